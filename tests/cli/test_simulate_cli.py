@@ -297,15 +297,15 @@ ENDLESS = ("case.toml", "--modes", "0", "--start", "orbit:2", "--impacts", "1000
 def interrupting(monkeypatch: pytest.MonkeyPatch, times: int) -> None:
     """Ctrl-C, so many times, while the second stretch is looked at."""
     calls = []
-    look = watch.Watch.__call__
+    look = watch.SimulationWatch.__call__
 
-    def call(self: watch.Watch, progress: Any) -> bool:
+    def call(self: watch.SimulationWatch, progress: Any) -> bool:
         calls.append(progress)
         for _ in range(times if len(calls) == 2 else 0):
             signal.raise_signal(signal.SIGINT)
         return look(self, progress)
 
-    monkeypatch.setattr(watch.Watch, "__call__", call)
+    monkeypatch.setattr(watch.SimulationWatch, "__call__", call)
 
 
 def test_interrupted_keeps_what_is_done(percuss: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -336,11 +336,11 @@ def test_a_bar_for_a_person_who_waits(monkeypatch: pytest.MonkeyPatch, capsys: p
     monkeypatch.setattr(watch, "PATIENCE", -1.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     progress: Any = SimpleNamespace(impacts=5, time=1.0, fraction=0.25)
-    unseen = watch.Watch(seen=False)
+    unseen = watch.SimulationWatch(seen=False)
     assert unseen(progress) is False
     unseen.close()
     assert capsys.readouterr() == ("", "")
-    seen = watch.Watch(seen=True)
+    seen = watch.SimulationWatch(seen=True)
     seen(progress)
     assert seen._bar.tasks[0].completed == 0.25
     seen.close()
@@ -351,7 +351,7 @@ def test_a_bar_for_a_person_who_waits(monkeypatch: pytest.MonkeyPatch, capsys: p
 
 def test_no_bar_for_a_short_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watch, "PATIENCE", math.inf)
-    seen = watch.Watch(seen=True)
+    seen = watch.SimulationWatch(seen=True)
     seen(SimpleNamespace(impacts=5, time=1.0, fraction=0.25))  # type: ignore[arg-type]
     assert seen._bar is None
 

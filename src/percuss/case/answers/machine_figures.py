@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.case.answers.facts import Fact, Teller, json_of, rows_of, si_of
-from percuss.case.answers.numerals import json_number, number, percent
+from percuss.case.answers.numerals import json_number, number, percent, table_text
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
@@ -342,11 +340,7 @@ def cycle_table(machine: Machine, cycle: ValveCycle) -> str:
         heads.append("pressure_Pa" if machine.pressure is not None else "pressure")
         columns.append(course.pressure * (1.0 if machine.pressure is None else machine.pressure))
     rows = zip(*(column.tolist() for column in columns), course.states, strict=True)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*heads, "state"])
-    writer.writerows(rows)
-    return text.getvalue()
+    return table_text([*heads, "state"], rows)
 
 
 # ---- What a machine does that finds no tool, with the cushion that was assumed where the case describes none
