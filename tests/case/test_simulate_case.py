@@ -438,13 +438,6 @@ def test_json_of_the_last_events() -> None:
     assert answer.to_json_dict(last=0)["events"] == []
 
 
-def test_json_of_si() -> None:
-    answer = simulation_answer(physical("", "modes = 2\nimpacts = 6"))
-    found = answer.to_json_dict()
-    assert [row["time_s"] * OMEGA for row in found["events"]] == pytest.approx([row["time"] for row in found["events"]])
-    assert set(found["summary"]["si"]) >= {"blow_rate_Hz", "impact_velocity_m_s", "blow_energy_J"}
-
-
 def test_a_title_cannot_break_the_text() -> None:
     case = Case.from_text('title = "\\"events\\": []"\n' + PLAIN + "[simulation]\nmodes = 0\nimpacts = 2\n")
     found = json.loads(simulation_answer(case).to_json_text())

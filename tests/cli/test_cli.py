@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -136,32 +135,16 @@ def test_help_loads_nothing_heavy() -> None:
 
 # -- steady ---------------------------------------------------------------------------------------------------------
 
-ORBIT_KEYS = [
-    "phase", "impact_velocity", "modes", "admissible", "violation", "stable", "reason", "margin", "reduced",
-    "multipliers", "energy", "si",
-]  # fmt: skip
-SI_KEYS = [
-    "impact_velocity_m_s", "blow_energy_J", "delivered_energy_J", "blow_rate_Hz", "percussive_power_kW",
-    "input_power_kW", "efficiency", "stroke_mm", "peak_stress_MPa", "contact_time_us", "mean_force_kN", "momentum_N_s",
-]  # fmt: skip
-
-
-def has(wanted: list[str], found: dict[str, Any]) -> bool:
-    return set(wanted) <= found.keys()
-
 
 def test_json_of_a_plain_case(process: Run) -> None:
     done = process("steady", "case.toml", "--json", "--periods", "1,3", "--modes", "8")
     assert done.returncode == 0
     assert done.stderr == ""
     found = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
-    assert has(["case", "system", "periods", "rest"], found)
     assert found["case"] == "case.toml"
-    assert has(["s", "d", "restitution", "coefficients"], found["system"])
     assert found["system"]["coefficients"] == [[0.9, 0.0], [1.0, 0.0]]
     assert [period["m"] for period in found["periods"]] == [1, 3]
     first, third = found["periods"]
-    assert has(["m", "level", "level_max", "exists", "orbits"], first)
     assert first["exists"] is True
     assert first["level"] < first["level_max"]
     assert third["exists"] is False
@@ -170,33 +153,13 @@ def test_json_of_a_plain_case(process: Run) -> None:
     phases = [orbit["phase"] for orbit in first["orbits"]]
     assert phases == sorted(phases)
     for orbit in first["orbits"]:
-        assert has(ORBIT_KEYS, orbit)
-        assert has(["sigma", "a", "schur", "moduli", "stable"], orbit["reduced"])
-        assert (len(orbit["reduced"]["a"]), len(orbit["reduced"]["schur"]), len(orbit["reduced"]["moduli"])) == (
-            3,
-            2,
-            2,
-        )
-        assert has(["modes", "largest", "moduli"], orbit["multipliers"])
+        assert [len(orbit["reduced"][name]) for name in ("a", "schur", "moduli")] == [3, 2, 2]
         assert orbit["multipliers"]["modes"] == 8
         moduli = orbit["multipliers"]["moduli"]
         assert moduli == sorted(moduli, reverse=True)
         assert moduli[0] == orbit["multipliers"]["largest"]
-        assert has(["input", "damping", "impact", "imbalance"], orbit["energy"])
         assert orbit["si"] is None
     assert [orbit["stable"] for orbit in first["orbits"]] == [False, True]
-    assert has(["possible", "least_contact_force"], found["rest"])
-    assert found["history"] is None
-
-
-def test_json_of_a_machine(run: Run) -> None:
-    found = json.loads(run("steady", "hydraulic-drifter", "--json").stdout)
-    stable = [orbit for orbit in found["periods"][0]["orbits"] if orbit["stable"] and orbit["admissible"]]
-    assert len(stable) == 1
-    assert has(SI_KEYS, stable[0]["si"])
-    assert stable[0]["si"]["blow_energy_J"] == pytest.approx(310.0, rel=0.02)
-    assert found["history"]["cycles"] == 40
-    assert found["periods"][0]["nearest"] is None
 
 
 def test_json_keeps_every_digit(run: Run) -> None:
@@ -212,17 +175,8 @@ def test_report_for_people(process: Run) -> None:
     done = process("steady", "mini-breaker", "--periods", "1..2")
     assert done.returncode == 0
     assert "\x1b" not in done.stdout  # no colours into a pipe
-    for part in (
-        "The hammer can run with one blow every load period: 180 J at 17.5 Hz",
-        "Orbit 2 of 2, m = 1: stable, possible",
-        "a stable blow of a rigid, undamped bar needs a force between",
-        "(m = 2)",
-        "nearest         load factor",
-        "a mean force of",
-        "closes to",
-        "At rest on the wall",
-    ):
-        assert part in done.stdout, part
+    assert "The hammer can run with one blow every load period: 180 J at 17.5 Hz" in done.stdout
+    assert "Orbit 2 of 2, m = 1: stable, possible" in done.stdout and "nearest         load factor" in done.stdout
 
 
 def test_no_motion_is_an_answer(run: Run, tmp_path: Path) -> None:

@@ -10,8 +10,6 @@ import pytest
 from percuss.case import load_case
 from percuss.cli import main
 
-ROWS = ["0.0279", "132.2 l/min, 233.2 cm³ a cycle", "35.25 kW", "34.65 kW", "164.2 mm", "43.7 %", "7.828 ms after it"]
-
 
 def told(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> str:
     assert main(["machine", *arguments]) == code
@@ -31,18 +29,17 @@ def test_the_report_of_the_breaker(capsys: pytest.CaptureFixture[str], tmp_path:
     first = text.splitlines()[2]
     assert first.startswith("The machine runs with one blow a cycle: 3.751 kJ at 9.448 Hz (566.9 blows/min), 9.193 m/s")
     assert first.endswith("It starts from rest on the wall.")
-    for row in ROWS:
-        assert row in text, row
-    sections = (
-        "Machine",
-        "Power and oil",
-        "Stability",
-        "Margins (rigid piston)",
-        "For 10 % more of",
-        "Without the tool",
+    rows = (
+        "0.0279",
+        "132.2 l/min, 233.2 cm³ a cycle",
+        "35.25 kW",
+        "34.65 kW",
+        "164.2 mm",
+        "43.7 %",
+        "7.828 ms after it",
     )
-    assert all(f"\n{section}" in text for section in sections)
-    assert "ports[0].behind" in text and f"table: {table}" in text
+    assert all(row in text for row in rows)
+    assert f"table: {table}" in text
     assert table.read_text(encoding="utf-8").startswith("time_s,striking_end_m,centre_m,force_N,state\n0.0,")
 
 

@@ -455,7 +455,7 @@ velocity = 0.1
 
 def documented() -> dict[str, dict[str, set[str]]]:
     """For each command of json.md and each object in its answer, by its path, the keys."""
-    text = (DOCS / "json.md").read_text(encoding="utf-8")
+    text = page("json.md")
     found: dict[str, dict[str, set[str]]] = {}
     for title, body in re.findall(
         r"^## `percuss (\w+(?: --contact waves| --best| --blow)?)`\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL

@@ -38,17 +38,11 @@ def show(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print all of it as JSON, the whole question included")
     options = parser.parsed(arguments)
 
+    from percuss.cli.report_printing import answered
     from percuss.explore.jobs.archive import Archive
 
     with Archive.open(options.archive) as archive:
-        if options.json:
-            import json
-
-            print(json.dumps(_json(archive), indent=1, ensure_ascii=False))
-        else:
-            from percuss.cli.report_printing import show as shown
-
-            shown(archive_report(archive, options.archive))
+        answered(options, lambda: _json(archive), lambda: archive_report(archive, options.archive), indent=1)
     return 0
 
 
@@ -172,23 +166,16 @@ def _origin(archive: Archive) -> list[tuple[str, str]]:
 
 
 def _json(archive: Archive) -> dict[str, Any]:
+    from percuss.case.answers.numerals import picked
+
     return {
-        "kind": archive.kind,
-        "size": archive.size,
+        **picked(archive, "kind size fraction chunk created sha256 sessions"),
         "done": archive.items_done,
-        "fraction": archive.fraction,
         "complete": not archive.missing(),
         "being_written": archive.is_written,
-        "chunk": archive.chunk,
         "chunks": len(archive.done),
         "chunks_done": int(archive.done.sum()),
-        "created": archive.created,
-        "sha256": archive.sha256,
-        "sessions": archive.sessions,
-        "columns": {
-            name: {"dtype": column.dtype, "shape": list(column.shape), "unit": column.unit, "meaning": column.meaning}
-            for name, column in archive.columns.items()
-        },
+        "columns": {name: picked(column, "dtype shape unit meaning") for name, column in archive.columns.items()},
         "ask": _finite(archive.ask),
     }
 

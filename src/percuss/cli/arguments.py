@@ -7,10 +7,11 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from percuss.errors import CaseError, MissingExtraError
+from percuss.errors import CaseError, MissingExtraError, PercussError
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -304,6 +305,17 @@ def named_case(name: str) -> Case:
         what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
         raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
     return Case.read(name)
+
+
+@contextmanager
+def of_file(case: Case) -> Iterator[None]:
+    """Errors of the floors below, which do not know the file, told with it."""
+    try:
+        yield
+    except CaseError:
+        raise
+    except PercussError as error:
+        raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
 
 
 def _entries(folder: str) -> list[str]:

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from percuss.case.answers.numerals import number
 from percuss.cli.arguments import need, whole
@@ -22,8 +22,11 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.cli.arguments import Parser
+    from percuss.cli.simulation_progress import SimulationWatch
     from percuss.explore.jobs.job import Columns, Job
     from percuss.explore.jobs.progress import JobProgress
+
+W = TypeVar("W", bound="Watch | SimulationWatch")
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -87,7 +90,7 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
     """The keyword arguments of `percuss.explore.carry_out` that the options say, in charge of Ctrl-C for the block."""
     check_carrying(parser, options)
     agreed = options.yes or (options.resume and os.path.exists(options.output))  # when it was begun
-    with _listening(Watch(parser.prog.rpartition(" ")[2], agreed)) as watch:
+    with listening(Watch(parser.prog.rpartition(" ")[2], agreed)) as watch:
         running: dict[str, Any] = {"archive": options.output, "resume": options.resume, "progress": watch}
         if options.scheduler is None:
             running["workers"] = options.workers
@@ -108,7 +111,7 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
 @contextmanager
 def watching(parser: Parser, patience: float = UNHEARD) -> Iterator[Watch]:
     """A progress bar, and an end by Ctrl-C, for what is kept nowhere; see `Watch` for the patience."""
-    with _listening(Watch(parser.prog.rpartition(" ")[2], True, patience)) as watch:
+    with listening(Watch(parser.prog.rpartition(" ")[2], True, patience)) as watch:
         yield watch
 
 
@@ -186,13 +189,14 @@ class Watch:
 
     def _draw(self, progress: JobProgress) -> None:
         if self._bar is None:
-            self._bar, self._task = _new_bar(self._what)
+            self._bar, self._task = new_bar(self._what)
         sign()
         self._bar.update(self._task, completed=progress.fraction, told=_line(progress))
 
 
 @contextmanager
-def _listening(watch: Watch) -> Iterator[Watch]:
+def listening(watch: W) -> Iterator[W]:
+    """The block ends by Ctrl-C as the watch says."""
     mine = threading.current_thread() is threading.main_thread()  # only it may handle signals
     before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
     try:
@@ -227,11 +231,13 @@ def _size(bytes_: int) -> str:
     return f"{bytes_ / 1000:.0f} kB"
 
 
-def _new_bar(what: str) -> tuple[Any, Any]:
+def new_bar(what: str, remaining: bool = False) -> tuple[Any, Any]:
+    """A progress bar, whose task tells of itself in `told`."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn(what), BarColumn(), TextColumn("{task.fields[told]}"))
+    left = (TimeRemainingColumn(),) if remaining else ()
+    columns = (TextColumn(what), BarColumn(), TextColumn("{task.fields[told]}"), *left)
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     bar.start()
     return bar, bar.add_task("", total=1.0, told="")

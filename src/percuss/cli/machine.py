@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_csv, check_picture, modes, named_case
-from percuss.errors import CaseError, HistoryError, PercussError
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_csv, check_picture, modes, named_case, of_file
+from percuss.errors import HistoryError, PercussError
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer,
 
     case = named_case(options.case)
     record = None
-    try:
+    with of_file(case):
         if case.is_machine or not case.is_readable:
             for option in asked_of_record(options):
                 parser.error(f"argument {option}: only for a recorded load, or one of steps, which {case.file} has not")
@@ -89,10 +89,6 @@ def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer,
         else:
             record = read_record(case, options)
             answer = record.answer
-    except CaseError:
-        raise
-    except PercussError as error:  # the floors below do not know the file
-        raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
     for warning in answer.warnings:
         print(f"percuss: warning: {warning}", file=sys.stderr)
     return answer, record

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
@@ -19,12 +18,13 @@ from percuss.cli.arguments import (
     modes,
     named_case,
     need,
+    of_file,
     start_keys,
     time_or_text,
     up_to,
     whole,
 )
-from percuss.errors import CaseError, PercussError
+from percuss.errors import CaseError
 
 if TYPE_CHECKING:
     import argparse
@@ -129,7 +129,7 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
 
     case = _case(parser, options)
     cells = {} if options.cells is None else {"cells": options.cells}
-    with watched(waves_ready) as watch, _of_file(case):
+    with watched(waves_ready) as watch, of_file(case):
         answer = waves_answer(case, watch, quiet=options.quiet, **cells)
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
@@ -142,7 +142,7 @@ def _of_machine(options: argparse.Namespace, case: Case) -> int:
     from percuss.case import machine_motion
     from percuss.cli.simulation_progress import machine_ready, watched
 
-    with watched(machine_ready) as watch, _of_file(case):
+    with watched(machine_ready) as watch, of_file(case):
         answer = machine_motion(case, watch)
     return _told(options, answer)
 
@@ -186,7 +186,7 @@ def _answered(case: Case) -> SimulationAnswer:
     from percuss.case import simulation_answer
     from percuss.cli.simulation_progress import watched
 
-    with watched() as watch, _of_file(case):
+    with watched() as watch, of_file(case):
         return simulation_answer(case, watch)
 
 
@@ -199,17 +199,6 @@ def _case(parser: Parser, options: argparse.Namespace) -> Case:
         return _changed(case, options)
     except CaseError as error:
         _as_option(parser, error)
-
-
-@contextmanager
-def _of_file(case: Case) -> Iterator[None]:
-    """Errors of the floors below, which do not know the file, told with it."""
-    try:
-        yield
-    except CaseError:
-        raise
-    except PercussError as error:
-        raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
 
 
 def _resumed(options: argparse.Namespace) -> SimulationAnswer | MachineMotion:

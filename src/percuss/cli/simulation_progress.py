@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from percuss.cli.long_commands import listening, new_bar
 from percuss.cli.waiting import sign
 
 if TYPE_CHECKING:
@@ -19,7 +18,7 @@ PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
 
 
-class Watch:
+class SimulationWatch:
     """The progress callback of a simulation: draws the bar, and asks for the end after an interruption."""
 
     def __init__(self, seen: bool) -> None:
@@ -32,10 +31,10 @@ class Watch:
     def __call__(self, progress: Progress) -> bool:
         self._begun = True
         if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
-            self._bar, self._task = _new_bar()
+            self._bar, self._task = new_bar("simulating", True)
         if self._bar is not None:
             sign()
-            self._bar.update(self._task, completed=progress.fraction, impacts=f"{progress.impacts} impacts")
+            self._bar.update(self._task, completed=progress.fraction, told=f"{progress.impacts} impacts")
         return self.interrupted
 
     def interrupt(self, *_: object) -> None:
@@ -60,20 +59,12 @@ def law_ready() -> None:
 
 
 @contextmanager
-def watched(ready: Callable[[], object] = law_ready) -> Iterator[Watch]:
-    """A `Watch` with the kernels made `ready`, in charge of Ctrl-C until the end of the block."""
+def watched(ready: Callable[[], object] = law_ready) -> Iterator[SimulationWatch]:
+    """A `SimulationWatch` with the kernels made `ready`, in charge of Ctrl-C until the end of the block."""
     seen = sys.stderr is not None and sys.stderr.isatty()
     ready()  # Ctrl-C ends this at once
-    watch = Watch(seen)
-    # only the main thread may handle signals
-    mine = threading.current_thread() is threading.main_thread()
-    before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
-    try:
+    with listening(SimulationWatch(seen)) as watch:
         yield watch
-    finally:
-        if mine:
-            signal.signal(signal.SIGINT, before or signal.SIG_DFL)
-        watch.close()
 
 
 def machine_ready() -> None:
@@ -105,13 +96,3 @@ def waves_ready() -> None:
     law_ready()
     system = System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0))
     run_by_waves(system, Wall(), stop=Stop(time=1.0), cells=16)
-
-
-def _new_bar() -> tuple[Any, Any]:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("simulating"), BarColumn(), TextColumn("{task.fields[impacts]}"), TimeRemainingColumn())
-    bar = Progress(*columns, console=Console(stderr=True), transient=True)
-    bar.start()
-    return bar, bar.add_task("", total=1.0, impacts="")

@@ -20,10 +20,10 @@ from percuss.cli.arguments import (
     modes,
     named_case,
     need,
+    of_file,
     periods,
     up_to,
 )
-from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
     from percuss.case import Case, SteadyAnswer
@@ -185,13 +185,9 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
 def _answer(case: Case, asked: tuple[int, ...], kept: int | None, starts: int | None) -> tuple[Case, SteadyAnswer]:
     from percuss.case import steady_answer
 
-    try:
+    with of_file(case):
         answer = steady_answer(case, asked, kept)
         return case, replace(answer, starts=_ends(case, kept, starts))
-    except CaseError:
-        raise
-    except PercussError as error:  # the floors below do not know the file
-        raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
 
 
 def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:

@@ -64,22 +64,38 @@ def branch(found: Branch, title: str = "") -> Figure:
         raise ParameterError("found", str(found), "a branch with points")
     text("title", title, "a text")
     with style():
-        figure = new_figure(6.4, 6.0)
-        upper, lower = figure.subplots(2, 1, sharex=True)
-        marks: dict[str, object] = {}
+        figure, upper, lower = _panels(found.parameter, "phase of the impacts [rad]")
         for number, one in enumerate(found.family()):
             colour = COLOURS[number % len(COLOURS)]
             for ax, rows in ((upper, one.speeds), (lower, one.phases)):
                 _lines(ax, one, rows, colour, one.label if ax is upper else "")
-            _marked(upper, lower, one, marks)
-        upper.set_ylabel("speed at the impacts, dimensionless")
-        lower.set_ylabel("phase of the impacts [rad]")
-        lower.set_xlabel(found.parameter)
-        lower.set_ylim(0.0, 2.0 * np.pi)
-        lower.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
+            for point in one.points:
+                _marked(upper, lower, point, point.orbit.speeds, point.orbit.phases)
         _legend(upper)
         titled(figure, title)
     return figure
+
+
+def _panels(parameter: str, phases: str) -> tuple[Figure, Axes, Axes]:
+    """A figure with speeds above and phases below, over a parameter."""
+    figure = new_figure(6.4, 6.0)
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    upper.set_ylabel("speed at the impacts, dimensionless")
+    lower.set_ylabel(phases)
+    lower.set_xlabel(parameter)
+    _phase_axis(lower)
+    return figure, upper, lower
+
+
+def _phase_axis(ax: Axes) -> None:
+    ax.set_ylim(0.0, 2.0 * np.pi)
+    ax.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
+
+
+def _cut(x: np.ndarray[Any, Any], y: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """A line with gaps where a phase goes round."""
+    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1
+    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
 def _lines(ax: Axes, one: Branch, rows: np.ndarray, colour: str, label: str) -> None:
@@ -90,23 +106,18 @@ def _lines(ax: Axes, one: Branch, rows: np.ndarray, colour: str, label: str) -> 
         part = slice(start, min(stop + 1, one.values.size))
         solid = bool(one.stable[start])
         for row in rows.T:
-            y = np.array(row[part])
-            gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1
-            x = np.insert(one.values[part], gone, np.nan)
-            ax.plot(x, np.insert(y, gone, np.nan), "-" if solid else "--", color=colour, label=label or "_", lw=1.2)
+            x, y = _cut(one.values[part], np.array(row[part]))
+            ax.plot(x, y, "-" if solid else "--", color=colour, label=label or "_", lw=1.2)
             label = ""
 
 
-def _marked(upper: Axes, lower: Axes, one: Branch, marks: dict[str, object]) -> None:
-    for point in one.points:
-        mark = EVENT_MARKS.get(point.kind.value)
-        if mark is None:
-            continue
-        label = "_" if mark in marks else point.kind.value.replace("_", " ")
-        marks[mark] = point
-        for ax, heights in ((upper, point.orbit.speeds), (lower, point.orbit.phases)):
-            x = np.full(heights.size, point.value)
-            ax.plot(x, heights, mark, color=INK, ms=4.0, label=label if ax is upper else "_", ls="")
+def _marked(upper: Axes, lower: Axes, point: Any, speeds: np.ndarray, phases: np.ndarray) -> None:
+    mark = EVENT_MARKS.get(point.kind.value)
+    if mark is None:
+        return
+    for ax, heights in ((upper, speeds), (lower, phases)):
+        told = point.kind.value.replace("_", " ") if ax is upper else "_"
+        ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, ms=4.0, ls="", label=told)
 
 
 def _legend(ax: Axes) -> None:
@@ -152,8 +163,7 @@ def rest_branch(found: Branch, title: str = "") -> Figure:
     drawn = min(_MOST, *(cycle.speeds.size for cycle in found.cycles))
     rests = min(cycle.release_phases.size for cycle in found.cycles)
     with style():
-        figure = new_figure(6.4, 6.0)
-        upper, lower = figure.subplots(2, 1, sharex=True)
+        figure, upper, lower = _panels(found.parameter, "phase [rad]")
         for impact in range(drawn):
             label = "_" if impact else found.label
             _line(upper, found.values, [cycle.speeds[impact] for cycle in found.cycles], COLOURS[0], "-", label)
@@ -164,15 +174,8 @@ def rest_branch(found: Branch, title: str = "") -> Figure:
                 phases = [getattr(cycle, f"{name}_phases")[rest] for cycle in found.cycles]
                 _line(lower, found.values, phases, colour, dashes, "_" if rest else name)
         for point in found.points:
-            _rest_marked(
-                upper, lower, point.value, point.kind.value, point.cycle.speeds[:drawn], point.cycle.phases[:drawn]
-            )
-        upper.set_ylabel("speed at the impacts, dimensionless")
-        lower.set_ylabel("phase [rad]")
-        lower.set_xlabel(found.parameter)
-        lower.set_ylim(0.0, 2.0 * np.pi)
-        lower.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
-        upper.legend(loc="best")
+            _marked(upper, lower, point, point.cycle.speeds[:drawn], point.cycle.phases[:drawn])
+        _legend(upper)
         lower.legend(loc="best", ncols=3)
         titled(figure, title)
     return figure
@@ -180,18 +183,7 @@ def rest_branch(found: Branch, title: str = "") -> Figure:
 
 def _line(ax: Axes, x: np.ndarray, heights: list[float], colour: str, dashes: str, label: str) -> None:
     """A line, cut where a phase goes round."""
-    y = np.array(heights)
-    gone = np.flatnonzero(np.abs(np.diff(y)) > np.pi) + 1
-    ax.plot(np.insert(x, gone, np.nan), np.insert(y, gone, np.nan), dashes, color=colour, label=label, lw=1.2)
-
-
-def _rest_marked(upper: Axes, lower: Axes, value: float, kind: str, speeds: np.ndarray, phases: np.ndarray) -> None:
-    mark = EVENT_MARKS.get(kind)
-    if mark is None:
-        return
-    for ax, heights in ((upper, speeds), (lower, phases)):
-        told = kind.replace("_", " ") if ax is upper else "_"
-        ax.plot(np.full(len(heights), value), heights, mark, color=INK, ms=4.0, ls="", label=told)
+    ax.plot(*_cut(x, np.array(heights)), dashes, color=colour, label=label, lw=1.2)
 
 
 # ---- The picture of curves over two parameters: folds, flips, grazings …, and the points of codimension two on them
@@ -377,7 +369,8 @@ def _diagram_line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> 
         part = slice(max(start - 1, 0), stop)
         solid = bool(line.stable[start])
         for row in _rows(line, quantity).T:
-            x, y = _cut(line.values[part], np.array(row[part]), quantity)
+            x, y = line.values[part], np.array(row[part])
+            x, y = _cut(x, y) if quantity == "phase" else (x, y)
             ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
 
 
@@ -385,23 +378,14 @@ def _rests(ax: Axes, line: DiagramBranch, colour: str) -> None:
     """Between which phases a cycle with rest lies on the wall."""
     for name, (_, dashes) in _RESTS.items():
         for row in getattr(line, name).T:
-            x, y = _cut(line.values, row, "phase")
-            ax.plot(x, y, dashes, color=colour, lw=1.0, label="_", zorder=2)
+            ax.plot(*_cut(line.values, row), dashes, color=colour, lw=1.0, label="_", zorder=2)
 
 
 def _thin(ax: Axes, line: DiagramBranch, quantity: str) -> None:
     """Beyond an end, where the roots of the equations are no motions."""
     for row in _rows(line, quantity).T:
-        x, y = _cut(line.values, row, quantity)
+        x, y = _cut(line.values, row) if quantity == "phase" else (line.values, row)
         ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
-
-
-def _cut(
-    x: np.ndarray[Any, Any], y: np.ndarray[Any, Any], quantity: str
-) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """A line with gaps where a phase goes round."""
-    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else np.array([], dtype=int)
-    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
 def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
@@ -427,8 +411,7 @@ def _label(ax: Axes, found: Diagram, quantity: str) -> None:
     words = f" [{unit}]" if found.is_si else ", dimensionless"
     ax.set_ylabel(_TITLES[quantity] + (words if unit else ""))
     if quantity == "phase":
-        ax.set_ylim(0.0, 2.0 * np.pi)
-        ax.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
+        _phase_axis(ax)
 
 
 _MOST_TOLD = 14  # labels of branches that the legend tells of

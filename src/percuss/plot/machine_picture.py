@@ -8,7 +8,7 @@ import numpy as np
 
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
-from percuss.plot.trajectory_picture import titled_motion
+from percuss.plot.trajectory_picture import titled_motion, wall
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,11 +91,8 @@ def _panels(figure: Figure, answer: MachineAnswer) -> None:
 def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     cycle, low = answer.cycle, float(course.centre.min()) * scales.length
     assert cycle is not None
-    axes.axhline(0.0, color=INK, linewidth=2.5)
-    axes.annotate(
-        "wall", (1.0, 0.0), (0, 4), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right"
-    )
-    _shade(axes, answer, course, scales)
+    wall(axes)
+    _shade(axes, course.times * scales.time, _pushes(answer, course))
     axes.plot(course.times * scales.time, course.centre * scales.length, color=INK)
     farthest = float(course.times[course.centre.argmin()]) * scales.time  # nothing else is near the ports there
     look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "center", "textcoords": "offset points"}
@@ -125,34 +122,24 @@ def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales)
     legend_above(axes, columns=4)
 
 
-def _shade(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _pushes(answer: MachineAnswer, course: Course) -> Any:
+    return np.array([answer.machine.valve.force(state) > 0.0 for state in course.states])
+
+
+def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
     """A ground for the times at which the valve pushes toward the wall."""
-    pushes = np.array([answer.machine.valve.force(state) > 0.0 for state in course.states])
-    axes.fill_between(
-        course.times * scales.time,
-        0.0,
-        1.0,
-        where=pushes,
-        transform=axes.get_xaxis_transform(),
-        color=COLOURS[5],
-        alpha=0.15,
-        linewidth=0.0,
-        label="valve pushes",
-    )
+    look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
+    axes.fill_between(times, 0.0, 1.0, where=pushes, transform=axes.get_xaxis_transform(), step=step, **look)
 
 
 def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     cycle = answer.cycle
     assert cycle is not None
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    _shade(axes, answer, course, scales)
+    _shade(axes, course.times * scales.time, _pushes(answer, course))
     axes.plot(course.times * scales.time, course.force * scales.force, color=COLOURS[0])
     axes.set_xlim(0.0, cycle.period * scales.time)
-    gas = answer.machine.valve.chamber
-    with_gas = ", with the gas" if gas.force or gas.stiffness else ""
-    axes.set_title(f"(b) the force on the piston, positive toward the wall{with_gas}")
-    axes.set_xlabel(scales.time_label)
-    axes.set_ylabel(scales.force_label)
+    _named_force(axes, answer.machine, "(b)", scales.time_label, scales.force_label)
     if course.pressure is not None:
         unit = answer.machine.pressure
         pressure = course.pressure * (1.0 if unit is None else unit / 1e5)
@@ -162,6 +149,14 @@ def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) ->
         other.set_ylabel("pressure" if unit is None else "pressure [bar]", color=COLOURS[1])
         other.tick_params(axis="y", colors=COLOURS[1])
         other.set_ylim(bottom=0.0)
+
+
+def _named_force(axes: Any, machine: Machine, mark: str, time: str, force: str) -> None:
+    gas = machine.valve.chamber
+    with_gas = ", with the gas" if gas.force or gas.stiffness else ""
+    axes.set_title(f"{mark} the force on the piston, positive toward the wall{with_gas}")
+    axes.set_xlabel(time)
+    axes.set_ylabel(force)
 
 
 def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
@@ -319,12 +314,8 @@ def machine_motion(motion: Trajectory | MachineMotion) -> Figure:
 
 
 def _motion_shade(axes: Any, shown: _Shown) -> None:
-    """A ground for the times at which the valve pushes toward the wall."""
     forces = shown.motion.mechanism.forces
-    pushes = forces[shown.motion.state(shown.times)] > 0.0
-    look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
-    times, across = shown.times * shown.clock, axes.get_xaxis_transform()
-    axes.fill_between(times, 0.0, 1.0, where=pushes, transform=across, step="post", **look)
+    _shade(axes, shown.times * shown.clock, forces[shown.motion.state(shown.times)] > 0.0, "post")
 
 
 def _motion_position(axes: Any, shown: _Shown) -> None:
@@ -392,11 +383,7 @@ def _motion_force(axes: Any, shown: _Shown) -> None:
     _motion_shade(axes, shown)
     axes.plot(shown.times * shown.clock, shown.force * shown.newtons, color=COLOURS[0])
     _ends(axes, shown)
-    gas = shown.motion.machine.valve.chamber
-    with_gas = ", with the gas" if gas.force or gas.stiffness else ""
-    axes.set_title(f"(c) the force on the piston, positive toward the wall{with_gas}")
-    axes.set_xlabel(shown.labels[0])
-    axes.set_ylabel(shown.labels[2])
+    _named_force(axes, shown.motion.machine, "(c)", shown.labels[0], shown.labels[2])
 
 
 def _portrait(axes: Any, shown: _Shown) -> None:

@@ -13,6 +13,7 @@ from percuss.case.answers.steady_answer import PeriodAnswer, judged
 from percuss.case.answers.structure_answer import StructureAnswer
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
+from percuss.plot.trajectory_picture import wall
 from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
@@ -282,10 +283,7 @@ def _gap(axes: Any, answer: _Motions, units: Units) -> None:
     if not shown:
         _nothing(axes)
         return
-    axes.axhline(0.0, color=INK, linewidth=2.5)
-    axes.annotate(
-        "wall", (1.0, 0.0), (0, 4), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right"
-    )
+    wall(axes)
     axes.set_xlim(left=0.0)
     axes.margins(y=0.12)
     if len(shown) <= 8:

@@ -196,7 +196,7 @@ def _gap(axes: Any, window: Window, units: Units) -> None:
 
     motion = window.motion
     clock, label = _clock(motion, units, window.last)
-    _wall(axes)
+    wall(axes)
     axes.plot(window.times * clock, window.gap * units.length, color=INK, linewidth=1.1)
     for kind, (marker, colour, size) in reversed(_MARKS.items()):  # impacts on top
         times = window.events.of(kind).time
@@ -224,7 +224,8 @@ def _time_axis(axes: Any, first: float, last: float, clock: float, few: bool = T
     axes.ticklabel_format(axis="x", useOffset=False)
 
 
-def _wall(axes: Any) -> None:
+def wall(axes: Any) -> None:
+    """A line where the wall is, with its name."""
     axes.axhline(0.0, color=INK, linewidth=2.5)
     place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
     axes.annotate("wall", (1.0, 0.0), (0, 4), **place)

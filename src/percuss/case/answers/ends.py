@@ -82,16 +82,16 @@ class Ends:
             "distribution": DISTRIBUTION,
             "seed": SEED,
             "ends": [
-                {**json_of(end, _END, Teller.of(system)), "share": end.starts / self.followed} for end in self.ends
+                {**json_of(end, END, Teller.of(system)), "share": end.starts / self.followed} for end in self.ends
             ],
         }
 
 
-_END: tuple[Fact[End], ...] = (
+END: tuple[Fact[End], ...] = (
     Fact("label", "motion", "what they settle on", "", lambda end: end.label),
     Fact("starts", "starts", "how many", "", lambda end: end.starts),
-    Fact("blow_rate blow_rate_Hz", "main blows", "per load period or second", "cycles", lambda end: end.blow_rate),
-    Fact("delivered_power delivered_power_kW", "power", "what the impacts take", "power",
+    Fact("blow_rate blow_rate_Hz", "main blows", "main blows per second", "cycles", lambda end: end.blow_rate),
+    Fact("delivered_power delivered_power_kW", "power", "power that the impacts take", "power",
          lambda end: end.delivered_power),
 )  # fmt: skip
 """What one of the ends is."""

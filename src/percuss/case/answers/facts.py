@@ -169,11 +169,11 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
     return rows
 
 
-def reference_of(facts: Iterable[Fact[Any]]) -> str:
-    """The figures as a table of the reference: keys and meanings."""
-    lines = [f"| {_listed(fact)} | {fact.meaning} |" for fact in facts if fact.keys]
-    return "\n".join(["| key | value |", "|---|---|", *lines])
-
-
-def _listed(fact: Fact[Any]) -> str:
-    return ", ".join(f"`{key.removeprefix('si.')}`" for key in fact.keys.split())
+def reference_of(facts: Iterable[Fact[Any]], si: bool) -> str:
+    """The figures as a table of the reference, those under `si` or the others: keys, and what they mean."""
+    lines = ["| key | value |", "|---|---|"]
+    for fact in facts:
+        keys = [key.removeprefix("si.") for key in fact.keys.split() if (key != fact.plain_key) == si]
+        if keys:
+            lines.append(f"| {', '.join(f'`{key}`' for key in keys)} | {fact.meaning} |")
+    return "\n".join(lines)

@@ -22,7 +22,7 @@ from percuss.case.answers.machine_figures import (
 )
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.numerals import number as numerals_number
-from percuss.case.answers.numerals import numbers, plain
+from percuss.case.answers.numerals import numbers, picked, plain, plain_value
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import ParameterError
@@ -239,25 +239,14 @@ def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
 def machine_numbers(machine: Machine) -> dict[str, Any]:
     """The numbers of a machine: its body, its valve and its gas, dimensionless."""
     valve = machine.valve
-    ports = [
-        {
-            "to": port.to,
-            "behind": number(port.behind),
-            "side": port.side,
-            "delay": number(port.delay),
-            "reads": port.reads if port.reads == "centre" else number(port.reads),
-            "on": port.on,
-        }
-        for port in valve.ports
-    ]
     return {
         "s": number(machine.body.s),
         "d": number(machine.drag),
         "restitution": number(machine.contact.restitution),
         "states": {name: number(force) for name, force in valve.pairs},
-        "chamber": {"force": number(valve.chamber.force), "stiffness": number(valve.chamber.stiffness)},
+        "chamber": picked(valve.chamber, "force stiffness"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
-        "ports": ports,
+        "ports": [picked(port, "to behind side delay reads on") for port in valve.ports],
         "start_state": valve.start,
     }
 
@@ -270,20 +259,9 @@ def _cycle(motion: SelfExcited) -> dict[str, Any]:
     return {
         **plain_of(Running(motion.machine, cycle), (*CYCLE, *POWER)),
         "blows": [{"time": time, "speed": speed, "energy": energy} for time, speed, energy in blows],
-        "ports": [
-            {"port": one.port, "time": number(one.time), "speed": number(-one.velocity)} for one in cycle.uncoverings
-        ],
-        "valve": [
-            {
-                "time": number(one.time),
-                "to": one.to,
-                "behind": number(one.behind),
-                "speed": number(-one.velocity),
-                "work": number(one.work),
-            }
-            for one in cycle.switches
-        ],
-        "multipliers": [[number(z.real), number(z.imag)] for z in cycle.multipliers[:SHOWN_MULTIPLIERS].tolist()],
+        "ports": [{**picked(one, "port time"), "speed": number(-one.velocity)} for one in cycle.uncoverings],
+        "valve": [{**picked(one, "time to behind work"), "speed": number(-one.velocity)} for one in cycle.switches],
+        "multipliers": plain_value(cycle.multipliers[:SHOWN_MULTIPLIERS]),
     }
 
 
@@ -291,13 +269,7 @@ def _condition(motion: SelfExcited) -> dict[str, Any] | None:
     obstacle = motion.obstacle
     if obstacle is None:
         return None
-    return {
-        "condition": obstacle.value,
-        "words": obstacle.words,
-        "remedy": obstacle.remedy,
-        "found": number(motion.found),
-        "needed": number(motion.needed),
-    }
+    return {"condition": obstacle.value, **picked(obstacle, "words remedy"), **picked(motion, "found needed")}
 
 
 def _margins(answer: MachineAnswer) -> dict[str, Any] | None:
@@ -312,13 +284,8 @@ def _margins(answer: MachineAnswer) -> dict[str, Any] | None:
         "rhythm_of": "rigid" if own is None else "machine",
         "margin_ringing": None if ringing is None else number(1.0 - abs(ringing.multiplier)),
         "ringing": None if ringing is None else _ringing_json(ringing),
-        "return_time": number(margins.return_time),
-        "latest_return": number(margins.latest_return),
         "beyond": None if margins.beyond is None else margins.beyond.value,
-        "chamber_to_run": number(margins.chamber_to_run),
-        "chamber_to_start": number(margins.chamber_to_start),
-        "flow_to_run": number(margins.flow_to_run),
-        "accumulator_to_run": number(margins.accumulator_to_run),
+        **picked(margins, "return_time latest_return chamber_to_run chamber_to_start flow_to_run accumulator_to_run"),
     }
 
 
@@ -327,21 +294,15 @@ def _supply(answer: MachineAnswer) -> dict[str, Any] | None:
     found, unit = answer.pressure, answer.machine.pressure or 1.0
     if found is None:
         return None
-    z = found.multiplier
-    return {
-        **{name: number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")},
-        "ripple": number(found.ripple),
-        "multiplier": [number(z.real), number(z.imag)],
-        "slow_multiplier": number(found.slow_multiplier),
-        "memory": number(found.memory),
-    }
+    pressures = {name: number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")}
+    return pressures | picked(found, "ripple multiplier slow_multiplier memory")
 
 
 def _ringing_json(ringing: Ringing) -> dict[str, Any]:
     return {
-        "multiplier": [number(ringing.multiplier.real), number(ringing.multiplier.imag)],
+        "multiplier": plain_value(ringing.multiplier),
         "decay_cycles": number(ringing.decay),
-        "modes": [{"mode": one.mode, "share": number(one.share)} for one in ringing.told],
+        "modes": [picked(one, "mode share") for one in ringing.told],
     }
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.case.answers.facts import Fact, Teller, json_of, rows_of, si_of
-from percuss.case.answers.numerals import json_number, number, percent
+from percuss.case.answers.numerals import json_number, number, percent, table_text
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
@@ -70,8 +68,9 @@ def _efficiency(one: Running, _: Teller) -> str | None:
 
 
 CYCLE: tuple[Fact[Running], ...] = (
-    Fact("blow_energy_J", "blow energy", "kinetic energy before a blow", "energy", lambda one: one.cycle.blow_energy),
-    Fact("impact_velocity_m_s", "speed", "striking speed", "speed", lambda one: one.cycle.blow_speed),
+    Fact("blow_energy_J", "blow energy", "of the strongest blow of the cycle", "energy",
+         lambda one: one.cycle.blow_energy),
+    Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", lambda one: one.cycle.blow_speed),
     Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate",
          lambda one: one.cycle.blows / one.cycle.period, _rate),
     Fact("period", "period", "of the cycle, which is not the load's", "time", lambda one: one.cycle.period),
@@ -96,8 +95,9 @@ POWER: tuple[Fact[Running], ...] = (
          "power", lambda one: one.cycle.taken / one.cycle.period,
          lambda one, tell: f"{tell.given(one.cycle.taken / one.cycle.period, 'kW')}, "
          f"{tell(one.cycle.taken, 'energy')} a cycle"),
-    Fact("delivered_energy_J", "", "what the blows of a cycle take of the bar", "energy", lambda one: one.cycle.taken),
-    Fact("si.efficiency", "efficiency", "delivered over input power; null without an input", "",
+    Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", lambda one: one.cycle.taken),
+    Fact("si.efficiency", "efficiency",
+         "delivered over input; the energy of the rebound comes back and is in neither", "",
          lambda one: one.efficiency, _efficiency),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
          "energy", lambda one: one.cycle.blow_energy),
@@ -331,22 +331,16 @@ def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> Cour
 
 def cycle_table(machine: Machine, cycle: ValveCycle) -> str:
     """The course as a table in CSV: in SI where the machine has scales."""
-    course, names = course_of(machine, cycle), ("times", "striking_end", "centre", "force")
-    units, scales = ("",) * 4, (1.0,) * 4
-    if machine.is_si:
-        units = ("_s", "_m", "_m", "_N")
-        scales = (machine.time_scale, machine.length_scale, machine.length_scale, machine.force_scale)
-    heads = [name.removesuffix("s") + unit for name, unit in zip(names, units, strict=True)]
-    columns = [scale * getattr(course, name) for name, scale in zip(names, scales, strict=True)]
+    course, scale = course_of(machine, cycle), Teller.of(machine).scale
+    units = ("_s", "_m", "_m", "_N") if machine.is_si else ("",) * 4
+    heads = [name + unit for name, unit in zip(("time", "striking_end", "centre", "force"), units, strict=True)]
+    places = (scale("length") * course.striking_end, scale("length") * course.centre)
+    columns = [scale("time") * course.times, *places, scale("force") * course.force]
     if course.pressure is not None:
         heads.append("pressure_Pa" if machine.pressure is not None else "pressure")
         columns.append(course.pressure * (1.0 if machine.pressure is None else machine.pressure))
     rows = zip(*(column.tolist() for column in columns), course.states, strict=True)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*heads, "state"])
-    writer.writerows(rows)
-    return text.getvalue()
+    return table_text([*heads, "state"], rows)
 
 
 # ---- What a machine does that finds no tool, with the cushion that was assumed where the case describes none
@@ -391,11 +385,11 @@ class ToldBlank(Shown):
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
         """What a report tells."""
-        return tuple(rows_of(self, _BLANK, Teller.of(self.machine)))
+        return tuple(rows_of(self, BLANK, Teller.of(self.machine)))
 
     def to_json_dict(self) -> dict[str, Any]:
         """In plain values, dimensionless, and in SI under `si`."""
-        return json_of(self, _BLANK, Teller.of(self.machine))
+        return json_of(self, BLANK, Teller.of(self.machine))
 
 
 def _cushioned(one: ToldBlank) -> bool:
@@ -452,34 +446,45 @@ def _cushion(one: ToldBlank) -> dict[str, float | None] | None:
     return None if cushion is None else {name: json_number(getattr(cushion, name)) for name in names}
 
 
-_BLANK: tuple[Fact[ToldBlank], ...] = (
-    Fact("cushion", "cushion", "what catches the piston", "", _cushion,
+BLANK: tuple[Fact[ToldBlank], ...] = (
+    Fact("cushion", "cushion", "null, or that of the case, see below", "", _cushion,
          lambda one, _: _ASSUMPTION if one.assumed else None),
-    Fact("assumed", "", "whether the cushion was assumed, as the case has none", "", lambda one: one.assumed),
-    Fact("ending", "", "what becomes of the machine", "", lambda one: one.found.ending),
-    Fact("passes", "", "how often it passed the place of the blow", "", lambda one: one.found.passes),
-    Fact("speed", "speed", "past the place of the blow", "speed", lambda one: one.found.speed,
+    Fact("assumed", "", "whether the case describes none, and this one was assumed: it begins at the place "
+         "of the blow and stops the piston within 20 mm", "", lambda one: one.assumed),
+    Fact("ending", "",
+         '`"stops in the cushion"`, `"stops"` (where no port is reached), `"strikes the front end"`, `"leaves"` '
+         '(nothing holds it back), `"cycles without a blow"`, `"goes on"` (without repeating)', "",
+         lambda one: one.found.ending),
+    Fact("passes", "", "of the place of the blow, until it stops or repeats", "", lambda one: one.found.passes),
+    Fact("speed", "speed", "past the place of the blow, at first", "speed", lambda one: one.found.speed,
          lambda one, tell: f"{tell(one.found.speed, 'speed')} past the place of the blow, with "
          f"{tell(one.found.energy, 'energy')}"),
-    Fact("energy_J", "", "the kinetic energy there", "energy", lambda one: one.found.energy),
-    Fact("reach reach_m", "", "how far it goes", "length", lambda one: one.found.reach),
-    Fact("depth depth_m", "depth", "into the cushion", "length", lambda one: one.found.depth, _depth),
-    Fact("peak_force peak_force_N", "peak force", "of the cushion", "force", lambda one: one.found.peak_force,
+    Fact("energy_J", "", "brought to the place of the blow", "energy", lambda one: one.found.energy),
+    Fact("reach reach_m", "", "how far it goes beyond the wall, at first", "length", lambda one: one.found.reach),
+    Fact("depth depth_m", "depth", "how far it goes into the cushion, at first", "length",
+         lambda one: one.found.depth, _depth),
+    Fact("peak_force peak_force_N", "peak force", "the greatest force of the cushion, at first", "force",
+         lambda one: one.found.peak_force,
          lambda one, tell: _pressed(one, tell, one.found.peak_force) if _cushioned(one) else None),
-    Fact("si.peak_pressure_Pa", "", "of the oil in the cushion", "", lambda one: one.peak_pressure),
-    Fact("taken taken_J", "taken", "by the cushion in the first pass", "energy", lambda one: one.found.taken,
+    Fact("si.peak_pressure_Pa", "", "of the oil in the cushion at this force; null without its area", "",
+         lambda one: one.peak_pressure),
+    Fact("taken taken_J", "taken", "the energy that the cushion keeps, at first", "energy", lambda one: one.found.taken,
          lambda one, tell: f"{tell(one.found.taken, 'energy')} by the cushion in the first pass"
          if _cushioned(one) else None),
-    Fact("worst_pass", "worst pass", "the one that goes deepest", "", lambda one: one.found.worst_pass, _worst),
-    Fact("worst_depth worst_depth_m", "", "how deep", "length", lambda one: one.found.worst_depth),
-    Fact("worst_force worst_force_N", "", "and its force", "force", lambda one: one.found.worst_force),
-    Fact("si.worst_pressure_Pa", "", "and pressure", "", lambda one: one.pressure(one.found.worst_force)),
-    Fact("pressure", "pressure", "of the supply, the mean of the cycle", "", lambda one: one.found.pressure,
-         _mean_pressure),
-    Fact("front_speed front_speed_m_s", "then", "with which it strikes the front end of the housing", "speed",
+    Fact("worst_pass", "worst pass", "the pass, from 1 on, in which it goes deepest into the cushion", "",
+         lambda one: one.found.worst_pass, _worst),
+    Fact("worst_depth worst_depth_m", "", "how deep it then goes", "length", lambda one: one.found.worst_depth),
+    Fact("worst_force worst_force_N", "", "the greatest force there", "force", lambda one: one.found.worst_force),
+    Fact("si.worst_pressure_Pa", "", "of the oil in the cushion at this force", "",
+         lambda one: one.pressure(one.found.worst_force)),
+    Fact("pressure", "pressure",
+         "with a pump the mean pressure of the cycle, under which this is told, as a multiple of that of "
+         "the forces; else 1", "", lambda one: one.found.pressure, _mean_pressure),
+    Fact("front_speed front_speed_m_s", "then", "at which it strikes the front end, or 0", "speed",
          lambda one: one.found.front_speed, _then),
-    Fact("period period_s", "", "of a motion that goes on without blows", "time", lambda one: one.found.period),
-    Fact("again again_m_s", "", "the speed with which it comes again", "speed", lambda one: one.found.again),
+    Fact("period period_s", "", "of a machine that cycles without a blow: the time between passes; else null", "time",
+         lambda one: one.found.period),
+    Fact("again again_m_s", "", "likewise the speed of a pass", "speed", lambda one: one.found.again),
 )  # fmt: skip
 """What a blank blow is."""
 

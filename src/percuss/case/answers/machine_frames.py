@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.facts import Teller
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.motion_frames import Frames
@@ -50,13 +51,13 @@ def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, w
 
 def of_machine(machine: Machine) -> dict[str, Any]:
     """What a picture needs of the machine itself."""
-    pairs = machine.valve.pairs
+    pairs, scale = machine.valve.pairs, Teller.of(machine).scale
     return {
         "units": "SI" if machine.is_si else "dimensionless",
         "scales": _scales(machine),
         "states": [name for name, _ in pairs],
-        "forces": [number(_in(machine, "force", machine.valve.force(name))) for name, _ in pairs],
-        "stiffness": number(machine.valve.chamber.stiffness * _stiffness(machine)),
+        "forces": [number(machine.valve.force(name) * scale("force")) for name, _ in pairs],
+        "stiffness": number(machine.valve.chamber.stiffness * (scale("force") / scale("length"))),
         "pressure_Pa": number(machine.pressure),
     }
 
@@ -64,7 +65,7 @@ def of_machine(machine: Machine) -> dict[str, Any]:
 def course_arrays(machine: Machine, course: Course, blows: Array) -> dict[str, Any]:
     """A course over time; the velocity is the mean one between two instants, in the middle between them."""
     names = {name: i for i, (name, _) in enumerate(machine.valve.pairs)}
-    length, time = _in(machine, "length", 1.0), _in(machine, "time", 1.0)
+    length, time, force = map(Teller.of(machine).scale, ("length", "time", "force"))
     steps = np.diff(course.times)
     struck = np.searchsorted(blows, course.times[:-1], side="right") != np.searchsorted(blows, course.times[1:])
     goes = (steps > 1e-9 * course.times[-1]) & ~struck
@@ -72,20 +73,11 @@ def course_arrays(machine: Machine, course: Course, blows: Array) -> dict[str, A
         "t": course.times * time,
         "striking_end": course.striking_end * length,
         "centre": course.centre * length,
-        "force": course.force * _in(machine, "force", 1.0),
+        "force": course.force * force,
         "state": np.array([names[state] for state in course.states], dtype=np.int16),
         "velocity_t": 0.5 * (course.times[1:] + course.times[:-1])[goes] * time,
         "velocity": np.diff(course.centre)[goes] / steps[goes] * length / time,
     }
-
-
-def _in(machine: Machine, kind: str, value: float) -> float:
-    """A value in SI where the machine has scales: a "length", "time" or "force"."""
-    return value * float(getattr(machine, f"{kind}_scale")) if machine.is_si else value
-
-
-def _stiffness(machine: Machine) -> float:
-    return machine.force_scale / machine.length_scale if machine.is_si else 1.0
 
 
 def _scales(machine: Machine) -> dict[str, float] | None:

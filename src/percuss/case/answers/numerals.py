@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import shlex
 import sys
@@ -80,6 +82,21 @@ def ordinal(value: int) -> str:
 def as_typed(name: str) -> str:
     """The name of a case as it is to be typed again: '-' for standard input, quoted where a shell needs it."""
     return "-" if name == "<stdin>" else shlex.quote(name)
+
+
+def table_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as CSV.
+
+    Examples
+    --------
+    >>> table_text(["label", "phase"], [("z=1/1", 0.25)])
+    'label,phase\\nz=1/1,0.25\\n'
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 # ---- Values for JSON: every number finite or null, numpy's kinds as Python's own

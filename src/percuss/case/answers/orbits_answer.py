@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.numerals import picked, plain_value
+from percuss.case.answers.numerals import picked, plain_value, table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
@@ -360,14 +360,14 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
 
 def branch_table(branch: Branch) -> str:
     """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit."""
-    lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed"]
+    heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
+    rows = []
     for number, one in enumerate(branch.family(), 1):
-        rows = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
-        for point, (value, phases, speeds, stable) in enumerate(rows, 1):
+        points = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
+        for point, (value, phases, speeds, stable) in enumerate(points, 1):
             for impact, (phase, speed) in enumerate(zip(phases, speeds, strict=True), 1):
-                told = f"{one.label},{point},{value!r},{int(stable)},{impact},{phase!r},{speed!r}"
-                lines.append(f"{number},{told}")
-    return "\n".join([*lines, ""])
+                rows.append((number, one.label, point, value, int(stable), impact, phase, speed))
+    return table_text(heads, rows)
 
 
 # ---- The cycles with rest of a case: by their labels, in words and as JSON
@@ -513,13 +513,12 @@ def _rest_point(point: BranchPoint) -> dict[str, Any]:
 
 def rest_branch_table(branch: Branch) -> str:
     """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one."""
-    lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed,release_phase,rest_phase"]
+    heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
+    rows = []
     for point, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True), 1):
-        head = f"1,{cycle.label},{point},{value!r},{int(cycle.stable)}"
-        impact = 0
-        for release, rest, chain in zip(cycle.release_phases, cycle.rest_phases, cycle.chains, strict=True):
-            for _ in chain.impacts:
-                told = f"{float(cycle.phases[impact])!r},{float(cycle.speeds[impact])!r}"
-                impact += 1
-                lines.append(f"{head},{impact},{told},{float(release)!r},{float(rest)!r}")
-    return "\n".join([*lines, ""])
+        chains = zip(cycle.release_phases.tolist(), cycle.rest_phases.tolist(), cycle.chains, strict=True)
+        ends = [(release, rest) for release, rest, chain in chains for _ in chain.impacts]
+        impacts = zip(cycle.phases.tolist(), cycle.speeds.tolist(), ends, strict=False)
+        for impact, (phase, speed, (release, rest)) in enumerate(impacts, 1):
+            rows.append((1, cycle.label, point, value, int(cycle.stable), impact, phase, speed, release, rest))
+    return table_text((*heads, "release_phase", "rest_phase"), rows)

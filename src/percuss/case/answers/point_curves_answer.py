@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from percuss.case.answers.numerals import table_text
 from percuss.case.answers.orbits_answer import branch_answer, followed, is_rest_label, rest_branch_answer, value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -158,28 +159,18 @@ def point_curves_table(curves: Sequence[PointCurve]) -> str:
     >>> point_curves_table([])
     'curve,type,label,point,is_orbit,impact,phase\\n'
     """
-    names = "".join(f"{name}," for name in curves[0].parameters) if curves else ""
-    resting = [one for one in curves if one.has_rest]
-    if resting:
-        return _rest_table(resting, names)
-    lines = [f"curve,type,label,point,{names}is_orbit,impact,phase"]
+    head = ("curve", "type", "label", "point", *(curves[0].parameters if curves else ()), "is_orbit")
+    rows: list[tuple[object, ...]] = []
+    resting = False
     for number, one in enumerate(curves, 1):
-        rows = zip(one.values.tolist(), one.phases.tolist(), one.is_orbit.tolist(), strict=True)
-        for point, ((first, second), phases, real) in enumerate(rows, 1):
-            head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
-            lines += [f"{head},{impact},{phase!r}" for impact, phase in enumerate(phases, 1)]
-    return "\n".join([*lines, ""])
-
-
-def _rest_table(curves: Sequence[PointCurve], names: str) -> str:
-    lines = [f"curve,type,label,point,{names}is_orbit,release_phase,event_phase"]
-    for number, one in enumerate(curves, 1):
-        phases = zip(one.release_phases.tolist(), one.event_phases.tolist(), strict=True)
-        rows = zip(one.values.tolist(), one.is_orbit.tolist(), phases, strict=True)
-        for point, ((first, second), real, (release, event)) in enumerate(rows, 1):
-            head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
-            lines.append(f"{head},{release!r},{event!r}")
-    return "\n".join([*lines, ""])
+        resting = one.has_rest
+        for point, (values, real) in enumerate(zip(one.values.tolist(), one.is_orbit.tolist(), strict=True)):
+            place = (number, one.event.value, one.label, point + 1, *values, int(real))
+            if resting:
+                rows.append((*place, float(one.release_phases[point]), float(one.event_phases[point])))
+            else:
+                rows += [(*place, impact, phase) for impact, phase in enumerate(one.phases[point].tolist(), 1)]
+    return table_text((*head, *(("release_phase", "event_phase") if resting else ("impact", "phase"))), rows)
 
 
 def laid_curves(name: str, content: bytes) -> tuple[LaidCurve, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.facts import Teller
 from percuss.case.answers.numerals import counted, number, ordinal, percent, quantity
 from percuss.case.answers.sentences import law_in_words
 
@@ -93,7 +94,7 @@ def _structure_rows(system: System) -> list[tuple[str, str]]:
     rows.append(("modes", f"ω = {told} per radian of the load, damped by {', '.join(map(number, known.damping))}"))
     if bar is not None and system.frequency is not None:
         rows.append(("frequencies", ", ".join(quantity(f, "Hz") for f in bar.natural_frequencies(known.size).tolist())))
-    gap = number(body.gap) if bar is None else quantity(body.gap * system.length_scale, "m")
+    gap = Teller.of(system)(body.gap, "length")
     rows.append(("gap", f"{gap}, restitution R = {number(system.restitution)}"))
     return rows
 

@@ -54,26 +54,30 @@ def waves_dict(
 
 def _settled(motion: WaveMotion) -> dict[str, Any]:
     """The figures of a cycle, or of the last half of the impacts."""
-    figures = json_of(motion, _SETTLED, Teller.of(motion.system))
+    figures = json_of(motion, SETTLED, Teller.of(motion.system))
     return {**figures, "si": None} if motion.system.frequency is None else figures
 
 
-_SETTLED: tuple[Fact[WaveMotion], ...] = (
-    Fact("impacts", "", "in a cycle", "", lambda motion: motion.settled.size),
-    Fact("phases", "", "of the impacts", "", lambda motion: motion.settled.phase),
-    Fact("velocities velocities_m_s", "", "of the impacts", "speed", lambda motion: motion.settled.velocity),
-    Fact("restitutions", "", "of the impacts", "", lambda motion: motion.settled.restitution),
-    Fact("ringing_shares", "", "energy that rings on", "", lambda motion: motion.settled.ringing_share),
-    Fact("durations_s", "", "of the impacts", "time", lambda motion: motion.settled.duration),
-    Fact("peak_forces_N", "", "of the impacts", "force", lambda motion: motion.settled.peak_force),
-    Fact("given_J", "", "energy given by the impacts", "energy", lambda motion: motion.settled.given),
-    Fact("rock_work_J", "", "work on the rock", "energy", lambda motion: motion.settled.rock_work),
-    Fact("fed_m", "", "how far what is struck is fed", "length", lambda motion: motion.settled.fed),
-    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, and per second", "cycles", lambda one: one.blow_rate),
-    Fact("impulse_per_period", "", "of the impacts", "", lambda motion: motion.impulse_per_period),
-    Fact("delivered_power delivered_power_kW", "", "of the impacts", "power", lambda one: one.delivered_power),
-    Fact("rock_power", "", "work on the rock over time", "power", lambda motion: motion.rock_power),
-)
+SETTLED: tuple[Fact[WaveMotion], ...] = (
+    Fact("impacts", "", "how many", "", lambda one: one.settled.size),
+    Fact("phases", "", "load phase at the centroid of the contact force", "", lambda one: one.settled.phase),
+    Fact("velocities velocities_m_s", "", "of each impact the speed of the rigid motion there", "speed",
+         lambda one: one.settled.velocity),
+    Fact("restitutions", "", "impulse over mass and speed, less 1", "", lambda one: one.settled.restitution),
+    Fact("ringing_shares", "", "elastic energy after the impact over the energy before it", "",
+         lambda one: one.settled.ringing_share),
+    Fact("durations_s", "", "of each impact", "time", lambda one: one.settled.duration),
+    Fact("peak_forces_N", "", "the greatest contact force of each impact", "force", lambda one: one.settled.peak_force),
+    Fact("given_J", "", "of each impact the work done on what is struck", "energy", lambda one: one.settled.given),
+    Fact("rock_work_J", "", "of each impact what the rock keeps", "energy", lambda one: one.settled.rock_work),
+    Fact("fed_m", "", "how far the tool is fed after each impact", "length", lambda one: one.settled.fed),
+    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, or per second", "cycles", lambda one: one.blow_rate),
+    Fact("impulse_per_period", "", "sum of the impulses per load period; null if not periodic", "",
+         lambda one: one.impulse_per_period),
+    Fact("delivered_power delivered_power_kW", "", "work done on what is struck per radian, or per second", "power",
+         lambda one: one.delivered_power),
+    Fact("rock_power", "", "what the rock keeps of it", "power", lambda one: one.rock_power),
+)  # fmt: skip
 """What a cycle by waves is."""
 
 
