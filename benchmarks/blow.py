@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from percuss.blow import Rock, Rod, strike
-from percuss.blow.machine import Limits, Release, machine_motion
+from percuss.blow.periods import run_by_waves
 from percuss.model import Bar, Kept, Load, Ratio, Section, SectionedBar, System
+from percuss.simulate import Start, Stop
 from simulation import PEERS, ROOT, environment_of_peers
 
 Row = tuple[str, str, str, str]
@@ -137,12 +138,12 @@ def machines() -> list[Row]:
     for bar_name, bar in bars.items():
         for rod_name, rod in rods.items():
             load = Load.harmonic(900.0, 2000.0, frequency=1.0 / (TRANSITS * bar.transit_time))
-            system, limits = System.from_si(bar, load, Kept(0.3)), Limits(periods=PERIODS, settled=False)
+            system, stop = System.from_si(bar, load, Kept(0.3)), Stop(time=PERIODS * 2.0 * np.pi, periodic=False)
 
-            def motion(system: System = system, rod: Rod = rod, limits: Limits = limits) -> object:
-                return machine_motion(system, rod, Release(), limits, estimate=False)
+            def motion(system: System = system, rod: Rod = rod, stop: Stop = stop) -> object:
+                return run_by_waves(system, rod, Start.rigid(), stop, estimate=False)
 
-            cells = machine_motion(system, rod, Release(), limits, estimate=False).lattice.cells
+            cells = run_by_waves(system, rod, Start.rigid(), stop, estimate=False).lattice.cells
             period = seconds(motion, 5) / PERIODS
             beside = f"{sum(cells)} cells of bar and rod"
             rows.append((f"machine by waves, s = 40, {bar_name} {rod_name}", f"{1e3 * period:.1f} ms", "20 ms", beside))

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from percuss.blow import Rod, Wall
-from percuss.blow.machine import Impacts, Limits, Release, machine_motion
-from percuss.blow.machine.lattice import machine_record
-from percuss.blow.machine.wave_motion import impacts_of
-from percuss.blow.machine.wave_running import Course
+from percuss.blow.periods import Impacts, run_by_waves
+from percuss.blow.periods.lattice import machine_record
+from percuss.blow.periods.lattice_run import LatticeRun, rigid_state
+from percuss.blow.periods.wave_motion import impacts_of
 from percuss.model import Kept, Load, System
 from percuss.model.body import SteppedBar, UniformBar
+from percuss.simulate import Start, Stop
 
 TURN = 2.0 * math.pi
 S = 10.0 / TURN
@@ -40,28 +41,28 @@ def rod_for(system, ratio):
 
 def one_blow(system, target, cells, gap=0.0123 / S) -> Impacts:
     """The contacts, each told singly, of a striker that comes at unit speed, within a period of time."""
-    return machine_motion(system, target, Release(gap, 1.0), Limits(periods=1), cells=cells).impacts
+    return run_by_waves(system, target, Start.rigid(-gap, 1.0), Stop(time=TURN, tolerance=1e-6), cells=cells).impacts
 
 
 def contacts_of_blow(system, target, cells, gap=0.0123 / S):
     """The record of every contact in the first 2π of a striker that comes at unit speed."""
-    course = followed(system, target, cells, Release(gap, 1.0))
+    course = followed(system, target, cells, Start.rigid(-gap, 1.0))
     return course.contacts
 
 
-def followed(system, target, cells, release, periods=1, **how):
+def followed(system, target, cells, start, periods=1, **how):
     options = {"pushed_back": False, "quiet": False} | how
-    course = Course(machine_record(system, target, cells, **options)[1], release)
+    course = LatticeRun(machine_record(system, target, cells, **options)[1], *rigid_state(start, system))
     for _ in range(periods):
         for _ in course.period():
             pass
     return course
 
 
-def settled(system, target, release=None, cells=100, **more):
+def settled(system, target, start=None, cells=100, **more):
     """The periodic motion from a start, which must be there."""
-    motion = machine_motion(system, target, Release(2.0, 0.0, 0.3) if release is None else release, cells=cells, **more)
-    assert motion.settled is not None, motion
+    motion = run_by_waves(system, target, Start.rigid(-2.0, 0.0, 0.3) if start is None else start, cells=cells, **more)
+    assert motion.cycle is not None, motion
     return motion
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import smooth_program
 from blow_strategies import collisions, section, struck
 from collisions import Collision
-from percuss.blow import Outcome, Rock, Rod, Wall, strike
+from percuss.blow import BlowOutcome, Rock, Rod, Wall, strike
 from percuss.model import SectionedBar
 from strategies import decades
 
@@ -24,7 +24,7 @@ WILD = decades(-2.5, 2.5)
 def assert_sound(case: Collision) -> None:
     """Balances close, and nothing pulls."""
     blow = struck(case)
-    assert blow.outcome is not Outcome.TOO_MANY_PIECES
+    assert blow.outcome is not BlowOutcome.TOO_MANY_PIECES
     assert abs(blow.energy_error) < 1e-11
     assert abs(blow.momentum_error) < 1e-11
     assert all(one.impulse > 0.0 and one.peak_force > 0.0 for one in blow.contacts)
@@ -68,7 +68,7 @@ def test_a_bit_that_is_next_to_nothing_is_nothing(stiffness: float) -> None:
     """A millionth of the striker's mass: first order in it."""
     case = Collision(((1.0, 1.0),), (1.0,), 8.0, ((1.0, 2.5),), "rock", k1=stiffness, gamma=0.3)
     light, none = struck(replace(case, bit_mass=1e-6), most_pieces=1000), struck(case)
-    assert light.outcome is not Outcome.TOO_MANY_PIECES
+    assert light.outcome is not BlowOutcome.TOO_MANY_PIECES
     assert light.efficiency == pytest.approx(none.efficiency, rel=1e-2)
 
 
@@ -126,7 +126,7 @@ def test_incommensurable_lengths_do_not_make_pieces_without_end(sections: int) -
     case = Collision(striker, (1.0,) * sections, 6.0 * float(roots.sum()), ((2.0, 1.7), (1.5, None)))
     blow = struck(case)
     assert abs(blow.energy_error) < 1e-10
-    assert blow.outcome is not Outcome.TOO_MANY_PIECES
+    assert blow.outcome is not BlowOutcome.TOO_MANY_PIECES
 
 
 def test_more_pieces_than_allowed_end_the_window_and_what_is_told_is_sound() -> None:
@@ -134,7 +134,7 @@ def test_more_pieces_than_allowed_end_the_window_and_what_is_told_is_sound() -> 
     striker = tuple((1.0 + i % 3, float(tau)) for i, tau in enumerate(roots))
     case = Collision(striker, (1.0,) * 8, 6.0 * float(roots.sum()), ((2.0, 1.7), (1.0, 2.9), (1.5, None)))
     blow = struck(case, most_pieces=50_000)
-    assert blow.outcome is Outcome.TOO_MANY_PIECES
+    assert blow.outcome is BlowOutcome.TOO_MANY_PIECES
     assert blow.until < case.until
     assert abs(blow.energy_error) < 1e-11
     assert abs(blow.momentum_error) < 1e-11

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from percuss.blow import Outcome, Rock, Rod, Wall, strike
+from percuss.blow import BlowOutcome, Rock, Rod, Wall, strike
 from percuss.errors import Interrupted
 from percuss.halting import halting
 from percuss.model import Bar, Section, SectionedBar, UniformBar
@@ -90,7 +90,7 @@ def test_a_load_at_a_bar_that_touches_the_wall():
     assert [one.peak_force for one in blow.contacts] == [0.5] * 3
     assert blow.gap_after == 0.0
     assert blow.effective_restitution is None
-    assert blow.outcome is Outcome.STILL_IN_CONTACT
+    assert blow.outcome is BlowOutcome.STILL_IN_CONTACT
 
 
 def test_a_load_that_pulls_ends_the_contact_when_its_wave_arrives():
@@ -122,7 +122,7 @@ def test_a_bit_without_mass_moves_at_once_when_a_step_arrives(mass):
 
 def test_a_matched_rod_takes_everything_and_the_contact_ends():
     blow = strike(UniformBar(20.0), Rod.of_impedance(20.0), 1.0)
-    assert blow.outcome in (Outcome.OVER, Outcome.SPENT)
+    assert blow.outcome in (BlowOutcome.OVER, BlowOutcome.SPENT)
     assert blow.contact_duration == pytest.approx(0.1, rel=1e-14)
     assert math.copysign(1.0, blow.effective_restitution) == 1.0
     assert blow.effective_restitution == 0.0
@@ -139,7 +139,7 @@ def test_a_striker_that_moves_away_never_strikes():
 def test_too_many_pieces_cut_the_window_short_and_what_came_before_is_whole():
     striker = unit_bar((1.0, 1.0), (2.0, math.sqrt(2.0)), (5.0, math.pi), (1.0, 0.01))
     blow = strike(striker, Wall(), 1.0, until=60.0, most_pieces=2000)
-    assert blow.outcome is Outcome.TOO_MANY_PIECES
+    assert blow.outcome is BlowOutcome.TOO_MANY_PIECES
     assert 0.0 < blow.until < 60.0
     assert blow.energy_error < 1e-12
     assert blow.momentum_error < 1e-12
@@ -157,7 +157,7 @@ def test_no_window_is_asked_for_and_the_blow_ends_by_itself():
     for target in (Wall(), Rod([unit_section(2.0, None)]), Rod([unit_section(2.0, 3.0)], "free")):
         blow = strike(striker, target, 1.0)
         longer = strike(striker, target, 1.0, until=blow.until + 30.0)
-        assert blow.outcome is Outcome.OVER
+        assert blow.outcome is BlowOutcome.OVER
         assert len(longer.contacts) == len(blow.contacts)
         assert longer.effective_restitution == pytest.approx(blow.effective_restitution, abs=1e-12)
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from percuss.blow import Outcome, Rock, Rod, Wall, closed_forms, effective_blow, strike
+from percuss.blow import BlowOutcome, Rock, Rod, Wall, closed_forms, effective_blow, strike
 from percuss.errors import ParameterError
 from percuss.model import Bar, Section, SectionedBar, SteppedBar, UniformBar
 from strategies import decades
@@ -21,7 +21,7 @@ def test_st_venant():
     """L = 1 m, E = 210 GPa, ρ = 7800 kg/m³, S = 3.14 cm², 0.1 m/s."""
     bar = Bar(1.0, 3.14e-4, 210e9, 7800.0)
     blow = strike(bar, Wall(), 0.1)
-    assert blow.outcome is Outcome.OVER
+    assert blow.outcome is BlowOutcome.OVER
     assert blow.contact_duration == pytest.approx(3.854496446637726e-4, rel=1e-14)
     assert blow.contacts[0].peak_force == pytest.approx(1270.82747846, rel=1e-11)
     assert blow.effective_restitution == pytest.approx(1.0, abs=1e-14)

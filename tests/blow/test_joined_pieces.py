@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numba import njit
 from numpy.polynomial import chebyshev
 
-from percuss.blow import Outcome, Rock, Rod, strike
+from percuss.blow import BlowOutcome, Rock, Rod, strike
 from percuss.blow.kernels.rows import joined
 from percuss.blow.kernels.wave_records import APART, MOST_JOINED, WIDTH
 from percuss.model import Section, SectionedBar
@@ -103,7 +103,7 @@ def drilled(bit_mass: float) -> Any:
 def test_the_waves_of_a_drifter_have_no_pieces_but_those_that_they_need(bit_mass: float, most: int) -> None:
     """Unjoined, the first has 267 000; the second more than a window may have, unless fast motions are let go."""
     blow = drilled(bit_mass)
-    assert blow.outcome is not Outcome.TOO_MANY_PIECES
+    assert blow.outcome is not BlowOutcome.TOO_MANY_PIECES
     assert blow._course.held.waves.pieces.sum() < most
     assert abs(blow.energy_error) < 1e-12
     assert abs(blow.momentum_error) < 1e-12

@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 
 from machine_cases import TURN, bar, followed
 from percuss.blow import Wall
-from percuss.blow.machine import Release
-from percuss.blow.machine.lattice import MOST_STEPS, lattice_of, load_means
+from percuss.blow.periods.lattice import MOST_STEPS, lattice_of, load_means
 from percuss.errors import ParameterError
 from percuss.model import Load
 from percuss.model.body import External, KelvinVoigt, Ratio
 from percuss.model.body.damping import UNDAMPED, Table
+from percuss.simulate import Start
 
 SECTIONS = (1.2, 2.0, 0.9), (0.2, 0.5, 0.3)
 LOAD = Load.fourier([0.3, 1.0, 0.2j, 0.1])
@@ -62,7 +62,7 @@ def exact_velocities(body, load, time, count):
 def test_a_flight_is_that_of_the_damped_modes(damping, tolerance):
     """251 transit times long; the greatest error of ten modes over the amplitude that the start gives the first."""
     system = bar(20.0, *SECTIONS, load=LOAD, damping=damping)
-    course = followed(system, Wall(), 200, Release(1e3))
+    course = followed(system, Wall(), 200, Start.rigid(-1e3))
     found, scale = exact_velocities(system.body, LOAD, TURN, COUNT)
     assert np.abs(modal_velocities(course, system.body, COUNT) - found).max() < tolerance * scale
 
@@ -70,26 +70,26 @@ def test_a_flight_is_that_of_the_damped_modes(damping, tolerance):
 def test_the_rigid_motion_is_that_of_a_point_mass():
     """u' = p − d u' in closed form; the elastic laws leave it alone."""
     for damping in (UNDAMPED, Ratio(0.01), KelvinVoigt(1e-4)):
-        course = followed(bar(20.0, *SECTIONS, load=LOAD, damping=damping), Wall(), 100, Release(1e3, 0.7))
+        course = followed(bar(20.0, *SECTIONS, load=LOAD, damping=damping), Wall(), 100, Start.rigid(-1e3, 0.7))
         assert course.momentum == pytest.approx(0.7 + 0.3 * TURN, abs=1e-11)
     d = 0.1
-    course = followed(bar(20.0, *SECTIONS, load=LOAD, damping=External(d)), Wall(), 100, Release(1e3, 0.7))
+    course = followed(bar(20.0, *SECTIONS, load=LOAD, damping=External(d)), Wall(), 100, Start.rigid(-1e3, 0.7))
     k = np.arange(1, 4)
     steady = 0.3 / d + (LOAD.coefficients[1:] / (d + 1j * k)).sum().real
     assert course.momentum == pytest.approx(steady + (0.7 - steady) * np.exp(-d * TURN), rel=1e-4)
 
 
 def test_undamped_waves_keep_their_energy():
-    course = followed(bar(20.0, *SECTIONS), Wall(), 100, Release(1e3, 1.0), periods=3)
+    course = followed(bar(20.0, *SECTIONS), Wall(), 100, Start.rigid(-1e3, 1.0), periods=3)
     assert course.energy == pytest.approx(0.5, rel=1e-12)
-    pushed = followed(bar(20.0, *SECTIONS, load=LOAD), Wall(), 100, Release(1e3))
+    pushed = followed(bar(20.0, *SECTIONS, load=LOAD), Wall(), 100, Start.rigid(-1e3))
     assert pushed.energy == pytest.approx(float(pushed.now["load_work"][0]), rel=1e-12)
 
 
 def test_a_load_at_a_step_sends_half_waves_both_ways():
     """At a step of nothing: the bar moves as its mass does, and a symmetric pair of waves leaves no asymmetry."""
     system = bar(5.0, (1.0, 1.0), (1.0, 1.0), load=Load.harmonic(1.0, 0.0).acting_at(1))
-    course = followed(system, Wall(), 40, Release(1e3))
+    course = followed(system, Wall(), 40, Start.rigid(-1e3))
     assert course.momentum == pytest.approx(TURN, rel=1e-12)
     chain = course.machine.striker
     halves = [np.roll(chain.right[f : f + n], -s) for f, n, s in zip(chain.first, chain.cells, chain.slot, strict=True)]

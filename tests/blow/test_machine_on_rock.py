@@ -8,11 +8,12 @@ from hypothesis import strategies as st
 from percuss import Load, System, Timed, timed_states
 from percuss.blow import Rock, Rod, effective_blow, strike
 from percuss.blow.kernels.lattice_motion import follow
-from percuss.blow.machine import Limits, Release, machine_motion
-from percuss.blow.machine.lattice import machine_record
-from percuss.blow.machine.wave_running import Course
+from percuss.blow.periods import run_by_waves
+from percuss.blow.periods.lattice import machine_record
+from percuss.blow.periods.lattice_run import LatticeRun
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Section, SectionedBar
+from percuss.simulate import Start, Stop
 
 PISTON = SectionedBar([Section(0.1, area=12e-4), Section(0.2, area=16e-4)])
 BIT = (Section(0.6, area=12e-4), Section(0.2, area=30e-4))
@@ -37,7 +38,7 @@ def blow_on_the_lattice(rod, cells=400):
     """The contacts of one blow on the lattice, within the window, as the record has them; the course and its system."""
     system = hammer(PISTON, Load.harmonic(0.0, 0.0, frequency=40.0))
     machine = machine_record(system, rod, cells, pushed_back=rod.end == "free", quiet=False)[1]
-    course = Course(machine, Release(1e-3, SPEED / system.speed_scale))
+    course = LatticeRun(machine, 1e-3, SPEED / system.speed_scale)
     follow(machine, course.now, course.count, course._log, int(WINDOW / system.time_scale / machine.step))
     return course, system
 
@@ -79,8 +80,8 @@ def fed_machine(frequency, rod, advance=True, amplitude=16e3):
     a = blow.advance / system.time_scale / law.impulse(1.0, 0.0) if advance else 0.0
     law = Timed(law.restitution, law.duration, law.force_centroid, a)
     orbit = timed_states(system, law).orbits[-1]
-    start = Release(0.0, orbit.rebound_velocity, orbit.phase)
-    motion = machine_motion(system, rod, start, cells=100, quiet=True, pushed_back=not advance, estimate=False)
+    start = Start.rigid(0.0, orbit.rebound_velocity, orbit.phase)
+    motion = run_by_waves(system, rod, start, cells=100, quiet=True, pushed_back=not advance, estimate=False)
     return motion, orbit
 
 
@@ -94,14 +95,14 @@ def test_a_drill_that_is_fed_strikes_when_the_law_of_its_blow_says(frequency, bi
     assert motion.phases[0] == pytest.approx(orbit.phase, abs=3e-5)
     assert orbit.phase_shift > 0.015
     assert motion.velocities[0] == pytest.approx(orbit.rigid_velocity, rel=1e-6)
-    assert motion.cycle.fed[0] == pytest.approx(orbit.advance, rel=1e-3)
+    assert motion.settled.fed[0] == pytest.approx(orbit.advance, rel=1e-3)
 
 
 def test_a_tool_pushed_back_strikes_at_b77s_phase():
     motion, orbit = fed_machine(80.0, Rod([ONE], "rock", rock=Rock(3e8, 0.3)), advance=False)
     assert motion.phases[0] == pytest.approx(orbit.phase_b77, abs=5e-6)
-    assert motion.cycle.fed[0] == 0.0
-    assert motion.cycle.rock_work[0] > 0.0
+    assert motion.settled.fed[0] == 0.0
+    assert motion.settled.rock_work[0] > 0.0
     free, orbit = fed_machine(80.0, Rod([Section(1.0, area=20e-4)], "free"), advance=False)
     assert free.phases[0] == pytest.approx(orbit.phase_b77, abs=5e-6)
     assert free.rock_power == 0.0
@@ -126,8 +127,8 @@ def test_what_every_motion_on_rock_keeps(sections, stiffness, ratio, bit_mass, g
         rock=Rock(stiffness, ratio, gap),
     )
     system = hammer(PISTON, Load.harmonic(6e3, amplitude, frequency=60.0))
-    limits = Limits(periods=6)
-    motion = machine_motion(system, rod, Release(0.1), limits, cells=40, pushed_back=pushed_back, estimate=False)
+    limits = Stop(time=12.0 * np.pi, tolerance=1e-6)
+    motion = run_by_waves(system, rod, Start.rigid(-0.1), limits, cells=40, pushed_back=pushed_back, estimate=False)
     impacts = motion.impacts
     assert motion.energy.error < 1e-11
     assert np.all(impacts.impulse > 0.0)
@@ -148,7 +149,7 @@ def test_a_striker_that_lies_on_its_tool_leaves_it_where_the_load_presses_it():
     """Pressed for good, the tool is never fed; the penetration is not less than that of the load at rest."""
     system = hammer(PISTON, Load.harmonic(2e4, 1e3, frequency=60.0))
     rod = RODS["no mass"]
-    course = Course(machine_record(system, rod, 40, pushed_back=False, quiet=False)[1], Release(0.0, 0.01))
+    course = LatticeRun(machine_record(system, rod, 40, pushed_back=False, quiet=False)[1], 0.0, 0.01)
     for _ in range(20):
         for _ in course.period():
             pass
@@ -160,8 +161,8 @@ def test_a_striker_that_lies_on_its_tool_leaves_it_where_the_load_presses_it():
 def test_a_free_end_must_be_pushed_back_and_masses_between_sections_are_refused():
     system = hammer(PISTON, Load.harmonic(6e3, 1e4, frequency=40.0))
     with pytest.raises(ParameterError, match="nothing else brings back"):
-        machine_motion(system, Rod([ONE], "free"))
+        run_by_waves(system, Rod([ONE], "free"))
     with pytest.raises(ParameterError, match="short section"):
-        machine_motion(system, Rod([ONE, ONE], "rock", rock=Rock(1e8), joint_masses=[(1, 2.0)]))
+        run_by_waves(system, Rod([ONE, ONE], "rock", rock=Rock(1e8), joint_masses=[(1, 2.0)]))
     with pytest.raises(ParameterError, match="of_impedance"):
-        machine_motion(System(20.0, 0.0, 0.6, Load.harmonic(0.9, 1.0)), Rod([ONE], "rock", rock=Rock(1e8)))
+        run_by_waves(System(20.0, 0.0, 0.6, Load.harmonic(0.9, 1.0)), Rod([ONE], "rock", rock=Rock(1e8)))

@@ -10,8 +10,8 @@ import pytest
 from machine_cases import DRIFTER, bar, rod_for, settled
 from percuss import Kept, Load, System, Timed, timed_states
 from percuss.blow import effective_blow
-from percuss.blow.machine import Release
 from percuss.model.body import UniformBar
+from percuss.simulate import Start
 
 PAGE = (Path(__file__).parents[2] / "docs" / "simulation.md").read_text(encoding="utf-8")
 
@@ -50,7 +50,7 @@ def test_a_row_is_what_the_package_computes(row):
     orbit = timed_states(System(system.body, load, Kept(blow.restitution)), law).orbits[-1]
     assert blow.restitution == pytest.approx(restitution, abs=5e-5)
     assert law.duration / orbit.period == pytest.approx(share, abs=6e-4)
-    start = Release(0.0, orbit.rebound_velocity, orbit.phase)
+    start = Start.rigid(0.0, orbit.rebound_velocity, orbit.phase)
     motion = settled(system, rod, start, quiet=True, cells=200 if striker == "uniform" else 1600, estimate=False)
     assert motion.phases[0] == pytest.approx(phase, abs=6e-5)
     assert orbit.phase_b77 - motion.phases[0] == pytest.approx(off_b77, abs=5e-4)

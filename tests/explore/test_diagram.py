@@ -169,14 +169,11 @@ def test_what_does_not_fit_is_left_out_and_counted(line: DiagramBranch) -> None:
 
 
 def test_a_branch_told_from_another_impact_or_period_is_the_same(line: DiagramBranch) -> None:
-    shifted = DiagramBranch(
-        line.impacts, line.periods, line.values[::-1], line.times[::-1] + 2.0 * np.pi, line.speeds[::-1],
-        line.energies[::-1], line.unstable[::-1], line.points[::-1],
-    )  # fmt: skip
-    aside = DiagramBranch(
-        line.impacts, line.periods, line.values, line.times + 0.1, line.speeds, line.energies, line.unstable,
-        tuple(replace(point, phases=point.phases + 0.1) for point in line.points),
-    )  # fmt: skip
+    columns = ("values", "times", "speeds", "energies", "unstable", "points")
+    back = replace(line, **{name: getattr(line, name)[::-1] for name in columns})
+    shifted = replace(back, times=back.times + 2.0 * np.pi)
+    moved = tuple(replace(point, motion=point.plain._replace(phases=point.plain.phases + 0.1)) for point in line.points)
+    aside = replace(line, times=line.times + 0.1, points=moved)
     assert len(with_new([line], [shifted])) == 1
     assert len(with_new([line], [aside])) == 2
 
@@ -189,10 +186,8 @@ def test_long_steps_of_another_walk_make_no_other_branch() -> None:
     doubled = follow(orbit, "gap", (-0.07, -0.03), switch=1).switched[0]
     fine = line_of(doubled, lambda gap: replace(system, body=replace(body, gap=gap)))
     rows = [0, fine.values.size - 1]
-    coarse = DiagramBranch(
-        fine.impacts, fine.periods, fine.values[rows], fine.times[rows], fine.speeds[rows], fine.energies[rows],
-        fine.unstable[rows], fine.points,
-    )  # fmt: skip
+    columns = ("values", "times", "speeds", "energies", "unstable")
+    coarse = replace(fine, **{name: getattr(fine, name)[rows] for name in columns})
     assert fine.values.size > 8
     assert len(with_new([coarse], [fine])) == len(with_new([fine], [coarse])) == 1
     assert len(with_new([coarse], [replace(fine, points=())])) == 2  # by its rows alone it is another one

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from percuss import Load, System, plot
-from percuss.explore import Diagram, RestEvent, diagram, follow_rest_cycle
-from percuss.explore.diagrams.diagram_lines import KEPT_IMPACTS, DiagramRestBranch, lines_from, packed, rest_line_of
+from percuss.explore import BranchEvent, Diagram, diagram, follow_rest_cycle
+from percuss.explore.continuation.rest_following import KEPT_IMPACTS
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, lines_from, packed
 from percuss.explore.diagrams.tracing import rests_traced
 from percuss.explore.family import family_of
 from percuss.model import Kept, ModalBody
@@ -28,21 +29,23 @@ def found() -> Diagram:
 
 
 @pytest.fixture(scope="module")
-def line(found: Diagram) -> DiagramRestBranch:
+def line(found: Diagram) -> DiagramBranch:
     (only,) = found.rest_branches
     return only
 
 
-def test_it_ends_at_the_onset_of_the_chatter(line: DiagramRestBranch) -> None:
+def test_it_ends_at_the_onset_of_the_chatter(line: DiagramBranch) -> None:
     first, last = line.points
-    assert (line.label, first.kind, last.kind) == ("chatter/1", RestEvent.ONSET, RestEvent.LIMIT)
+    assert (line.label, first.kind, last.kind) == ("chatter/1", BranchEvent.ONSET, BranchEvent.LIMIT)
     assert first.value == pytest.approx(0.457825216970, abs=1e-10)
     assert (first.impact, first.touch_phase) == (None, None)
     assert "z=p/1" in first.beyond
     assert "chatter/1" in str(first)
+    (again,) = lines_from(packed([line], 1 << 20)[0])
+    assert again.has_rest and packed([again], 1 << 20) == packed([line], 1 << 20)
 
 
-def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramRestBranch) -> None:
+def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramBranch) -> None:
     """Load x + cos t: at arccos(-x); from there it flies for longer than the load pulls."""
     release = np.arccos(-line.values)
     assert line.release_phases[:, 0] == pytest.approx(release, abs=1e-12)
@@ -54,7 +57,7 @@ def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramRestBranch
     assert line.stable.all()
 
 
-def test_simulations_settle_on_it(found: Diagram, line: DiagramRestBranch) -> None:
+def test_simulations_settle_on_it(found: Diagram, line: DiagramBranch) -> None:
     """The main blow and its energy, within what a straight line between two points is off."""
     settled = [one for one in found.settled if one.label == "chatter/1"]
     assert len(settled) == 4
@@ -67,7 +70,7 @@ def test_simulations_settle_on_it(found: Diagram, line: DiagramRestBranch) -> No
         assert np.isfinite(one.energy) == (one.label not in ("rest", "departed"))
 
 
-def test_the_dataset_tells_when_the_bar_is_let_go(found: Diagram, line: DiagramRestBranch) -> None:
+def test_the_dataset_tells_when_the_bar_is_let_go(found: Diagram, line: DiagramBranch) -> None:
     dataset = found.dataset
     resting = dataset.isel(row=np.isfinite(dataset["release_phase"].values))
     assert set(resting["label"].values.tolist()) == {"chatter/1"}
@@ -83,16 +86,6 @@ def test_the_picture_tells_them(found: Diagram) -> None:
     assert {"chatter/1", "onset", "is let go", "comes to rest"} <= told
     (legend,) = plot.diagram(found, quantities=("speed",)).legends
     assert "is let go" not in {text.get_text() for text in legend.get_texts()}
-
-
-def test_bytes_give_it_back_to_the_bit(line: DiagramRestBranch) -> None:
-    data, kept = packed([line], 1 << 20)
-    (again,) = lines_from(data)
-    assert kept == 1
-    assert isinstance(again, DiagramRestBranch)
-    assert packed([again], 1 << 20)[0] == data
-    assert str(again) == str(line)
-    assert again.times.tobytes() == line.times.tobytes()
 
 
 def test_an_archive_without_them_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,7 +117,7 @@ def test_impacts_are_told_by_release_with_one_rest_and_with_two() -> None:
     """R = 0: one impact while the load pushes ends in rest; of a load with two dips the bar is let go twice."""
     system = replace(RIGID, contact=Kept(0.0)).with_load(Load.fourier([0.9, 0.2, 0.9]))
     (cycle,) = rest_cycles(system, modes=0).cycles
-    line = rest_line_of(follow_rest_cycle(cycle, "mean", (0.89, 0.91), points=3))
+    line = line_of(follow_rest_cycle(cycle, "mean", (0.89, 0.91), points=3), lambda mean: system)
     rests = cycle.release_phases.size
     assert rests == 2
     assert line.releases.shape == line.rests.shape == (line.values.size, rests)

@@ -11,9 +11,10 @@ import pytest
 
 from orbit_cases import ENTRIES, system_of
 from percuss import Load, System
-from percuss.explore import BranchEvent, BranchPoint, CurveEvent, Family, PointCurve, SystemFamily, follow, follow_point
+from percuss.explore import BranchEvent, BranchPoint, Family, PointCurve, SystemFamily, follow, follow_point
 from percuss.explore.continuation.branch_events import Partner, doubled
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.explore.continuation.solution_curve import SolutionCurve
+from percuss.explore.continuation.walk import CurvePoint
 from percuss.model import Kept, ModalBody
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
@@ -31,7 +32,7 @@ def the(orbit: PeriodicOrbit, kind: str, between: tuple[float, float], number: i
     return follow(orbit, "mean", between).at(BranchEvent(kind))[number]
 
 
-def distance(curve: PointCurve, kind: CurveEvent, xi: complex) -> float:
+def distance(curve: PointCurve, kind: BranchEvent, xi: complex) -> float:
     """How near the two multipliers nearest to ξ are to it, at the first point of a kind: matrices tell."""
     values = orbit_multipliers(curve.at(kind)[0].orbit).values
     return float(np.sort(np.abs(values - xi))[1])
@@ -108,10 +109,10 @@ def resonant_grazings() -> tuple[PointCurve, str]:
 
 @pytest.mark.parametrize(
     ("followed", "beside", "count"),
-    [(a_fold_and_a_flip, CurveEvent.WITH_FOLD, (1, 1)), (resonant_grazings, CurveEvent.RESONANT_GRAZING, (2, 2))],
+    [(a_fold_and_a_flip, BranchEvent.WITH_FOLD, (1, 1)), (resonant_grazings, BranchEvent.RESONANT_GRAZING, (2, 2))],
 )
 def test_at_a_generalized_flip_twice_the_amplitude_is_sixteen_times_as_far(
-    followed: Callable[[], tuple[PointCurve, str]], beside: CurveEvent, count: tuple[int, int]
+    followed: Callable[[], tuple[PointCurve, str]], beside: BranchEvent, count: tuple[int, int]
 ) -> None:
     """Its coefficient has poles at folds and at resonant grazings, whose change of sign is none."""
     curve, name = followed()
@@ -122,7 +123,7 @@ def test_at_a_generalized_flip_twice_the_amplitude_is_sixteen_times_as_far(
         partner = doubled_from(orbit, family, second, values[1])
         return away(partner, 0.01) / away(partner, 0.005)
 
-    found = curve.at(CurveEvent.GENERALIZED_FLIP)
+    found = curve.at(BranchEvent.GENERALIZED_FLIP)
     assert (len(found), len(curve.at(beside))) == count
     for point in found:
         assert ratio(point.orbit, point.values) == pytest.approx(16.0, rel=0.05)
@@ -159,7 +160,7 @@ def test_a_cusp_is_where_three_steady_motions_are_one() -> None:
     for fold in branch.at(BranchEvent.FOLD):
         plane = (0.6, 0.8), (0.1, 2.0)
         curve = follow_point(fold, ("second", "mean"), plane, family=family, values=(0.75, fold.value))
-        (cusp,) = curve.at(CurveEvent.CUSP)
+        (cusp,) = curve.at(BranchEvent.CUSP)
         assert cusp.values == pytest.approx((second, mean), rel=0, abs=1e-11)
         assert cusp.orbit.phase == pytest.approx(phase, rel=0, abs=1e-8)
 
@@ -170,7 +171,7 @@ def test_a_fold_and_a_flip_meet_where_either_curve_says() -> None:
     plane = (0.02, 0.2), (0.9, 1.4)
     fold = follow_point(the(start, "fold", (1.0, 1.3)), ("d", "mean"), plane)
     flip = follow_point(the(start, "flip", (1.0, 1.3)), ("d", "mean"), plane)
-    (met,), (again,) = fold.at(CurveEvent.WITH_FLIP), flip.at(CurveEvent.WITH_FOLD)
+    (met,), (again,) = fold.at(BranchEvent.WITH_FLIP), flip.at(BranchEvent.WITH_FOLD)
     assert met.values == pytest.approx(again.values, rel=0, abs=1e-9)
     values = orbit_multipliers(met.orbit).values
     assert max(np.abs(values - 1.0).min(), np.abs(values + 1.0).min()) < 1e-8
@@ -181,9 +182,9 @@ def test_strong_resonances_are_what_matrices_say() -> None:
     start = near(System(s=5.799, d=0.017547, restitution=0.42711, load=load), [0.4102, 3.1778, 6.9383], 2, 2)
     pair = the(start, "neimark_sacker", (0.66, 0.71))
     curve = follow_point(pair, PLANE, ((0.3, 0.6), (0.4, 0.9)))
-    assert [end.kind for end in curve.ends] == [CurveEvent.RESONANCE_2] * 2
-    assert distance(curve, CurveEvent.RESONANCE_2, -1.0) < 1e-5  # a double one
-    for third in curve.at(CurveEvent.RESONANCE_3):
+    assert [end.kind for end in curve.ends] == [BranchEvent.RESONANCE_2] * 2
+    assert distance(curve, BranchEvent.RESONANCE_2, -1.0) < 1e-5  # a double one
+    for third in curve.at(BranchEvent.RESONANCE_3):
         values = orbit_multipliers(third.orbit).values
         assert np.abs(values - np.exp(2j * math.pi / 3.0)).min() < 1e-9
 
@@ -194,7 +195,7 @@ def test_a_pair_comes_to_one_at_both_ends_of_its_curve() -> None:
     start = orbit_near(system_of(entry), entry["start"]["phases"], modes=8)
     assert start is not None
     curve = follow_point(the(start, "neimark_sacker", (0.6199, 0.6208)), PLANE, ((0.48, 0.52), (0.61, 0.63)))
-    assert [end.kind for end in curve.ends] == [CurveEvent.RESONANCE_1] * 2
+    assert [end.kind for end in curve.ends] == [BranchEvent.RESONANCE_1] * 2
     assert len(curve.points) == 2
     for end in curve.ends:
         assert np.sort(np.abs(orbit_multipliers(end.orbit).values - 1.0))[1] < 1e-5  # a double one
@@ -209,7 +210,7 @@ def test_a_resonant_grazing_is_met_by_three_curves() -> None:
     kinds, points = ("grazing_impact_dies", "fold"), []
     for kind in kinds:
         curve = follow_point(the(start, kind, (0.3, 0.34)), PLANE, ((0.45, 0.66), (0.28, 0.34)))
-        points.append(curve.at(CurveEvent.RESONANT_GRAZING)[0])
+        points.append(curve.at(BranchEvent.RESONANT_GRAZING)[0])
     assert points[0].values == pytest.approx(points[1].values, rel=0, abs=1e-9)
     orbit = points[0].orbit
     sizes = [abs(np.linalg.det(orbit.linearised(xi))) for xi in (1.0, -1.0, 0.3, 2.0)]
@@ -223,9 +224,9 @@ def test_folds_of_the_doubled_orbit_end_where_flips_turn() -> None:
     system = System(s=3.1036, d=0.039544, restitution=0.67602, load=load)
     doubled = the(near(system, [1.889, 8.189], 2, 2), "fold", (1.0, 1.2), number=1)
     curve = follow_point(doubled, PLANE, ((0.6, 0.8), (1.0, 1.2)))
-    (end,) = curve.at(CurveEvent.HALVING)
+    (end,) = curve.at(BranchEvent.HALVING)
     flip = the(near(system, [1.9], 1, 2), "flip", (1.0, 1.2))
-    (turn,) = follow_point(flip, PLANE, ((0.6, 0.8), (1.0, 1.2))).at(CurveEvent.GENERALIZED_FLIP)
+    (turn,) = follow_point(flip, PLANE, ((0.6, 0.8), (1.0, 1.2))).at(BranchEvent.GENERALIZED_FLIP)
     assert end.values == pytest.approx(turn.values, rel=0, abs=1e-9)
     apart = np.abs(np.diff(curve.times, axis=1)[:, 0] - 2.0 * math.pi)
     close = (apart > 1e-3) & (apart < 4e-3)
@@ -240,9 +241,9 @@ def test_a_loop_of_touches_goes_round_its_corners_and_closes() -> None:
     (start,) = [one for one in orbits(system, 1, 2, modes=1).orbits if 4.0 < one.phase < 4.1]
     touch = follow(start, "kappa", (1.3, 1.35)).at(BranchEvent.TOUCH)[-1]
     curve = follow_point(touch, ("restitution", "kappa"), ((0.0, 0.9), (1.1, 1.9)), most=150)
-    assert [end.kind for end in curve.ends] == [CurveEvent.CLOSED] * 2
-    assert len(curve.at(CurveEvent.WITH_CORNER)) == 2
-    for corner in curve.at(CurveEvent.WITH_CORNER):
+    assert [end.kind for end in curve.ends] == [BranchEvent.CLOSED] * 2
+    assert len(curve.at(BranchEvent.WITH_CORNER)) == 2
+    for corner in curve.at(BranchEvent.WITH_CORNER):
         assert corner.orbit.phase == pytest.approx(corner.values[1] * math.pi, rel=0, abs=1e-9)
     family = SystemFamily(system)
     for i in range(0, len(curve.values), 9):

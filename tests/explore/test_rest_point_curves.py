@@ -10,17 +10,9 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
-from percuss.case.answers.orbits_answer import rest_curve_dict
+from percuss.case.answers.orbits_answer import curve_dict
 from percuss.errors import ParameterError
-from percuss.explore import (
-    CurveEvent,
-    RestBranchPoint,
-    RestEvent,
-    RestPointCurve,
-    SystemFamily,
-    follow_point,
-    follow_rest_cycle,
-)
+from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, follow_point, follow_rest_cycle
 from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
 from percuss.model import Kept, ModalBody, Reversed, UniformBar
 from percuss.model.system import set_at_wall
@@ -52,25 +44,26 @@ class Squares:
 
 
 @pytest.fixture(scope="module")
-def onset() -> RestBranchPoint:
+def onset() -> BranchPoint:
     return follow_rest_cycle(only(harmonic(0.2, 0.46)), "mean", (0.45, 0.47), points=3).points[0]
 
 
 @pytest.fixture(scope="module")
-def curve(onset: RestBranchPoint) -> RestPointCurve:
+def curve(onset: BranchPoint) -> PointCurve:
     return follow_point(onset, PLANE, ((0.0, 0.3), (0.2, 1.0)))
 
 
 # -- onsets -----------------------------------------------------------------------------------------------------------
 
 
-def test_onsets_of_a_rigid_bar(curve: RestPointCurve) -> None:
+def test_onsets_of_a_rigid_bar(curve: PointCurve) -> None:
     """At R = 0.3 the figure of another program; at R = 0 the one impact is a load period after the release."""
     low, high = sorted(curve.ends, key=lambda end: end.values[0])
-    assert (low.kind, high.kind) == (CurveEvent.LIMIT, CurveEvent.LIMIT)
+    assert (low.kind, high.kind) == (BranchEvent.LIMIT, BranchEvent.LIMIT)
     assert high.values == pytest.approx((0.3, 0.513626912256), rel=0, abs=1e-11)
     assert low.values == pytest.approx((0.0, 1.0 / math.hypot(1.0, math.pi)), rel=0, abs=1e-12)
     assert curve.is_orbit.all()
+    assert str(curve).startswith("onset of chatter/1: ")
     assert curve.release_phases == pytest.approx(np.arccos(-curve.values[:, 1]), rel=0, abs=1e-12)
     assert curve.event_phases == pytest.approx(curve.release_phases, rel=0, abs=1e-9)
 
@@ -79,13 +72,13 @@ def test_it_is_met_from_a_bar_that_does_not_rebound() -> None:
     start = follow_rest_cycle(only(harmonic(0.0, 0.32)), "mean", (0.28, 0.4), points=3).points[0]
     curve = follow_point(start, PLANE, ((0.0, 0.05), (0.2, 1.0)))
     edge = next(end for end in curve.ends if end.values[0] == 0.0)
-    assert edge.kind is CurveEvent.LIMIT
+    assert edge.kind is BranchEvent.LIMIT
     restitution, mean = curve.values[np.argmax(curve.values[:, 0])]
     branch = follow_rest_cycle(only(harmonic(restitution, mean + 0.01)), "mean", (mean - 0.01, mean + 0.02), points=3)
     assert branch.points[0].value == pytest.approx(mean, rel=0, abs=5e-11)
 
 
-def test_simulated_motions_chatter_on_one_side_of_it_alone(curve: RestPointCurve) -> None:
+def test_simulated_motions_chatter_on_one_side_of_it_alone(curve: PointCurve) -> None:
     for i in np.linspace(2, len(curve.values) - 3, 5).astype(int):
         restitution, mean = curve.values[i]
         inside, outside = (run(harmonic(restitution, mean + off), Start(), modes=0).label for off in (2e-4, -2e-4))
@@ -93,10 +86,10 @@ def test_simulated_motions_chatter_on_one_side_of_it_alone(curve: RestPointCurve
         assert outside != "chatter/1"
 
 
-def test_the_branch_at_another_restitution_ends_on_it(curve: RestPointCurve) -> None:
+def test_the_branch_at_another_restitution_ends_on_it(curve: PointCurve) -> None:
     restitution, mean = curve.values[len(curve.values) // 2]
     branch = follow_rest_cycle(only(harmonic(restitution, mean + 0.01)), "mean", (mean - 0.01, mean + 0.02), points=3)
-    assert branch.points[0].kind is RestEvent.ONSET
+    assert branch.points[0].kind is BranchEvent.ONSET
     assert branch.points[0].value == pytest.approx(mean, rel=0, abs=5e-11)
 
 
@@ -126,14 +119,14 @@ def test_a_first_impact_may_fall_before_the_push() -> None:
     """A held structure that is pulled as it strikes first; its chatter piles up as the push vanishes all the same."""
     body = ModalBody((3.3,), (0.3,), (1.0,), (1.0,), gap=0.0826019930)
     system = System(body=body, contact=Kept(0.4), load=Load.harmonic(0.0, 1.0))
-    condition, side = rest_condition(RestBranchPoint(RestEvent.ONSET, body.gap, only(system, 1), ""))
+    condition, side = rest_condition(BranchPoint(BranchEvent.ONSET, (body.gap,), only(system, 1), ""))
     assert isinstance(condition, Vanishing)
     assert side * condition.number(set_at_wall(system, 1)) == pytest.approx(0.0, abs=1e-8)
 
 
 def test_where_the_impacts_of_a_ringing_bar_have_no_order_it_says_so() -> None:
     ringing = SystemFamily(load_case("laboratory-striker").system()).system({"load_factor": 0.548})
-    onset = RestBranchPoint(RestEvent.ONSET, 0.548, only(ringing, 32), "")
+    onset = BranchPoint(BranchEvent.ONSET, (0.548,), only(ringing, 32), "")
     with pytest.raises(ParameterError, match="irregular impacts"):
         follow_point(onset, ("restitution", "load_factor"), ((0.3, 0.4), (0.3, 1.0)))
 
@@ -147,7 +140,7 @@ def test_a_law_that_turns_the_strain_over_holds_the_bar_a_little_before() -> Non
     assert damping > 1e-3
     beside = SystemFamily(system).system({"d": damping, "mean": mean + 0.01})
     point = follow_rest_cycle(only(beside), "mean", (mean - 0.01, mean + 0.02), points=3).points[0]
-    assert (point.kind, point.value) == (RestEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-11))
+    assert (point.kind, point.value) == (BranchEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-11))
 
 
 @pytest.mark.slow
@@ -158,7 +151,7 @@ def test_an_elastic_bar_is_laid_down_late_under_its_strain() -> None:
     for restitution, mean in curve.values[[0, -1]]:
         beside = SystemFamily(system).system({"restitution": restitution, "mean": mean + 1e-3})
         point = follow_rest_cycle(only(beside, 2), "mean", (mean - 1e-3, mean + 2e-3), points=3).points[0]
-        assert (point.kind, point.value) == (RestEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-10))
+        assert (point.kind, point.value) == (BranchEvent.ONSET, pytest.approx(mean, rel=0, abs=1e-10))
         after = SystemFamily(system).system({"restitution": restitution, "mean": mean - 1e-5})
         assert not rest_cycles(after, modes=2).cycles
         assert run(after, Start(), modes=2).label == "chatter/1"
@@ -175,19 +168,19 @@ def test_a_touch_is_where_an_impact_dies_from_the_other_side() -> None:
     assert (touch.impact, death.impact) == (1, 1)
     plane, box = ("d", "mean"), ((0.0, 0.2), (0.4, 1.0))
     first, second = (follow_point(point, plane, box, most=3) for point in (touch, death))
-    assert (first.event, second.event) == (RestEvent.TOUCH, RestEvent.DEATH)
+    assert (first.event, second.event) == (BranchEvent.TOUCH, BranchEvent.DEATH)
     ends = [np.array(sorted(end.values for end in curve.ends)) for curve in (first, second)]
     assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-7)
     damping, mean = first.values[np.argmax(first.values[:, 0])]
     beside = System(s=5.0, d=damping, restitution=0.0, load=load.with_mean(mean - 0.01))
     again = follow_rest_cycle(only(beside), "mean", (mean - 0.02, mean + 0.01), points=3).points[1]
-    assert (again.kind, again.value) == (RestEvent.TOUCH, pytest.approx(mean, rel=0, abs=1e-10))
+    assert (again.kind, again.value) == (BranchEvent.TOUCH, pytest.approx(mean, rel=0, abs=1e-10))
 
 
 def test_the_last_release_asks_for_the_load_alone() -> None:
     last = follow_rest_cycle(only(harmonic(0.2, 0.98)), "mean", (0.97, 1.1), points=3).points[1]
     curve = follow_point(last, PLANE, ((0.1, 0.3), (0.5, 1.5)), most=4)
-    assert curve.event is RestEvent.RELEASE_LOST
+    assert curve.event is BranchEvent.RELEASE_LOST
     assert curve.values[:, 1] == pytest.approx(1.0, rel=0, abs=1e-12)
     assert curve.event_phases == pytest.approx(math.pi, rel=0, abs=1e-6)
 
@@ -195,7 +188,7 @@ def test_the_last_release_asks_for_the_load_alone() -> None:
 # -- ends and refusals ------------------------------------------------------------------------------------------------
 
 
-def test_it_stops_when_told(onset: RestBranchPoint) -> None:
+def test_it_stops_when_told(onset: BranchPoint) -> None:
     asked = 0
 
     def halt() -> bool:
@@ -204,15 +197,15 @@ def test_it_stops_when_told(onset: RestBranchPoint) -> None:
         return asked > 2000
 
     curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=halt)
-    assert CurveEvent.STOPPED in {end.kind for end in curve.ends}
+    assert BranchEvent.STOPPED in {end.kind for end in curve.ends}
     assert len(curve.values) > 1
     at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
-    assert [end.kind for end in at_once.ends] == [CurveEvent.STOPPED] * 2
+    assert [end.kind for end in at_once.ends] == [BranchEvent.STOPPED] * 2
     assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
-    assert json.loads(json.dumps(rest_curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
+    assert json.loads(json.dumps(curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
 
 
-def test_what_cannot_be_followed_is_refused(onset: RestBranchPoint) -> None:
+def test_what_cannot_be_followed_is_refused(onset: BranchPoint) -> None:
     branch = follow_rest_cycle(only(harmonic(0.2, 0.6)), "mean", (0.59, 0.61), points=3)
     with pytest.raises(ParameterError, match="one of the kinds onset"):
         follow_point(branch.points[0], PLANE, ((0.1, 0.3), (0.3, 1.0)))
@@ -220,15 +213,10 @@ def test_what_cannot_be_followed_is_refused(onset: RestBranchPoint) -> None:
         follow_point(onset, PLANE, ((0.1, 0.3), (0.3, 1.0)), values=(0.2, 0.5))
 
 
-def test_it_says_what_it_is(curve: RestPointCurve) -> None:
-    assert str(curve).startswith("onset of chatter/1: ")
-    assert (curve.kind, curve.label) == ("onset", "chatter/1")
-
-
 def test_without_a_range_a_curve_goes_to_the_last_restitution() -> None:
     start = follow_rest_cycle(only(harmonic(0.05, 0.4)), "mean", (0.3, 0.42), points=3).points[0]
     curve = follow_point(start, ("mean", "restitution"), ((0.25, 0.37), None))
     assert {end.kind: end.values[i] for i, end in zip((0, 1), curve.ends, strict=True)} == {
-        CurveEvent.LIMIT: 0.37,
-        CurveEvent.NO_SYSTEM: 0.0,
+        BranchEvent.LIMIT: 0.37,
+        BranchEvent.NO_SYSTEM: 0.0,
     }

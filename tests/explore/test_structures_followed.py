@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from percuss.explore import BranchEvent, CurveEvent, follow, follow_point
+from percuss.explore import BranchEvent, follow, follow_point
 from percuss.explore.diagrams.diagram_job import running_pass
 from percuss.model import Kept, Load, ModalBody, System
 from percuss.simulate import Stop
@@ -26,7 +26,7 @@ def flip(restitution: float):
 
 def test_the_curve_of_flips_goes_through_those_of_other_restitutions():
     curve = follow_point(flip(0.8), ("gap", "restitution"), ((-0.2, 0.0), (0.72, 0.84)))
-    assert [one.kind for one in curve.ends] == [CurveEvent.LIMIT] * 2
+    assert [one.kind for one in curve.ends] == [BranchEvent.LIMIT] * 2
     assert [one.values[1] for one in curve.ends] == pytest.approx([0.72, 0.84])
     assert curve.is_orbit.all()
     for gap, restitution in (curve.values[0], curve.values[3]):

@@ -19,7 +19,7 @@ import percuss
 from percuss import Load, System, plot, whole_file
 from percuss.cli import main
 from percuss.errors import PercussError
-from percuss.paper.figure import Figure
+from percuss.paper.figure import PaperFigure
 from percuss.simulate import Stop, run
 from percuss.whole_file import PARTS, write_whole
 
@@ -42,7 +42,7 @@ def _picture(path: Path) -> None:
 
 
 def _table(path: Path) -> None:
-    Figure("fig", "title", {"x": np.arange(3000.0)}, lambda *_: None).write_csv(path)
+    PaperFigure("fig", "title", {"x": np.arange(3000.0)}, lambda *_: None).write_csv(path)
 
 
 def _history(path: Path) -> None:

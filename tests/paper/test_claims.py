@@ -20,11 +20,20 @@ from percuss.paper.claim_common import (
     tried,
     upper_curve,
 )
-from percuss.paper.claim_ends import End, ends_of, starts_each, verdict_a
 from percuss.paper.claim_hydraulic import Scatter, verdict_d
-from percuss.paper.claim_periods import Allowed, Reach, Smallest, allowed, verdict_b, verdict_c
-from percuss.paper.claim_ranges import Motions, verdict_e
-from percuss.paper.claim_stiffness import Stiffness, verdict_f
+from percuss.paper.claim_pneumatic import (
+    Allowed,
+    Smallest,
+    StartsEnd,
+    StartsReach,
+    allowed,
+    ends_of,
+    starts_each,
+    verdict_a,
+    verdict_b,
+    verdict_c,
+)
+from percuss.paper.claim_stability import Motions, Stiffness, verdict_e, verdict_f
 from percuss.paper.claims import report
 from percuss.stability import stability_of
 from percuss.steady import steady_states
@@ -52,7 +61,7 @@ def test_tried():
 
 
 def end(load_factor=0.9, one=60, rest=40, cycles=0, starts=100, stable=True, name="wall"):
-    return End(0.6, load_factor, stable, name, starts, one, rest, cycles, 0, {})
+    return StartsEnd(0.6, load_factor, stable, name, starts, one, rest, cycles, 0, {})
 
 
 def test_rule_a():
@@ -68,9 +77,9 @@ def test_rule_a():
 
 
 def test_rule_b():
-    good = Reach(0.8, 1.0, Allowed(1, 2.0, -1.0, True, True, True), 20, 20)
+    good = StartsReach(0.8, 1.0, Allowed(1, 2.0, -1.0, True, True, True), 20, 20)
     lost = replace(good, reached=0)
-    saddle = Reach(0.8, 1.0, Allowed(2, 2.0, -1.0, False, True, False), 20, 0)
+    saddle = StartsReach(0.8, 1.0, Allowed(2, 2.0, -1.0, False, True, False), 20, 0)
     assert verdict_b([good, good]).verdict == HOLDS
     assert verdict_b([good, saddle]).verdict == PARTLY
     assert "stable and admissible: at 1 of 1" in verdict_b([good, saddle]).where

@@ -16,7 +16,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.boundary_curves.boundary import boundaries
 from percuss.explore.parameters import vary
 from percuss.paper import NAMES, figures, write_figures
-from percuss.paper.figure import DAMPING, RESTITUTIONS, Figure, hydraulic, pneumatic, segments
+from percuss.paper.figure import DAMPING, RESTITUTIONS, PaperFigure, hydraulic, pneumatic, segments
 from percuss.stability import stability_plane
 
 COLUMNS = {
@@ -276,7 +276,7 @@ def test_runs_of_a_curve_leave_no_gap():
 
 def test_a_table_is_csv(tmp_path):
     columns = {"x": np.array([0.1, math.nan]), "good": np.array([True, False]), "word": np.array(["a", "b"])}
-    figure = Figure("one", "One", columns, lambda figure, picture: None)
+    figure = PaperFigure("one", "One", columns, lambda figure, picture: None)
     assert figure.csv() == "x,good,word\n0.1,true,a\nnan,false,b\n"
     assert figure.write_csv(tmp_path / "one.csv").read_bytes() == figure.csv().encode()
     with pytest.raises(PercussError, match="cannot be written"):

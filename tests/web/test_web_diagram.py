@@ -12,13 +12,18 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import expect
 
 from branches_desk import RIGID, STILL, at, followed
-from percuss.explore import RestEvent
+from percuss.explore import BranchEvent
 from percuss.model import Load, System
 from percuss.stability import waveform_criterion
 from percuss.steady import steady_states
 from web_desk import Desk, ink, knows, settled, slide, until
 
 pytestmark = pytest.mark.browser
+
+ENDS = (
+    BranchEvent.ONSET, BranchEvent.TOUCH, BranchEvent.DEATH, BranchEvent.RELEASE_LOST, BranchEvent.CHANGE,
+    BranchEvent.NO_SYSTEM, BranchEvent.LIMIT, BranchEvent.STOPPED,
+)  # fmt: skip
 
 EVERY = """import('/static/branches_every.js').then(({ others }) => others([]).map(({ label, points, rows }) =>
   ({ label, points: points.length, value: rows[3].value, time: rows[3].times[0] })))"""
@@ -35,7 +40,7 @@ def test_a_cycle_with_rest_is_found_followed_and_moves(desk: Desk) -> None:
     assert kinds == ["onset", "limit"] and "begin=chatter/1:1" in page.url
     assert float(page.locator("#branches-events tbody td").first.inner_text()) == pytest.approx(0.6260373, abs=1e-7)
     expect(page.locator("#panel-branches .legend")).to_contain_text("is let go")
-    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in RestEvent}
+    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in ENDS}
     page.click("tr[data-event=onset] button")
     until(page, "Math.abs(document.querySelector('#branches-stage').dataset.value - 0.6260373) < 1e-2")
     expect(page.locator("#branches-facts")).to_contain_text("is let go at")

@@ -10,29 +10,29 @@ from percuss.kernel_cache import ensure_cache
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
     from percuss.blow.bodies import Rock, Rod, Target, Wall
-    from percuss.blow.gauges import Waves
-    from percuss.blow.parts import Outcome, Peak, Pulse, Spell
+    from percuss.blow.gauges import GaugeWaves
+    from percuss.blow.parts import BlowOutcome, ContactInterval, Peak, Pulse
     from percuss.blow.stresses import AlongBody, StringState
     from percuss.blow.striking import EffectiveBlow, effective_blow, strike
-    from percuss.blow.trace import Trace
+    from percuss.blow.wave_history import Trace
 
 ensure_cache()  # before anything here is compiled
 
 __all__ = [
     "AlongBody",
     "Blow",
+    "BlowOutcome",
+    "ContactInterval",
     "EffectiveBlow",
-    "Outcome",
+    "GaugeWaves",
     "Peak",
     "Pulse",
     "Rock",
     "Rod",
-    "Spell",
     "StringState",
     "Target",
     "Trace",
     "Wall",
-    "Waves",
     "effective_blow",
     "strike",
 ]
@@ -41,17 +41,17 @@ _HOME = {
     "AlongBody": "stresses",
     "Blow": "blow",
     "EffectiveBlow": "striking",
-    "Outcome": "parts",
+    "BlowOutcome": "parts",
     "Peak": "parts",
     "Pulse": "parts",
     "Rock": "bodies",
     "Rod": "bodies",
-    "Spell": "parts",
+    "ContactInterval": "parts",
     "StringState": "stresses",
     "Target": "bodies",
-    "Trace": "trace",
+    "Trace": "wave_history",
     "Wall": "bodies",
-    "Waves": "gauges",
+    "GaugeWaves": "gauges",
     "effective_blow": "striking",
     "strike": "striking",
 }

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.blow.blow_figures import FIGURES
-from percuss.blow.parts import Outcome
+from percuss.blow.parts import FIGURES, BlowOutcome
 from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, positive
 
@@ -108,7 +107,7 @@ class _Search:
             self.refused = error
             return _NONE
         value = FIGURES[self.figure].value(blow)
-        if blow.outcome is Outcome.TOO_MANY_PIECES:
+        if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
             self.refused = ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
             return _NONE
         if value is None:

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from percuss.blow.bodies import Sections, Striker, Target
-from percuss.blow.course import Course, centroid, contacts, gap
-from percuss.blow.gauges import Waves, first_pulse
+from percuss.blow.gauges import GaugeWaves, first_pulse
 from percuss.blow.kernels.wave_records import ENDLESS, FREE, ROCK
-from percuss.blow.parts import Outcome, Peak, Pulse, Spell
+from percuss.blow.parts import BlowOutcome, ContactInterval, Peak, Pulse
 from percuss.blow.question import Question
 from percuss.blow.stresses import AlongBody, Extreme, StringState, along, force_extremes
-from percuss.blow.trace import Trace
+from percuss.blow.wave_history import Trace, WaveHistory, centroid, contacts, gap
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, finite, non_negative
 
@@ -54,7 +53,7 @@ class Balance:
     energy_error: float
 
 
-def balance(course: Course, rock: RockState | None) -> Balance:
+def balance(course: WaveHistory, rock: RockState | None) -> Balance:
     """The balance of a blow.
 
     Striker and rod are summed from the waves in them, the work through the face from those that passed it, and the
@@ -93,7 +92,7 @@ def balance(course: Course, rock: RockState | None) -> Balance:
     )
 
 
-def _through_face(course: Course) -> float:
+def _through_face(course: WaveHistory) -> float:
     """∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²."""
     row, back = 2 * course.striker, course.transit[course.striker]
     sent = course.sums(row, 0, course.end).square
@@ -101,7 +100,7 @@ def _through_face(course: Course) -> float:
     return float(course.impedance[course.striker]) * (sent - returned)
 
 
-def _load(course: Course) -> tuple[float, float]:
+def _load(course: WaveHistory) -> tuple[float, float]:
     """Impulse and work of the load."""
     problem, impulse, work = course.held.problem, 0.0, 0.0
     ends = [*(int(t) for t in problem.load_start[1:]), course.end]
@@ -113,7 +112,7 @@ def _load(course: Course) -> tuple[float, float]:
     return impulse, work
 
 
-def _lumped(course: Course) -> tuple[float, float]:
+def _lumped(course: WaveHistory) -> tuple[float, float]:
     """Kinetic energy of the masses at the joints, and of the bit."""
     problem, joints = course.held.problem, 0.0
     for node in range(course.striker + 1, course.size):
@@ -123,7 +122,7 @@ def _lumped(course: Course) -> tuple[float, float]:
     return joints, bit
 
 
-def bit_velocity(course: Course) -> float:
+def bit_velocity(course: WaveHistory) -> float:
     """Velocity of the far end at the end of the window."""
     if course.held.problem.end == ENDLESS:
         return 0.0
@@ -131,7 +130,7 @@ def bit_velocity(course: Course) -> float:
     return course.value(row, course.end - course.transit[-1]) + course.value(row + 1, course.end)
 
 
-def rock_state(course: Course) -> RockState | None:
+def rock_state(course: WaveHistory) -> RockState | None:
     """What the bit has done to the rock; None without one."""
     problem = course.held.problem
     if problem.end != ROCK:
@@ -150,7 +149,7 @@ def rock_state(course: Course) -> RockState | None:
     )
 
 
-def _greatest_penetration(course: Course) -> float:
+def _greatest_penetration(course: WaveHistory) -> float:
     """So far, at least 0; from its pieces where the bit has been followed beyond the window."""
     if course.held.state.time[course.size] == course.end:
         return float(course.held.state.now[0].greatest)
@@ -158,7 +157,7 @@ def _greatest_penetration(course: Course) -> float:
     return max(0.0, float(trace.before(trace.times[1:]).max()))
 
 
-def has_moving_end(course: Course) -> bool:
+def has_moving_end(course: WaveHistory) -> bool:
     """Whether a bit is at the far end."""
     return course.held.problem.end in (FREE, ROCK)
 
@@ -190,9 +189,9 @@ class Blow:
     target: Target
     velocity: Array | None
     until: float
-    outcome: Outcome
+    outcome: BlowOutcome
     _question: Question = field(repr=False)
-    _course: Course = field(repr=False)
+    _course: WaveHistory = field(repr=False)
 
     # -- contact --
 
@@ -202,11 +201,11 @@ class Blow:
         return self._scaled(self._course.trace(2 * self._course.size), self._force)
 
     @cached_property
-    def _contacts(self) -> tuple[tuple[Spell, ...], int]:
+    def _contacts(self) -> tuple[tuple[ContactInterval, ...], int]:
         found, grazes = contacts(self._course, self._course.trace(2 * self._course.size))
         time, scales = self._time, self._course.held.scales
         return tuple(
-            Spell(
+            ContactInterval(
                 time * one.start,
                 None if one.end is None else time * one.end,
                 scales.momentum * one.impulse,
@@ -216,7 +215,7 @@ class Blow:
         ), grazes
 
     @property
-    def contacts(self) -> tuple[Spell, ...]:
+    def contacts(self) -> tuple[ContactInterval, ...]:
         """The contacts, in turn."""
         return self._contacts[0]
 
@@ -416,7 +415,7 @@ class Blow:
 
     # -- waves --
 
-    def waves_at(self, x: float) -> Waves:
+    def waves_at(self, x: float) -> GaugeWaves:
         """The waves that pass a gauge on the rod, x from the struck face (m; dimensionless: time of a wave).
 
         Raises
@@ -436,7 +435,7 @@ class Blow:
         delay = round((x - starts[number]) / rod.speed[number] / (self._time * self._course.tick))
         z = float(rod.impedance[number]) * self._velocity
         back = 0 if self._course.endless(section) else self._course.transit[section] - delay
-        return Waves(
+        return GaugeWaves(
             self._scaled(self._course.trace(2 * section, delay), z),
             self._scaled(self._course.trace(2 * section + 1, back), -z),
             float(rod.impedance[number]),

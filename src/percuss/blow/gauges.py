@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.parts import Pulse
-from percuss.blow.trace import Trace
+from percuss.blow.wave_history import Trace
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, numbers, positive
 
@@ -17,7 +17,7 @@ _NOTHING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Waves:
+class GaugeWaves:
     """The forces in the two waves that pass a gauge; their sum is the force there, compression positive.
 
     Parameters
@@ -51,7 +51,7 @@ class Waves:
         return self.incident_energy + self.reflected_energy + 2.0 * both / self.impedance
 
 
-def first_pulse(waves: Waves, start: float) -> Pulse | None:
+def first_pulse(waves: GaugeWaves, start: float) -> Pulse | None:
     """The incident wave at the struck face from the first contact until its force is 0 or a returned wave arrives."""
     last = _arrival(waves)
     incident = waves.incident.around(start, last)
@@ -72,7 +72,7 @@ def first_pulse(waves: Waves, start: float) -> Pulse | None:
     return Pulse(end - start, at_top - start, top, energy, momentum)
 
 
-def _arrival(waves: Waves) -> float:
+def _arrival(waves: GaugeWaves) -> float:
     """When the returned wave begins; the end of the window where none does."""
     back = waves.reflected
     moving = np.flatnonzero(abs(back.coefficients).max(axis=1) > _NOTHING * abs(waves.incident.coefficients).max())
@@ -141,7 +141,7 @@ class RecordFit:
 
 
 def fitted_record(
-    waves: Waves, until: float, time: npt.ArrayLike, force: npt.ArrayLike, *, sign: int | None = None
+    waves: GaugeWaves, until: float, time: npt.ArrayLike, force: npt.ArrayLike, *, sign: int | None = None
 ) -> RecordFit:
     """Lay a measured force over that at a gauge.
 
@@ -198,7 +198,7 @@ def fitted_record(
 class _Computed:
     """The computed force, averaged over the time between samples; 0 before the blow."""
 
-    def __init__(self, waves: Waves, until: float, step: float) -> None:
+    def __init__(self, waves: GaugeWaves, until: float, step: float) -> None:
         self.step = min(step, until)
         size = int(np.clip(8.0 * until / step, _COARSE, 1 << 20))
         grid = np.linspace(0.0, until, size)

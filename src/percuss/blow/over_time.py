@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.bodies import Sections
-from percuss.blow.course import Course
 from percuss.blow.kernels.wave_records import ENDLESS, ROCK
-from percuss.blow.trace import Trace
+from percuss.blow.wave_history import Trace, WaveHistory
 from percuss.model.checks import Array, count, positive
 
 if TYPE_CHECKING:
@@ -108,7 +107,7 @@ def _cells(blow: Blow, first: int, sections: Sections, ticks: Array, cells: int,
     )
 
 
-def _waves(course: Course, section: int, ticks: Array, delay: Array) -> tuple[Array, Array]:
+def _waves(course: WaveHistory, section: int, ticks: Array, delay: Array) -> tuple[Array, Array]:
     """Both waves so far from the left end of a section, in ticks; where none has come there is none."""
     span, tick = course.transit[section], course.tick
     last = _last(course, float(ticks.max(initial=0.0)))
@@ -120,12 +119,12 @@ def _waves(course: Course, section: int, ticks: Array, delay: Array) -> tuple[Ar
     return f.at((ticks - delay) * tick), g.at((ticks - (span - delay)) * tick)
 
 
-def _last(course: Course, tick: float) -> int:
+def _last(course: WaveHistory, tick: float) -> int:
     """A tick of the window not before this one: later waves need not be looked at."""
     return min(max(int(np.ceil(tick)), course.end // 1000, 1), course.end)
 
 
-def _rows(course: Course, section: int, last: int) -> tuple[Trace, Trace]:
+def _rows(course: WaveHistory, section: int, last: int) -> tuple[Trace, Trace]:
     """Both waves of a section with an end, from what was in it before on."""
     back = course.transit[section]
     return course.trace(2 * section, 0, -back, last), course.trace(2 * section + 1, 0, -back, last)
@@ -161,7 +160,7 @@ def energy_over_time(blow: Blow, times: Array) -> EnergyOverTime:
     return EnergyOverTime(*(blow._energy * part for part in parts))
 
 
-def _section_sums(course: Course, section: int, t: Array) -> tuple[Array, Array]:
+def _section_sums(course: WaveHistory, section: int, t: Array) -> tuple[Array, Array]:
     """Energy Z ∫(f² + g²) and momentum Z ∫(f + g) over the time that a wave is in the section."""
     z = float(course.impedance[section])
     last = _last(course, float(t.max(initial=0.0)) / course.tick)
@@ -188,7 +187,7 @@ def _cumulated(trace: Trace, times: Array) -> tuple[Array, Array]:
     return plain[place], square[place]
 
 
-def _lumped(course: Course, t: Array) -> Array:
+def _lumped(course: WaveHistory, t: Array) -> Array:
     """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
     masses, found = course.held.problem.joint_mass, np.zeros(t.size)
     ticks = [min(round(time / course.tick), course.end) for time in t.tolist()]
@@ -203,7 +202,7 @@ def _lumped(course: Course, t: Array) -> Array:
     return found
 
 
-def _rock(course: Course, t: Array) -> tuple[Array, Array]:
+def _rock(course: WaveHistory, t: Array) -> tuple[Array, Array]:
     """Lost and stored in the rock so far (Lundberg 1973)."""
     problem = course.held.problem
     if problem.end != ROCK:
@@ -295,7 +294,7 @@ def _envelope(blow: Blow, first: int, sections: Sections, cells: int, reach: flo
     return ForceEnvelope(np.concatenate(edges), np.concatenate(section), np.maximum(high, 0.0), np.maximum(-low, 0.0))
 
 
-def _extremes(course: Course, section: int, delays: Array) -> Array:
+def _extremes(course: WaveHistory, section: int, delays: Array) -> Array:
     """Greatest and least f − g so far from the left end of a section; shape (2, delays)."""
     end, back = course.end * course.tick, course.transit[section]
     f = course.trace(2 * section, 0, -back)

@@ -28,7 +28,7 @@ from percuss.blow.kernels.wave_records import (
     WIDTH,
     Problem,
     State,
-    Waves,
+    WaveRows,
 )
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, finite, numbers, positive, several
@@ -131,7 +131,7 @@ _ENOUGH = 1e-13  # of the greatest value: last coefficients of a piece that foll
 _FINEST = 2.0**-30  # share of a section: where a field jumps, its pieces are not made shorter
 
 
-class Piece(NamedTuple):
+class WavePiece(NamedTuple):
     """A share of the time before the blow, from 0 to 1, and the Chebyshev coefficients of what left an end in it."""
 
     begin: float
@@ -139,7 +139,7 @@ class Piece(NamedTuple):
     values: Array
 
 
-def initial_waves(question: Question) -> list[list[Piece]]:
+def initial_waves(question: Question) -> list[list[WavePiece]]:
     """For each section of the striker the wave to the right and the wave to the left, in the order of their leaving.
 
     What is at the share y of a section left its start at −y τ to the right, and its end at −(1 − y) τ to the left.
@@ -152,7 +152,7 @@ def initial_waves(question: Question) -> list[list[Piece]]:
     sections = question.sections
     if question.velocity is not None:
         halves = 0.5 * question.velocity
-        return [[Piece(0.0, 1.0, np.array([half]))] for half in halves for _ in range(2)]
+        return [[WavePiece(0.0, 1.0, np.array([half]))] for half in halves for _ in range(2)]
     assert question.field is not None
     rows, ends = [], np.cumsum(sections.length) / sections.length.sum()
     starts = np.append(0.0, ends[:-1])
@@ -183,7 +183,7 @@ def _wave(
     return at
 
 
-def _followed(function: Callable[[Array], Array]) -> list[Piece]:
+def _followed(function: Callable[[Array], Array]) -> list[WavePiece]:
     """A function on [0, 1] as polynomials, each as long as its last coefficients are nothing."""
     n = MOST_DEGREE
     angles = np.pi * (np.arange(n + 1) + 0.5) / (n + 1)
@@ -200,7 +200,7 @@ def _followed(function: Callable[[Array], Array]) -> list[Piece]:
             rest += [(middle, high), (low, middle)]
             continue
         kept = np.flatnonzero(abs(values) > 1e-16 * size)
-        found.append(Piece(low, high, values[: (kept[-1] if kept.size else 0) + 1]))
+        found.append(WavePiece(low, high, values[: (kept[-1] if kept.size else 0) + 1]))
     return found
 
 
@@ -245,7 +245,7 @@ class Tables:
 
     scales: Scales
     problem: Problem
-    waves: Waves
+    waves: WaveRows
     state: State
 
 
@@ -310,12 +310,12 @@ def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float,
     )
 
 
-def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np.ndarray) -> Waves:
+def _waves(rows: list[list[WavePiece]], problem: Problem, scales: Scales, finite: np.ndarray) -> WaveRows:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
     size = 2 * sections + TRACED
     most = max(_FIRST, 2 * max(map(len, rows)))
-    waves = Waves(
+    waves = WaveRows(
         start=np.zeros((size, most), dtype=np.int64),
         degree=np.zeros((size, most), dtype=np.int64),
         first=np.zeros((size, most)),
@@ -329,7 +329,7 @@ def _waves(rows: list[list[Piece]], problem: Problem, scales: Scales, finite: np
     )
     for row in range(2 * sections):
         transit = int(problem.transit[row >> 1])
-        pieces = rows[row] if row < len(rows) else [Piece(0.0, 1.0, np.zeros(1))]
+        pieces = rows[row] if row < len(rows) else [WavePiece(0.0, 1.0, np.zeros(1))]
         for k, piece in enumerate(pieces):
             waves.start[row, k] = round((piece.begin - 1.0) * transit)
             waves.first[row, k] = piece.values[0] / scales.velocity

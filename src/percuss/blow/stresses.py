@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.blow.bodies import Sections
-from percuss.blow.course import Course
 from percuss.blow.kernels.extremes import BLOCK, greatest_pair, piece_bounds
+from percuss.blow.wave_history import WaveHistory
 from percuss.model.checks import Array
 
 _NOTHING = 1e-12
@@ -24,7 +24,7 @@ class Extreme(NamedTuple):
     time: float | None
 
 
-def force_extremes(course: Course) -> list[tuple[Extreme, Extreme]]:
+def force_extremes(course: WaveHistory) -> list[tuple[Extreme, Extreme]]:
     """Greatest compression and greatest tension of each section, in the scales of the blow."""
     found = [_of_section(course, i) for i in range(course.size)]
     least = _NOTHING * max(max(one.force, other.force) for one, other in found)
@@ -35,7 +35,7 @@ def _or_none(extreme: Extreme, least: float) -> Extreme:
     return extreme if extreme.force > least else Extreme(0.0, None, None)
 
 
-def _of_section(course: Course, section: int) -> tuple[Extreme, Extreme]:
+def _of_section(course: WaveHistory, section: int) -> tuple[Extreme, Extreme]:
     """N = Z (f − g), pairs of what left both ends (Kolsky 1963, ch. 3)."""
     z, tick = float(course.impedance[section]), course.tick
     if course.endless(section):
@@ -61,7 +61,7 @@ def _sent(times: Array, peaks: Array, z: float) -> Extreme:
     return Extreme(z * float(peaks[k]), 0.0, float(times[k]))
 
 
-def _bounds(course: Course, row: int, sign: float) -> Array:
+def _bounds(course: WaveHistory, row: int, sign: float) -> Array:
     """What a wave times a sign does not exceed in each piece, and a place yet to be found; shape (2, pieces)."""
     found = np.zeros((2, int(course.held.waves.pieces[row])))
     piece_bounds(course.held.waves, row, sign, found)
@@ -108,7 +108,9 @@ class StringState:
     rod: AlongBody | None
 
 
-def along(course: Course, first: int, sections: Sections, tick: int, unit: float) -> tuple[Array, Array, Array, Array]:
+def along(
+    course: WaveHistory, first: int, sections: Sections, tick: int, unit: float
+) -> tuple[Array, Array, Array, Array]:
     """Places, forces, velocities and numbers of sections of a body whose first section is `first`, at a tick.
 
     `unit` is the time of the blow's scale; places are in the units of the sections, the rest in the scales of the blow.

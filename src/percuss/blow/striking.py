@@ -9,11 +9,11 @@ from typing import Any
 
 from percuss.blow.blow import Blow
 from percuss.blow.bodies import Rod, Striker, Target, Wall, striker_sections
-from percuss.blow.course import Course, is_over, is_spent
 from percuss.blow.kernels.nodes import go_on
 from percuss.blow.kernels.wave_records import ENDLESS, FREE, FULL, REACHED
-from percuss.blow.parts import Outcome
+from percuss.blow.parts import BlowOutcome
 from percuss.blow.question import Field, Question, Tables, enlarged, tables
+from percuss.blow.wave_history import WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import look
 from percuss.model.checks import count, positive
@@ -111,7 +111,7 @@ def strike(
     held = tables(question)
     gap = held.state.now[0].gap
     held, end, outcome = _followed(held, float(gap), question.until is None, most)
-    course = Course(held, end, float(gap))
+    course = WaveHistory(held, end, float(gap))
     if outcome is None:
         outcome = _ended(course)
     seconds = end * held.problem.tick * held.scales.time
@@ -119,7 +119,7 @@ def strike(
     return Blow(striker, target, question.velocity, reached, outcome, question, course)
 
 
-def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Tables, int, Outcome | None]:
+def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Tables, int, BlowOutcome | None]:
     """The blow to the end of its window; where that is, and the outcome where it is known."""
     problem = held.problem
     transit = round(1.0 / problem.tick)
@@ -129,13 +129,13 @@ def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Ta
         target = min(target, problem.until)
         held, there = carried_to(held, target, most)
         if not there:
-            return held, int(held.state.time[: _nodes(held)].min()), Outcome.TOO_MANY_PIECES
+            return held, int(held.state.time[: _nodes(held)].min()), BlowOutcome.TOO_MANY_PIECES
         if ends_early and held.state.now[0].noted > 0:
-            course = Course(held, target, gap)
+            course = WaveHistory(held, target, gap)
             if is_over(course):
-                return held, target, Outcome.OVER
+                return held, target, BlowOutcome.OVER
             if spent:  # a transit ago; meanwhile faces without a force have parted
-                return held, target, Outcome.SPENT
+                return held, target, BlowOutcome.SPENT
             spent = is_spent(course)
         if target == problem.until:
             return held, target, None
@@ -148,16 +148,16 @@ def _nodes(held: Tables) -> int:
     return size if held.problem.end == ENDLESS else size + 1
 
 
-def _ended(course: Course) -> Outcome:
+def _ended(course: WaveHistory) -> BlowOutcome:
     """How a window ended that was not cut short."""
     if is_over(course):
-        return Outcome.OVER
+        return BlowOutcome.OVER
     if course.in_contact:
-        return Outcome.SPENT if is_spent(course) else Outcome.STILL_IN_CONTACT
+        return BlowOutcome.SPENT if is_spent(course) else BlowOutcome.STILL_IN_CONTACT
     striker = course.striker
     own = course.momentum(0, striker, course.end) / course.mass
     face = course.node_velocity(striker, course.end) if course.has_rod else 0.0
-    return Outcome.GAP_CLOSING if own > face else Outcome.WINDOW_ENDED
+    return BlowOutcome.GAP_CLOSING if own > face else BlowOutcome.WINDOW_ENDED
 
 
 # ---- What the instantaneous laws need of a blow: restitution, duration, force centroid, advance; computed once, kept
@@ -191,7 +191,7 @@ class EffectiveBlow:
     advance: float
     ringing: float
     contacts: int
-    outcome: Outcome
+    outcome: BlowOutcome
 
 
 def effective_blow(
@@ -227,7 +227,7 @@ def effective_blow(
 @lru_cache(maxsize=256)
 def _known(striker: Striker, target: Target, velocity: float, until: float | None) -> EffectiveBlow:
     blow = strike(striker, target, velocity, until=until)
-    if blow.outcome is Outcome.TOO_MANY_PIECES:
+    if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
         raise ConvergenceError("the waves of this blow have too many pieces", "leave the shortest sections out")
     return EffectiveBlow(
         restitution=float(blow.effective_restitution or 0.0),

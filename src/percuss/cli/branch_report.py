@@ -7,19 +7,11 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted
 from percuss.case.answers.orbits_answer import rest_cycles_dict
-from percuss.cli.report_parts import PLAIN, Grid, Report, Section
+from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
 from percuss.stability import orbit_multipliers
 
 if TYPE_CHECKING:
-    from percuss.explore import (
-        Branch,
-        Diagram,
-        DiagramBranch,
-        DiagramRestBranch,
-        PointCurve,
-        RestBranch,
-        RestPointCurve,
-    )
+    from percuss.explore import Branch, Diagram, DiagramBranch, PointCurve
     from percuss.steady import FoundRestCycles, PeriodicOrbit
 
 _MOST = 4
@@ -61,7 +53,7 @@ def _branch(branch: Branch) -> Section:
     return Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows)
 
 
-def curve_section(curve: PointCurve | RestPointCurve) -> Section:
+def curve_section(curve: PointCurve) -> Section:
     """What happens on a curve of points."""
     head = f"{curve.event.value} of {curve.label} over {' and '.join(curve.parameters)}"
     rows = tuple(
@@ -114,7 +106,7 @@ def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, .
     return tuple(sections)
 
 
-def rest_branch_report(title: str, branch: RestBranch, curves: Sequence[RestPointCurve] = ()) -> Report:
+def rest_branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
     """Where a branch of cycles with rest ends, how long the bar rests there, and what happens on curves of its ends."""
     rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
     rests = branch.rest_times
@@ -154,7 +146,7 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
     sections: list[Section | Grid] = []
     if found.settled:
         sections.append(_simulated(found))
-    every: tuple[DiagramBranch | DiagramRestBranch, ...] = (*found.branches, *found.rest_branches)
+    every: tuple[DiagramBranch, ...] = (*found.branches, *found.rest_branches)
     sections += [_diagram_branch(number, line) for number, line in enumerate(every, 1)]
     return Report(title, summary, PLAIN, tuple(sections))
 
@@ -169,6 +161,6 @@ def _simulated(found: Diagram) -> Grid:
     return Grid(told, ("label", f"values of {len(found.axis)}", "from", "to"), tuple(rows))
 
 
-def _diagram_branch(number: int, line: DiagramBranch | DiagramRestBranch) -> Section:
+def _diagram_branch(number: int, line: DiagramBranch) -> Section:
     rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in line.points)
     return Section(f"branch {number}: {line.label}, {counted(line.values.size, 'point')}", rows)

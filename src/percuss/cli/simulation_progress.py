@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from percuss.cli.waiting import sign
 
 if TYPE_CHECKING:
-    from percuss.blow.machine import MachineProgress
     from percuss.simulate import Progress
 
 PATIENCE = 0.5
@@ -30,7 +29,7 @@ class Watch:
         self._bar: Any = None
         self._task: Any = None
 
-    def __call__(self, progress: Progress | MachineProgress) -> bool:
+    def __call__(self, progress: Progress) -> bool:
         self._begun = True
         if self._bar is None and self._seen and time.monotonic() - self._since > PATIENCE:
             self._bar, self._task = _new_bar()
@@ -99,12 +98,13 @@ def orbits_ready() -> None:
 def waves_ready() -> None:
     """Load the kernels of simulations by waves, and those of the law beside them."""
     from percuss.blow import Wall
-    from percuss.blow.machine import Limits, machine_motion
+    from percuss.blow.periods import run_by_waves
     from percuss.model import Load, System
+    from percuss.simulate import Stop
 
     law_ready()
     system = System(s=1.0, d=0.0, restitution=0.0, load=Load.harmonic(1.0, 0.0))
-    machine_motion(system, Wall(), limits=Limits(periods=1), cells=16)
+    run_by_waves(system, Wall(), stop=Stop(time=1.0), cells=16)
 
 
 def _new_bar() -> tuple[Any, Any]:

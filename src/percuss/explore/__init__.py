@@ -25,20 +25,17 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.branch import BranchEvent as BranchEvent
     from percuss.explore.continuation.branch import BranchPoint as BranchPoint
     from percuss.explore.continuation.branch import Doubling as Doubling
+    from percuss.explore.continuation.branch import PlainMotion as PlainMotion
+    from percuss.explore.continuation.branch import PointCurve as PointCurve
     from percuss.explore.continuation.following import follow as follow
     from percuss.explore.continuation.reaching import Reach as Reach
     from percuss.explore.continuation.reaching import ReachEnd as ReachEnd
     from percuss.explore.continuation.reaching import reach as reach
-    from percuss.explore.continuation.rest_following import RestBranch as RestBranch
-    from percuss.explore.continuation.rest_following import RestBranchPoint as RestBranchPoint
-    from percuss.explore.continuation.rest_following import RestEvent as RestEvent
     from percuss.explore.continuation.rest_following import follow_rest_cycle as follow_rest_cycle
     from percuss.explore.diagrams.diagram import Diagram as Diagram
     from percuss.explore.diagrams.diagram import SettledMotion as SettledMotion
     from percuss.explore.diagrams.diagram import diagram as diagram
     from percuss.explore.diagrams.diagram_lines import DiagramBranch as DiagramBranch
-    from percuss.explore.diagrams.diagram_lines import DiagramPoint as DiagramPoint
-    from percuss.explore.diagrams.diagram_lines import DiagramRestBranch as DiagramRestBranch
     from percuss.explore.family import Axis as Axis
     from percuss.explore.family import Family as Family
     from percuss.explore.family import SystemFamily as SystemFamily
@@ -57,12 +54,7 @@ if TYPE_CHECKING:
     from percuss.explore.parameters import PARAMETERS as PARAMETERS
     from percuss.explore.parameters import parameters_of as parameters_of
     from percuss.explore.parameters import vary as vary
-    from percuss.explore.point_curves.conditions import CurveEvent as CurveEvent
     from percuss.explore.point_curves.following_points import follow_point as follow_point
-    from percuss.explore.point_curves.point_curve import CurvePoint as CurvePoint
-    from percuss.explore.point_curves.point_curve import PointCurve as PointCurve
-    from percuss.explore.point_curves.point_curve import RestCurvePoint as RestCurvePoint
-    from percuss.explore.point_curves.point_curve import RestPointCurve as RestPointCurve
     from percuss.explore.quantities import CELL_OUTCOMES as CELL_OUTCOMES
     from percuss.explore.quantities import MACHINE_QUANTITIES as MACHINE_QUANTITIES
     from percuss.explore.quantities import QUANTITIES as QUANTITIES
@@ -81,12 +73,8 @@ _HOME = {
     "BranchPoint": "continuation.branch",
     "CELL_OUTCOMES": "quantities",
     "Column": "jobs.job",
-    "CurveEvent": "point_curves.conditions",
-    "CurvePoint": "point_curves.point_curve",
     "Diagram": "diagrams.diagram",
     "DiagramBranch": "diagrams.diagram_lines",
-    "DiagramPoint": "diagrams.diagram_lines",
-    "DiagramRestBranch": "diagrams.diagram_lines",
     "Doubling": "continuation.branch",
     "Experiment": "attractors.experiments",
     "Family": "family",
@@ -95,16 +83,12 @@ _HOME = {
     "Lyapunov": "lyapunov",
     "MACHINE_QUANTITIES": "quantities",
     "PARAMETERS": "parameters",
-    "PointCurve": "point_curves.point_curve",
+    "PlainMotion": "continuation.branch",
+    "PointCurve": "continuation.branch",
     "QUANTITIES": "quantities",
     "REASONS": "quantities",
     "Reach": "continuation.reaching",
     "ReachEnd": "continuation.reaching",
-    "RestBranch": "continuation.rest_following",
-    "RestBranchPoint": "continuation.rest_following",
-    "RestCurvePoint": "point_curves.point_curve",
-    "RestEvent": "continuation.rest_following",
-    "RestPointCurve": "point_curves.point_curve",
     "STALLS": "quantities",
     "SettledMotion": "diagrams.diagram",
     "Share": "attractors.experiments",

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.blow_figures import FIGURES as BLOW_FIGURES
-from percuss.blow.parts import Outcome
+from percuss.blow.parts import FIGURES as BLOW_FIGURES
+from percuss.blow.parts import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.attractors.hammers import ClockedHammer, seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
@@ -538,7 +538,7 @@ def _blows(
             return
         try:
             blow = family.blow(values)
-            if blow.outcome is Outcome.TOO_MANY_PIECES:
+            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
                 raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
             found = {name: BLOW_FIGURES[name].value(blow) for name in names}
         except (PercussError, ArithmeticError) as error:

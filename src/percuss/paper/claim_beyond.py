@@ -7,8 +7,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from percuss.paper.claim_common import Table, Trial, hydraulic, lower_curve, percent, pneumatic, upper_curve
-from percuss.paper.claim_ends import End
+from percuss.paper.claim_common import ClaimTable, Trial, hydraulic, lower_curve, percent, pneumatic, upper_curve
+from percuss.paper.claim_pneumatic import StartsEnd
 
 _CYCLE = re.compile(r"z=(\d+)/(\d+)")
 
@@ -19,15 +19,15 @@ class Finding:
 
     title: str
     text: str
-    table: Table
+    table: ClaimTable
 
 
-def beyond(trial: Trial, ends: Sequence[End]) -> list[Finding]:
+def beyond(trial: Trial, ends: Sequence[StartsEnd]) -> list[Finding]:
     """The findings; `ends` are the experiments of claim a."""
     return [_chatter(ends), _cascade(trial), _coexisting(ends), _resting(trial), _dead(trial)]
 
 
-def _chatter(ends: Sequence[End]) -> Finding:
+def _chatter(ends: Sequence[StartsEnd]) -> Finding:
     rows = []
     for stable in (True, False):
         part = [end for end in ends if end.stable == stable]
@@ -50,7 +50,7 @@ def _chatter(ends: Sequence[End]) -> Finding:
         f"{percent(cycles, starts)} of the starts of claim a end in a cycle in which the bar comes to lie on the wall "
         "after ever smaller bounces (with R = 0 after one impact), is held there while the load pushes, and leaves "
         f"when it pulls; the longest such cycle has {longest} load periods.",
-        Table("Starts of claim a that end in a cycle with rest", ("points", "starts", "share"), tuple(rows)),
+        ClaimTable("Starts of claim a that end in a cycle with rest", ("points", "starts", "share"), tuple(rows)),
     )
 
 
@@ -71,7 +71,7 @@ def _cascade(trial: Trial) -> Finding:
         "Period doubling",
         "Below the lower curve of Fig. 5 the one-impact motion gives way to motions with 2, 4, … impacts in as many "
         f"load periods; the longest found has {max(orders, default=1)}.",
-        Table(
+        ClaimTable(
             "Doubled motions about the lower curve, starts of `wall`",
             ("R", "of the lower curve", "p_0/p_1", "z=2^k/2^k", "aperiodic, %"),
             tuple(rows),
@@ -86,7 +86,7 @@ def _doubled(label: str) -> int:
     return p if p == n and p & (p - 1) == 0 else 0
 
 
-def _coexisting(ends: Sequence[End]) -> Finding:
+def _coexisting(ends: Sequence[StartsEnd]) -> Finding:
     rows, several, points = [], 0, {(end.restitution, end.load_factor) for end in ends}
     for r, x in sorted(points):
         here = [end for end in ends if (end.restitution, end.load_factor) == (r, x)]
@@ -98,7 +98,9 @@ def _coexisting(ends: Sequence[End]) -> Finding:
         "Coexisting motions",
         f"At {several} of the {len(points)} points of claim a more than one motion has, from one of the distributions, "
         "a share that is above 1 % with its whole interval: there the motion depends on the start.",
-        Table("Points with several motions", ("R", "p_0/p_1", "of the upper curve", "motions", "which"), tuple(rows)),
+        ClaimTable(
+            "Points with several motions", ("R", "p_0/p_1", "of the upper curve", "motions", "which"), tuple(rows)
+        ),
     )
 
 
@@ -120,7 +122,7 @@ def _resting(trial: Trial) -> Finding:
         "The hydraulic hammer that rests",
         "rest/1 is a perfectly regular hammer: the bar strikes once in a load period, lies on the wall until the load "
         f"turns, and leaves. With R = 0 every start ends in it for κ = {at}.",
-        Table("R = 0, starts of `field`", ("κ", "in rest/1", "impacts per period", "motions"), tuple(rows)),
+        ClaimTable("R = 0, starts of `field`", ("κ", "in rest/1", "impacts per period", "motions"), tuple(rows)),
     )
 
 
@@ -144,7 +146,7 @@ def _dead(trial: Trial) -> Finding:
         "A bar that does not rebound flies after its impact only where the load then pulls. B77's motion is stable up "
         f"to the upper curve of Fig. 5, but from {edge:.4f} of it on, p_0/p_1 = 1/√(1 + π²), it strikes while the load "
         f"pushes. All starts end in rest/1, the cycle with rest, at {at} of the upper curve.",
-        Table(
+        ClaimTable(
             "R = 0, starts of `field`",
             ("of the upper curve", "p_0/p_1", "p(φ)/p_0", "in z=1/1", "in rest/1"),
             tuple(rows),

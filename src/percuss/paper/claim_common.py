@@ -87,7 +87,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Table:
+class ClaimTable:
     """Rows of numbers and words with their headings."""
 
     title: str
@@ -131,7 +131,7 @@ class Claim:
     verdict: Verdict
     starts: int
     numbers: dict[str, Any]
-    tables: tuple[Table, ...] = ()
+    tables: tuple[ClaimTable, ...] = ()
     remarks: tuple[str, ...] = field(default=())
 
     def to_json_dict(self) -> dict[str, Any]:

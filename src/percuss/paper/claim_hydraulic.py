@@ -15,7 +15,7 @@ from percuss.paper.claim_common import (
     NOT,
     PARTLY,
     Claim,
-    Table,
+    ClaimTable,
     Trial,
     Verdict,
     hydraulic,
@@ -214,7 +214,7 @@ def claim_d(trial: Trial, found: Sequence[Scatter]) -> Claim:
     )
 
 
-def _table(title: str, found: Sequence[Scatter]) -> Table:
+def _table(title: str, found: Sequence[Scatter]) -> ClaimTable:
     rows = []
     for items in _points(found):
         n, periodic = sum(item.starts for item in items), sum(item.periodic for item in items)
@@ -234,4 +234,4 @@ def _table(title: str, found: Sequence[Scatter]) -> Table:
         "R", "κ", "settled", "impacts per period", "main blows per period", "scatter of all, %",
         f"of main blows, % ({names})", "spread over starts, ± % of it", "rates of whole motions, %", "most frequent",
     )  # fmt: skip
-    return Table(title, columns, tuple(rows))
+    return ClaimTable(title, columns, tuple(rows))

@@ -15,12 +15,10 @@ from percuss._version import __version__
 from percuss.errors import Interrupted, PercussError
 from percuss.model.checks import count
 from percuss.paper.claim_beyond import Finding, beyond
-from percuss.paper.claim_common import Claim, ClaimsProgress, Size, Table, Trial, Verdict
-from percuss.paper.claim_ends import End, claim_a, ends_of, starts_each
+from percuss.paper.claim_common import Claim, ClaimsProgress, ClaimTable, Size, Trial, Verdict
 from percuss.paper.claim_hydraulic import Scatter, claim_d, scatters_of
-from percuss.paper.claim_periods import claim_b, claim_c
-from percuss.paper.claim_ranges import claim_e
-from percuss.paper.claim_stiffness import claim_f
+from percuss.paper.claim_pneumatic import StartsEnd, claim_a, claim_b, claim_c, ends_of, starts_each
+from percuss.paper.claim_stability import claim_e, claim_f
 from percuss.whole_file import write_whole
 
 # ---- All claims of B77's section 5 that were tried, as one result
@@ -121,7 +119,7 @@ def _claim_section(claim: Claim) -> str:
     )
 
 
-def table_text(table: Table) -> str:
+def table_text(table: ClaimTable) -> str:
     """A table in Markdown, its title above."""
     head = f"| {' | '.join(table.columns)} |"
     line = f"| {' | '.join('---' for _ in table.columns)} |"
@@ -177,7 +175,7 @@ Keep = Callable[[str, Callable[[], Any], Callable[[Any], Any]], Any]
 
 
 def _tried(trial: Trial, keep: Keep) -> Audit:
-    ends: list[End] = keep("ends", lambda: ends_of(trial), _ends)
+    ends: list[StartsEnd] = keep("ends", lambda: ends_of(trial), _ends)
     a = keep("a", lambda: claim_a(trial, ends), _claim)
     b = keep("b", lambda: claim_b(trial), _claim)
     c = keep("c", lambda: claim_c(trial), _claim)
@@ -274,12 +272,14 @@ class _Parts:
 
 def _claim(tree: Any) -> Claim:
     tables = tuple(
-        Table(table["title"], tuple(table["columns"]), tuple(tuple(row) for row in table["rows"]))
+        ClaimTable(table["title"], tuple(table["columns"]), tuple(tuple(row) for row in table["rows"]))
         for table in tree["tables"]
     )
     verdict, remarks = Verdict(**tree["verdict"]), tuple(tree["remarks"])
     return Claim(**{**tree, "verdict": verdict, "tables": tables, "remarks": remarks})
 
 
-def _ends(rows: Any) -> list[End]:
-    return [End(**{**row, "labels": {name: tuple(share) for name, share in row["labels"].items()}}) for row in rows]
+def _ends(rows: Any) -> list[StartsEnd]:
+    return [
+        StartsEnd(**{**row, "labels": {name: tuple(share) for name, share in row["labels"].items()}}) for row in rows
+    ]

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.explore.boundary_curves.crossings import admissible_on
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, Stretch
+from percuss.explore.boundary_curves.plane_lines import Line, MotionArc
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
@@ -30,7 +30,7 @@ Columns = Mapping[str, npt.NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
-class Figure:
+class PaperFigure:
     """One figure.
 
     Parameters
@@ -52,7 +52,7 @@ class Figure:
     name: str
     title: str
     columns: Columns
-    paint: Callable[[Figure, Picture], None] = field(repr=False)
+    paint: Callable[[PaperFigure, Picture], None] = field(repr=False)
     width: float = 5.2
     height: float = 4.4
     marks: Columns = field(default_factory=dict, repr=False)
@@ -222,7 +222,7 @@ def branch_rows(
     }
 
 
-def _rows(stretch: Stretch, points: int) -> tuple[Array, Array, Array, Array]:
+def _rows(stretch: MotionArc, points: int) -> tuple[Array, Array, Array, Array]:
     t = (np.arange(points) + 0.5) / points  # the ends are folds, or the end of the range
     y, phase = stretch.place(t)
     first, second = schur_quotients(*stretch.quadratic(t))

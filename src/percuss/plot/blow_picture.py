@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,39 +13,9 @@ from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, ramp, st
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from percuss.blow import Blow, Peak, Rod, Waves
     from percuss.blow.bodies import Sections
-    from percuss.model.body.uniform import Piece
-
-
-# ---- What a blow hands to its pictures
-
-
-class ShownBlow(Protocol):
-    """What an answer hands to its picture: a blow, a gauge on its rod, sections with their sizes, words for values."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def blow(self) -> Blow: ...
-    @property
-    def gauge(self) -> float | None: ...
-    @property
-    def is_si(self) -> bool: ...
-    @property
-    def waves(self) -> Waves | None: ...
-    @property
-    def rod(self) -> Rod | None: ...
-    @property
-    def pieces(self) -> tuple[tuple[Piece, ...], tuple[Piece, ...]]: ...
-    @property
-    def peaks(self) -> tuple[tuple[Peak, ...], tuple[Peak, ...]]: ...
-    @property
-    def units(self) -> Any: ...
-    @property
-    def measured(self) -> Any: ...
-    @property
-    def beta(self) -> float | None: ...
+    from percuss.case.answers.best_answer import BestAnswer
+    from percuss.case.answers.blow_answer import BlowAnswer
 
 
 # ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses
@@ -55,7 +25,7 @@ _REACH = 4.0
 """Of an endless rod: lengths of the striker that are shown."""
 
 
-def waves_along(figure: Any, axes: Any, answer: ShownBlow, last: float, mark: str) -> None:
+def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: str) -> None:
     """The stress over place and time."""
     from matplotlib.colors import TwoSlopeNorm
 
@@ -85,7 +55,7 @@ def waves_along(figure: Any, axes: Any, answer: ShownBlow, last: float, mark: st
     axes.set_title(f"{mark} waves in the striker (left of the face) and in what it strikes")
 
 
-def greatest_stresses(axes: Any, answer: ShownBlow, mark: str) -> None:
+def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     """The greatest compression and tension at every place, with the exact ones of the sections as dots."""
     from percuss.blow.over_time import force_envelope
 
@@ -114,23 +84,23 @@ def greatest_stresses(axes: Any, answer: ShownBlow, mark: str) -> None:
     axes.set_title(f"{mark} greatest {'stress' if answer.is_si else 'force'} at each place")
 
 
-def _place(answer: ShownBlow) -> str:
+def _place(answer: BlowAnswer) -> str:
     return "place from the struck face [m]" if answer.is_si else "place from the struck face"
 
 
-def _striker(answer: ShownBlow) -> Sections:
+def _striker(answer: BlowAnswer) -> Sections:
     from percuss.blow.bodies import striker_sections
 
     return striker_sections(answer.blow.striker)
 
 
-def _reach(answer: ShownBlow) -> float:
+def _reach(answer: BlowAnswer) -> float:
     """How far an endless rod is shown: m, or times of a wave."""
     sections = _striker(answer)
     return _REACH * float((sections.length if answer.is_si else sections.transit).sum())
 
 
-def _lengths(answer: ShownBlow) -> tuple[Array, Array]:
+def _lengths(answer: BlowAnswer) -> tuple[Array, Array]:
     """Of the sections of striker and rod."""
     from percuss.blow.bodies import rod_sections
 
@@ -138,13 +108,13 @@ def _lengths(answer: ShownBlow) -> tuple[Array, Array]:
     return _striker(answer).length, np.zeros(0) if rod is None else rod_sections(rod, answer.blow.striker).length
 
 
-def _steps(answer: ShownBlow) -> list[float]:
+def _steps(answer: BlowAnswer) -> list[float]:
     """Where sections meet, from the struck face."""
     own, rod = _lengths(answer)
     return [*(np.cumsum(own)[:-1] - own.sum()).tolist(), *np.cumsum(rod)[:-1].tolist()]
 
 
-def _areas(answer: ShownBlow, which: int) -> Array:
+def _areas(answer: BlowAnswer, which: int) -> Array:
     """Of the sections of striker or rod; 1 where they are not known, so that stresses are forces."""
     pieces = answer.pieces[which]
     return np.array([piece.area for piece in pieces]) if pieces else np.ones(_lengths(answer)[which].size)
@@ -158,7 +128,7 @@ _FELT = 1e-3
 """Share of its peak that counts as a force on the rock."""
 
 
-def blow(answer: ShownBlow) -> Figure:
+def blow(answer: BlowAnswer) -> Figure:
     """Draw one blow.
 
     Parameters
@@ -173,7 +143,7 @@ def blow(answer: ShownBlow) -> Figure:
     MissingExtraError
         When matplotlib is not installed.
     """
-    having("answer", answer, ("title", "blow", "gauge", "units"), "the answer of percuss.case.blow_answer")
+    having("answer", answer, ("title", "blow", "gauge", "peaks"), "the answer of percuss.case.blow_answer")
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
     below = ([_loop] if answer.blow.penetration is not None else []) + below
@@ -193,7 +163,7 @@ def blow(answer: ShownBlow) -> Figure:
     return figure
 
 
-def _last(answer: ShownBlow) -> float:
+def _last(answer: BlowAnswer) -> float:
     """The time at which pictures end: some transits after the last force at face or rock, or the end of the window."""
     from percuss.blow.bodies import striker_sections
 
@@ -205,14 +175,14 @@ def _last(answer: ShownBlow) -> float:
     return min(answer.blow.until, over + _SHOWN * float(sections.transit.sum()))
 
 
-def _scales(answer: ShownBlow) -> tuple[tuple[float, str], tuple[float, str]]:
+def _scales(answer: BlowAnswer) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor and label of times and of forces."""
     if not answer.is_si:
         return (1.0, "time [rad]"), (1.0, "force")
     return (1e6, "time [µs]"), (1e-3, "force [kN]")
 
 
-def _face(axes: Any, answer: ShownBlow, mark: str) -> None:
+def _face(axes: Any, answer: BlowAnswer, mark: str) -> None:
     (clock, time), (scale, force) = _scales(answer)
     times, values = answer.blow.face_force.sampled(2000)
     axes.fill_between(times * clock, values * scale, color=COLOURS[0], alpha=0.15, linewidth=0.0)
@@ -227,14 +197,14 @@ def _face(axes: Any, answer: ShownBlow, mark: str) -> None:
     axes.set_title(f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces")
 
 
-def _window(axes: Any, answer: ShownBlow, label: str) -> None:
+def _window(axes: Any, answer: BlowAnswer, label: str) -> None:
     axes.set_xlim(0.0, _last(answer) * _scales(answer)[0][0])
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.set_xlabel(label)
 
 
-def _gauge(axes: Any, answer: ShownBlow, mark: str) -> None:
+def _gauge(axes: Any, answer: BlowAnswer, mark: str) -> None:
     (clock, time), (scale, force) = _scales(answer)
     waves = answer.waves
     assert waves is not None  # there is a rod
@@ -253,14 +223,14 @@ def _gauge(axes: Any, answer: ShownBlow, mark: str) -> None:
     legend_above(axes)
     _window(axes, answer, time)
     axes.set_ylabel(force)
-    place = "" if answer.gauge is None else f" at {answer.units.place(answer.gauge)}"
+    place = "" if answer.gauge is None else f" at {answer.tell(answer.gauge, 'length')}"
     axes.set_title(f"{mark} gauge{place}")
 
 
 # -- energy and rock ---------------------------------------------------------------------------------------------------
 
 
-def _energy(axes: Any, answer: ShownBlow, mark: str) -> None:
+def _energy(axes: Any, answer: BlowAnswer, mark: str) -> None:
     blow = answer.blow
     parts = [("with the striker", blow.rigid_energy_after), ("ringing in it", blow.vibration_energy_after)]
     if answer.rod is not None:
@@ -271,13 +241,13 @@ def _energy(axes: Any, answer: ShownBlow, mark: str) -> None:
     before = blow.energy_before + max(blow.load_work, 0.0) or 1.0
     axes.barh(names, [100.0 * value / before for value in values], color=COLOURS[2], alpha=0.8)
     for i, value in enumerate(values):
-        axes.text(100.0 * value / before + 1.0, i, answer.units.energy(value, 3), va="center", fontsize=7.5)
+        axes.text(100.0 * value / before + 1.0, i, answer.tell(value, "energy", 3), va="center", fontsize=7.5)
     axes.set_xlim(0.0, 1.3 * max(100.0 * value / before for value in values) + 1.0)
     axes.set_xlabel("share of the energy before [%]")
     axes.set_title(f"{mark} where the energy went")
 
 
-def _loop(axes: Any, answer: ShownBlow, mark: str) -> None:
+def _loop(axes: Any, answer: BlowAnswer, mark: str) -> None:
     blow = answer.blow
     assert blow.penetration is not None and blow.bit_force is not None
     times = np.unique(np.concatenate([blow.penetration.times, np.linspace(0.0, blow.until, 4000)]))
@@ -289,7 +259,7 @@ def _loop(axes: Any, answer: ShownBlow, mark: str) -> None:
     axes.set_title(f"{mark} the rock")
 
 
-def _efficiency(axes: Any, answer: ShownBlow, mark: str) -> None:
+def _efficiency(axes: Any, answer: BlowAnswer, mark: str) -> None:
     """The blow beside one rectangular wave on the same rock, and the best wave (Lundberg 1973)."""
     from percuss.blow.closed_forms import best_efficiency, matched_efficiency
 
@@ -317,7 +287,7 @@ _BEST_SHOWN = 1.5
 """Times the end of the last contact that curves go on for."""
 
 
-def best(answer: Any) -> Figure:
+def best(answer: BestAnswer) -> Figure:
     """Draw what a search for the best blow has found.
 
     Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +20,10 @@ if TYPE_CHECKING:
 
     from percuss.explore import (
         Branch,
+        BranchPoint,
         Diagram,
         DiagramBranch,
-        DiagramPoint,
-        DiagramRestBranch,
         PointCurve,
-        RestBranch,
-        RestPointCurve,
         SettledMotion,
     )
 
@@ -124,13 +121,13 @@ _MOST = 6
 """Impacts that are drawn: those of a chatter have no last one."""
 
 
-def rest_branch(found: RestBranch, title: str = "") -> Figure:
+def rest_branch(found: Branch, title: str = "") -> Figure:
     """Draw cycles with rest: when the bar is let go, strikes and comes to rest; above, how fast it strikes.
 
     Parameters
     ----------
     found
-        A `percuss.explore.RestBranch`. Its first impacts are drawn.
+        A `percuss.explore.Branch`. Its first impacts are drawn.
     title
         What stands above.
 
@@ -148,7 +145,7 @@ def rest_branch(found: RestBranch, title: str = "") -> Figure:
     >>> len(rest_branch(follow_rest_cycle(cycle, "mean", (0.7, 0.9), points=3)).axes)
     2
     """
-    having("found", found, ("points", "cycles", "values"), "a percuss.explore.RestBranch")
+    having("found", found, ("points", "cycles", "values"), "a percuss.explore.Branch")
     if not len(found.values):
         raise ParameterError("found", str(found), "a branch with points")
     text("title", title, "a text")
@@ -206,7 +203,7 @@ _WORDS = {
 _MARKS = "sD^vPX*op<>h"
 
 
-def curves(found: Sequence[PointCurve | RestPointCurve], title: str = "") -> Figure:
+def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
     """Draw curves of `percuss.explore.follow_point` over their two parameters; thin and dotted where no orbit is.
 
     Parameters
@@ -254,13 +251,13 @@ def curves(found: Sequence[PointCurve | RestPointCurve], title: str = "") -> Fig
     return figure
 
 
-def _curve_line(ax: Axes, one: PointCurve | RestPointCurve, colour: str) -> None:
+def _curve_line(ax: Axes, one: PointCurve, colour: str) -> None:
     name = f"{_WORDS.get(one.event.value, one.event.value)} of {one.label}"
     ax.plot(*one.values.T, ":", color=colour, lw=0.8)
     ax.plot(*one.real.T, "-", color=colour, lw=1.4, label=name)
 
 
-def _curve_marked(ax: Axes, found: Sequence[PointCurve | RestPointCurve]) -> None:
+def _curve_marked(ax: Axes, found: Sequence[PointCurve]) -> None:
     marks: dict[str, Any] = {}
     for one in found:
         for point in one.points:
@@ -340,10 +337,7 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     return figure
 
 
-_Line: TypeAlias = "DiagramBranch | DiagramRestBranch"
-
-
-def _diagram_lines(found: Diagram) -> tuple[_Line, ...]:
+def _diagram_lines(found: Diagram) -> tuple[DiagramBranch, ...]:
     """All that is drawn as lines of motions."""
     return (*found.branches, *found.rest_branches)
 
@@ -365,7 +359,7 @@ def _heights(one: SettledMotion, quantity: str) -> list[float]:
     return list((one.phases if quantity == "phase" else one.speeds * speed).tolist())
 
 
-def _rows(line: _Line, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     """What is drawn of a branch; shape (m, lines)."""
     size = line.values.size
     if quantity == "phase":
@@ -376,7 +370,7 @@ def _rows(line: _Line, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
     return (line.energies * scales[:, 1])[:, None]
 
 
-def _diagram_line(ax: Axes, line: _Line, quantity: str, colour: str) -> None:
+def _diagram_line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
     """One line for each impact, cut where the stability changes and where a phase goes round."""
     changes = np.flatnonzero(np.diff(line.stable.astype(int))) + 1
     for start, stop in pairwise([0, *changes.tolist(), line.values.size]):
@@ -387,7 +381,7 @@ def _diagram_line(ax: Axes, line: _Line, quantity: str, colour: str) -> None:
             ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
 
 
-def _rests(ax: Axes, line: DiagramRestBranch, colour: str) -> None:
+def _rests(ax: Axes, line: DiagramBranch, colour: str) -> None:
     """Between which phases a cycle with rest lies on the wall."""
     for name, (_, dashes) in _RESTS.items():
         for row in getattr(line, name).T:
@@ -410,7 +404,7 @@ def _cut(
     return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
-def _events(ax: Axes, line: _Line, quantity: str) -> None:
+def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
     for point in line.points:
         mark = EVENT_MARKS.get(point.kind.value)
         if mark is not None:
@@ -420,12 +414,12 @@ def _events(ax: Axes, line: _Line, quantity: str) -> None:
             ax.plot(x, heights, mark, color=INK, ms=3.5, mew=edge, ls="", label=label, zorder=3)
 
 
-def _point_heights(line: _Line, point: DiagramPoint, quantity: str) -> list[float]:
+def _point_heights(line: DiagramBranch, point: BranchPoint, quantity: str) -> list[float]:
     if quantity == "phase":
-        return list(point.phases.tolist())
+        return list(point.plain.phases.tolist())
     row = int(np.argmin(np.abs(line.values - point.value)))
     speed, energy = (1.0, 1.0) if line.scales is None else line.scales[row]
-    return [point.energy * energy] if quantity == "energy" else list((point.speeds * speed).tolist())
+    return [point.plain.energy * energy] if quantity == "energy" else list((point.plain.speeds * speed).tolist())
 
 
 def _label(ax: Axes, found: Diagram, quantity: str) -> None:
@@ -461,7 +455,7 @@ def _diagram_legend(figure: Figure, ax: Axes, found: Diagram) -> None:
         figure.legend(drawn, names, loc="outside right upper", frameon=False, markerscale=1.8)
 
 
-def _labels(lines: Sequence[_Line]) -> list[str]:
+def _labels(lines: Sequence[DiagramBranch]) -> list[str]:
     """Each label once, in the order in which they come."""
     return list(dict.fromkeys(line.label for line in lines))
 

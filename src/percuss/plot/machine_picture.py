@@ -2,73 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
-from percuss.plot.trajectory_picture import TitledMotion, titled_motion
+from percuss.plot.trajectory_picture import titled_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from percuss.case.answers.machine_answer import MachineAnswer
+    from percuss.case.answers.machine_figures import Course
+    from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.model import Machine
     from percuss.model.checks import Array
     from percuss.simulate import MachineEvents, MachineTrajectory
-    from percuss.steady.self_excited import SelfExcited, ValveCycle
 
 _NEAR = 0.06  # of the stroke: the name of a port so near to the wall stands below its line
-
-
-class _Course(Protocol):
-    """A cycle over time."""
-
-    @property
-    def times(self) -> Array: ...
-    @property
-    def striking_end(self) -> Array: ...
-    @property
-    def centre(self) -> Array: ...
-    @property
-    def force(self) -> Array: ...
-    @property
-    def states(self) -> tuple[str, ...]: ...
-    @property
-    def pressure(self) -> Array | None: ...
-
-
-class _Running(Protocol):
-    """Energy and rate at another pressure, relative to those of the case."""
-
-    @property
-    def pressure(self) -> float: ...
-    @property
-    def energy(self) -> float | None: ...
-    @property
-    def rate(self) -> float | None: ...
-
-
-class _Answer(Protocol):
-    """The answer for a machine that switches its own valve."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def outcome(self) -> str: ...
-    @property
-    def label(self) -> str: ...
-    @property
-    def machine(self) -> Machine: ...
-    @property
-    def motion(self) -> SelfExcited: ...
-    @property
-    def cycle(self) -> ValveCycle | None: ...
-    @property
-    def course(self) -> _Course: ...
-    @property
-    def curve(self) -> Sequence[_Running]: ...
 
 
 class _Scales:
@@ -85,7 +37,7 @@ class _Scales:
         self.force_label = ("force [kN]" if kilo else "force [N]") if si else "force"
 
 
-def machine(answer: _Answer) -> Figure:
+def machine(answer: MachineAnswer) -> Figure:
     """Draw the answer for a machine that switches its own valve.
 
     Four panels: (a) the piston over a cycle, with the ports, their uncoverings, the switches and the blows; (b) the
@@ -116,14 +68,14 @@ def machine(answer: _Answer) -> Figure:
     return figure
 
 
-def _nothing(axes: Any, answer: _Answer) -> None:
+def _nothing(axes: Any, answer: MachineAnswer) -> None:
     obstacle = answer.motion.obstacle
     text = "" if obstacle is None else f"{obstacle.value}\n{obstacle.words}\n{obstacle.remedy}"
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, fontsize=11, wrap=True)
     axes.set_axis_off()
 
 
-def _panels(figure: Figure, answer: _Answer) -> None:
+def _panels(figure: Figure, answer: MachineAnswer) -> None:
     course = answer.course
     scales = _Scales(answer.machine, float(np.abs(course.force).max()))
     grid = figure.add_gridspec(2, 3)
@@ -136,7 +88,7 @@ def _panels(figure: Figure, answer: _Answer) -> None:
 # -- over the cycle ---------------------------------------------------------------------------------------------------
 
 
-def _position(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
+def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     cycle, low = answer.cycle, float(course.centre.min()) * scales.length
     assert cycle is not None
     axes.axhline(0.0, color=INK, linewidth=2.5)
@@ -173,7 +125,7 @@ def _position(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> N
     legend_above(axes, columns=4)
 
 
-def _shade(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
+def _shade(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     """A ground for the times at which the valve pushes toward the wall."""
     pushes = np.array([answer.machine.valve.force(state) > 0.0 for state in course.states])
     axes.fill_between(
@@ -189,7 +141,7 @@ def _shade(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None
     )
 
 
-def _force(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
+def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     cycle = answer.cycle
     assert cycle is not None
     axes.axhline(0.0, color=INK, linewidth=0.6)
@@ -212,7 +164,7 @@ def _force(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None
         other.set_ylim(bottom=0.0)
 
 
-def _loop(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
+def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
     cycle, machine = answer.cycle, answer.machine
     assert cycle is not None
     x, force = course.centre * scales.length, course.force * scales.force
@@ -229,7 +181,7 @@ def _loop(axes: Any, answer: _Answer, course: _Course, scales: _Scales) -> None:
 # -- the pressure -----------------------------------------------------------------------------------------------------
 
 
-def _pressures(axes: Any, answer: _Answer) -> None:
+def _pressures(axes: Any, answer: MachineAnswer) -> None:
     machine, cycle = answer.machine, answer.cycle
     assert cycle is not None
     over, bar, label = _varied(machine)
@@ -333,7 +285,7 @@ def _window(motion: MachineTrajectory) -> tuple[float, float, str]:
     return float(times[-MOST_EVENTS]), end, "the last flights"
 
 
-def machine_motion(motion: MachineTrajectory | TitledMotion[MachineTrajectory]) -> Figure:
+def machine_motion(motion: MachineTrajectory | MachineMotion) -> Figure:
     """Draw a simulated motion of a machine, or the answer that holds one.
 
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,47 +21,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from percuss.explore import Axis, Sweep
+    from percuss.explore.boundary_curves.boundary import Curve
+
 
 # ---- What a map hands to its pictures, and the axes of their panels
 
 _UNANSWERED = 2  # outcomes from this one on, and −1, leave a cell without a value; see percuss.explore.quantities
 
 
-class Axis(Protocol):
-    @property
-    def name(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def values(self) -> np.ndarray[Any, np.dtype[np.float64]]: ...
-
-
-class Map(Protocol):
-    """A sweep: axes, quantities and their arrays."""
-
-    @property
-    def axes(self) -> Sequence[Axis]: ...
-    @property
-    def quantities(self) -> Sequence[str]: ...
-    @property
-    def columns(self) -> Mapping[str, Any]: ...
-    @property
-    def words(self) -> Mapping[str, Sequence[str]]: ...
-    def __getitem__(self, quantity: str) -> np.ndarray[Any, Any]: ...
-
-
-class Curve(Protocol):
-    """A boundary: its kind and its points."""
-
-    @property
-    def kind(self) -> str: ...
-    @property
-    def x(self) -> np.ndarray[Any, np.dtype[np.float64]]: ...
-    @property
-    def y(self) -> np.ndarray[Any, np.dtype[np.float64]]: ...
-
-
-def answered_cells(found: Map) -> np.ndarray[Any, Any]:
+def answered_cells(found: Sweep) -> np.ndarray[Any, Any]:
     """Where the cells have values at all."""
     outcome = np.asarray(found["outcome"])
     return np.asarray((outcome >= 0) & (outcome < _UNANSWERED))
@@ -151,16 +120,9 @@ def family_numbers(labels: np.ndarray[Any, Any]) -> npt.NDArray[np.int64]:
 
 
 def families(ax: Axes, x: Any, y: Any, labels: np.ndarray[Any, Any], answered: Any) -> Any:
-    """Cells in the colours and hatches of their families, with a legend beside the panel; what is drawn.
+    """Cells (edges x and y) in the colours and hatches of their families, with a legend; what is drawn.
 
-    Parameters
-    ----------
-    x, y
-        Edges of the cells.
-    labels
-        Shape (x, y); "" where there is none.
-    answered
-        Where the cells have values at all.
+    `labels` are "" where there is none; `answered` says where the cells have values at all.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -211,7 +173,7 @@ def no_value() -> dict[str, Any]:
     return {"no value": Patch(facecolor="white", edgecolor=HATCH, hatch="////", lw=0.4)}
 
 
-def words_of(found: Map, name: str, values: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], list[str]] | None:
+def words_of(found: Sweep, name: str, values: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], list[str]] | None:
     """Numbers of words and the words, for labels and what is kept as numbers of words; −1 where there is nothing."""
     if name in found.words:
         words = list(found.words[name])
@@ -248,7 +210,7 @@ RESTS = palette.BOTH["rest"]
 """Of what comes to rest."""
 
 
-def line(ax: Axes, found: Map, name: str) -> dict[str, Any]:
+def line(ax: Axes, found: Sweep, name: str) -> dict[str, Any]:
     """One panel; what its marks mean."""
     from matplotlib.ticker import MaxNLocator
 
@@ -341,7 +303,7 @@ _KINDS = {
 }  # fmt: skip
 
 
-def plane(figure: Figure, ax: Axes, found: Map, name: str) -> dict[str, Any]:
+def plane(figure: Figure, ax: Axes, found: Sweep, name: str) -> dict[str, Any]:
     """One panel; what its marks mean."""
     values, answered = found[name], answered_cells(found)
     x, y = (cell_edges(axis) for axis in found.axes)
@@ -452,17 +414,11 @@ class _Laid(NamedTuple):
     y: np.ndarray[Any, np.dtype[np.float64]]
 
 
-def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve:
-    """A curve as it lies in the plane of two axes; one that says its parameters whatever their order.
-
-    Raises
-    ------
-    ParameterError
-        For a curve over other parameters, or in other units.
-    """
+def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve | _Laid:
+    """A curve as it lies in the plane of two axes; one that says its parameters whatever their order."""
     if not hasattr(curve, "parameters"):
         having("curves", curve, ("kind", "x", "y"), CURVES)
-        laid: Curve = curve
+        laid: Curve | _Laid = curve
         return laid
     having("curves", curve, ("kind", "units", "real"), CURVES)
     known = dict(zip(zip(curve.parameters, curve.units, strict=True), curve.real.T, strict=True))
@@ -474,7 +430,7 @@ def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve:
     return _Laid(curve.kind, x, y)
 
 
-def boundaries(ax: Axes, curves: Sequence[Curve]) -> dict[str, Any]:
+def boundaries(ax: Axes, curves: Sequence[Curve | _Laid]) -> dict[str, Any]:
     """Curves with a white rim; the lines of their kinds."""
     from matplotlib.lines import Line2D
 
@@ -523,7 +479,7 @@ _TITLES = {
 }
 
 
-def sweep(found: Map, title: str = "", curves: Sequence[Curve] = ()) -> Figure:
+def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
     """Draw a map: every quantity over one parameter or over a plane of two.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore.attractors.hammers import Attractor, Hammer
+    from percuss.explore import Basins, Experiment
+    from percuss.explore.attractors.experiments import Share
     from percuss.model import Machine, System
 
 MOST_SHOWN = 10
@@ -37,52 +38,7 @@ _SI_NAMES = {
 }
 
 
-class _Share(Protocol):
-    @property
-    def label(self) -> str: ...
-    @property
-    def share(self) -> float: ...
-    @property
-    def low(self) -> float: ...
-    @property
-    def high(self) -> float: ...
-    @property
-    def attractor(self) -> Attractor: ...
-
-
-class _Starts(Protocol):
-    """Starts and where they end: an experiment."""
-
-    @property
-    def system(self) -> System | Machine: ...
-    @property
-    def hammer(self) -> Hammer: ...
-    @property
-    def shares(self) -> Sequence[_Share]: ...
-    @property
-    def attractor(self) -> np.ndarray[Any, Any]: ...
-    @property
-    def columns(self) -> dict[str, np.ndarray[Any, Any]]: ...
-
-
-class _Image(Protocol):
-    """Basins over a plane."""
-
-    @property
-    def system(self) -> System | Machine: ...
-    @property
-    def hammer(self) -> Hammer: ...
-    @property
-    def shares(self) -> Sequence[_Share]: ...
-    @property
-    def image(self) -> np.ndarray[Any, Any]: ...
-    @property
-    def x(self) -> tuple[str, tuple[float, ...]]: ...
-    @property
-    def y(self) -> tuple[str, tuple[float, ...]]: ...
-
-
-def experiment(found: _Starts, title: str = "") -> Figure:
+def experiment(found: Experiment, title: str = "") -> Figure:
     """Draw an experiment: the shares of the attractors with their intervals, and the starts in their colours.
 
     Raises
@@ -110,7 +66,7 @@ def experiment(found: _Starts, title: str = "") -> Figure:
     return figure
 
 
-def basins(found: _Image, title: str = "") -> Figure:
+def basins(found: Basins, title: str = "") -> Figure:
     """Draw basins of attraction as an image: each start in the colour of the attractor that it leads to.
 
     Raises
@@ -165,14 +121,14 @@ def _colour(i: int) -> str:
     return palette.AREAS[i] if i < MOST_SHOWN else _OTHERS
 
 
-def _name(shares: Sequence[_Share], i: int) -> str:
+def _name(shares: Sequence[Share], i: int) -> str:
     """The label, and what else tells it from others where several have the same one."""
     share = shares[i]
     alone = sum(other.label == share.label for other in shares) == 1
     return share.label if alone else f"{share.label} {share.attractor.mark}".rstrip()
 
 
-def _legend(ax: Axes, shares: Sequence[_Share], n: int) -> None:
+def _legend(ax: Axes, shares: Sequence[Share], n: int) -> None:
     from matplotlib.patches import Patch
 
     handles = [Patch(facecolor=_colour(i), edgecolor=INK, lw=0.4, label=_name(shares, i)) for i in range(n)]
@@ -181,7 +137,7 @@ def _legend(ax: Axes, shares: Sequence[_Share], n: int) -> None:
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
 
 
-def _bars(ax: Axes, shares: Sequence[_Share]) -> None:
+def _bars(ax: Axes, shares: Sequence[Share]) -> None:
     shown = list(shares[:MOST_SHOWN])
     places = np.arange(len(shown))
     share, low, high = (np.array([getattr(s, name) for s in shown]) for name in ("share", "low", "high"))
@@ -195,7 +151,7 @@ def _bars(ax: Axes, shares: Sequence[_Share]) -> None:
     ax.set_title("(a) attractors" + (f"; {rest} more are rarer" if rest else ""))
 
 
-def _scatter(ax: Axes, found: _Starts) -> None:
+def _scatter(ax: Axes, found: Experiment) -> None:
     number = found.attractor
     (x, x_name), (y, y_name) = _plane(ax, found)
     step = max(1, -(-number.size // MOST_POINTS))
@@ -211,7 +167,7 @@ def _scatter(ax: Axes, found: _Starts) -> None:
 _Line = tuple[np.ndarray[Any, Any], str]
 
 
-def _plane(ax: Axes, found: _Starts) -> tuple[_Line, _Line]:
+def _plane(ax: Axes, found: Experiment) -> tuple[_Line, _Line]:
     """Over which two quantities the starts are drawn, with their names: velocity where it differs, and the load phase.
 
     Of a machine the position in its place or, of starts at one place, the state of the valve, each on a strip.

@@ -4,137 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from percuss import palette
+from percuss.case.answers.steady_answer import PeriodAnswer, judged
+from percuss.case.answers.structure_answer import StructureAnswer
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
-from percuss.stability import stability_of
-from percuss.steady import SteadyStates, si_report
+from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from percuss.case.answers.steady_answer import OrbitAnswer, SteadyAnswer, TimedPeriod
     from percuss.model import System
     from percuss.model.checks import Array
-    from percuss.stability import Stability, TimedStability
-    from percuss.steady import Orbit, SIReport, TimedOrbit, TimedStates
+    from percuss.steady import Orbit
 
 
-# ---- What an answer hands to its picture: the steady motions of a system, each with its verdict and its figures in SI
+# ---- What is drawn: the motions of an answer, or of bare steady states, each with its verdict and its figures in SI
 
 
-class JudgedOrbit(Protocol):
-    """An orbit, whether it is stable, its figures in SI, and whether a hammer can sustain it."""
-
-    @property
-    def orbit(self) -> Orbit: ...
-    @property
-    def stability(self) -> Stability: ...
-    @property
-    def si(self) -> SIReport | None: ...
-    @property
-    def runs(self) -> bool: ...
-
-
-class JudgedTimedOrbit(Protocol):
-    """A motion under a law of blows that take time, and its verdict."""
-
-    @property
-    def orbit(self) -> TimedOrbit: ...
-    @property
-    def stability(self) -> TimedStability: ...
-
-
-class JudgedTimed(Protocol):
-    """All motions under such a law."""
-
-    @property
-    def states(self) -> TimedStates: ...
-    @property
-    def orbits(self) -> Sequence[JudgedTimedOrbit]: ...
-
-
-class JudgedPeriod(Protocol):
-    """All motions with one impact in so many load periods; those of a law of blows that take time, if there is one."""
-
-    @property
-    def states(self) -> SteadyStates: ...
-    @property
-    def orbits(self) -> Sequence[JudgedOrbit]: ...
-    @property
-    def timed(self) -> JudgedTimed | None: ...
-
-
-class JudgedMotions(Protocol):
-    """A steady answer: title, system, motions, and the one to look at first."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def system(self) -> System: ...
-    @property
-    def periods(self) -> Sequence[JudgedPeriod]: ...
-    @property
-    def chosen(self) -> JudgedOrbit | None: ...
-
-
-@runtime_checkable
-class JudgedStructure(Protocol):
-    """A steady answer of a structure that is held: title and motions."""
-
-    @property
-    def title(self) -> str: ...
-    @property
-    def states(self) -> Sequence[SteadyStates]: ...
-    @property
-    def motions(self) -> Sequence[Sequence[object]]: ...
-
-
-@dataclass(frozen=True)
-class _Orbit:
-    orbit: Orbit
-    stability: Stability
-    si: SIReport | None
-
-    @property
-    def runs(self) -> bool:
-        return self.orbit.admissible and self.stability.stable
-
-
-@dataclass(frozen=True)
-class _Period:
-    states: SteadyStates
-    orbits: tuple[_Orbit, ...]
-    timed: None = None
-
-
-@dataclass(frozen=True)
-class _Motions:
+class _Motions(NamedTuple):
     title: str
     system: System
-    periods: tuple[_Period, ...]
-
-    @property
-    def chosen(self) -> _Orbit | None:
-        found = self.periods[0].orbits
-        return min(found, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
+    periods: tuple[PeriodAnswer, ...]
+    chosen: OrbitAnswer | None
 
 
-def judged_states(states: Sequence[SteadyStates], title: str = "") -> JudgedMotions:
-    """Steady states that no judged answer stands behind, as one has them; of held structures those that strike."""
+def _of_states(states: Sequence[SteadyStates], title: str = "") -> _Motions:
+    """Steady states without a judged answer; of held structures those that strike."""
     system = states[0].system
     free = system.body.is_free  # else for each blow there is one that strikes backwards
-    periods = []
-    for each in states:
-        shown = [orbit for orbit in each.orbits if free or orbit.impact_velocity > 0.0]
-        si = free and system.is_si
-        judged = tuple(_Orbit(one, stability_of(one), si_report(one) if si else None) for one in shown)
-        periods.append(_Period(each, judged))
-    return _Motions(title or str(system), system, tuple(periods))
+    shown = [[one for one in each.orbits if free or one.impact_velocity > 0.0] for each in states]
+    periods = [PeriodAnswer(each, tuple(map(judged, some))) for each, some in zip(states, shown, strict=True)]
+    chosen = min(periods[0].orbits, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
+    return _Motions(title or str(system), system, tuple(periods), chosen)
 
 
 # ---- In the picture of a steady answer: the motions of a law of blows that take time, beside those of B77's law
@@ -142,7 +49,7 @@ def judged_states(states: Sequence[SteadyStates], title: str = "") -> JudgedMoti
 _FEW = 2  # numbers of load periods that are told one by one in the legend
 
 
-def timed_marks(axes: Any, answer: JudgedMotions, phases: Array) -> str:
+def timed_marks(axes: Any, answer: _Motions, phases: Array) -> str:
     """The curve v_f − e p with its levels, and a diamond at the phase of every force's centroid; the panel's title."""
     low, high = axes.get_ylim()
     found = _all(answer)
@@ -167,7 +74,7 @@ def timed_marks(axes: Any, answer: JudgedMotions, phases: Array) -> str:
     return f"(a) phases by B77's law; ◆ by {found[0][1].states.law.law}"
 
 
-def timed_phase(answer: JudgedMotions, orbit: Orbit) -> str:
+def timed_phase(answer: _Motions, orbit: Orbit) -> str:
     """The phase of the motion that continues one of B77's law, behind its mark; empty without such a law."""
     for _, timed in _all(answer):
         if timed.states.periods == orbit.periods:
@@ -177,7 +84,7 @@ def timed_phase(answer: JudgedMotions, orbit: Orbit) -> str:
     return ""
 
 
-def _all(answer: JudgedMotions) -> list[tuple[int, JudgedTimed]]:
+def _all(answer: _Motions) -> list[tuple[int, TimedPeriod]]:
     return [(i, period.timed) for i, period in enumerate(answer.periods) if period.timed is not None]
 
 
@@ -190,7 +97,7 @@ EDGE = 1.7
 """How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
 
 
-def steady(answer: JudgedMotions | JudgedStructure | SteadyStates) -> Figure:
+def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
     """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
@@ -218,12 +125,12 @@ def steady(answer: JudgedMotions | JudgedStructure | SteadyStates) -> Figure:
     True
     """
     if isinstance(answer, SteadyStates):
-        shown: JudgedMotions = judged_states([answer])
-    elif isinstance(answer, JudgedStructure):
-        shown = judged_states(answer.states, answer.title)
+        shown = _of_states([answer])
+    elif isinstance(answer, StructureAnswer):
+        shown = _of_states(answer.states, answer.title)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
-        shown = answer
+        shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen)
     units = units_of(shown.system)
     if not shown.system.body.is_free:
         return _of_structure(shown, units)
@@ -240,7 +147,7 @@ def steady(answer: JudgedMotions | JudgedStructure | SteadyStates) -> Figure:
     return figure
 
 
-def _of_structure(shown: JudgedMotions, units: Units) -> Figure:
+def _of_structure(shown: _Motions, units: Units) -> Figure:
     figure = new_figure(11.0, 4.0)
     engine = figure.get_layout_engine()
     assert engine is not None
@@ -259,7 +166,7 @@ def _of_structure(shown: JudgedMotions, units: Units) -> Figure:
     return figure
 
 
-def _laws(figure: Figure, answer: JudgedMotions) -> None:
+def _laws(figure: Figure, answer: _Motions) -> None:
     """What the motions rest on, in small print: the law of the contact and that of the damping."""
     system = answer.system
     damping = f"; damping: {system.body.damping.words}" if system.body.is_free else ""
@@ -267,12 +174,12 @@ def _laws(figure: Figure, answer: JudgedMotions) -> None:
     figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)
 
 
-def _all_orbits(answer: JudgedMotions) -> list[tuple[str, JudgedOrbit]]:
+def _all_orbits(answer: _Motions) -> list[tuple[str, OrbitAnswer]]:
     """Every orbit with the colour of its m."""
     return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(answer.periods) for found in period.orbits]
 
 
-def _marker(found: JudgedOrbit, colour: str) -> dict[str, Any]:
+def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
     """Solid: stable; open: unstable; cross: cannot happen."""
     if not found.orbit.admissible:
         return {"marker": "x", "markersize": 7, "color": colour, "markeredgewidth": 1.8}
@@ -287,7 +194,7 @@ def _phase_axis(axes: Any) -> None:
     axes.set_xlabel("phase of the load")
 
 
-def _phases(axes: Any, answer: JudgedMotions) -> None:
+def _phases(axes: Any, answer: _Motions) -> None:
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
     curve = answer.periods[0].states.rigid_velocity(phases)
     axes.plot(phases, curve, color=INK)
@@ -326,7 +233,7 @@ def _limits(curve: Any, levels: list[float]) -> tuple[float, float]:
     return low - 0.1 * span, high + 0.1 * span
 
 
-def _load(axes: Any, answer: JudgedMotions, units: Units) -> None:
+def _load(axes: Any, answer: _Motions, units: Units) -> None:
     load = answer.system.load
     phases, values = _load_curve(answer)
     axes.plot(phases, values * units.force, color=INK)
@@ -347,7 +254,7 @@ def _load(axes: Any, answer: JudgedMotions, units: Units) -> None:
         axes.legend(loc="best")
 
 
-def _load_curve(answer: JudgedMotions) -> tuple[Any, Any]:
+def _load_curve(answer: _Motions) -> tuple[Any, Any]:
     """The load over one period; both values where it jumps."""
     load = answer.system.load
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
@@ -362,7 +269,7 @@ def _load_curve(answer: JudgedMotions) -> tuple[Any, Any]:
     return phases, values
 
 
-def _gap(axes: Any, answer: JudgedMotions, units: Units) -> None:
+def _gap(axes: Any, answer: _Motions, units: Units) -> None:
     axes.set_title("(c) the striking end between two blows")
     axes.set_xlabel(units.time_label)
     axes.set_ylabel(units.length_label)
@@ -387,7 +294,7 @@ def _gap(axes: Any, answer: JudgedMotions, units: Units) -> None:
         axes.legend(loc="lower center", ncols=2)
 
 
-def _multipliers(axes: Any, answer: JudgedMotions) -> None:
+def _multipliers(axes: Any, answer: _Motions) -> None:
     circle = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
     axes.fill(circle.real, circle.imag, color=COLOURS[2], alpha=0.12, linewidth=0)
     axes.plot(circle.real, circle.imag, color=INK, linewidth=0.9)
@@ -425,7 +332,7 @@ def _far_off(axes: Any, values: list[tuple[complex, str]]) -> None:
         axes.annotate(text, (edge.real, edge.imag), at, color=colour, fontsize=7.5, ha="center", arrowprops=arrow)
 
 
-def _waves(figure: Figure, axes: Any, answer: JudgedMotions, units: Units) -> None:
+def _waves(figure: Figure, axes: Any, answer: _Motions, units: Units) -> None:
     chosen = answer.chosen
     if chosen is None:
         axes.set_title("(e) waves in the bar")

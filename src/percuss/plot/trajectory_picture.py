@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,38 +18,20 @@ from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.model.checks import Array
     from percuss.simulate import Events, Trajectory
 
 
-# ---- What a picture of a motion is given: the motion, or the answer that holds it with the title of its case
-
 M = TypeVar("M")
-M_co = TypeVar("M_co", covariant=True)
 
 
-class TitledMotion(Protocol[M_co]):
-    """An answer: a motion with the title of its case."""
-
-    @property
-    def motion(self) -> M_co: ...
-    @property
-    def title(self) -> str: ...
-
-
-def titled_motion(shown: object, kind: type[M]) -> tuple[str, M]:
-    """The title, "" for a motion alone, and the motion.
-
-    Raises
-    ------
-    ParameterError
-        When it is neither a motion of this kind nor an answer that holds one.
-    """
+def titled_motion(shown: Any, kind: type[M]) -> tuple[str, M]:
+    """The title, "" for a motion alone, and the motion; refuses what is neither such a motion nor holds one."""
     if isinstance(shown, kind):
         return "", shown
     having("motion", shown, ("title", "motion"), f"a {kind.__name__}, or the answer that holds one")
-    answer = cast("TitledMotion[M]", shown)
-    return answer.title, answer.motion
+    return shown.title, shown.motion
 
 
 # ---- The part of a simulated motion that its picture shows at full resolution: the last cycles or flights
@@ -161,7 +143,7 @@ _RAISED = {"chatter": 7.0, "rest": 14.0, "release": 14.0}
 """Points above the wall: a chatter ends where rest begins, and neither is to hide the impacts before it."""
 
 
-def trajectory(motion: Trajectory | TitledMotion[Trajectory]) -> Figure:
+def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
     """Draw a simulated motion, or the answer that holds one.
 
     Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole

@@ -19,7 +19,6 @@ from percuss.case.answers.orbits_answer import (
     orbits_dict,
     parsed_label,
     rest_branch_dict,
-    rest_curve_dict,
     rest_cycles_dict,
 )
 from percuss.case.answers.point_curves_answer import watched_curves
@@ -53,7 +52,6 @@ from percuss.web.steady_routes import BINARY
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.explore import PointCurve, RestPointCurve
     from percuss.explore.diagrams.diagram_job import DiagramJob
 
 router = APIRouter(route_class=StrictRoute)
@@ -163,16 +161,10 @@ async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
     def follow_points(halt: Halt, tell: Tell) -> None:
         with failures_told(tell, "following points"), halting(halt):
             for share, curves in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
-                told = {"done": share, "curves": [_curve_dict(curve) for curve in curves]}
+                told = {"done": share, "curves": [curve_dict(curve) for curve in curves]}
                 tell("done" if share == 1.0 else "progress", told)
 
     return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
-
-
-def _curve_dict(curve: PointCurve | RestPointCurve) -> dict[str, Any]:
-    from percuss.explore import PointCurve
-
-    return curve_dict(curve) if isinstance(curve, PointCurve) else rest_curve_dict(curve)
 
 
 def along_text(asked: AlongAsked, key: str = "along") -> str:

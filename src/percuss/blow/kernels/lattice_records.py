@@ -11,7 +11,7 @@ Floats = npt.NDArray[np.float64]
 Wholes = npt.NDArray[np.int64]
 
 
-class Chain(NamedTuple):
+class LatticeRow(NamedTuple):
     """Sections on a lattice of equal cells: a wave takes one step through a cell.
 
     `right` and `left` hold the waves f and g of every cell, section after section, as rings: what leaves a section at
@@ -41,7 +41,7 @@ class Face(NamedTuple):
     pushed_back: bool
 
 
-class Drag(NamedTuple):
+class LatticeDrag(NamedTuple):
     """What takes velocity now and then: a matrix for blocks of cells, or, where that is empty, a factor for all cells.
 
     `factor` and `finer` are factors less 1; `finer` is for what the cells of a block have beyond their mean. `carried`:
@@ -143,14 +143,14 @@ CONTACT = np.dtype(
 )
 
 
-class Machine(NamedTuple):
+class LatticeMachine(NamedTuple):
     """All that a stretch of motion needs: chains, face and far end, the load of every step of a period, the damping."""
 
-    striker: Chain
-    rod: Chain
+    striker: LatticeRow
+    rod: LatticeRow
     face: Face
     bit: Bit
     load: Floats
     load_at: int
     step: float
-    drag: Drag
+    drag: LatticeDrag

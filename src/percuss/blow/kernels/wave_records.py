@@ -56,7 +56,7 @@ class Problem(NamedTuple):
     until: int
 
 
-class Waves(NamedTuple):
+class WaveRows(NamedTuple):
     """Rows of pieces: 2i the wave to the right in section i, 2i + 1 to the left, then what is traced besides.
 
     The last three: the force at the struck face, the penetration, the force on the rock. Piece k of row c leaves its

@@ -7,7 +7,7 @@ import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,51 +15,29 @@ from percuss.case.answers.orbits_answer import branch_answer, followed, is_rest_
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import (
-    Axis,
-    BranchEvent,
-    BranchPoint,
-    PointCurve,
-    RestBranch,
-    RestEvent,
-    RestPointCurve,
-    follow_point,
-)
+from percuss.explore import Axis, BranchEvent, BranchPoint, PointCurve, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
 from percuss.explore.point_curves.rest_conditions import REST_FOLLOWED
 from percuss.model.checks import having, text
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, RestBranchPoint
+    from percuss.explore import Branch
     from percuss.model.checks import Array
 
-_SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH, "pair": BranchEvent.NEIMARK_SACKER}
-_NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT}
-_REST_SHORT = {"touch": RestEvent.TOUCH, "death": RestEvent.DEATH}
-_REST_NAMES: dict[str, BranchEvent | RestEvent] = {**{kind.value: kind for kind in REST_FOLLOWED}, **_REST_SHORT}
-
-
-@overload
-def point_curves_answer(
-    case: Case, branch: Branch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
-) -> tuple[PointCurve, ...]: ...
-
-
-@overload
-def point_curves_answer(
-    case: Case, branch: RestBranch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
-) -> tuple[RestPointCurve, ...]: ...
+_SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH}
+_NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
+_REST_NAMES = {**{kind.value: kind for kind in REST_FOLLOWED}, **_SHORT}
 
 
 def point_curves_answer(
     case: Case,
-    branch: Branch | RestBranch,
+    branch: Branch,
     which: str,
     along: str,
     over: str,
     *,
     halt: Callable[[], bool] | None = None,
-) -> tuple[PointCurve, ...] | tuple[RestPointCurve, ...]:
+) -> tuple[PointCurve, ...]:
     """Points of a branch followed through its parameter and a second one; see `percuss.explore.follow_point`.
 
     Parameters
@@ -111,10 +89,10 @@ def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | 
     return name, family.units.get(name, ""), ends
 
 
-def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list[RestBranchPoint]:
+def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
     """The points that a text names."""
     every: list[Any] = followed_points(branch)
-    names = _REST_NAMES if isinstance(branch, RestBranch) else _NAMES
+    names = _REST_NAMES if branch.has_rest else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
     known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
     if text("curve", which, "all").strip() != "all":
@@ -125,9 +103,9 @@ def _chosen(branch: Branch | RestBranch, which: str) -> list[BranchPoint] | list
     return every
 
 
-def followed_points(branch: Branch | RestBranch) -> list[BranchPoint] | list[RestBranchPoint]:
+def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
-    if isinstance(branch, RestBranch):
+    if branch.has_rest:
         return [point for point in branch.points if point.kind in REST_FOLLOWED]
     kept = [point for point in branch.points if point.kind in FOLLOWED]
     return kept + [
@@ -139,7 +117,7 @@ def followed_points(branch: Branch | RestBranch) -> list[BranchPoint] | list[Res
     ]
 
 
-def _one(every: Sequence[Any], names: Mapping[str, BranchEvent | RestEvent], word: str, given: str, known: str) -> Any:
+def _one(every: Sequence[Any], names: Mapping[str, BranchEvent], word: str, given: str, known: str) -> Any:
     """The point that a word names."""
     found = re.fullmatch(r"([a-z_]+)(?::(\d{1,4}))?", word, re.ASCII)
     if found is None or found[1] not in names:
@@ -172,7 +150,7 @@ class LaidCurve(NamedTuple):
     real: Array
 
 
-def point_curves_table(curves: Sequence[PointCurve | RestPointCurve]) -> str:
+def point_curves_table(curves: Sequence[PointCurve]) -> str:
     """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest.
 
     Examples
@@ -181,11 +159,11 @@ def point_curves_table(curves: Sequence[PointCurve | RestPointCurve]) -> str:
     'curve,type,label,point,is_orbit,impact,phase\\n'
     """
     names = "".join(f"{name}," for name in curves[0].parameters) if curves else ""
-    resting = [one for one in curves if isinstance(one, RestPointCurve)]
+    resting = [one for one in curves if one.has_rest]
     if resting:
         return _rest_table(resting, names)
     lines = [f"curve,type,label,point,{names}is_orbit,impact,phase"]
-    for number, one in enumerate((one for one in curves if isinstance(one, PointCurve)), 1):
+    for number, one in enumerate(curves, 1):
         rows = zip(one.values.tolist(), one.phases.tolist(), one.is_orbit.tolist(), strict=True)
         for point, ((first, second), phases, real) in enumerate(rows, 1):
             head = f"{number},{one.event.value},{one.label},{point},{first!r},{second!r},{int(real)}"
@@ -193,7 +171,7 @@ def point_curves_table(curves: Sequence[PointCurve | RestPointCurve]) -> str:
     return "\n".join([*lines, ""])
 
 
-def _rest_table(curves: Sequence[RestPointCurve], names: str) -> str:
+def _rest_table(curves: Sequence[PointCurve], names: str) -> str:
     lines = [f"curve,type,label,point,{names}is_orbit,release_phase,event_phase"]
     for number, one in enumerate(curves, 1):
         phases = zip(one.release_phases.tolist(), one.event_phases.tolist(), strict=True)
@@ -233,7 +211,7 @@ def _laid(one: dict[str, Any]) -> LaidCurve:
 
 _NEAR = 3e-3  # of the plane, within which a point is on a curve that is known
 
-Watched = tuple[float, tuple["PointCurve | RestPointCurve", ...]]
+Watched = tuple[float, tuple["PointCurve", ...]]
 
 
 def watched_curves(
@@ -246,42 +224,16 @@ def watched_curves(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """The curves of all that happens to an orbit of a case on the two lines through it, along either parameter.
+    """The curves of all that happens to an orbit on the two lines through it, along either parameter of a plane.
 
-    Parameters
-    ----------
-    case, orbit, modes
-        As for `percuss.case.branch_answer`, or `percuss.case.rest_branch_answer` for a cycle with rest.
-    across, up
-        The parameters of the plane, each with its range: ``restitution=0:0.9``.
-    patience
-        Seconds after which a curve is left as it is.
-    halt
-        As for `percuss.explore.follow`.
-
-    Yields
-    ------
-    tuple
-        The share that is done, and the curves so far; the last share is 1.
-
-    Raises
-    ------
-    CaseError, ParameterError
-        As `percuss.case.branch_answer`.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> case, plane = load_case("pneumatic-jackleg"), ("restitution=0.149:0.151", "load_factor=0.39:0.45")
-    >>> *_, (done, curves) = watched_curves(case, "1/1", *plane, modes=0)
-    >>> done, [curve.event.value for curve in curves]
-    (1.0, ['fold'])
+    Yields the share that is done, and the curves so far; the last share is 1. A curve is left as it is after `patience`
+    seconds.
     """
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}
     spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
-    found: list[PointCurve | RestPointCurve] = []
+    found: list[PointCurve] = []
     for line, (along, over) in enumerate(((up, across), (across, up))):
         branch = _followed(case, orbit, along, modes, halt)
         names = tuple(Axis.spanned(text).name for text in (along, over))
@@ -299,7 +251,7 @@ def watched_curves(
     yield 1.0, tuple(found)
 
 
-def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch | RestBranch:
+def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch:
     if is_rest_label(orbit.partition(":")[0]):
         return rest_branch_answer(case, orbit, along, modes=modes, halt=halt)
     return branch_answer(case, orbit, along, modes=modes, halt=halt)
@@ -312,14 +264,14 @@ def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
 
 
 def _is_on(
-    curve: PointCurve | RestPointCurve,
-    point: BranchPoint | RestBranchPoint,
+    curve: PointCurve,
+    point: BranchPoint,
     place: dict[str, float],
     spans: dict[str, tuple[float, float]],
 ) -> bool:
     """Whether a point of a branch lies on a curve of such points."""
-    label = point.orbit.label if isinstance(point, BranchPoint) else point.cycle.label
-    if (curve.event, curve.label) != (point.kind, label) or len(curve.values) < 2:
+    assert point.motion is not None
+    if (curve.event, curve.label) != (point.kind, point.motion.label) or len(curve.values) < 2:
         return False
     size = np.array([spans[name][1] - spans[name][0] for name in curve.parameters])
     off = (curve.values - np.array([place[name] for name in curve.parameters])) / size

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.numerals import heading_dict, number, numbers, percent, plain
+from percuss.case.answers.facts import Fact, Teller, json_of
+from percuss.case.answers.numerals import heading_dict, number, numbers, percent, picked, plain, plain_value
 from percuss.case.answers.numerals import json_number as json_values_number
 from percuss.case.answers.simulation_answer import ToldMotion
 from percuss.case.case import checked_case
@@ -22,9 +23,9 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
-    from percuss.blow.machine import Limits, MachineMotion, MachineProgress, Release
+    from percuss.blow.periods import WaveMotion
     from percuss.case.case import Case
-    from percuss.simulate import Progress, Start, Trajectory
+    from percuss.simulate import Progress, Stop, Trajectory
     from percuss.steady import Orbit, TimedOrbit
 
 
@@ -32,30 +33,16 @@ if TYPE_CHECKING:
 
 
 def waves_dict(
-    motion: MachineMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
+    motion: WaveMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
 ) -> dict[str, Any]:
-    """The JSON object of a motion by waves.
-
-    Parameters
-    ----------
-    beside
-        What the laws say, in plain values.
-    last
-        The number of last impacts to keep; None keeps all.
-    """
+    """The JSON object of a motion by waves, beside what the laws say; with so many last impacts, or all."""
     return {
-        "outcome": motion.ending.name.lower(),
+        "outcome": motion.outcome,
         "label": motion.label,
-        "begin_time": json_values_number(motion.release.time),
+        "begin_time": json_values_number(motion.start.time),
         "end_time": json_values_number(motion.end_time),
-        "grazes": motion.grazes,
-        "pushed_back": motion.pushed_back,
-        "quiet": motion.quiet,
-        "lattice": {
-            "steps": motion.lattice.steps,
-            "cells": list(motion.lattice.cells),
-            "rounding": json_values_number(motion.lattice.rounding),
-        },
+        **picked(motion, "grazes pushed_back quiet"),
+        "lattice": picked(motion.lattice, "steps cells rounding"),
         "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
         "warnings": list(warnings),
         "settled": _settled(motion),
@@ -65,59 +52,52 @@ def waves_dict(
     }
 
 
-def _settled(motion: MachineMotion) -> dict[str, Any]:
+def _settled(motion: WaveMotion) -> dict[str, Any]:
     """The figures of a cycle, or of the last half of the impacts."""
-    own, system = motion.cycle, motion.system
-    found: dict[str, Any] = {
-        "impacts": own.size,
-        "phases": numbers(own.phase),
-        "velocities": numbers(own.velocity),
-        "restitutions": numbers(own.restitution),
-        "ringing_shares": numbers(own.ringing_share),
-        "blow_rate": json_values_number(motion.blow_rate),
-        "impulse_per_period": json_values_number(motion.impulse_per_period),
-        "delivered_power": json_values_number(motion.delivered_power),
-        "rock_power": json_values_number(motion.rock_power),
-        "si": None,
-    }
-    if system.is_si and system.frequency is not None:
-        found["si"] = {
-            "velocities_m_s": numbers(own.velocity * system.speed_scale),
-            "durations_s": numbers(own.duration * system.time_scale),
-            "peak_forces_N": numbers(own.peak_force * system.force_scale),
-            "given_J": numbers(own.given * system.energy_scale),
-            "rock_work_J": numbers(own.rock_work * system.energy_scale),
-            "fed_m": numbers(own.fed * system.length_scale),
-            "blow_rate_Hz": json_values_number(motion.blow_rate * system.frequency),
-            "delivered_power_kW": json_values_number(1e-3 * motion.delivered_power * system.power_scale),
-        }
-    return found
+    figures = json_of(motion, _SETTLED, Teller.of(motion.system))
+    return {**figures, "si": None} if motion.system.frequency is None else figures
 
 
-def _impacts(motion: MachineMotion, last: int | None) -> list[dict[str, Any]]:
+_SETTLED: tuple[Fact[WaveMotion], ...] = (
+    Fact("impacts", "", "in a cycle", "", lambda motion: motion.settled.size),
+    Fact("phases", "", "of the impacts", "", lambda motion: motion.settled.phase),
+    Fact("velocities velocities_m_s", "", "of the impacts", "speed", lambda motion: motion.settled.velocity),
+    Fact("restitutions", "", "of the impacts", "", lambda motion: motion.settled.restitution),
+    Fact("ringing_shares", "", "energy that rings on", "", lambda motion: motion.settled.ringing_share),
+    Fact("durations_s", "", "of the impacts", "time", lambda motion: motion.settled.duration),
+    Fact("peak_forces_N", "", "of the impacts", "force", lambda motion: motion.settled.peak_force),
+    Fact("given_J", "", "energy given by the impacts", "energy", lambda motion: motion.settled.given),
+    Fact("rock_work_J", "", "work on the rock", "energy", lambda motion: motion.settled.rock_work),
+    Fact("fed_m", "", "how far what is struck is fed", "length", lambda motion: motion.settled.fed),
+    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, and per second", "cycles", lambda one: one.blow_rate),
+    Fact("impulse_per_period", "", "of the impacts", "", lambda motion: motion.impulse_per_period),
+    Fact("delivered_power delivered_power_kW", "", "of the impacts", "power", lambda one: one.delivered_power),
+    Fact("rock_power", "", "work on the rock over time", "power", lambda motion: motion.rock_power),
+)
+"""What a cycle by waves is."""
+
+
+def _impacts(motion: WaveMotion, last: int | None) -> list[dict[str, Any]]:
     every = motion.impacts
     part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
     seconds = motion.system.time_scale if motion.system.is_si else None
-    return [
-        {
-            "start": json_values_number(part.start[i]),
-            "start_s": None if seconds is None else json_values_number(part.start[i] * seconds),
-            "end": json_values_number(part.end[i]),
-            "contacts": int(part.contacts[i]),
-            "phase": json_values_number(part.phase[i]),
-            "impulse": json_values_number(part.impulse[i]),
-            "velocity": json_values_number(part.velocity[i]),
-            "mean_velocity_before": json_values_number(part.mean_before[i]),
-            "mean_velocity_after": json_values_number(part.mean_after[i]),
-            "restitution": json_values_number(part.restitution[i]),
-            "peak_force": json_values_number(part.peak_force[i]),
-            "ringing_share": json_values_number(part.ringing_share[i]),
-            "given": json_values_number(part.given[i]),
-            "rock_work": json_values_number(part.rock_work[i]),
-            "fed": json_values_number(part.fed[i]),
-        }
-        for i in range(part.size)
-    ]
+    columns = {name: plain_value(getattr(part, of)) for name, of in _IMPACT.items()}
+    columns["start_s"] = [None] * part.size if seconds is None else numbers(part.start * seconds)
+    return [{name: values[i] for name, values in columns.items()} for i in range(part.size)]
+
+
+_IMPACT = {
+    **{
+        name: name
+        for name in (
+            "start", "end", "contacts", "phase", "impulse", "velocity", "restitution", "peak_force", "ringing_share",
+            "given", "rock_work", "fed",
+        )
+    },
+    "mean_velocity_before": "mean_before",
+    "mean_velocity_after": "mean_after",
+}  # fmt: skip
+"""What is told of an impact, and where it stands."""
 
 
 # ---- What a case says of its machine by waves: what is struck, where the striker starts, when to end
@@ -135,13 +115,7 @@ class Struck(NamedTuple):
 
 
 def struck_by(case: Case) -> Struck:
-    """The tool of a case as a machine by waves can have it.
-
-    Raises
-    ------
-    CaseError
-        When the tables of the tool cannot be used.
-    """
+    """The tool of a case as a machine by waves can have it."""
     from percuss.blow import Wall
 
     tables, system = case.tables, case.system()
@@ -170,29 +144,14 @@ def _rod_of(system: System) -> Rod:
     return Rod.of_impedance(own * scale / system.contact.impedance_ratio)
 
 
-def release_of(start: Start, system: System) -> Release:
-    """The start as a rigid motion: the place of the striking end, the mean velocity, the phase of the load."""
-    from percuss.blow.machine import Release
-
-    place, velocity = start.gap, start.velocity[0]
-    if start.source is not None or start.profile is not None or len(start.displacement) > 1:
-        modes = len(start.displacement) - 1
-        if start.source is not None:
-            velocity += system.contact.velocity_factor * start.source.rigid_velocity
-        gamma = system.body.modes(modes, system.load.at).gamma if modes else np.zeros(0)
-        place = start.displacement[0] + float(gamma @ np.array(start.displacement[1:])) if place is None else place
-    return Release(max(0.0, -(0.0 if place is None else place)), velocity, start.time)
-
-
-def limits_of(case: Case) -> Limits:
+def stop_of(case: Case) -> Stop:
     """When to end: what [simulation] says; without a time after 200 load periods."""
-    from percuss.blow.machine import Limits
+    from percuss.blow.periods.lattice_run import TOLERANCE
 
     table, stop = case.tables.simulation, case.simulation().stop
-    periods = _PERIODS if stop.time is None else max(1, math.ceil(stop.time / _TURN))
     given = None if table is None else table.tolerance
-    tolerance = Limits.tolerance if given is None else given
-    return Limits(min(periods, 10**6), max(1, min(stop.most_impacts, 10**6)), stop.periodic, max(tolerance, 1e-12))
+    tolerance = TOLERANCE if given is None else given
+    return replace(stop, time=_PERIODS * _TURN if stop.time is None else stop.time, tolerance=tolerance)
 
 
 # ---- What a person must know of a motion by waves before using its figures
@@ -203,19 +162,17 @@ _APART = 0.05  # of two restitutions
 _PRESSED = 0.2 * 2.0 * math.pi  # what lasts longer is no blow: the load presses
 
 
-def waves_warnings(motion: MachineMotion) -> list[str]:
+def waves_warnings(motion: WaveMotion) -> list[str]:
     """One sentence each; none for a settled motion that two lattices and the law agree about."""
-    from percuss.blow.machine import Ending
-
     found = []
-    if motion.ending is Ending.CANCELLED:
+    if motion.outcome == "cancelled":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
-    elif motion.settled is None and motion.limits.settled:
+    elif motion.cycle is None and motion.stop.periodic:
         found.append("no periodic motion found: simulate for longer, or look at the ringing that blows leave behind")
-    own = motion.cycle
+    own = motion.settled
     found += _restitution(motion)
     left = float(np.median(own.ringing_share)) if own.size else 0.0
-    if left > _RINGING and motion.settled is None and not motion.quiet:
+    if left > _RINGING and motion.cycle is None and not motion.quiet:
         found.append(f"a blow leaves {percent(left)} of its energy as ringing (median), which damping must end in time")
     unsure = motion.uncertainty
     if unsure is not None and unsure.phase is None:
@@ -225,9 +182,9 @@ def waves_warnings(motion: MachineMotion) -> list[str]:
     return found
 
 
-def _restitution(motion: MachineMotion) -> list[str]:
+def _restitution(motion: WaveMotion) -> list[str]:
     """That the restitution of the law is not that of the main blows, those of half the greatest impulse or more."""
-    own, assumed = motion.cycle, motion.system.restitution
+    own, assumed = motion.settled, motion.system.restitution
     short = np.isfinite(own.restitution) & (own.duration < _PRESSED)
     main = short & (own.impulse >= 0.5 * own.impulse[short].max(initial=0.0))
     found = own.restitution[main]
@@ -290,7 +247,7 @@ class WavesAnswer(ToldMotion):
 
     name: str
     title: str
-    motion: MachineMotion
+    motion: WaveMotion
     law: Trajectory
     beside: tuple[Beside, ...]
     notes: tuple[str, ...] = ()
@@ -313,7 +270,7 @@ class WavesAnswer(ToldMotion):
 
 def waves_answer(
     case: Case,
-    progress: Callable[[MachineProgress | Progress], object] | None = None,
+    progress: Callable[[Progress], object] | None = None,
     *,
     quiet: bool = False,
     cells: int = 400,
@@ -353,7 +310,7 @@ def waves_answer(
     >>> answer.motion.label, answer.law.label, [round(one.phase_difference, 4) for one in answer.beside]
     ('z=1/1', 'z=1/1', [0.0184])
     """
-    from percuss.blow.machine import machine_motion  # loads the compiler
+    from percuss.blow.periods import run_by_waves  # loads the compiler
     from percuss.simulate import run
 
     checked_case(case)
@@ -361,11 +318,11 @@ def waves_answer(
     flag("quiet", quiet), count("cells", cells)
     simulation, system = case.simulation(), case.system()
     start, struck = case.start(simulation.modes), struck_by(case)
-    motion = machine_motion(
+    motion = run_by_waves(
         system,
         struck.target,
-        release_of(start, system),
-        limits_of(case),
+        start,
+        stop_of(case),
         pushed_back=struck.pushed_back,
         quiet=quiet,
         cells=cells,
@@ -379,10 +336,10 @@ def waves_answer(
 # -- beside other laws ----------------------------------------------------------------------------------------------
 
 
-def _beside(case: Case, motion: MachineMotion, law: Trajectory) -> tuple[Beside, ...]:
+def _beside(case: Case, motion: WaveMotion, law: Trajectory) -> tuple[Beside, ...]:
     found = [_simulated(motion, law)]
-    settled = motion.settled
-    if settled is None or settled.impacts != 1 or motion.rests:
+    cycle = motion.cycle
+    if cycle is None or cycle.impacts != 1 or motion.rests:
         return tuple(found)
     from percuss.steady import steady_states, timed_states
 
@@ -390,15 +347,15 @@ def _beside(case: Case, motion: MachineMotion, law: Trajectory) -> tuple[Beside,
     orbits: tuple[Orbit | TimedOrbit, ...] = ()
     with suppress(PercussError):  # a load that does not push, a mode in resonance: there is no steady motion
         if found[0].phase_difference is None:
-            orbits = steady_states(system, settled.periods).orbits
+            orbits = steady_states(system, cycle.periods).orbits
             found += _steady(motion, f"{system.contact.law}, steady", orbits)
         if timed is not None:
-            orbits = timed_states(system, timed, settled.periods).orbits
+            orbits = timed_states(system, timed, cycle.periods).orbits
             found += _steady(motion, f"{timed.law}, steady", orbits)
     return tuple(found)
 
 
-def _steady(motion: MachineMotion, law: str, orbits: Sequence[Orbit | TimedOrbit]) -> list[Beside]:
+def _steady(motion: WaveMotion, law: str, orbits: Sequence[Orbit | TimedOrbit]) -> list[Beside]:
     """The steady motion whose phase is nearest."""
     own, velocity = float(motion.phases[0]), float(motion.velocities[0])
     nearest = min(orbits, key=lambda orbit: abs(_apart(own, orbit.phase)), default=None)
@@ -408,7 +365,7 @@ def _steady(motion: MachineMotion, law: str, orbits: Sequence[Orbit | TimedOrbit
     return [Beside(law, None, (nearest.phase,), (speed,), motion.blow_rate, apart, velocity / speed - 1.0)]
 
 
-def _simulated(motion: MachineMotion, law: Trajectory) -> Beside:
+def _simulated(motion: WaveMotion, law: Trajectory) -> Beside:
     """The motion by the contact law, which settled or not."""
     phases: tuple[float, ...] = ()
     velocities: tuple[float, ...] = ()

@@ -153,16 +153,16 @@ def blow_of(question: BlowQuestion) -> EffectiveBlow:
 
 def restitution_of(question: BlowQuestion) -> float:
     """The restitution of a blow as B77's law takes it."""
-    from percuss.blow import Outcome
+    from percuss.blow import BlowOutcome
 
     blow = blow_of(question)
     if abs(blow.restitution) <= _SPENT:
         return 0.0
     usual = 0.0 <= blow.restitution <= 1.0
-    if not usual and blow.outcome is Outcome.STILL_IN_CONTACT and question.until is None:
+    if not usual and blow.outcome is BlowOutcome.STILL_IN_CONTACT and question.until is None:
         accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
         raise ParameterError("restitution", None, accepted, _FORWARD)
-    if blow.outcome in (Outcome.STILL_IN_CONTACT, Outcome.GAP_CLOSING):
+    if blow.outcome in (BlowOutcome.STILL_IN_CONTACT, BlowOutcome.GAP_CLOSING):
         accepted = f"a blow that is over; {blow.outcome.value}"
         raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
     if not usual:

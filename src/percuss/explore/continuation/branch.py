@@ -1,4 +1,7 @@
-"""A branch of orbits over a parameter as a value: what was walked through, what happens on it, and where it ends."""
+"""Branches and curves as values: the motions that were walked through, what happens on them, and where they end.
+
+A branch goes over one parameter, a curve over two; either is of orbits z=p/n or of cycles with rest.
+"""
 
 from __future__ import annotations
 
@@ -6,109 +9,166 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from itertools import pairwise
-from typing import NamedTuple, Self, TypeVar
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
-from percuss.steady import PeriodicOrbit
+from percuss.steady import PeriodicOrbit, RestCycle
 
-# ---- What may happen on a branch of orbits: the kinds of points, with their words
+# ---- What may happen: the kinds of points, with their words
 
 
 class BranchEvent(Enum):
-    """A kind of point on a branch; its value is the word in files and tables.
+    """A kind of point on a branch or on a curve; its value is the word in files and tables.
 
     Attributes
     ----------
     words
         The same in a few words.
-    ends
-        Whether the branch ends there.
 
     Examples
     --------
-    >>> BranchEvent("grazing_touch") is BranchEvent.TOUCH, BranchEvent.TOUCH.ends, BranchEvent.FOLD.ends
-    (True, True, False)
+    >>> BranchEvent("cusp") is BranchEvent.CUSP, BranchEvent.CUSP.words
+    (True, 'two folds meet and vanish: the curve has a cusp')
     """
 
     words: str
-    ends: bool
 
-    def __new__(cls, word: str, ends: bool, words: str) -> Self:
+    def __new__(cls, word: str, words: str) -> Self:
         made = object.__new__(cls)
-        made._value_, made.ends, made.words = word, ends, words
+        made._value_, made.words = word, words
         return made
 
-    FOLD = "fold", False, "a multiplier is 1: the branch turns back"
-    FLIP = "flip", False, "a multiplier is −1: an orbit of twice the period begins"
-    NEIMARK_SACKER = "neimark_sacker", False, "a pair of multipliers is on the unit circle"
-    CROSSING = "branch_point", False, "a multiplier is 1, and another branch crosses this one"
-    CORNER = "corner", False, "an impact meets a step of the load: the branch has a corner"
-    NONSMOOTH_FOLD = "nonsmooth_fold", False, "an impact meets a step of the load: the branch turns back"
-    TOUCH = "grazing_touch", True, "the striking end touches the wall between two impacts"
-    DEATH = "grazing_impact_dies", True, "an impact has no speed"
-    COALESCENCE = "impacts_coalesce", True, "two impacts fall together"
-    STICKING = "sticking", True, "the striking end would rest on the wall after an impact (R = 0)"
-    HALVING = "period_halving", True, "the orbit becomes one of half the period, at its flip"
-    NO_PUSH = "load_stops_pushing", True, "the mean load is 0"
-    NO_SYSTEM = "parameter_end", True, "the parameter goes no further"
-    LIMIT = "limit", True, "the end of the range that was asked for"
-    CLOSED = "closed", True, "the branch comes back to where it began"
-    RESONANCE = "resonance", True, "a mode comes back after a cycle by itself, so that its amplitude is free"
-    STOPPED = "stopped", True, "the following was stopped"
-    LOST = "lost", True, "no further point of the branch was found"
+    # on a branch over one parameter
+    FOLD = "fold", "a multiplier is 1: the branch turns back"
+    FLIP = "flip", "a multiplier is −1: an orbit of twice the period begins"
+    NEIMARK_SACKER = "neimark_sacker", "a pair of multipliers is on the unit circle"
+    CROSSING = "branch_point", "a multiplier is 1, and another branch crosses this one"
+    CORNER = "corner", "an impact meets a step of the load: the branch has a corner"
+    NONSMOOTH_FOLD = "nonsmooth_fold", "an impact meets a step of the load: the branch turns back"
+    TOUCH = "grazing_touch", "the striking end touches the wall between two impacts"
+    DEATH = "grazing_impact_dies", "an impact has no speed"
+    STICKING = "sticking", "the striking end would rest on the wall after an impact (R = 0)"
+    RESONANCE = "resonance", "a mode comes back after a cycle by itself, so that its amplitude is free"
+    ONSET = "onset", "the end of a chatter, or an impact before a rest, meets the next release"
+    RELEASE_LOST = "release_lost", "the load no longer lets go"
+    CHANGE = "label_changes", "the bar comes back to its release otherwise"
+
+    # on a curve over two
+    CUSP = "cusp", "two folds meet and vanish: the curve has a cusp"
+    GENERALIZED_FLIP = "generalized_flip", "beyond, the doubled orbit begins towards the other side"
+    WITH_FOLD = "with_fold", "another multiplier is 1: a curve of folds goes through here"
+    WITH_FLIP = "with_flip", "another multiplier is −1: a curve of flips goes through here"
+    RESONANCE_1 = "resonance_1_1", "a double multiplier 1: a curve of Neimark–Sacker points ends on one of folds"
+    RESONANCE_2 = "resonance_1_2", "a double multiplier −1: a curve of Neimark–Sacker points ends on one of flips"
+    RESONANCE_3 = "resonance_1_3", "the pair turns by 120° in a cycle: strong resonance"
+    RESONANCE_4 = "resonance_1_4", "the pair turns by 90° in a cycle: strong resonance"
+    RESONANT_GRAZING = "resonant_grazing", "the multiplier that grows without bound beside grazing changes its sign"
+    FLAT_GRAZING = "flat_grazing", "the striking end has no acceleration where it grazes"
+    WITH_TOUCH = "with_touch", "the striking end touches the wall in another place as well"
+    WITH_DEATH = "with_death", "another impact has no speed"
+    WITH_STICKING = "with_sticking", "the striking end would rest on the wall after an impact (R = 0)"
+    WITH_CORNER = "with_corner", "an impact meets a step of the load"
+    OTHER_CYCLE = "other_cycle", "beyond, what is let go does not come back as this cycle does"
+    UNPRESSED = "unpressed", "the strain no longer presses the bar on the wall where its chatter ends"
+    ENDLESS = "endless_chatter", "the chatter has more impacts than are followed: where R = 1 it has no end"
+
+    # the ends of either
+    HALVING = (
+        "period_halving",
+        "the orbit becomes one of half its period, at its flip: the curve would go back over itself",
+    )
+    COALESCENCE = "impacts_coalesce", "two impacts, or an impact and the touch, fall together"
+    NO_PUSH = "load_stops_pushing", "the mean load is 0"
+    NO_SYSTEM = "parameter_end", "a parameter goes no further"
+    LIMIT = "limit", "the end of a range that was asked for"
+    CLOSED = "closed", "the curve comes back to where it began"
+    STOPPED = "stopped", "the following was stopped"
+    LOST = "lost", "no further point of the curve was found"
 
 
-Event = TypeVar("Event", bound=Enum)
+def event_of(word: str) -> BranchEvent:
+    """The kind of a word; ParameterError, with all the words, for anything else."""
+    choice("kind", word, *(one.value for one in BranchEvent))
+    return next(one for one in BranchEvent if one.value == word)
 
 
-def event_of(kinds: type[Event], kind: Event | str) -> Event:
-    """A kind of point, as itself or by its word; ParameterError, with all the words, for anything else."""
-    if isinstance(kind, kinds):
-        return kind
-    choice("kind", kind, *(one.value for one in kinds))
-    return kinds(kind)
+# ---- Points at which something happens
 
 
-# ---- A branch of orbits over a parameter as a value: what was walked through, what happens on it, and where it ends
+class PlainMotion(NamedTuple):
+    """A motion as plain numbers: its label, phases and speeds of its impacts, and the mean energy of a blow."""
+
+    label: str
+    phases: Array
+    speeds: Array
+    energy: float
 
 
 @dataclass(frozen=True)
 class BranchPoint(Shown):
-    """A point of a branch at which something happens.
+    """A point of a branch or of a curve at which something happens.
 
     Parameters
     ----------
     kind
         What happens.
-    value
-        Of the parameter, to 1e-10 of it or better.
-    orbit
-        The orbit there, its impacts in the order of the branch.
-    multipliers
-        Its multipliers, largest modulus first; None where they grow without bound.
+    values
+        Of the parameter, to 1e-10 of it or better; of both on a curve over two.
+    motion
+        The orbit there, its impacts in the order of the branch, or the cycle with rest; on a branch of a diagram these
+        as plain numbers, and None on a curve of ends of cycles with rest.
     beyond
         What lies beyond, in a sentence.
+    multipliers
+        Those of the orbit, largest modulus first; None where they grow without bound.
     impact
-        Number, from 1 on, of the impact of the orbit and the branch that dies or meets a step, or after which the bar
-        stays on the wall; or None.
+        Number, from 1 on, of the impact of the motion that dies or meets a step, after which the bar stays on the wall
+        or, of a cycle with rest, that is born; or None.
     touch_phase
         Phase of the load at which the bar touches the wall; or None.
     """
 
     kind: BranchEvent
-    value: float
-    orbit: PeriodicOrbit = field(repr=False)
-    multipliers: ComplexArray | None = field(repr=False)
+    values: tuple[float, ...]
+    motion: PeriodicOrbit | RestCycle | PlainMotion | None = field(repr=False)
     beyond: str
+    multipliers: ComplexArray | None = field(default=None, repr=False)
     impact: int | None = None
     touch_phase: float | None = None
 
+    @property
+    def value(self) -> float:
+        """Of the parameter, or of the first one."""
+        return self.values[0]
+
+    @property
+    def orbit(self) -> PeriodicOrbit:
+        """The orbit, of a branch or curve of such."""
+        assert isinstance(self.motion, PeriodicOrbit)
+        return self.motion
+
+    @property
+    def cycle(self) -> RestCycle:
+        """The cycle with rest, of a branch of such."""
+        assert isinstance(self.motion, RestCycle)
+        return self.motion
+
+    @property
+    def plain(self) -> PlainMotion:
+        """The motion as plain numbers, of a branch of a diagram."""
+        assert isinstance(self.motion, PlainMotion)
+        return self.motion
+
     def __str__(self) -> str:
-        return f"{self.kind.value} of {self.orbit.label} at {self.value:.12g}: {self.beyond}"
+        of = "" if self.motion is None else f" of {self.motion.label}"
+        return f"{self.kind.value}{of} at {', '.join(f'{value:.12g}' for value in self.values)}: {self.beyond}"
+
+
+# ---- Branches and curves
 
 
 class Doubling(NamedTuple):
@@ -119,51 +179,95 @@ class Doubling(NamedTuple):
     ratio: float | None
 
 
-@dataclass(frozen=True)
+_TURN = 2.0 * np.pi
+
+
+def _nothing() -> Array:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Branch(Shown):
-    """Orbits z=p/n followed through a parameter; made by `follow`.
+    """Motions of one label followed through a parameter; made by `follow` and `follow_rest_cycle`.
 
     Parameters
     ----------
-    parameter
-        Its name.
-    impacts, periods, modes
-        p, n and N.
+    parameters
+        The name of the parameter, alone.
+    label, modes
+        z=p/n, chatter/n or rest/n, the same all along; and N.
     values
         Of the parameter, along the branch: it may turn back. Shape (m,).
-    times
-        Times of the impacts in rad, unwrapped, in the order of the orbit that it was followed from: the first impact
-        stays the same all along. Shape (m, p).
-    speeds
-        Of the striking end just before the impacts; shape (m, p).
-    unstable
-        How many multipliers are outside the unit circle, -1 where they grow without bound; shape (m,).
     points
         What happens, in order along the branch, its two ends first and last; of a closed one both are where it closes.
+    times
+        Times of the impacts in rad, unwrapped, in the order of the orbit that it was followed from: the first impact
+        stays the same all along; shape (m, p). Of cycles with rest those of the first 8 impacts after each release, as
+        a chatter has no last one: shape (m, rests, impacts), NaN where there are fewer.
+    speeds
+        Of the striking end just before these impacts; of the same shape.
+    unstable
+        How many multipliers are outside the unit circle, -1 where they grow without bound; shape (m,).
+    releases, rests
+        When the bar is let go, and when it comes to rest after that; shape (m, rests). Empty without rest.
+    cycles
+        The cycles with rest themselves; none of orbits.
     switched
         The branches that begin at its points, as far as they were asked for; the first point of each is that.
     """
 
-    parameter: str
-    impacts: int
-    periods: int
+    parameters: tuple[str, ...]
+    label: str
     modes: int
     values: Array = field(repr=False)
-    times: Array = field(repr=False)
-    speeds: Array = field(repr=False)
-    unstable: npt.NDArray[np.int64] = field(repr=False)
     points: tuple[BranchPoint, ...]
+    times: Array = field(default_factory=_nothing, repr=False)
+    speeds: Array = field(default_factory=_nothing, repr=False)
+    unstable: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64), repr=False)
+    releases: Array = field(default_factory=_nothing, repr=False)
+    rests: Array = field(default_factory=_nothing, repr=False)
+    cycles: tuple[RestCycle, ...] = field(default=(), repr=False)
     switched: tuple[Branch, ...] = ()
 
     @property
-    def label(self) -> str:
-        """z=p/n."""
-        return f"z={self.impacts}/{self.periods}"
+    def parameter(self) -> str:
+        """The name of the parameter, or of the first one."""
+        return self.parameters[0]
+
+    @property
+    def has_rest(self) -> bool:
+        """Whether it is of cycles with rest."""
+        return not self.label.startswith("z=")
+
+    @property
+    def impacts(self) -> int:
+        """p, of orbits z=p/n."""
+        return int(self.times.shape[1])
+
+    @property
+    def periods(self) -> int:
+        """n."""
+        return int(self.label.rpartition("/")[2])
 
     @property
     def phases(self) -> Array:
-        """Phases of the load at the impacts, in [0, 2π); shape (m, p)."""
-        return np.mod(self.times, 2.0 * np.pi)
+        """Phases of the load at the impacts, in [0, 2π); of the shape of `times`."""
+        return np.mod(self.times, _TURN)
+
+    @property
+    def release_phases(self) -> Array:
+        """Phases of the load at which the bar is let go; shape (m, rests)."""
+        return np.mod(self.releases, _TURN)
+
+    @property
+    def rest_phases(self) -> Array:
+        """Phases of the load at which the bar comes to rest; shape (m, rests)."""
+        return np.mod(self.rests, _TURN)
+
+    @property
+    def rest_times(self) -> Array:
+        """The shortest rest of each cycle, in rad of the load; shape (m,)."""
+        return np.array([cycle.rest_times.min() for cycle in self.cycles])
 
     @property
     def stable(self) -> npt.NDArray[np.bool_]:
@@ -177,7 +281,7 @@ class Branch(Shown):
 
     def at(self, kind: BranchEvent | str) -> tuple[BranchPoint, ...]:
         """The points of a kind, which may be told by its word; ParameterError for an unknown one."""
-        wanted = event_of(BranchEvent, kind)
+        wanted = kind if isinstance(kind, BranchEvent) else event_of(kind)
         return tuple(point for point in self.points if point.kind is wanted)
 
     def family(self) -> Iterator[Branch]:
@@ -199,9 +303,10 @@ class Branch(Shown):
         return tuple(Doubling(label, value, ratio) for (label, value), ratio in zip(chain, ratios, strict=False))
 
     def __str__(self) -> str:
-        low, high = float(self.values.min()), float(self.values.max())
-        head = f"{self.label} over {self.parameter}: {self.values.size} points from {low:.9g} to {high:.9g}"
-        return "\n".join([head, *(f"  {point}" for point in self.points)])
+        columns = self.values.reshape(len(self.values), -1).T
+        pairs = zip(self.parameters, columns, strict=True)
+        over = ", ".join(f"{name} {row.min():.9g} to {row.max():.9g}" for name, row in pairs)
+        return "\n".join([f"{self.label}: {len(self.values)} points, {over}", *(f"  {point}" for point in self.points)])
 
 
 def _chain(branch: Branch) -> list[tuple[str, float]]:
@@ -213,3 +318,45 @@ def _chain(branch: Branch) -> list[tuple[str, float]]:
     ]
     last = [[(branch.label, point.value)] for point in branch.at(BranchEvent.FLIP)[:1]]
     return max([*longer, *last], key=len, default=[])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointCurve(Branch):
+    """Motions over two parameters that are all folds, flips, grazings, onsets …; made by `follow_point`.
+
+    A `Branch` with the names of both `parameters`, and their `values` in the shape (m, 2).
+
+    Parameters
+    ----------
+    event
+        What they are.
+    is_orbit
+        Where the motion is possible otherwise; elsewhere it touches the wall in another place, strikes backwards or,
+        let go from rest, comes back otherwise. Shape (m,).
+    angles
+        Of the multipliers on the unit circle, in rad: 0 for folds, π for flips; NaN for others. Shape (m,).
+    event_phases
+        Of ends of cycles with rest, when they end: the release that the rest meets, the touch, the least load; shape
+        (m,). The bar whose way ends so is let go at `release_phases`, of the same shape.
+    units
+        Of both parameters; empty for plain numbers.
+    """
+
+    event: BranchEvent
+    is_orbit: npt.NDArray[np.bool_] = field(repr=False)
+    angles: Array = field(default_factory=_nothing, repr=False)
+    event_phases: Array = field(default_factory=_nothing, repr=False)
+    units: tuple[str, str]
+
+    @property
+    def kind(self) -> str:
+        """The word of what they are."""
+        return str(self.event.value)
+
+    @property
+    def real(self) -> Array:
+        """`values`, NaN where the motion is none; shape (m, 2)."""
+        return np.where(self.is_orbit[:, None], self.values, np.nan)
+
+    def __str__(self) -> str:
+        return f"{self.kind} of {super().__str__()}"

@@ -4,115 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from enum import Enum
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.errors import Interrupted, PercussError
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
+from percuss.explore.continuation.parameter_range import range_around, value_at
 from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting, look
 from percuss.model import System
-from percuss.model.checks import Array, callback, count, finite, instance, numbers, text
+from percuss.model.checks import Array, callback, count, instance, text
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import wall_load
-from percuss.shown import Shown
 from percuss.steady import RestCycle
 from percuss.steady.resting.flight_chain import Chain, release_phases
 from percuss.steady.resting.rest_cycles import cycle_through
-
-# ---- A branch of cycles with rest over a parameter as a value: the cycles, and its two ends
-
-
-class RestEvent(Enum):
-    """What happens at a point of a branch of cycles with rest; its value is the word in files and tables."""
-
-    ONSET = "onset"
-    TOUCH = "grazing_touch"
-    DEATH = "grazing_impact_dies"
-    RELEASE_LOST = "release_lost"
-    CHANGE = "label_changes"
-    NO_SYSTEM = "parameter_end"
-    LIMIT = "limit"
-    STOPPED = "stopped"
-
-
-@dataclass(frozen=True)
-class RestBranchPoint(Shown):
-    """A point of a branch of cycles with rest: one of its two ends.
-
-    Parameters
-    ----------
-    kind
-        What happens.
-    value
-        Of the parameter, to 1e-10 of it or better.
-    cycle
-        The cycle there.
-    beyond
-        What lies beyond, in a sentence.
-    touch_phase
-        Phase of the load at which the bar touches the wall; or None.
-    impact
-        Number of the impact, from 1 on through the whole cycle, that dies or, at a touch, is born; or None.
-    """
-
-    kind: RestEvent
-    value: float
-    cycle: RestCycle = field(repr=False)
-    beyond: str
-    touch_phase: float | None = None
-    impact: int | None = None
-
-    def __str__(self) -> str:
-        return f"{self.kind.value} of {self.cycle.label} at {self.value:.12g}: {self.beyond}"
-
-
-@dataclass(frozen=True)
-class RestBranch(Shown):
-    """Cycles with rest followed through a parameter; made by `follow_rest_cycle`.
-
-    The impacts of a chatter have no last one, so that a branch keeps the cycles themselves.
-
-    Parameters
-    ----------
-    parameter
-        Its name.
-    values
-        Of the parameter, increasing; shape (m,).
-    cycles
-        The cycle at each.
-    points
-        The two ends.
-    """
-
-    parameter: str
-    values: Array = field(repr=False)
-    cycles: tuple[RestCycle, ...] = field(repr=False)
-    points: tuple[RestBranchPoint, RestBranchPoint]
-
-    @property
-    def label(self) -> str:
-        """chatter/n or rest/n, the same all along."""
-        return self.cycles[0].label
-
-    @property
-    def modes(self) -> int:
-        """N."""
-        return self.cycles[0].modes
-
-    @property
-    def rest_times(self) -> Array:
-        """The shortest rest of each cycle, in rad of the load; shape (m,)."""
-        return np.array([cycle.rest_times.min() for cycle in self.cycles])
-
-    def __str__(self) -> str:
-        low, high = float(self.values[0]), float(self.values[-1])
-        head = f"{self.label} over {self.parameter}: {self.values.size} points from {low:.9g} to {high:.9g}"
-        return "\n".join([head, *(f"  {point}" for point in self.points)])
-
 
 # ---- What lies beyond the ends of a branch of cycles with rest, in a sentence
 
@@ -167,22 +75,23 @@ _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 
-def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> RestBranchPoint:
+def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> BranchPoint:
     """What ends the branch between a cycle and what was followed just beyond."""
     if not is_system:
-        return RestBranchPoint(RestEvent.NO_SYSTEM, value, cycle, "there is no such system")
+        return BranchPoint(BranchEvent.NO_SYSTEM, (value,), cycle, "there is no such system")
     if not chains:
-        return RestBranchPoint(RestEvent.RELEASE_LOST, value, cycle, without_release(cycle))
+        return BranchPoint(BranchEvent.RELEASE_LOST, (value,), cycle, without_release(cycle))
     other = _first_other(cycle.chains, chains)
     if other is not None:
         kind, phase, impact = other
-        return RestBranchPoint(kind, value, cycle, after_grazing(cycle, kind is RestEvent.TOUCH), phase, impact)
+        beyond = after_grazing(cycle, kind is BranchEvent.TOUCH)
+        return BranchPoint(kind, (value,), cycle, beyond, impact=impact, touch_phase=phase)
     if float(cycle.rest_times.min()) < short_rest(cycle):
-        return RestBranchPoint(RestEvent.ONSET, value, cycle, after_onset(cycle))
+        return BranchPoint(BranchEvent.ONSET, (value,), cycle, after_onset(cycle))
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
     if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
-        return RestBranchPoint(RestEvent.ONSET, value, cycle, another_rest(cycle))
-    return RestBranchPoint(RestEvent.CHANGE, value, cycle, after_change(cycle, chains))
+        return BranchPoint(BranchEvent.ONSET, (value,), cycle, another_rest(cycle))
+    return BranchPoint(BranchEvent.CHANGE, (value,), cycle, after_change(cycle, chains))
 
 
 def short_rest(cycle: RestCycle) -> float:
@@ -201,7 +110,7 @@ def alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
     return len(chains) == len(others) and _first_other(chains, others) is None
 
 
-def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[RestEvent, float, int] | None:
+def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[BranchEvent, float, int] | None:
     """The first impact that one of the chains has and the other has not, its phase and its number; None for none."""
     before = 0
     for one, other in zip(chains, others, strict=False):
@@ -215,7 +124,7 @@ def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[
             if not 1.0 / _JUMP < ratio < _JUMP or slow < _FEW * fast:
                 touch = its.speed < mine.speed  # what is born or dies is slow
                 where = its.time if touch else mine.time
-                kind = RestEvent.TOUCH if touch else RestEvent.DEATH
+                kind = BranchEvent.TOUCH if touch else BranchEvent.DEATH
                 return kind, float(np.mod(where, 2.0 * math.pi)), before + number
             last, its_last = mine.time, its.time
         before += len(one.impacts)
@@ -235,6 +144,9 @@ _NEARER, _MOST_OF = 0.45, 0.9  # of what is left to where a release is lost, and
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
 _NEXT = 2e-9  # of the parameter, before the last release, to where the last cycle is followed if it can be
 _ON = "the branch goes on"
+KEPT_IMPACTS = 8
+"""Impacts after each release that a branch has, at most: those of a chatter have no last one."""
+
 _FAR = 1e6  # times the value, or 1: the ends where no range is given
 
 
@@ -247,7 +159,7 @@ def follow_rest_cycle(
     value: float | None = None,
     points: int = 65,
     halt: Callable[[], bool] | None = None,
-) -> RestBranch:
+) -> Branch:
     """Follow a cycle with rest through a parameter, both ways, until it ends.
 
     All its multipliers are 0, so that it goes on for as long as the same impacts follow the release and the bar comes
@@ -274,7 +186,7 @@ def follow_rest_cycle(
 
     Returns
     -------
-    RestBranch
+    Branch
         The cycles, and what happens at its two ends.
 
     Raises
@@ -298,12 +210,9 @@ def follow_rest_cycle(
     systems = SystemFamily(cycle.system) if family is None else family_of(family)
     name = text("along", along, "the name of a parameter")
     systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    known = PARAMETERS[name].get(cycle.system) if name in PARAMETERS else None
-    if value is None and known is None:
-        raise ParameterError("value", None, f"the value of {name} that belongs to the cycle")
-    here = finite("value", known if value is None else value)
-    low, high = _range(between, here)
-    share = 1.0 / (count("points", points, least=2, most=10_000) - 1)
+    here, share = value_at(cycle.system, name, value), 1.0 / (count("points", points, least=2, most=10_000) - 1)
+    far = _FAR * max(1.0, abs(here))
+    low, high = (here - far, here + far) if between is None else range_around(between, here)
     step = share * (high - low) if between is not None else share * (abs(here) or 1.0)
     walker = _Walker(systems, name, cycle, step, 0.0 if between is not None else share)
     callback("halt", halt)
@@ -311,18 +220,23 @@ def follow_rest_cycle(
         below, first = walker.walked(here, low)
         above, last = walker.walked(here, high)
     rows = [*below[::-1], (here, cycle), *above]
-    return RestBranch(name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
+    return _branch(name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
 
 
-def _range(between: tuple[float, float] | None, here: float) -> tuple[float, float]:
-    """The ends of the range; far away where none is given."""
-    if between is None:
-        far = _FAR * max(1.0, abs(here))
-        return here - far, here + far
-    ends = numbers("between", between, "two numbers, the smaller first")
-    if ends.shape != (2,) or not ends[0] < ends[1] or not ends[0] <= here <= ends[1]:
-        raise ParameterError("between", between, f"two numbers around {here:.9g}, the value of the cycle")
-    return float(ends[0]), float(ends[1])
+def _branch(name: str, values: Array, cycles: tuple[RestCycle, ...], points: tuple[BranchPoint, BranchPoint]) -> Branch:
+    """The cycles with the first impacts after each of their releases."""
+    times, speeds = np.full((2, len(cycles), len(cycles[0].chains), KEPT_IMPACTS), np.nan)
+    for i, cycle in enumerate(cycles):
+        for flight, chain in enumerate(cycle.chains):
+            kept = np.array(chain.impacts[:KEPT_IMPACTS]).reshape(-1, 2)
+            times[i, flight, : len(kept)], speeds[i, flight, : len(kept)] = kept.T
+    most = int(np.isfinite(times).sum(axis=-1).max())
+    return Branch(
+        parameters=(name,), label=cycles[0].label, modes=cycles[0].modes, values=values, points=points,
+        times=times[..., :most], speeds=speeds[..., :most], unstable=np.zeros(len(cycles), dtype=np.int64),
+        releases=np.array([[chain.release for chain in cycle.chains] for cycle in cycles]),
+        rests=np.array([[chain.rest for chain in cycle.chains] for cycle in cycles], dtype=float), cycles=cycles,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -350,16 +264,16 @@ class _Walker:
             return None, chains, True
         return cycle, chains if release is not None else (), True
 
-    def walked(self, start: float, end: float) -> tuple[list[tuple[float, RestCycle]], RestBranchPoint]:
+    def walked(self, start: float, end: float) -> tuple[list[tuple[float, RestCycle]], BranchPoint]:
         """The cycles from a value towards an end of the range, and the point at which they end."""
         rows = [(start, self.first)]
         try:
             point = self._walked(rows, end)
         except Interrupted:
-            point = RestBranchPoint(RestEvent.STOPPED, *rows[-1], _ON)
+            point = BranchPoint(BranchEvent.STOPPED, (rows[-1][0],), rows[-1][1], _ON)
         return rows[1:], point
 
-    def _walked(self, rows: list[tuple[float, RestCycle]], end: float) -> RestBranchPoint:
+    def _walked(self, rows: list[tuple[float, RestCycle]], end: float) -> BranchPoint:
         """… which are added to the one where the walk begins, for as long as nothing stops it."""
         (here, cycle), size = rows[-1], self.step
         first, failed, gone = here, False, None
@@ -375,7 +289,7 @@ class _Walker:
                 here, cycle = ahead, found
                 rows.append((here, cycle))
                 if gone is not None and abs(gone - here) < _NEXT * scale:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, without_release(cycle))
+                    return BranchPoint(BranchEvent.RELEASE_LOST, (gone,), cycle, without_release(cycle))
                 continue
             failed, size = True, 0.4 * abs(ahead - here)
             if gone is None and is_system and not chains:
@@ -383,9 +297,9 @@ class _Walker:
             if size < _EXACT * scale:
                 gone = self._release_lost(here, math.copysign(_BARELY * scale, end - here))
                 if gone is not None:
-                    return RestBranchPoint(RestEvent.RELEASE_LOST, gone, cycle, without_release(cycle))
+                    return BranchPoint(BranchEvent.RELEASE_LOST, (gone,), cycle, without_release(cycle))
                 return rest_end(here, cycle, chains, is_system)
-        return RestBranchPoint(RestEvent.LIMIT, here, cycle, _ON)
+        return BranchPoint(BranchEvent.LIMIT, (here,), cycle, _ON)
 
     @staticmethod
     def _sized(rows: list[tuple[float, RestCycle]], size: float, gone: float | None) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 from percuss.errors import Interrupted, MissingExtraError
 from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, DiagramRestBranch, lines_from, with_new
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, lines_from, with_new
 from percuss.explore.family import Axis, Family
 from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
@@ -129,7 +129,7 @@ class Diagram(Shown):
     done: float = 1.0
     left_out: int = 0
     impossible: tuple[DiagramBranch, ...] = field(default=(), repr=False)
-    rest_branches: tuple[DiagramRestBranch, ...] = ()
+    rest_branches: tuple[DiagramBranch, ...] = ()
 
     @classmethod
     def of(cls, job: DiagramJob, columns: Columns) -> Diagram:
@@ -147,12 +147,12 @@ class Diagram(Shown):
         axis, labelled = Axis(along["name"], along["values"], along["unit"]), int(ask["traces"])
         known = columns["branch_bytes"] >= 0
         lines: list[DiagramBranch] = []
-        rests: list[DiagramRestBranch] = []
+        rests: list[DiagramBranch] = []
         for i in np.flatnonzero(known[:labelled]).tolist():
             size = int(columns["branch_bytes"][i])
             new = lines_from(columns["branches"][i, :size].tobytes())
-            lines = with_new(lines, [line for line in new if isinstance(line, DiagramBranch)])
-            rests += [line for line in new if isinstance(line, DiagramRestBranch)]
+            lines = with_new(lines, [line for line in new if not line.has_rest])
+            rests += [line for line in new if line.has_rest]
         passes = {name: np.asarray(values)[labelled:][known[labelled:]] for name, values in columns.items()}
         scales, load_scales = np.array(ask["scales"]), np.array(ask["load_scales"])
         settled = [
@@ -322,7 +322,7 @@ class _Row(NamedTuple):
 def dataset_of(
     axis: Axis,
     settled: Sequence[SettledMotion],
-    branches: Sequence[DiagramBranch | DiagramRestBranch],
+    branches: Sequence[DiagramBranch],
     is_si: bool,
     about: Mapping[str, Any],
 ) -> xarray.Dataset:
@@ -371,43 +371,30 @@ def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:
             yield _Row("simulated", number, one.label, one.value, 1, i, phase, speed, one.energy, *scales)
 
 
-def _rows(number: int, line: DiagramBranch | DiagramRestBranch) -> Iterator[_Row]:
-    return _of_orbits(number, line) if isinstance(line, DiagramBranch) else _of_rests(number, line)
+def _rows(number: int, line: DiagramBranch) -> Iterator[_Row]:
+    """The impacts of each motion; of a cycle with rest the first ones after each release, numbered through it."""
+    size = line.values.size
+    scales = np.full((size, 2), math.nan) if line.scales is None else line.scales
+    shape = (size, -1, line.times.shape[-1])
+    phases, speeds = line.phases.reshape(shape), line.speeds.reshape(shape)
+    flights = np.full((size, phases.shape[1], 2), math.nan)
+    if line.has_rest:
+        flights = np.stack([line.release_phases, line.rest_phases], axis=-1)
+    for m in range(size):
+        same, energies = (float(line.values[m]), int(line.stable[m])), (float(line.energies[m]), *scales[m].tolist())
+        known = np.isfinite(phases[m])
+        impacts = zip(np.argwhere(known)[:, 0], phases[m][known].tolist(), speeds[m][known].tolist(), strict=True)
+        for i, (flight, phase, speed) in enumerate(impacts, 1):
+            yield _Row("branch", number, line.label, *same, i, phase, speed, *energies, *flights[m, flight].tolist())
 
 
-def _of_rests(number: int, line: DiagramRestBranch) -> Iterator[_Row]:
-    """The first impacts after each release, numbered through the cycle."""
-    scales = np.full((line.values.size, 2), math.nan) if line.scales is None else line.scales
-    for m, value in enumerate(line.values.tolist()):
-        energy, (speed_scale, energy_scale), i = float(line.energies[m]), scales[m].tolist(), 0
-        rests = zip(line.release_phases[m].tolist(), line.rest_phases[m].tolist(), strict=True)
-        for leg, (release, rest) in enumerate(rests):
-            for phase, speed in zip(line.phases[m, leg].tolist(), line.speeds[m, leg].tolist(), strict=True):
-                if math.isfinite(phase):
-                    i += 1
-                    yield _Row(
-                        "branch", number, line.label, value, 1, i, phase, speed, energy, speed_scale, energy_scale,
-                        release, rest,
-                    )  # fmt: skip
-
-
-def _of_orbits(number: int, line: DiagramBranch) -> Iterator[_Row]:
-    scales = np.full((line.values.size, 2), math.nan) if line.scales is None else line.scales
-    phases, stable = line.phases, line.stable
-    for m in range(line.values.size):
-        same = (float(line.values[m]), int(stable[m]))
-        energies = (float(line.energies[m]), *scales[m].tolist())
-        for i, (phase, speed) in enumerate(zip(phases[m].tolist(), line.speeds[m].tolist(), strict=True), 1):
-            yield _Row("branch", number, line.label, *same, i, phase, speed, *energies)
-
-
-def _events(branches: Sequence[DiagramBranch | DiagramRestBranch], unit: str) -> dict[str, Any]:
+def _events(branches: Sequence[DiagramBranch], unit: str) -> dict[str, Any]:
     points = [(i, point) for i, line in enumerate(branches, 1) for point in line.points]
     values = np.array([point.value for _, point in points])
     return {
         "event_branch": ("event", np.array([i for i, _ in points], dtype=np.int64), {"long_name": "of which branch"}),
         "event_type": ("event", _texts([point.kind.value for _, point in points]), {"long_name": "what happens"}),
-        "event_label": ("event", _texts([point.label for _, point in points]), {"long_name": "motion label"}),
+        "event_label": ("event", _texts([point.plain.label for _, point in points]), {"long_name": "motion label"}),
         "event_value": ("event", values, {"units": unit, "long_name": "the parameter"}),
         "event_beyond": ("event", _texts([point.beyond for _, point in points]), {"long_name": "what lies beyond"}),
     }

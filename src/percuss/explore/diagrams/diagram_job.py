@@ -12,7 +12,7 @@ import numpy as np
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of, seconds_of_start
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, DiagramRestBranch, packed
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
 from percuss.explore.diagrams.tracing import Settled, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
@@ -95,17 +95,8 @@ def running_pass(
 ) -> Columns:
     """One motion taken along: from a system upwards and downwards, each from where the motion of the one before ended.
 
-    Parameters
-    ----------
-    systems
-        One for each value; None where there is none, which no motion passes.
-    modes, stop, seed
-        Of the simulations.
-    place, rank
-        At which share of the values it begins, and with which of the motions that random starts settle on there: 0 for
-        the most frequent. Where there are fewer there is nothing to take along.
-    stopped
-        Whether the answer is no longer wanted.
+    It begins at a share of the values, its `place`, with a motion that random starts settle on there: of rank 0 the
+    most frequent one. Where there is none of its rank, nothing is taken along, and where no system is, nothing passes.
     """
     found, first = _empty(len(systems)), min(int(place * len(systems)), len(systems) - 1)
     here = systems[first]
@@ -376,7 +367,7 @@ class DiagramJob:
         )
         values = self._searched(low, high, _FINER if longer else 1)
         along = (self.family, self.axis.name, (low, high), values)
-        lines: list[DiagramBranch | DiagramRestBranch] = []
+        lines: list[DiagramBranch] = []
         if longer:
             lines += rests_traced(*along, self.modes, stopped=stopped)
         label = None if longer else self.labels[i]

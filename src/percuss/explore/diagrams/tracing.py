@@ -12,11 +12,9 @@ from percuss.explore.continuation.following import follow
 from percuss.explore.continuation.rest_following import follow_rest_cycle
 from percuss.explore.diagrams.diagram_lines import (
     DiagramBranch,
-    DiagramRestBranch,
     beyond_the_ends,
     goes_through,
     line_of,
-    rest_line_of,
     with_new,
 )
 from percuss.explore.family import Family
@@ -63,22 +61,7 @@ def traced(
 ) -> list[DiagramBranch]:
     """All branches on which an orbit was found at one of the values or settled on, and those that begin on them.
 
-    Parameters
-    ----------
-    family, name, between
-        The systems, and which parameter is varied in which range.
-    values
-        Of the parameter, at which orbits are searched for; in the range.
-    search
-        What finds them.
-    switch
-        As for `percuss.explore.follow`.
-    modes
-        N.
-    stopped
-        Whether the answer is no longer wanted.
-    settled
-        Motions that simulations settle on.
+    `search` finds orbits at the values; `switch` is as for `follow`, and `settled` on are those of simulations.
     """
 
     def system(value: float) -> System:
@@ -207,21 +190,9 @@ def rests_traced(
     modes: int,
     *,
     stopped: Callable[[], bool],
-) -> list[DiagramRestBranch]:
-    """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole.
-
-    Parameters
-    ----------
-    family, name, between
-        The systems, and which parameter is varied in which range.
-    values
-        Of the parameter, at which cycles are looked for; in the range.
-    modes
-        N: branches are those of rigid bars, and of structures of one mode.
-    stopped
-        Whether the answer is no longer wanted.
-    """
-    found: list[DiagramRestBranch] = []
+) -> list[DiagramBranch]:
+    """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole."""
+    found: list[DiagramBranch] = []
     for value in values:
         try:
             with halting(stopped):
@@ -230,7 +201,7 @@ def rests_traced(
                 for cycle in known:
                     if not any(_is_on_rest_line(line, value, cycle) for line in found):
                         branch = follow_rest_cycle(cycle, name, between, family=family, value=value, points=_POINTS)
-                        found.append(rest_line_of(branch))
+                        found.append(line_of(branch, lambda at: family.system({name: at})))
         except PercussError:  # there is no such system, its load does not push, or nobody waits any longer
             if stopped():
                 break
@@ -242,7 +213,7 @@ def _rests(system: System, modes: int) -> bool:
     return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
 
 
-def _is_on_rest_line(line: DiagramRestBranch, value: float, cycle: RestCycle) -> bool:
+def _is_on_rest_line(line: DiagramBranch, value: float, cycle: RestCycle) -> bool:
     """Whether a branch has a cycle: the phase at which the bar is let go tells all that follows."""
     release = line.release_at(value) if line.label == cycle.label else None
     return release is not None and abs(float(np.angle(np.exp(1j * (release - cycle.release_phase))))) < _NEAR_RELEASE

@@ -4,116 +4,65 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import overload
+from typing import TypeAlias
 
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.continuation.branch import BranchEvent, BranchPoint
+from percuss.explore.continuation.branch import BranchEvent, BranchPoint, PointCurve
 from percuss.explore.continuation.branch_events import in_words
-from percuss.explore.continuation.rest_following import RestBranchPoint
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Walk, both_ways, joined
 from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
-from percuss.explore.point_curves.conditions import Condition, Corner, CurveEvent, Death, Multiplier, Pair, Touch
-from percuss.explore.point_curves.curve_happenings import CurveHappening
-from percuss.explore.point_curves.curve_walk import CurveWalk, walked_curve
-from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
-from percuss.explore.point_curves.plane_walk import PlaneWalk, RestPlane, RestWalk, root_on_line
-from percuss.explore.point_curves.point_curve import (
-    CurvePoint,
-    PointCurve,
-    Ranges,
-    RestCurvePoint,
-    RestPointCurve,
-    ranges_around,
-    units_of,
-)
-from percuss.explore.point_curves.rest_conditions import TURN, Held, rest_condition
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
+from percuss.explore.point_curves.curve_walk import PointWalk
+from percuss.explore.point_curves.differenced import TwoParameters
+from percuss.explore.point_curves.extended_curve import ExtendedCurve
+from percuss.explore.point_curves.rest_conditions import TURN, rest_condition
+from percuss.explore.point_curves.rest_walk import RestEndCurve, RestEndWalk, rest_end_start
 from percuss.halting import halting
 from percuss.model import System
-from percuss.model.checks import Array, callback, count, finite, instance, numbers, several
-from percuss.steady import PeriodicOrbit
+from percuss.model.checks import Array, callback, count, instance, several
+from percuss.steady import PeriodicOrbit, RestCycle
+
+Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""Those of both parameters."""
 
 # ---- Ends of cycles with rest followed through two parameters: onsets, touches, deaths, the last release
 
-_LAST = {"restitution": (0.0, 1.0), "contact.restitution": (0.0, 1.0)}  # the values that there are
-_SAME_REST, _BESIDE = 1e-6, 1e-2  # of a unit, by which the start may be off, and where the bar is held before
-
 
 def followed_rest_point(
-    point: RestBranchPoint,
+    point: BranchPoint,
     family: Family,
     names: tuple[str, str],
     here: tuple[float, float],
     bounds: Ranges,
     most: int,
     halt: Callable[[], bool] | None,
-) -> RestPointCurve:
+) -> PointCurve:
     """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
-    units = np.array(units_of(bounds, here))
-    low, high = zip(*(_LAST.get(name, (-math.inf, math.inf)) for name in names), strict=True)
-    condition, side = rest_condition(point)
-    plane = RestPlane(family, names, units, condition)
-    box = np.clip(np.array(bounds).T, low, high) / units
-    start, slopes = _rest_curve_start(plane, point, np.array(here) / units, box)
-    steep = float(np.linalg.norm(slopes))
-    left = np.array([slopes[1], -slopes[0]]) / steep  # the number grows to the left of this direction
-    condition, parts = plane.condition, []
-    for way, slope in ((left, steep), (-left, -steep)):
-        walk = PlaneWalk(replace(plane, condition=condition), start, way, slope, box)
-        with halting(halt):
-            parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
-        ended = parts[-1].happened[-1]
-        if ended.kind is CurveEvent.LIMIT and np.any(np.isinf(np.array(bounds).T) & (ended.place == box)):
-            last = CurveEvent.NO_SYSTEM
-            parts[-1].happened[-1] = ended._replace(kind=last, beyond=last.words)
-        if walk.end is CurveEvent.CLOSED:
-            break
-    return _rest_curve_told(point, plane, parts)
-
-
-def _rest_curve_start(plane: RestPlane, point: RestBranchPoint, here: Array, box: Array) -> tuple[Array, Array]:
-    """The point of the curve, and the derivatives of the number there."""
+    units = unit_of(bounds[0], here[0]), unit_of(bounds[1], here[1])
+    (condition, side), cycle = rest_condition(point), point.cycle
     try:
-        reach = _BESIDE if isinstance(plane.condition, Held) else _SAME_REST
-        for _ in range(2):
-            slopes = plane.slopes(here, box)
-            axis = np.zeros(2)
-            inside = np.abs(slopes) * np.where((here == box[0]) | (here == box[1]), 1e-9, 1.0)
-            axis[int(np.argmax(inside))] = 1.0  # not off the edge of the plane
-            here, _ = root_on_line(plane.number, here, axis, float(slopes @ axis) or math.inf, reach)
-            plane.arrived(here)
+        curve, start = rest_end_start(
+            RestEndCurve(family, names, units, condition), np.array(here) / np.array(units), bounds
+        )
     except Interrupted:
         raise
-    except (Strayed, PercussError) as error:
-        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(plane.names, plane.values(here), strict=True))
+    except (CorrectorFailed, PercussError) as error:
+        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
         raise ParameterError("point", str(point), f"a point of the systems with {told}", str(error)) from None
-    return here, slopes
-
-
-def _rest_curve_told(point: RestBranchPoint, plane: RestPlane, parts: list[RestWalk]) -> RestPointCurve:
-    """The curve of one walk that closes, or of two from one place, the second of them backward."""
-    passed, happened = list(parts[0].passed), list(parts[0].happened)
-    if len(parts) > 1:
-        passed = [*parts[1].passed[:0:-1], *passed]
-        happened = [*parts[1].happened[::-1], *happened]
-    else:
-        happened.insert(0, happened[-1])
-    known = getattr(plane.family, "units", {})
-    return RestPointCurve(
-        point.kind,
-        point.cycle.label,
-        point.cycle.modes,
-        plane.names,
-        values=np.array([plane.values(one.place) for one in passed]),
-        release_phases=np.mod([one.release for one in passed], TURN),
-        event_phases=np.mod([one.time for one in passed], TURN),
-        is_orbit=np.array([one.is_cycle for one in passed], dtype=bool),
-        units=(known.get(plane.names[0], ""), known.get(plane.names[1], "")),
-        points=tuple(RestCurvePoint(one.kind, plane.values(one.place), one.beyond) for one in happened),
-    )
+    with halting(halt):
+        walks = both_ways(lambda begin: RestEndWalk(curve, begin, bounds, cycle, side), start, most)
+    _, marks, happened = joined(walks)
+    *backward, forward = walks
+    seen = [one for way in backward for one in way.seen[:0:-1]] + forward.seen
+    values, releases, phases = zip(*seen, strict=True)
+    return PointCurve(
+        event=point.kind, label=cycle.label, modes=cycle.modes, parameters=names, values=np.array(values),
+        releases=np.array(releases), event_phases=np.mod(phases, TURN), is_orbit=np.array(marks, dtype=bool),
+        units=_units(family, names), points=tuple(_point(curve, one, way, most) for one, way in happened),
+    )  # fmt: skip
 
 
 # ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
@@ -160,10 +109,10 @@ def _touch(orbit: PeriodicOrbit, phase: float) -> tuple[Touch, list[float]]:
 
 MOST_POINTS = 100_000
 _SAME = 1e-6
+_RANGES, _VALUES = "two ranges, or None for one without ends", "the values of both parameters"
 _TWO = "two names of parameters, such as ('restitution', 'load_factor')"
 
 
-@overload
 def follow_point(
     point: BranchPoint,
     along: Sequence[str],
@@ -173,32 +122,7 @@ def follow_point(
     values: Sequence[float] | None = None,
     most: int = 2000,
     halt: Callable[[], bool] | None = None,
-) -> PointCurve: ...
-
-
-@overload
-def follow_point(
-    point: RestBranchPoint,
-    along: Sequence[str],
-    between: Sequence[tuple[float, float] | None] | None = None,
-    *,
-    family: System | Family | None = None,
-    values: Sequence[float] | None = None,
-    most: int = 2000,
-    halt: Callable[[], bool] | None = None,
-) -> RestPointCurve: ...
-
-
-def follow_point(
-    point: BranchPoint | RestBranchPoint,
-    along: Sequence[str],
-    between: Sequence[tuple[float, float] | None] | None = None,
-    *,
-    family: System | Family | None = None,
-    values: Sequence[float] | None = None,
-    most: int = 2000,
-    halt: Callable[[], bool] | None = None,
-) -> PointCurve | RestPointCurve:
+) -> PointCurve:
     """Follow a located point of a branch through two parameters, both ways, to the edge of their plane.
 
     A fold stays a fold, a flip a flip, a grazing a grazing, while both parameters change: the curve that divides the
@@ -226,8 +150,8 @@ def follow_point(
 
     Returns
     -------
-    PointCurve or RestPointCurve
-        Its points, and what happens on it; the second for a cycle with rest.
+    PointCurve
+        Its points, and what happens on it.
 
     Raises
     ------
@@ -252,39 +176,30 @@ def follow_point(
     limit [0.4, 0.574481856]
     limit [0.6, 0.768652978]
     """
-    if not isinstance(point, RestBranchPoint):
-        instance("point", point, BranchPoint)
-    system = point.cycle.system if isinstance(point, RestBranchPoint) else point.orbit.system
+    motion = instance("point", point, BranchPoint).motion
+    if not isinstance(motion, PeriodicOrbit | RestCycle):
+        raise ParameterError("point", str(point), "a point of follow or follow_rest_cycle")
+    system, rests = motion.system, isinstance(motion, RestCycle)
     names = tuple(several("along", along, _TWO))
     if len(names) != 2 or names[0] == names[1]:
         raise ParameterError("along", along, _TWO)
     systems = SystemFamily(system) if family is None else family_of(family)
     systems.check({name: getattr(systems, "units", {}).get(name, "") for name in names})
-    here = _values(system, names, values)
-    bounds = ranges_around(between, here)
+    given = (None, None) if values is None else several("values", values, _VALUES)
+    ranges = (None, None) if between is None else several("between", between, _RANGES)
+    for told, two, meant in (("values", given, _VALUES), ("between", ranges, _RANGES)):
+        if len(two) != 2:
+            raise ParameterError(told, two, meant)
+    here = value_at(system, names[0], given[0]), value_at(system, names[1], given[1])
+    bounds = range_around(ranges[0], here[0]), range_around(ranges[1], here[1])
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
-    if isinstance(point, RestBranchPoint):
+    if rests:
         return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways, halt)
     with halting(halt):
         curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
-        forward = walked_curve(curve, start, bounds, ways)
-        back = None
-        if forward.happened[-1].kind is not CurveEvent.CLOSED:
-            back = walked_curve(curve, start._replace(tangent=-start.tangent), bounds, ways)
-    return _told(curve, back, forward, ways)
-
-
-def _values(system: System, names: Sequence[str], given: Sequence[float] | None) -> tuple[float, float]:
-    if given is not None:
-        pair = numbers("values", given, "the values of both parameters")
-        if pair.shape != (2,):
-            raise ParameterError("values", given, "the values of both parameters")
-        return finite("values", pair[0]), finite("values", pair[1])
-    found = [PARAMETERS[name].get(system) if name in PARAMETERS else None for name in names]
-    if found[0] is None or found[1] is None:
-        raise ParameterError("values", None, f"the values of {names[0]} and {names[1]} that belong to the point")
-    return found[0], found[1]
+        walks = both_ways(lambda point: PointWalk(curve, point, bounds), start, ways)
+    return _told(curve, walks, ways)
 
 
 def _start(
@@ -293,17 +208,17 @@ def _start(
     names: tuple[str, str],
     here: tuple[float, float],
     bounds: Ranges,
-) -> tuple[ExtendedCurve, ExtendedPoint]:
+) -> tuple[ExtendedCurve, CurvePoint]:
     """The curve of a point, and the point on it."""
     orbit = point.orbit
     condition, extra = point_condition(point)
-    units = units_of(bounds, here)
+    units = unit_of(bounds[0], here[0]), unit_of(bounds[1], here[1])
     curve = ExtendedCurve(family, names, units, orbit.impacts, orbit.periods, orbit.modes, condition)
     places = [value / unit for value, unit in zip(here, units, strict=True)]
     x = np.array([*orbit.times, orbit.rigid_rebounds[0], *places, *extra])
     try:
         found = curve.settled(x)
-    except Strayed:
+    except CorrectorFailed:
         found = None
     if found is None or float(np.abs(found.x - x).max()) > _SAME:
         told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
@@ -314,30 +229,19 @@ def _start(
 # -- the answer -------------------------------------------------------------------------------------------------------
 
 
-def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk, most: int) -> PointCurve:
-    """The curve of two walks from one point, the one backward first."""
-    points, real = list(forward.points), list(forward.is_orbit)
-    happened = [(one, forward) for one in forward.happened]
-    if back is None:
-        happened.insert(0, happened[-1])
-    else:
-        points, real = [*back.points[:0:-1], *points], [*back.is_orbit[:0:-1], *real]
-        happened = [*((one, back) for one in back.happened[::-1]), *happened]
-    p, known = curve.impacts, getattr(curve.family, "units", {})
+def _told(curve: ExtendedCurve, walks: Sequence[Walk], most: int) -> PointCurve:
+    """The curve of walks from one point, the one backward first."""
+    points, marks, happened = joined(walks)
     rows = np.array([point.x for point in points])
     return PointCurve(
-        curve.condition.kind,
-        curve.names,
-        p,
-        curve.periods,
-        curve.modes,
+        event=curve.condition.kind, label=f"z={curve.impacts}/{curve.periods}", modes=curve.modes,
+        parameters=curve.names,
         values=np.array([curve.values(x) for x in rows]),
         times=np.array([curve.motion(x).times for x in rows]),
-        is_orbit=np.array(real, dtype=bool),
-        angles=_angles(curve, rows),
-        units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
+        is_orbit=np.array(marks, dtype=bool), angles=_angles(curve, rows),
+        units=_units(curve.family, curve.names),
         points=tuple(_point(curve, one, walk, most) for one, walk in happened),
-    )
+    )  # fmt: skip
 
 
 def _angles(curve: ExtendedCurve, rows: Array) -> Array:
@@ -348,10 +252,16 @@ def _angles(curve: ExtendedCurve, rows: Array) -> Array:
     return np.full(len(rows), angle)
 
 
-def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk, most: int) -> CurvePoint:
+def _units(family: Family, names: tuple[str, str]) -> tuple[str, str]:
+    known = getattr(family, "units", {})
+    return known.get(names[0], ""), known.get(names[1], "")
+
+
+def _point(curve: TwoParameters, one: LocatedEvent, walk: Walk, most: int) -> BranchPoint:
     beyond = one.kind.words
-    if one.kind in (CurveEvent.NO_PUSH, CurveEvent.NO_SYSTEM) and walk.refusal is not None:
+    if one.kind in (BranchEvent.NO_PUSH, BranchEvent.NO_SYSTEM) and walk.refusal is not None:
         beyond = in_words(walk.refusal)
-    if one.kind is CurveEvent.STOPPED and len(walk.points) >= most:
+    if one.kind is BranchEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"
-    return CurvePoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).orbit, beyond)
+    motion = curve.motion(one.point.x).orbit if isinstance(curve, ExtendedCurve) else None
+    return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond)

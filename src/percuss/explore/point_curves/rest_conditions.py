@@ -7,15 +7,16 @@ Here are touches, deaths of impacts and the last release.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, Self
 
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.explore.continuation.rest_following import RestBranchPoint, RestEvent, short_rest
-from percuss.explore.continuation.solution_curve import Strayed
+from percuss.explore.continuation.branch import BranchEvent, BranchPoint
+from percuss.explore.continuation.rest_following import short_rest
+from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.model import System
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import set_at_wall, wall_load
@@ -30,10 +31,10 @@ _JUMP = 1.5  # factor by which a flight may change in a step
 _FEW = 1e-2  # an impact that is so much slower than at the last place is another one
 
 
-class Unlike(Strayed):
+class Unlike(CorrectorFailed):
     """Not the impacts that there were: one was born, or died."""
 
-    def __init__(self, kind: RestEvent) -> None:
+    def __init__(self, kind: BranchEvent) -> None:
         super().__init__("other impacts")
         self.kind = kind
 
@@ -60,9 +61,9 @@ class Struck:
 
 
 def struck(course: Course) -> Struck:
-    """What the next impact leaves; Strayed where there is none."""
+    """What the next impact leaves; CorrectorFailed where there is none."""
     if not course.strikes():
-        raise Strayed("no further impact")
+        raise CorrectorFailed("no further impact")
     return Struck(course.leg)
 
 
@@ -93,10 +94,10 @@ class RestWay:
     periods: int
 
     def released(self, system: System) -> float:
-        """When it is let go; Strayed where the load lets go nowhere."""
+        """When it is let go; CorrectorFailed where the load lets go nowhere."""
         phases = release_phases(system.load)
         if not phases.size:
-            raise Strayed("no release")
+            raise CorrectorFailed("no release")
         return min((near(float(phase), self.release) for phase in phases), key=lambda time: abs(time - self.release))
 
     def course(self, system: System) -> Course:
@@ -106,11 +107,11 @@ class RestWay:
         last, before = release, self.release
         for one in self.impacts:
             if not course.strikes():
-                raise Unlike(RestEvent.DEATH)
+                raise Unlike(BranchEvent.DEATH)
             its = course.impacts[-1]
             ratio = (its.time - last) / (one.time - before)
             if not 1.0 / _JUMP < ratio < _JUMP or its.speed < _FEW * one.speed:
-                raise Unlike(RestEvent.TOUCH if its.speed < one.speed else RestEvent.DEATH)
+                raise Unlike(BranchEvent.TOUCH if its.speed < one.speed else BranchEvent.DEATH)
             last, before = its.time, one.time
         return course
 
@@ -124,34 +125,27 @@ class RestWay:
 _STEPS, _CLOSE, _ASIDE = 30, 1e-12, 0.3
 
 
-class RestCondition(Protocol):
-    """What ends the cycles."""
+class RestCondition(ABC):
+    """What ends the cycles on a way of the bar, and how: its `kind`."""
 
-    @property
-    def kind(self) -> RestEvent:
-        """How they end."""
-        ...
+    way: RestWay
+    kind: BranchEvent
 
-    @property
-    def way(self) -> RestWay:
-        """The way of the bar."""
-        ...
-
+    @abstractmethod
     def number(self, system: System) -> float:
-        """What vanishes; Strayed where it is not known."""
-        ...
+        """What vanishes; CorrectorFailed where it is not known."""
 
-    def renewed(self, system: System) -> Self:
+    @abstractmethod
+    def renewed(self, system: System) -> RestCondition:
         """The same with what belongs to a place on the curve taken anew."""
-        ...
 
+    @abstractmethod
     def phase(self, system: System) -> float:
         """When it happens, in rad of the load."""
-        ...
 
 
 @dataclass(frozen=True)
-class Grazing:
+class Grazing(RestCondition):
     """The bar just reaches the wall in the flight after the impacts of the way: a touch, or an impact without speed.
 
     Parameters
@@ -165,7 +159,7 @@ class Grazing:
     """
 
     way: RestWay
-    kind: RestEvent
+    kind: BranchEvent
     time: float
 
     def _top(self, system: System) -> tuple[float, float]:
@@ -181,12 +175,12 @@ class Grazing:
             bend = float(v[1] - v[0]) / h
             step = -float(v[0]) / bend if bend < 0.0 else math.inf
             if abs(time + step - course.release - self.time) > widest:
-                raise Strayed("no maximum")
+                raise CorrectorFailed("no maximum")
             time += step
             if abs(step) < _CLOSE or (abs(step) < 1e-9 and abs(step) >= abs(last)):
                 return time - course.release, float(y[0])
             last = step
-        raise Strayed("no maximum")
+        raise CorrectorFailed("no maximum")
 
     def number(self, system: System) -> float:
         """The greatest height of the gap function there."""
@@ -210,15 +204,11 @@ def _leg_at(leg: Leg, time: float) -> Leg:
 
 
 @dataclass(frozen=True)
-class Pulling:
+class Pulling(RestCondition):
     """A load that just no longer pulls: the number is how hard it does."""
 
     way: RestWay
-
-    @property
-    def kind(self) -> RestEvent:
-        """No release."""
-        return RestEvent.RELEASE_LOST
+    kind = BranchEvent.RELEASE_LOST
 
     def _deepest(self, system: System) -> tuple[float, float]:
         """The phase of the least load near the release, and that load."""
@@ -235,7 +225,7 @@ class Pulling:
         bends = [float((1j * k * rate * np.exp(1j * k * phase)).real.sum()) for phase in phases.tolist()]
         lows = [phase for phase, bend in zip(phases.tolist(), bends, strict=True) if bend > 0.0]
         if not lows:
-            raise Strayed("a constant load")
+            raise CorrectorFailed("a constant load")
         time = min((near(phase, self.way.release) for phase in lows), key=lambda one: abs(one - self.way.release))
         return time, float(load.value(time))
 
@@ -264,12 +254,12 @@ _FINE = 1e-14  # rad of the load, beyond which later impacts have no say
 _SURE = 0.5  # of a contact, left over where the bar is held without doubt
 
 
-class Endless(Strayed):
+class Endless(CorrectorFailed):
     """More impacts than are followed."""
 
 
 @dataclass(frozen=True)
-class Vanishing:
+class Vanishing(RestCondition):
     """A chatter that piles up just as the push that presses the bar on the wall is gone.
 
     The number is the push that is missing at the last of the impacts of the way: negative where the chatter does not
@@ -278,11 +268,7 @@ class Vanishing:
     """
 
     way: RestWay
-
-    @property
-    def kind(self) -> RestEvent:
-        """An onset."""
-        return RestEvent.ONSET
+    kind = BranchEvent.ONSET
 
     def number(self, system: System) -> float:
         """The missing push, in the unit of the load."""
@@ -348,18 +334,14 @@ def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tup
 
 
 @dataclass(frozen=True)
-class Late:
+class Late(RestCondition):
     """A bar that comes to rest just as the load lets go, still pressed on the wall by its strain, or by a step.
 
     The number is the time from the rest to the release.
     """
 
     way: RestWay
-
-    @property
-    def kind(self) -> RestEvent:
-        """An onset."""
-        return RestEvent.ONSET
+    kind = BranchEvent.ONSET
 
     def _rest(self, system: System) -> tuple[float, Course]:
         course = self.way.course(system)
@@ -416,13 +398,13 @@ def _release_after(system: System, time: float) -> float:
     """The release nearest to a time."""
     phases = release_phases(system.load)
     if not phases.size:
-        raise Strayed("no release")
+        raise CorrectorFailed("no release")
     return min((near(float(phase), time) for phase in phases), key=lambda one: abs(one - time))
 
 
 # ---- What ends a branch of cycles with rest at one of its points, as a condition on the way of the bar
 
-REST_FOLLOWED = (RestEvent.ONSET, RestEvent.TOUCH, RestEvent.DEATH, RestEvent.RELEASE_LOST)
+REST_FOLLOWED = (BranchEvent.ONSET, BranchEvent.TOUCH, BranchEvent.DEATH, BranchEvent.RELEASE_LOST)
 """The kinds of ends of which there are curves."""
 
 _GONE, _HELD = 1e-2, 0.1  # of the greatest push, below which it vanishes, and where the bar is held before
@@ -430,7 +412,7 @@ _PILED = 0.5  # of c, below which a chatter piles up whatever becomes of the pus
 _RELEASE = 1e-6
 
 
-def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
+def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
     """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch.
 
     Raises
@@ -439,17 +421,17 @@ def rest_condition(point: RestBranchPoint) -> tuple[RestCondition, float]:
         For a point of another kind, and for one after a bar was let go at no release phase.
     """
     cycle = point.cycle
-    if point.kind is RestEvent.RELEASE_LOST:
+    if point.kind is BranchEvent.RELEASE_LOST:
         return Pulling(RestWay(cycle.modes, cycle.release_phase, (), cycle.periods)), 1.0
-    if point.kind is RestEvent.ONSET:
+    if point.kind is BranchEvent.ONSET:
         return _onset(point), 1.0 if cycle.rest_times.min() < short_rest(cycle) else -1.0
-    if point.kind in (RestEvent.TOUCH, RestEvent.DEATH) and point.impact is not None:
-        return _grazing(point, point.impact), 1.0 if point.kind is RestEvent.DEATH else -1.0
+    if point.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) and point.impact is not None:
+        return _grazing(point, point.impact), 1.0 if point.kind is BranchEvent.DEATH else -1.0
     known = ", ".join(one.value for one in REST_FOLLOWED)
     raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
 
 
-def _way(point: RestBranchPoint, chain: Chain, number: int) -> RestWay:
+def _way(point: BranchPoint, chain: Chain, number: int) -> RestWay:
     """The way of a chain up to an impact."""
     cycle = point.cycle
     off = [
@@ -463,7 +445,7 @@ def _way(point: RestBranchPoint, chain: Chain, number: int) -> RestWay:
     return RestWay(cycle.modes, chain.release, chain.impacts[:number], cycle.periods)
 
 
-def _onset(point: RestBranchPoint) -> RestCondition:
+def _onset(point: BranchPoint) -> RestCondition:
     """A rest that is about to vanish, or one that is about to begin."""
     cycle = point.cycle
     system, short = cycle.system, int(np.argmin(cycle.rest_times))
@@ -527,7 +509,7 @@ def _piled(cycle: RestCycle, chain: Chain, limit: FallingPush) -> int:
     return first
 
 
-def _grazing(point: RestBranchPoint, impact: int) -> Grazing:
+def _grazing(point: BranchPoint, impact: int) -> Grazing:
     """An impact that is born or dies."""
     number = impact - 1
     for chain in point.cycle.chains:
@@ -535,7 +517,7 @@ def _grazing(point: RestBranchPoint, impact: int) -> Grazing:
             break
         number -= len(chain.impacts)
     way, here = _way(point, chain, number), chain.impacts[number].time
-    if point.kind is RestEvent.TOUCH:
+    if point.kind is BranchEvent.TOUCH:
         assert point.touch_phase is not None
         begin = chain.impacts[number - 1].time if number else chain.release
         first = near(point.touch_phase, begin)

@@ -5,18 +5,17 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass, fields
-from enum import Enum
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.bodies import Target
-from percuss.blow.machine.lattice import Lattice
-from percuss.errors import ParameterError
+from percuss.blow.periods.lattice import Lattice
 from percuss.model import Load, System
-from percuss.model.checks import Array, count, finite, flag, non_negative
+from percuss.model.checks import Array
 from percuss.shown import Shown
+from percuss.simulate import Cycle, Start, Stop
 
 # ---- Contacts gathered to impacts, with what each impact did
 
@@ -161,87 +160,6 @@ def _sums(values: Array, at: npt.NDArray[np.intp]) -> Array:
     return np.add.reduceat(values, at) if at.size else np.zeros(0)
 
 
-# ---- How a machine starts, and when following it ends
-
-_MOST_PERIODS = 10**6
-_MOST_IMPACTS = 10**6
-
-
-class Ending(Enum):
-    """Why a machine was followed no further; the value is a sentence."""
-
-    SETTLED = "a periodic motion is found"
-    PERIODS = "the number of load periods is reached"
-    IMPACTS = "the number of impacts is reached"
-    CANCELLED = "the caller ended it"
-
-
-@dataclass(frozen=True)
-class Release:
-    """A start: the striker, free of stress, moves as a rigid body at some distance from what it strikes.
-
-    Parameters
-    ----------
-    gap
-        Distance between the faces in lengths of the striker, 0 or greater.
-    velocity
-        Toward the struck face, over LΩ.
-    time
-        In radians of the load.
-
-    Raises
-    ------
-    ParameterError
-        For numbers that are not finite, or a gap less than 0.
-    """
-
-    gap: float = 1.0
-    velocity: float = 0.0
-    time: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "gap", non_negative("gap", self.gap))
-        object.__setattr__(self, "velocity", finite("velocity", self.velocity))
-        object.__setattr__(self, "time", finite("time", self.time))
-
-
-@dataclass(frozen=True)
-class Limits:
-    """When to end; whichever comes first.
-
-    Parameters
-    ----------
-    periods
-        Load periods from the start.
-    impacts
-        Impacts from the start.
-    settled
-        Whether to end when a periodic motion is found.
-    tolerance
-        How near the state must come back at the end of load periods to be the same: the energy of the difference of
-        two states, as a speed, and the difference of their gaps over a period, both over the greatest striking speed.
-
-    Raises
-    ------
-    ParameterError
-        For numbers out of range.
-    """
-
-    periods: int = 400
-    impacts: int = 2000
-    settled: bool = True
-    tolerance: float = 1e-6
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "periods", count("periods", self.periods, most=_MOST_PERIODS))
-        object.__setattr__(self, "impacts", count("impacts", self.impacts, most=_MOST_IMPACTS))
-        object.__setattr__(self, "settled", flag("settled", self.settled))
-        found = finite("tolerance", self.tolerance)
-        if not 1e-12 <= found <= 0.1:
-            raise ParameterError("tolerance", self.tolerance, "a number from 1e-12 to 0.1")
-        object.__setattr__(self, "tolerance", found)
-
-
 # ---- Whether a machine does the same again: its whole state at the ends of load periods, compared
 
 MOST_PERIODS = 16
@@ -249,23 +167,6 @@ MOST_PERIODS = 16
 
 _CONFIRMED = 2
 _NEAR = 100.0  # times the tolerance
-
-
-@dataclass(frozen=True)
-class Settled:
-    """A periodic motion: after so many load periods with so many impacts the state is the same.
-
-    Attributes
-    ----------
-    impacts, periods
-        p and n of its label z = p/n.
-    returned
-        How near the state came back, as `Limits.tolerance` measures it.
-    """
-
-    impacts: int
-    periods: int
-    returned: float
 
 
 class Recurrence:
@@ -276,20 +177,20 @@ class Recurrence:
         self._states: deque[tuple[float, Array]] = deque(maxlen=MOST_PERIODS)
         self._seen = [0] * (MOST_PERIODS + 1)
 
-    def after(self, gap: float, waves: Array, speed: float) -> tuple[int, float]:
-        """How many periods ago the state was the same, twice in a row, and how nearly; 0 when it never was.
+    def after(self, gap: float, waves: Array, speed: float) -> int:
+        """How many periods ago the state was the same, twice in a row; 0 when it never was.
 
         A motion that comes nearer to a shorter cycle is not settled on a longer one before it.
         """
-        found, apart = (0, math.inf), [math.inf] * (MOST_PERIODS + 1)
+        found, apart = 0, [math.inf] * (MOST_PERIODS + 1)
         for periods, (old_gap, old) in enumerate(reversed(self._states), 1):
             off = float(np.linalg.norm(waves - old)) + abs(gap - old_gap) / (2.0 * math.pi)
             apart[periods] = off / speed if speed > 0.0 else math.inf if off > 0.0 else 0.0
             same = apart[periods] <= self.tolerance
             self._seen[periods] = self._seen[periods] + 1 if same else 0
             nearer = any(apart[part] <= _NEAR * self.tolerance for part in range(1, periods) if periods % part == 0)
-            if not found[0] and self._seen[periods] >= _CONFIRMED and not nearer:
-                found = periods, apart[periods]
+            if not found and self._seen[periods] >= _CONFIRMED and not nearer:
+                found = periods
         self._states.append((gap, waves))
         return found
 
@@ -300,7 +201,7 @@ _LONG = 2  # load periods in contact from which on the bar is said to rest
 
 
 @dataclass(frozen=True)
-class Energy(Shown):
+class WaveEnergy(Shown):
     """Where the energy of a motion went; all over the time followed, dimensionless.
 
     Attributes
@@ -353,7 +254,7 @@ class Uncertainty(Shown):
 
 
 @dataclass(frozen=True)
-class MachineMotion(Shown):
+class WaveMotion(Shown):
     """The striker under its load, contact by contact.
 
     Everything is dimensionless; `system` has the scales to SI.
@@ -366,17 +267,17 @@ class MachineMotion(Shown):
         Whether the rod is pushed back to its place as soon as the striker has left it the room, or stays where it is.
     quiet
         Whether all ringing was made to end between blows.
-    release, limits
-        Start and end as asked for.
+    start, stop
+        As asked for.
     lattice
         The cells.
     impacts
         All impacts that have ended.
     grazes
         Contacts without an impulse to speak of, left out.
-    ending
-        Why it was followed no further.
-    settled
+    outcome
+        One of `percuss.simulate.OUTCOMES`: why it was followed no further.
+    cycle
         The periodic motion, or None.
     touching
         Whether the faces are in contact at the end.
@@ -394,17 +295,17 @@ class MachineMotion(Shown):
     target: Target
     pushed_back: bool
     quiet: bool
-    release: Release
-    limits: Limits
+    start: Start
+    stop: Stop
     lattice: Lattice
     impacts: Impacts
     grazes: int
-    ending: Ending
-    settled: Settled | None
+    outcome: str
+    cycle: Cycle | None
     touching: bool
     since: float
     end_time: float
-    energy: Energy
+    energy: WaveEnergy
     uncertainty: Uncertainty | None = None
 
     @property
@@ -417,44 +318,44 @@ class MachineMotion(Shown):
         """z=p/n for p impacts in n load periods; else rest, irregular, or none where nothing is struck."""
         if self.rests:
             return "rest"
-        if self.settled is None:
+        if self.cycle is None:
             return "irregular" if self.impacts.size else "none"
-        return f"z={self.settled.impacts}/{self.settled.periods}" if self.settled.impacts else "none"
+        return f"z={self.cycle.impacts}/{self.cycle.periods}" if self.cycle.impacts else "none"
 
     @cached_property
-    def cycle(self) -> Impacts:
+    def settled(self) -> Impacts:
         """The impacts of the last settled cycle, or of the last half of an irregular motion."""
         n = self.impacts.size
-        count = self.settled.impacts if self.settled is not None else (n + 1) // 2
+        count = self.cycle.impacts if self.cycle is not None else (n + 1) // 2
         return self.impacts.part(slice(n - count, n))
 
     @property
     def phases(self) -> Array:
         """Phases of the load at the force centroids of the cycle's impacts, in [0, 2π)."""
-        return self.cycle.phase
+        return self.settled.phase
 
     @property
     def velocities(self) -> Array:
         """Striking speeds of the rigid motion at those."""
-        return self.cycle.velocity
+        return self.settled.velocity
 
     @property
     def blow_rate(self) -> float:
         """Impacts per load period."""
-        if self.settled is not None:
-            return self.settled.impacts / self.settled.periods
-        own = self.cycle
+        if self.cycle is not None:
+            return self.cycle.impacts / self.cycle.periods
+        own = self.settled
         return _TURN * (own.size - 1) / float(own.start[-1] - own.start[0]) if own.size > 1 else math.nan
 
     @property
     def impulse_per_period(self) -> float:
         """Σ J of the cycle over its load periods: p_0 2π of every periodic motion without drag."""
-        return float(np.sum(self.cycle.impulse)) / self.settled.periods if self.settled is not None else math.nan
+        return float(np.sum(self.settled.impulse)) / self.cycle.periods if self.cycle is not None else math.nan
 
     @property
     def delivered_power(self) -> float:
         """Work done on what is struck, per radian of the load."""
-        own = self.cycle
+        own = self.settled
         if own.size == 0:
             return 0.0
         return float(np.mean(own.given)) * self.blow_rate / _TURN
@@ -462,11 +363,13 @@ class MachineMotion(Shown):
     @property
     def rock_power(self) -> float:
         """Work that the rock keeps, per radian of the load; 0 without rock."""
-        own = self.cycle
+        own = self.settled
         return float(np.mean(own.rock_work)) * self.blow_rate / _TURN if own.size else 0.0
 
     def __str__(self) -> str:
-        phases = ", ".join(f"{phase:.6g}" for phase in self.phases[:4]) if self.settled is not None else ""
-        where = f", phase {phases}{' …' if self.cycle.size > 4 else ''}" if phases else ""
+        phases = ", ".join(f"{phase:.6g}" for phase in self.phases[:4]) if self.cycle is not None else ""
+        where = f", phase {phases}{' …' if self.settled.size > 4 else ''}" if phases else ""
         count = self.impacts.size
-        return f"Machine by waves: {self.label}{where}; {count} impact{'s' if count != 1 else ''}, {self.ending.value}"
+        return (
+            f"Machine by waves: {self.label}{where}; {count} impact{'s' if count != 1 else ''}, ended: {self.outcome}"
+        )

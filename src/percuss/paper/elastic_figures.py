@@ -16,12 +16,12 @@ import numpy.typing as npt
 
 from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, Stretch, orbit_on
+from percuss.explore.boundary_curves.plane_lines import Line, MotionArc, orbit_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.model.load import Side
-from percuss.paper.figure import DAMPING, Figure
+from percuss.paper.figure import DAMPING, PaperFigure
 from percuss.stability import floquet_multipliers, linear_map, reduced_criterion
 from percuss.steady import Orbit, steady_states
 
@@ -36,7 +36,7 @@ _MOST = 1.2
 _HEIGHTS = 32  # rows of the map behind the curves
 
 
-def figures(seed: int = 1977) -> tuple[Figure, ...]:
+def elastic(seed: int) -> tuple[PaperFigure, ...]:
     """Three figures: the boundaries over s, the largest multiplier over s, and the instability of theory §5.
 
     elastic.csv: s, upper (the fold), lower_reduced, flip, neimark_sacker (of the exact multipliers of 8 modes on the
@@ -54,7 +54,7 @@ def figures(seed: int = 1977) -> tuple[Figure, ...]:
 # -- the boundaries over s --
 
 
-def _limits() -> Figure:
+def _limits() -> PaperFigure:
     system = System(s=1.0, d=DAMPING, restitution=RESTITUTION, load=Load.harmonic(1.0, 1.0))
     plane = ("s", SPEEDS), ("load_factor", 0.0, _MOST)
     reduced = boundaries(system, *plane, kinds=("fold", "flip"))
@@ -67,7 +67,7 @@ def _limits() -> Figure:
         "neimark_sacker": _beyond_the_fold(exact, "neimark-sacker"),
     }
     title = f"Elastic: boundaries over $s$, $R = {RESTITUTION}$, $m = 1$, $2\\pi d = 0.03$"
-    return Figure("elastic", title, columns, _paint_limits, 6.6, 4.4, _map(system))
+    return PaperFigure("elastic", title, columns, _paint_limits, 6.6, 4.4, _map(system))
 
 
 def _map(system: System) -> dict[str, npt.NDArray[Any]]:
@@ -83,7 +83,7 @@ def _map(system: System) -> dict[str, npt.NDArray[Any]]:
     return {"heights": heights, "moduli": moduli}
 
 
-def _at(stretch: Stretch, t: float) -> tuple[Orbit, int, Side]:
+def _at(stretch: MotionArc, t: float) -> tuple[Orbit, int, Side]:
     orbit, side = orbit_on(stretch, t)
     return orbit, MODES, side
 
@@ -96,7 +96,7 @@ def _beyond_the_fold(found: Boundaries, kind: str) -> Array:
     return greatest
 
 
-def _paint_limits(figure: Figure, picture: Picture) -> None:
+def _paint_limits(figure: PaperFigure, picture: Picture) -> None:
     from matplotlib.colors import ListedColormap
 
     from percuss.plot.canvas import COLOURS
@@ -114,28 +114,26 @@ def _paint_limits(figure: Figure, picture: Picture) -> None:
     )  # fmt: skip
     axes.fill([], [], color="#d3ece3", label="stable by the exact multipliers")
     axes.set_xscale("log")
-    axes.set_xlim(float(c["s"][0]), float(c["s"][-1]))
     axes.set_xticks([0.4, 1.0, 3.0, 10.0, 30.0, 100.0], ["0.4", "1", "3", "10", "30", "100"])
-    axes.set_ylim(0.0, _MOST)
-    axes.set_xlabel("$s = C/(L\\Omega)$")
-    axes.set_ylabel("$p_0/p_1$")
+    limits = (float(c["s"][0]), float(c["s"][-1])), (0.0, _MOST)
+    axes.set(xlim=limits[0], ylim=limits[1], xlabel="$s = C/(L\\Omega)$", ylabel="$p_0/p_1$")
     axes.legend(loc="lower right")
 
 
 # -- the multipliers over s --
 
 
-def _multipliers() -> Figure:
+def _multipliers() -> PaperFigure:
     columns = _largest(np.geomspace(0.4, 100.0, 241), 0.6, 1, DAMPING, (8, 16))
     title = "Elastic: largest multiplier, $p = 0.9 + \\cos t$, $R = 0.6$, $m = 1$, $2\\pi d = 0.03$"
-    return Figure("elastic_multipliers", title, columns, _paint_multipliers, 6.6, 4.0)
+    return PaperFigure("elastic_multipliers", title, columns, _paint_multipliers, 6.6, 4.0)
 
 
-def _instability() -> Figure:
+def _instability() -> PaperFigure:
     speeds = np.linspace(4.5, 5.5, 201)
     columns = _largest(speeds, 0.8, 2, 0.0, (8, 16))
     title = "Elastic: largest multiplier, $p = 0.9 + \\cos t$, $R = 0.8$, $m = 2$, $d = 0$"
-    return Figure("elastic_instability", title, columns, _paint_multipliers, 6.6, 4.0)
+    return PaperFigure("elastic_instability", title, columns, _paint_multipliers, 6.6, 4.0)
 
 
 def _largest(speeds: Array, r: float, m: int, d: float, modes: tuple[int, int]) -> dict[str, npt.NDArray[Any]]:
@@ -150,7 +148,7 @@ def _largest(speeds: Array, r: float, m: int, d: float, modes: tuple[int, int]) 
     return {"s": speeds, **dict(zip(names, columns, strict=True))}
 
 
-def _paint_multipliers(figure: Figure, picture: Picture) -> None:
+def _paint_multipliers(figure: PaperFigure, picture: Picture) -> None:
     from percuss.plot.canvas import COLOURS, INK
 
     axes, c = picture.add_subplot(), figure.columns
@@ -170,7 +168,5 @@ def _paint_multipliers(figure: Figure, picture: Picture) -> None:
     if c["s"][-1] > 10.0 * c["s"][0]:
         axes.set_xscale("log")
         axes.set_xticks([0.4, 1.0, 3.0, 10.0, 30.0, 100.0], ["0.4", "1", "3", "10", "30", "100"])
-    axes.set_xlim(float(c["s"][0]), float(c["s"][-1]))
-    axes.set_xlabel("$s = C/(L\\Omega)$")
-    axes.set_ylabel("largest modulus")
+    axes.set(xlim=(float(c["s"][0]), float(c["s"][-1])), xlabel="$s = C/(L\\Omega)$", ylabel="largest modulus")
     axes.legend(loc="upper center", ncols=3)

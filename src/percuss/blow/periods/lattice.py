@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.bodies import Rod, Target, Wall
-from percuss.blow.kernels.lattice_records import Bit, Chain, Drag, Face, Machine
+from percuss.blow.kernels.lattice_records import Bit, Face, LatticeDrag, LatticeMachine, LatticeRow
 from percuss.errors import ParameterError
 from percuss.model import Load, System
 from percuss.model.body import Damping, External, SteppedBar, UniformBar
@@ -118,7 +118,7 @@ _QUIET = 0.12  # lost by every elastic mode in that time, where ringing is to be
 _NONE = np.zeros((0, 0))
 
 
-def drag_of(lattice: Lattice, damping: Damping) -> Drag:
+def drag_of(lattice: Lattice, damping: Damping) -> LatticeDrag:
     """What `damping` takes at each of its moments.
 
     The velocities are slowed as u_n' → u_n' exp(−d_n Δt), the strain stays: the second half of u_n'' + d_n u_n' +
@@ -147,7 +147,7 @@ def _interval(damping: Damping, transit: float) -> float:
     return _INTERVAL / min(max(1, math.ceil(lost / _CELLS_AT_ONCE)), _MOST_PARTS)
 
 
-def quiet_drag(lattice: Lattice) -> Drag:
+def quiet_drag(lattice: Lattice) -> LatticeDrag:
     """What ends all ringing between blows: the same for all elastic modes, out of contact only."""
     cells = sum(lattice.cells[: lattice.striker])
     return _drag(lattice, _INTERVAL * cells, factor=math.expm1(-_QUIET), carried=True, patience=math.inf)
@@ -163,13 +163,13 @@ def _drag(
     matrix: Array = _NONE,
     patience: float | None = None,
     block: np.typing.NDArray[np.int64] | None = None,
-) -> Drag:
+) -> LatticeDrag:
     mass = np.repeat(lattice.impedances[: lattice.striker], lattice.cells[: lattice.striker]) * lattice.step
     wait = _PATIENCE * mass.size * lattice.step if patience is None else patience
     number = np.zeros(mass.size, dtype=np.int64) if block is None else block
     total = np.asarray(np.bincount(number, mass), dtype=float)
     room = np.zeros(mass.size), np.zeros(total.size), np.zeros(total.size)
-    return Drag(factor, finer, carried, matrix, interval, wait, number, mass, total, *room)
+    return LatticeDrag(factor, finer, carried, matrix, interval, wait, number, mass, total, *room)
 
 
 def _blocks(lattice: Lattice, size: int) -> tuple[np.typing.NDArray[np.int64], Array, Array]:
@@ -260,7 +260,7 @@ def _impedance_scale(system: System) -> float:
 
 def machine_record(
     system: System, target: Target, cells: int, *, pushed_back: bool, quiet: bool
-) -> tuple[Lattice, Machine]:
+) -> tuple[Lattice, LatticeMachine]:
     """The lattice of at least so many cells in the striker, and a machine at rest on it."""
     own_z, own_times = _striker_sections(system)
     z, times, behind = rod_sections(system, target)
@@ -278,7 +278,7 @@ def machine_record(
     bit = _bit(system, target, scale, pushed_back=pushed_back, **ends)
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
     load = load_means(system.load, lattice.steps)
-    return lattice, Machine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
+    return lattice, LatticeMachine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
 
 
 def _striker_sections(system: System) -> tuple[Array, Array]:
@@ -290,12 +290,12 @@ def _striker_sections(system: System) -> tuple[Array, Array]:
     raise ParameterError("body", body.kind, "a bar of sections: waves need impedances and transit times")
 
 
-def _chain(impedances: Array, cells: tuple[int, ...]) -> Chain:
+def _chain(impedances: Array, cells: tuple[int, ...]) -> LatticeRow:
     numbers = np.asarray(cells, dtype=np.int64)
     first: npt.NDArray[np.int64] = np.cumsum(numbers) - numbers
     total = int(numbers.sum())
     slot = np.zeros(numbers.size, dtype=np.int64)
-    return Chain(np.array(impedances), first, numbers, slot, np.zeros(total), np.zeros(total))
+    return LatticeRow(np.array(impedances), first, numbers, slot, np.zeros(total), np.zeros(total))
 
 
 def load_means(load: Load, steps: int) -> Array:

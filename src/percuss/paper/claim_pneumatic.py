@@ -1,4 +1,4 @@
-"""Claims b and c: which m are reached, and from how many starts."""
+"""Claims a, b and c: where motions of the pneumatic hammer end, and which m are reached from how many starts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from percuss.explore.attractors.experiments import Experiment, wilson
 from percuss.paper.claim_common import (
     NAMED,
     Claim,
-    Table,
+    ClaimTable,
+    Size,
     Trial,
     Verdict,
     lower_curve,
@@ -26,6 +27,128 @@ from percuss.paper.claim_common import (
 from percuss.simulate import Starts
 from percuss.stability import stability_of
 from percuss.steady import Orbit, steady_states
+
+RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9)
+FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)
+"""Of the upper curve of Fig. 5, where claim a is tried."""
+
+
+@dataclass(frozen=True)
+class StartsEnd:
+    """Where the starts of one point and one distribution ended."""
+
+    restitution: float
+    load_factor: float
+    stable: bool  # above the lower curve of Fig. 5
+    distribution: str
+    starts: int
+    one_impact: int  # z=1/m
+    at_rest: int  # for good
+    resting: int  # cycles with rest
+    unsettled: int  # aperiodic or undecided
+    labels: dict[str, tuple[float, float, float]]
+
+    @property
+    def others(self) -> int:
+        """Neither a one-impact motion nor rest for good."""
+        return self.starts - self.one_impact - self.at_rest
+
+
+def verdict_a(ends: Sequence[StartsEnd], cycles_are_rest: bool = False) -> Verdict:
+    """A point is one R and p_0/p_1; it is good when no start of any distribution ends otherwise."""
+    others: dict[str, dict[tuple[float, float], int]] = {}
+    for end in ends:
+        points = others.setdefault(_region(end), {})
+        key = (end.restitution, end.load_factor)
+        points[key] = points.get(key, 0) + end.others - (end.resting if cycles_are_rest else 0)
+    return tried((name, len(others[name]), sum(n == 0 for n in others[name].values())) for name in sorted(others))
+
+
+def _region(end: StartsEnd) -> str:
+    where = "between the curves of Fig. 5" if end.stable else "below both curves"
+    return f"{where}, {'p_0 ≥ p_1 (the load never pulls)' if end.load_factor >= 1.0 else 'p_0 < p_1'}"
+
+
+def starts_each(size: Size) -> int:
+    """Starts of each distribution at every point; the same ones at all of them."""
+    return size.each(len(RESTITUTIONS) * len(FRACTIONS) * len(NAMED))
+
+
+def ends_of(trial: Trial) -> list[StartsEnd]:
+    """The experiments of claim a."""
+    points = [(r, f * upper_curve(r)) for r in RESTITUTIONS for f in FRACTIONS]
+    each, ends = starts_each(trial.size), []
+    for i, (r, x) in enumerate(points):
+        for name in NAMED:
+            trial.tell("a", i, len(points))
+            found = trial.of(pneumatic(r, x), each, name)
+            label = found.label
+            resting = np.char.startswith(label, "chatter/") | np.char.startswith(label, "rest/")
+            ends.append(
+                StartsEnd(
+                    r, x, x > lower_curve(r), name, each,
+                    int(one_impact(label).sum()), int((label == "rest").sum()), int(resting.sum()),
+                    int(np.isin(label, ("aperiodic", "undecided")).sum()), found.labels,
+                )
+            )  # fmt: skip
+    return ends
+
+
+def claim_a(trial: Trial, ends: Sequence[StartsEnd]) -> Claim:
+    """Points below the upper curve of Fig. 5 always end in a one-impact motion or in rest."""
+    word, kind = verdict_a(ends), verdict_a(ends, cycles_are_rest=True)
+    starts = sum(end.starts for end in ends)
+    one, rest, cycles = (sum(getattr(end, name) for end in ends) for name in ("one_impact", "at_rest", "resting"))
+    rows = []
+    for r in sorted({end.restitution for end in ends}):
+        for x in sorted({end.load_factor for end in ends if end.restitution == r}):
+            here = [end for end in ends if (end.restitution, end.load_factor) == (r, x)]
+            n = sum(end.starts for end in here)
+            top: dict[str, float] = {}
+            for end in here:
+                for name, (share, _, _) in end.labels.items():
+                    top[name] = top.get(name, 0.0) + share * end.starts / n
+            shown = ", ".join(f"{k} {100 * v:.3g} %" for k, v in sorted(top.items(), key=lambda kv: -kv[1])[:4])
+            others = [percent(end.others, end.starts) for end in here]
+            rows.append((r, x, x / upper_curve(r), "yes" if here[0].stable else "no", *others, shown))
+    names = tuple(f"neither ({end})" for end in NAMED)
+    table = ClaimTable(
+        "Ends that are neither a one-impact motion nor rest for good, and the most frequent motions",
+        ("R", "p_0/p_1", "of the upper curve", "above the lower", *names, "motions, all starts"),
+        tuple(rows),
+    )
+    numbers = {
+        "points": len(rows),
+        "one-impact motions": one / starts,
+        "rest for good": rest / starts,
+        "cycles with rest": cycles / starts,
+        "others": (starts - one - rest - cycles) / starts,
+        "unsettled": sum(end.unsettled for end in ends) / starts,
+        "verdict when a cycle with rest counts as rest": kind.verdict,
+        "where then": kind.where,
+    }
+    return Claim(
+        "a",
+        "below the upper curve of Fig. 5",
+        "Whatever the start, a pneumatic hammer whose p_0/p_1 lies below the upper curve of Fig. 5 ends in a motion "
+        "with one impact in a whole number of load periods, or at rest.",
+        f"Rigid bar without damping, R = {', '.join(f'{r:g}' for r in RESTITUTIONS)}, p_0/p_1 = "
+        f"{', '.join(f'{f:g}' for f in FRACTIONS)} of the upper curve (1 + R)/(π(1 − R)); the starts of `wall`, "
+        f"`field` and `gentle`, {ends[0].starts} each, followed for {trial.size.impacts} impacts at most.",
+        "A point (R, p_0/p_1) is good when none of its starts, of any distribution, ends otherwise than in a z=1/m or "
+        "in rest for good. The claim holds when all points are good, and does not hold when none is.",
+        word,
+        starts,
+        numbers,
+        (table,),
+        (
+            f"With the word *rest* read so that a cycle in which the bar lies on the wall for part of every period "
+            f"counts as well, the claim {sentence(kind)}.",
+        ),
+    )
+
+
+# ---- Claims b and c: which m are reached, and from how many starts
 
 MOST_PERIODS = 8
 NEAR = 1e-3
@@ -45,7 +168,7 @@ class Allowed:
 
 
 @dataclass(frozen=True)
-class Reach:
+class StartsReach:
     """How many starts beside a motion came to it."""
 
     restitution: float
@@ -77,7 +200,7 @@ def points_b() -> list[tuple[float, float]]:
     return [(r, x) for r, x in grid if x < upper_curve(r, 2)]
 
 
-def verdict_b(reaches: Sequence[Reach]) -> Verdict:
+def verdict_b(reaches: Sequence[StartsReach]) -> Verdict:
     """A motion is reached when any start beside it ends in it."""
     groups = []
     for stable, name in ((True, "stable and admissible"), (False, "unstable, or through the wall")):
@@ -100,7 +223,7 @@ def claim_b(trial: Trial) -> Claim:
         apart = np.abs(np.angle(np.exp(1j * (found.columns["phase"] - motion.phase))))
         with np.errstate(invalid="ignore"):
             there = (found.label == f"z=1/{motion.periods}") & (apart < 1e-3)
-        reaches.append(Reach(r, x, motion, each, int(there.sum())))
+        reaches.append(StartsReach(r, x, motion, each, int(there.sum())))
     good = [reach for reach in reaches if reach.motion.stable and reach.motion.admissible]
     several = {(q.restitution, q.load_factor) for q in good}
     several = {p for p in several if sum((q.restitution, q.load_factor) == p for q in good) > 1}
@@ -135,7 +258,7 @@ def claim_b(trial: Trial) -> Claim:
             ),
             "others reached": sum(reach.reached > 0 for reach in reaches) - sum(reach.reached > 0 for reach in good),
         },
-        (Table("Every motion that exists, and how many of the starts beside it end there", columns, rows),),
+        (ClaimTable("Every motion that exists, and how many of the starts beside it end there", columns, rows),),
         ("What exists but is unstable is left by every disturbance; no start but the motion itself would do.",),
     )
 
@@ -208,6 +331,6 @@ def claim_c(trial: Trial) -> Claim:
         verdict_c(found),
         sum(item.starts for item in found),
         numbers,
-        (Table("Shares of the smallest m", columns, tuple(rows)),),
+        (ClaimTable("Shares of the smallest m", columns, tuple(rows)),),
         (f"Counted among the starts that end in any one-impact motion only, the claim {sentence(among)}.",),
     )

@@ -1,62 +1,61 @@
-"""`machine_motion`: a machine under its periodic load with every contact resolved by waves."""
+"""`run_by_waves`: a machine under its periodic load with every contact resolved by waves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.bodies import Rod, Target, Wall
 from percuss.blow.kernels.lattice_motion import follow
-from percuss.blow.kernels.lattice_records import CONTACT, COUNT, LOAD, NOW, OFF, Chain, Machine
-from percuss.blow.machine.lattice import machine_record
-from percuss.blow.machine.wave_motion import (
+from percuss.blow.kernels.lattice_records import CONTACT, COUNT, LOAD, NOW, OFF, LatticeMachine, LatticeRow
+from percuss.blow.periods.lattice import machine_record
+from percuss.blow.periods.wave_motion import (
     MOST_PERIODS,
     ROUND_TRIP,
-    Ending,
-    Energy,
     Impacts,
-    Limits,
-    MachineMotion,
     Recurrence,
-    Release,
-    Settled,
     Uncertainty,
+    WaveEnergy,
+    WaveMotion,
     impacts_of,
 )
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, flag, instance
 from percuss.shown import watched
+from percuss.simulate import Cycle, Progress, Start, Stop
 
 # ---- A machine followed load period by load period: its clock, its contacts, its state at the end of each
 
 _TURN = 2.0 * math.pi
 _ROOM = 1024  # contacts in the log of a call
 _AT_ONCE = 1 << 20  # steps between two looks at the outside
+MOST, TOLERANCE = 400, 1e-6
+"""Load periods after which a motion ends, and how near a state must come back, where nothing else is asked for."""
 
 
-class Course:
-    """A machine on its way."""
+class LatticeRun:
+    """A machine on its way, from a rigid motion of the striker at a distance from what it strikes."""
 
-    def __init__(self, machine: Machine, release: Release) -> None:
+    def __init__(self, machine: LatticeMachine, gap: float, velocity: float = 0.0, time: float = 0.0) -> None:
         self.machine = machine
         self.now, self.count = np.zeros(1, NOW), np.zeros(1, COUNT)
         self._log, self._done = np.zeros(_ROOM, CONTACT), list[npt.NDArray[np.void]]()
         self._gone = 0
-        wave = 0.5 * release.velocity
+        wave = 0.5 * velocity
         machine.striker.right[:] = machine.striker.left[:] = wave
-        steps, size = round(release.time / machine.step), machine.load.size
+        steps, size = round(time / machine.step), machine.load.size
         self.periods = 0
         self.count["step"] = steps % size
         self.count["branch"] = OFF if machine.bit.gap > 0.0 else LOAD
         state = {
-            "gap": release.gap,
-            "momentum": release.velocity,
-            "energy": 0.5 * release.velocity**2,
+            "gap": gap,
+            "momentum": velocity,
+            "energy": 0.5 * velocity**2,
             "arrived": wave,
             "penetration": -machine.bit.gap,
             "time": (steps // size) * _TURN,
@@ -158,7 +157,7 @@ class Course:
         return float(np.sum(mass * (chain.right + chain.left)))
 
 
-def _ordered(chain: Chain, step: float) -> Array:
+def _ordered(chain: LatticeRow, step: float) -> Array:
     parts = [np.zeros(0)]
     for z, first, cells, slot in zip(chain.impedance, chain.first, chain.cells, chain.slot, strict=True):
         scale = math.sqrt(2.0 * z * step)
@@ -166,40 +165,21 @@ def _ordered(chain: Chain, step: float) -> Array:
     return np.concatenate(parts)
 
 
-# ---- `machine_motion`: a machine under its periodic load with every contact resolved by waves
+# ---- `run_by_waves`: a machine under its periodic load with every contact resolved by waves
 
 
-@dataclass(frozen=True)
-class MachineProgress:
-    """How far a machine has been followed.
-
-    Attributes
-    ----------
-    impacts
-        From the start, about.
-    time
-        From the start, in radians.
-    fraction
-        0 to 1, of the load periods or the impacts asked for, whichever is nearer.
-    """
-
-    impacts: int
-    time: float
-    fraction: float
-
-
-def machine_motion(
+def run_by_waves(
     system: System,
     target: Target,
-    release: Release | None = None,
-    limits: Limits | None = None,
+    start: Start | None = None,
+    stop: Stop | None = None,
     *,
     pushed_back: bool = False,
     quiet: bool = False,
     cells: int = 400,
     estimate: bool = True,
-    progress: Callable[[MachineProgress], object] | None = None,
-) -> MachineMotion:
+    progress: Callable[[Progress], object] | None = None,
+) -> WaveMotion:
     """A machine from a start on: flights under the load and contacts, all of them by waves.
 
     Waves travel exactly on a lattice of equal cells (d'Alembert; Courant number 1), and a contact starts and ends
@@ -215,10 +195,13 @@ def machine_motion(
         end is fed between blows: when the striker that has gone back turns forward again, and the rod has been without
         contact for four ways of a wave through it and half a swing of its mass on the rock, it is laid at rest against
         fresh rock.
-    release
-        The start; one length of the striker off, at rest, by default.
-    limits
-        When to end: by default after 400 load periods, 2000 impacts, or when a periodic motion is found.
+    start
+        Of which the rigid motion is taken; one length of the striker off, at rest, by default.
+    stop
+        When to end, at the end of a load period: by default after 400 of them, 2000 impacts, or when a periodic motion
+        is found. A state is the same when it comes back to within the tolerance, 1e-6 by default: the energy of the
+        difference of two states, as a speed, and the difference of their gaps over a period, both over the greatest
+        striking speed.
     pushed_back
         Whether the rod is pushed back to its place as soon as the striker has left it the room; else it stays where the
         blow put it, and the machine follows. A rod on rock is fed by what the bit has gone deeper, or pushed back to
@@ -230,7 +213,7 @@ def machine_motion(
     estimate
         Whether to tell, from a lattice with half the cells, how sure a settled motion is.
     progress
-        Called now and then with a `MachineProgress`; the motion ends as cancelled when it returns something true.
+        Called now and then with a `percuss.simulate.Progress`; the motion ends when it returns something true.
 
     Raises
     ------
@@ -243,27 +226,28 @@ def machine_motion(
     --------
     >>> from percuss import Load, System
     >>> from percuss.blow import Rod
+    >>> from percuss.simulate import Start
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     >>> rod = Rod.of_impedance(20.0 * (1.0 + 0.6) / (1.0 - 0.6))
-    >>> motion = machine_motion(system, rod, Release(gap=2.0, time=0.3), quiet=True, cells=100)
-    >>> motion.label, motion.phases.round(3).tolist(), motion.cycle.restitution.round(4).tolist()
+    >>> motion = run_by_waves(system, rod, Start.rigid(-2.0, time=0.3), quiet=True, cells=100)
+    >>> motion.label, motion.phases.round(3).tolist(), motion.settled.restitution.round(4).tolist()
     ('z=1/1', [2.372], [0.6])
     """
     instance("system", system, System)
     if not isinstance(target, Wall | Rod):
         instance("target", target, Rod)
-    release = Release() if release is None else instance("release", release, Release)
-    limits = Limits() if limits is None else instance("limits", limits, Limits)
+    start = Start.rigid() if start is None else instance("start", start, Start)
+    stop = Stop(2000, MOST * _TURN, tolerance=TOLERANCE) if stop is None else instance("stop", stop, Stop)
     flag("pushed_back", pushed_back), flag("quiet", quiet), flag("estimate", estimate)
     number = count("cells", cells, least=16, most=100_000)
     callback("progress", progress)
 
-    def motion(cells: int) -> MachineMotion:
+    def motion(cells: int) -> WaveMotion:
         with watched(progress) as watch:
-            return _followed(system, target, release, limits, pushed_back, quiet, cells, watch)
+            return _followed(system, target, start, stop, pushed_back, quiet, cells, watch)
 
     found = motion(number)
-    if not estimate or found.settled is None or not found.settled.impacts:
+    if not estimate or found.cycle is None or not found.cycle.impacts:
         return found
     return replace(found, uncertainty=_apart(found, motion(max(8, number // 2))))
 
@@ -271,72 +255,78 @@ def machine_motion(
 def _followed(
     system: System,
     target: Target,
-    release: Release,
-    limits: Limits,
+    start: Start,
+    stop: Stop,
     pushed_back: bool,
     quiet: bool,
     cells: int,
-    progress: Callable[[MachineProgress], object] | None,
-) -> MachineMotion:
+    progress: Callable[[Progress], object] | None,
+) -> WaveMotion:
     lattice, machine = machine_record(system, target, cells, pushed_back=pushed_back, quiet=quiet)
-    course, recurrence = Course(machine, release), Recurrence(limits.tolerance)
-    begun, energy = course.time, course.energy
-    ending, settled = None, None
-    while ending is None:
-        for _ in course.period():
+    lattice_run, recurrence = LatticeRun(machine, *rigid_state(start, system)), Recurrence(stop.tolerance)
+    begun, energy = lattice_run.time, lattice_run.energy
+    most = MOST if stop.time is None else max(1, math.ceil(stop.time / _TURN - 1e-9))
+    outcome, periods = "", 0
+    while not outcome:
+        for _ in lattice_run.period():
             look()
-            if progress is not None and progress(_progress(course, limits, begun)):
-                ending = Ending.CANCELLED
+            share = max(lattice_run.periods / most, lattice_run.strikes / max(stop.most_impacts, 1))
+            now = Progress(lattice_run.strikes, lattice_run.time - begun, min(share, 1.0))
+            if progress is not None and progress(now):
+                outcome = "cancelled"
                 break
-        if ending is None:
-            ending, settled = _judged(course, recurrence, limits, system)
-    impacts, grazes = _finished(course, system)
-    now = course.now[0]
-    contacts = course.contacts
-    return MachineMotion(
+        else:
+            recent = lattice_run.contacts_since(lattice_run.time - MOST_PERIODS * _TURN)
+            speed = float(np.abs(recent["momentum_before"]).max(initial=0.0))
+            periods = recurrence.after(float(lattice_run.now["gap"][0]), lattice_run.waves, speed)
+            if stop.periodic and periods:
+                outcome = "periodic"
+            elif lattice_run.periods >= most:
+                outcome = "time"
+            elif lattice_run.strikes >= stop.most_impacts:
+                outcome = "impacts"
+    impacts, grazes = _finished(lattice_run, system)
+    cycle = None
+    if outcome == "periodic":
+        since = impacts_of(recent, system.load, system.body.transit_time, _tool(lattice_run))[0].start
+        number = int(np.count_nonzero(since >= lattice_run.time - periods * _TURN))
+        cycle = Cycle(impacts.size - number, number, periods, 0)
+    contacts = lattice_run.contacts
+    load_work, given, damped, averaged = (
+        float(lattice_run.now[name][0]) for name in ("load_work", "rod_work", "damped", "averaged")
+    )
+    return WaveMotion(
         system=system,
         target=target,
         pushed_back=pushed_back,
         quiet=quiet,
-        release=release,
-        limits=limits,
+        start=start,
+        stop=stop,
         lattice=lattice,
         impacts=impacts,
         grazes=grazes,
-        ending=ending,
-        settled=settled,
-        touching=course.touching,
-        since=float(contacts["start"][-1]) if course.touching else math.nan,
-        end_time=course.time,
-        energy=Energy(
-            float(now["load_work"]),
-            float(now["rod_work"]),
-            float(now["damped"]),
-            float(now["averaged"]),
-            course.energy - energy,
-        ),
+        outcome=outcome,
+        cycle=cycle,
+        touching=lattice_run.touching,
+        since=float(contacts["start"][-1]) if lattice_run.touching else math.nan,
+        end_time=lattice_run.time,
+        energy=WaveEnergy(load_work, given, damped, averaged, lattice_run.energy - energy),
     )
 
 
-def _judged(
-    course: Course, recurrence: Recurrence, limits: Limits, system: System
-) -> tuple[Ending | None, Settled | None]:
-    """Whether the motion ends at the end of this period, and the periodic motion found."""
-    recent = course.contacts_since(course.time - MOST_PERIODS * _TURN)
-    speed = float(np.abs(recent["momentum_before"]).max(initial=0.0))
-    periods, off = recurrence.after(float(course.now["gap"][0]), course.waves, speed)
-    if limits.settled and periods:
-        impacts = impacts_of(recent, system.load, system.body.transit_time, _tool(course))[0]
-        number = int(np.count_nonzero(impacts.start >= course.time - periods * _TURN))
-        return Ending.SETTLED, Settled(number, periods, off)
-    if course.periods >= limits.periods:
-        return Ending.PERIODS, None
-    if course.strikes >= limits.impacts:
-        return Ending.IMPACTS, None
-    return None, None
+def rigid_state(start: Start, system: System) -> tuple[float, float, float]:
+    """A start as a rigid motion: the gap before the striking end, the mean velocity, the phase of the load."""
+    place, velocity = start.gap, start.velocity[0]
+    if start.source is not None or start.profile is not None or len(start.displacement) > 1:
+        modes = len(start.displacement) - 1
+        if start.source is not None:
+            velocity += system.contact.velocity_factor * start.source.rigid_velocity
+        gamma = system.body.modes(modes, system.load.at).gamma if modes else np.zeros(0)
+        place = start.displacement[0] + float(gamma @ np.array(start.displacement[1:])) if place is None else place
+    return max(0.0, -(0.0 if place is None else place)), velocity, start.time
 
 
-def _finished(course: Course, system: System) -> tuple[Impacts, int]:
+def _finished(course: LatticeRun, system: System) -> tuple[Impacts, int]:
     """The impacts that have ended: after the last contact waves have gone there and back without another one.
 
     Those on a tool that is fed have ended when it is.
@@ -350,22 +340,17 @@ def _finished(course: Course, system: System) -> tuple[Impacts, int]:
     return found.part(slice(0, max(0, found.size - open_))), grazes
 
 
-def _tool(course: Course) -> tuple[float, float] | None:
+def _tool(course: LatticeRun) -> tuple[float, float] | None:
     """What `impacts_of` is to know of a tool that is fed."""
     return (course.rock_work, course.advanced) if course.machine.bit.fed else None
 
 
-def _progress(course: Course, limits: Limits, begun: float) -> MachineProgress:
-    fraction = max(course.periods / limits.periods, course.strikes / limits.impacts)
-    return MachineProgress(course.strikes, course.time - begun, min(fraction, 1.0))
-
-
-def _apart(one: MachineMotion, other: MachineMotion) -> Uncertainty:
+def _apart(one: WaveMotion, other: WaveMotion) -> Uncertainty:
     """How far two settled motions are apart, whichever impact of a cycle comes first."""
-    if other.label != one.label or one.cycle.size != other.cycle.size:
+    if other.label != one.label or one.settled.size != other.settled.size:
         return Uncertainty(None, None, other.label)
     best = math.inf, math.inf
-    for shift in range(one.cycle.size):
+    for shift in range(one.settled.size):
         phases = np.angle(np.exp(1j * (one.phases - np.roll(other.phases, shift))))
         speeds = np.roll(other.velocities, shift) / one.velocities - 1.0
         best = min(best, (float(np.abs(phases).max()), float(np.abs(speeds).max())))
