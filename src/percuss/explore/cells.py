@@ -14,6 +14,7 @@ import numpy.typing as npt
 from percuss.blow.parts import FIGURES as BLOW_FIGURES
 from percuss.blow.parts import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
+from percuss.explore.attractors.hammers import ClockedHammer, seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.explore.parameters import PERIODS
@@ -27,7 +28,6 @@ from percuss.explore.quantities import (
     known_quantities,
     needs,
 )
-from percuss.explore.rough_time import seconds_of_cell, seconds_of_plane_cell
 from percuss.model import Machine, System
 from percuss.model.body import need_free
 from percuss.model.checks import Array
@@ -55,6 +55,8 @@ SystemFunction = Callable[[System], float] | Callable[[Machine], float]
 AXES = ("restitution", "load_factor", PERIODS)
 """What may vary where arrays answer."""
 
+_CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}  # seconds of one cell, by rule of thumb
+_OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}  # of one among many at once
 _PORTION = 256  # hammers simulated, or solved, between two looks at whether the answer is still wanted
 
 
@@ -150,10 +152,17 @@ class SweepJob:
     @property
     def rough_seconds(self) -> float:
         """What all cells take, by rule of thumb."""
-        groups = self.groups
+        groups, modes, simulated = self.groups, self.multiplier_modes, self.simulated
         if self.is_plane:
-            return self.size * seconds_of_plane_cell(groups, self.multiplier_modes)
-        return self.size * seconds_of_cell(groups, self.multiplier_modes, self.simulated, len(self.functions))
+            return self.size * sum(_OF_ARRAYS.get(group, 0.0) for group in groups) * (1.0 + (modes / 32.0) ** 2)
+        more = {
+            "exact": 1e-3 * (modes / 32.0) ** 2,
+            "simulation": seconds_of_start(simulated),
+            "machine": 3e-4 + 6e-4 * modes,
+            "lyapunov": 4e-3 * (1.0 + simulated / 8.0),
+        }
+        alone = sum(_CELL.get(group, 0.0) + more.get(group, 0.0) for group in groups)
+        return self.size * (alone + 1e-3 * len(self.functions))
 
     @property
     def is_plane(self) -> bool:
@@ -435,8 +444,6 @@ def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]
     >>> label_text(columns).tolist()
     ['z=2/2', '']
     """
-    from percuss.explore.attractors.hammers import ClockedHammer
-
     names = ("label_outcome", "label_impacts", "label_periods", "label_kind", "label_wanders")
     code, *_ = numbers = [np.asarray(columns[name]) for name in names]
     found = np.full(code.shape, "", dtype="<U32")

@@ -28,6 +28,7 @@ from percuss.case.file_format.body_tables import (
     sections_of,
 )
 from percuss.case.file_format.schema import BarTable, ContactTable, PhysicalCase, PlainCase, SystemTable
+from percuss.case.file_format.values import above_zero, number_of
 from percuss.errors import ParameterError
 from percuss.model import Bar, External, HeldBody, ModalBody, Mounted, Ratio, SizedBody, SteppedBar, UniformBar
 from percuss.model.body import Body, Damping, Section, SizedModes, SizedMounted
@@ -50,7 +51,9 @@ def sized_body(table: BarTable) -> SizedBody:
     if (table.area is None) == (table.diameter is None):
         raise ParameterError("diameter", table.diameter, "either a diameter or an area")
     sizes: dict[str, Any] = {
-        name: _size(table, name, dimension) for name, dimension in _SIZES.items() if getattr(table, name) is not None
+        name: above_zero(name, text, dimension)
+        for name, dimension in _SIZES.items()
+        if (text := getattr(table, name)) is not None
     }
     return Bar(**sizes, **_damping(table))
 
@@ -74,14 +77,6 @@ _SIZES = {
     "youngs_modulus": "pressure",
     "density": "density",
 }
-
-
-def _size(table: BarTable, name: str, dimension: str) -> float:
-    text = getattr(table, name)
-    value = si(text, dimension, name)
-    if value <= 0.0:
-        raise ParameterError(name, text, f"a {dimension} greater than 0")
-    return value
 
 
 def _damping(table: BarTable) -> dict[str, Any]:
@@ -456,10 +451,8 @@ def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Ro
     """The blow that the table [blow] asks for; without the table from the steady motion until it is over."""
     if table is None:
         return BlowQuestion(striker, target)
-    until = None if table.until is None else _tool_number(table.until, "time", "until")
-    if until is not None and until <= 0.0:
-        raise ParameterError("until", table.until, "a time greater than 0")
-    load = tuple((_tool_number(t, "time", "load"), _tool_number(f, "force", "load")) for t, f in table.load or ())
+    until = None if table.until is None else above_zero("until", table.until, "time")
+    load = tuple((number_of("load", t, "time"), number_of("load", f, "force")) for t, f in table.load or ())
     _check_load(table, load)
     body = striker.body(1.0 / striker.transit_time) if isinstance(striker, SizedBody) else striker
     try:
@@ -480,7 +473,7 @@ def _velocity(table: BlowTable, striker: SizedBody | Body) -> float | tuple[floa
     if given is None:
         return None
     if not isinstance(given, tuple):
-        speed = _tool_number(given, "velocity", "velocity")
+        speed = number_of("velocity", given, "velocity")
         if speed <= 0.0:
             raise ParameterError("velocity", given, "a speed greater than 0, toward the tool")
         return speed
@@ -488,9 +481,4 @@ def _velocity(table: BlowTable, striker: SizedBody | Body) -> float | tuple[floa
     if len(given) != count:
         accepted = f"one speed, or one for each of the {count} sections" if count > 1 else "one speed of a uniform bar"
         raise ParameterError("velocity", list(given), accepted)
-    return tuple(_tool_number(one, "velocity", "velocity") for one in given)
-
-
-def _tool_number(value: Any, dimension: str, name: str) -> float:
-    """A quantity with its unit in SI, or a plain number as it is."""
-    return si(value, dimension, name) if isinstance(value, str) else float(value)
+    return tuple(number_of("velocity", one, "velocity") for one in given)

@@ -27,10 +27,11 @@ from percuss.case.file_format.values import (
     Table,
     Time,
     Velocities,
+    above_zero,
 )
 from percuss.errors import ParameterError
 from percuss.model.body import DAMPINGS, Bar, Damping, External, Section, SectionedBar
-from percuss.model.checks import finite, non_negative, positive
+from percuss.model.checks import finite, non_negative
 from percuss.units import si
 
 
@@ -115,7 +116,7 @@ def _section(name: str, table: SectionTable, common: Any) -> Section:
     sizes: dict[str, Any] = {"length": None}
     for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
         if (text := getattr(table, key)) is not None:
-            sizes[key] = _size(name + key, text, dimension)
+            sizes[key] = above_zero(name + key, text, dimension)
     bore = 0.0 if table.bore is None else non_negative(f"{name}bore", si(table.bore, "length", f"{name}bore"))
     material = _material(name, table, common)
     try:
@@ -135,15 +136,8 @@ def _material(name: str, table: SectionTable, common: Any) -> Material:
     for key, dimension in (("youngs_modulus", "pressure"), ("density", "density")):
         for where, at in ((table, name), (common, "")):
             if key not in found and (text := getattr(where, key, None)) is not None:
-                found[key] = _size(at + key, text, dimension)
+                found[key] = above_zero(at + key, text, dimension)
     return steel._replace(**found)
-
-
-def _size(name: str, text: str, dimension: str) -> float:
-    try:
-        return positive(name, si(text, dimension, name))
-    except ParameterError:
-        raise ParameterError(name, text, f"a {dimension} greater than 0") from None
 
 
 # ---- The law of damping in a case: ``damping = {kind = "ratio", value = 1e-3}``, in [bar] or [system]

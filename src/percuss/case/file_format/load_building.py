@@ -15,7 +15,6 @@ from percuss.case.file_format.load_tables import (
     ChamberTable,
     CushionTable,
     FourierForce,
-    FourierLoad,
     HarmonicForce,
     HarmonicLoad,
     HistoryForce,
@@ -34,9 +33,10 @@ from percuss.case.file_format.load_tables import (
     ValveLoad,
 )
 from percuss.case.file_format.reading import from_parameter
+from percuss.case.file_format.values import above_zero, number_of
 from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
 from percuss.model import Chamber, Cushion, Load, Port, Supply, Valve
-from percuss.model.checks import non_negative, positive
+from percuss.model.checks import non_negative
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -57,22 +57,6 @@ class ReadHistory(NamedTuple):
     force: Array
 
 
-def positive_frequency(text: str, name: str) -> float:
-    """The frequency in Hz, greater than 0."""
-    frequency = si(text, "frequency", name)
-    if not frequency > 0.0:
-        raise ParameterError(name, text, "a frequency greater than 0")
-    return frequency
-
-
-def positive_area(text: str, name: str = "area") -> float:
-    """The area in m², greater than 0."""
-    area = si(text, "area", name)
-    if not area > 0.0:
-        raise ParameterError(name, text, "an area greater than 0")
-    return area
-
-
 def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
     """The load of a recorded history.
 
@@ -80,7 +64,7 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
     """
     try:
         recording, force = _recorded(table, file, folder)
-        frequency = None if table.frequency is None else positive_frequency(table.frequency, "frequency")
+        frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
         load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
         if isinstance(table, HistoryLoad):
             scale = si(table.force_scale, "force", "force_scale")
@@ -126,7 +110,7 @@ def _recorded(table: HistoryForce, file: str, folder: Path) -> tuple[Recording, 
         raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
     if path.is_dir():
         raise CaseError(file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x"))
-    rate = None if table.sample_rate is None else positive_frequency(table.sample_rate, "sample_rate")
+    rate = None if table.sample_rate is None else above_zero("sample_rate", table.sample_rate, "frequency")
     recording = read_recording(
         path,
         column=table.column,
@@ -157,7 +141,7 @@ def _area(given: str | None, name: str, quantity: str, file: str) -> float:
         if given is None:
             remedy = f'give it as {name} = "6.5 cm^2"; or name another column or unit when the values are forces'
             raise CaseError(file, f"load.{name}", None, "a recorded pressure needs the area that it acts on", remedy)
-        return positive_area(given, name)
+        return above_zero(name, given, "area")
     if given is not None:
         remedy = f"leave {name} out, or name the column or unit of a pressure"
         raise CaseError(file, f"load.{name}", given, "the recorded values are forces, which need no area", remedy)
@@ -178,56 +162,38 @@ def _other_recordings(path: Path) -> str:
 _MOST_STEPS = 1000
 """Steps of a load; each of the thousands of harmonics is a sum over them."""
 
-_Formula = HarmonicForce | SquareForce | StepsForce | FourierForce
-
 
 def load_of(table: AnyLoad) -> Load:
     """The load that a formula describes: in N with its frequency, or dimensionless."""
-    return _formula(table).acting_at(table.at)
+    assert not isinstance(table, HistoryForce | ValveForce | ValveLoad)
+    hertz, square_metres = getattr(table, "frequency", None), getattr(table, "area", None)
+    frequency = None if hertz is None else above_zero("frequency", hertz, "frequency")
+    area = None if square_metres is None else above_zero("area", square_metres, "area")
 
-
-def _formula(table: AnyLoad) -> Load:
-    if isinstance(table, StepsForce | StepsLoad) and len(table.breaks) > _MOST_STEPS:
-        raise ParameterError("breaks", f"{len(table.breaks)} phases", f"at most {_MOST_STEPS}")
-    if isinstance(table, _Formula):
-        return _force(table)
-    if isinstance(table, HarmonicLoad):
-        return Load.harmonic(table.mean, table.amplitude, table.harmonic)
-    if isinstance(table, SquareLoad):
-        return Load.square(table.amplitude, table.kappa, table.harmonics)
-    if isinstance(table, StepsLoad):
-        return Load.steps(table.breaks, table.values, table.harmonics)
-    assert isinstance(table, FourierLoad)
-    return Load.fourier(_complex(table.coefficients))
-
-
-def _force(table: _Formula) -> Load:
-    frequency = positive_frequency(table.frequency, "frequency")
-    area = None if table.area is None else positive_area(table.area)
-
-    def newtons(text: str, name: str) -> float:
+    def number(value: float | str, name: str) -> float:
+        if not isinstance(value, str):
+            return value
         if area is not None:
-            return si(text, "pressure", name) * area
+            return si(value, "pressure", name) * area
         try:
-            return si(text, "force", name)
+            return si(value, "force", name)
         except ParameterError as error:
             remedy = 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'
-            raise ParameterError(name, text, error.accepted, remedy) from None
+            raise ParameterError(name, value, error.accepted, remedy) from None
 
-    if isinstance(table, HarmonicForce):
-        mean, amplitude = newtons(table.mean, "mean"), newtons(table.amplitude, "amplitude")
-        return Load.harmonic(mean, amplitude, table.harmonic, frequency=frequency)
-    if isinstance(table, SquareForce):
-        amplitude = newtons(table.amplitude, "amplitude")
-        return Load.square(amplitude, table.kappa, table.harmonics, frequency=frequency)
-    unit = newtons(f"1 {table.unit}", "unit")
-    if isinstance(table, StepsForce):
-        return Load.steps(table.breaks, [unit * p for p in table.values], table.harmonics, frequency=frequency)
-    return Load.fourier([unit * p for p in _complex(table.coefficients)], frequency=frequency)
-
-
-def _complex(pairs: tuple[tuple[float, float], ...]) -> list[complex]:
-    return [complex(re, im) for re, im in pairs]
+    unit = number(f"1 {table.unit}", "unit") if isinstance(table, StepsForce | FourierForce) else 1.0
+    if isinstance(table, HarmonicForce | HarmonicLoad):
+        mean, amplitude = number(table.mean, "mean"), number(table.amplitude, "amplitude")
+        load = Load.harmonic(mean, amplitude, table.harmonic, frequency=frequency)
+    elif isinstance(table, SquareForce | SquareLoad):
+        load = Load.square(number(table.amplitude, "amplitude"), table.kappa, table.harmonics, frequency=frequency)
+    elif isinstance(table, StepsForce | StepsLoad):
+        if len(table.breaks) > _MOST_STEPS:
+            raise ParameterError("breaks", f"{len(table.breaks)} phases", f"at most {_MOST_STEPS}")
+        load = Load.steps(table.breaks, [unit * p for p in table.values], table.harmonics, frequency=frequency)
+    else:
+        load = Load.fourier([unit * complex(re, im) for re, im in table.coefficients], frequency=frequency)
+    return load.acting_at(table.at)
 
 
 # ---- From the table [load] of a machine that switches itself to its valve
@@ -257,12 +223,12 @@ def valve_of(table: ValveForce | ValveLoad) -> Valve:
 def pressure_of(table: ValveForce | ValveLoad) -> float | None:
     """The pressure of the supply in Pa, or None."""
     given = table.pressure if isinstance(table, ValveForce) else None
-    return None if given is None else _above_zero("pressure", given, "pressure")
+    return None if given is None else above_zero("pressure", given, "pressure")
 
 
 def room_of(table: ValveForce | ValveLoad) -> float | None:
     """How far behind the wall the piston can go: in m, or dimensionless; None without a limit."""
-    return None if table.room is None else _above_zero("room", table.room, "length")
+    return None if table.room is None else above_zero("room", table.room, "length")
 
 
 def _near(error: ParameterError, table: ValveForce | ValveLoad) -> str:
@@ -277,7 +243,7 @@ def _near(error: ParameterError, table: ValveForce | ValveLoad) -> str:
 def _state_force(name: str, given: Any, pressure: float | None) -> float:
     key = f"states.{name}"
     if not isinstance(given, AreasTable):
-        return _value(key, given, "force")
+        return number_of(key, given, "force")
     if pressure is None:
         raise ParameterError(key, None, "a force, as there is no pressure for the areas", _PRESSURE)
     areas = {side: _piston_area(f"{key}.{side}", getattr(given, side)) for side in ("front", "rear")}
@@ -296,9 +262,9 @@ def _piston_area(key: str, given: str | None) -> float:
 def _port(key: str, table: PortTable | PlainPort) -> Port:
     given: dict[str, Any] = {"to": table.to}
     if table.behind is not None:
-        given["behind"] = _above_zero(f"{key}behind", table.behind, "length", _BEHIND)
+        given["behind"] = above_zero(f"{key}behind", table.behind, "length", _BEHIND)
     if table.delay is not None:
-        given["delay"] = _value(f"{key}delay", table.delay, "time")
+        given["delay"] = number_of(f"{key}delay", table.delay, "time")
     given |= {name: value for name in ("side", "reads", "on") if (value := getattr(table, name)) is not None}
     try:
         return Port(**given)
@@ -314,8 +280,8 @@ def _chamber(table: ChamberTable | PlainChamber | None) -> Chamber:
         return Chamber()
     try:
         return Chamber(
-            0.0 if table.force is None else _value("force", table.force, "force"),
-            0.0 if table.stiffness is None else _value("stiffness", table.stiffness, "stiffness"),
+            0.0 if table.force is None else number_of("force", table.force, "force"),
+            0.0 if table.stiffness is None else number_of("stiffness", table.stiffness, "stiffness"),
         )
     except ParameterError as error:
         raise ParameterError(f"chamber.{error.name}", error.value, error.accepted, error.remedy) from None
@@ -331,7 +297,7 @@ def _cushion(table: CushionTable | PlainCushion | None) -> Cushion | None:
     try:
         return Cushion(
             **{
-                name: value if name == "returned" else _value(f"cushion.{name}", value, _CUSHION[name])
+                name: value if name == "returned" else number_of(f"cushion.{name}", value, _CUSHION[name])
                 for name, value in given.items()
             }
         )
@@ -346,9 +312,9 @@ def _supply(table: ValveForce | ValveLoad, pressure: float | None) -> Supply | N
     given: SupplyTable | PlainSupply | None = table.supply
     if given is None:
         return None
-    flow = _above_zero("supply.flow", given.flow, "flow")
-    accumulator = _above_zero("supply.accumulator", given.accumulator, "compliance")
-    start = None if given.start is None else _value("supply.start", given.start, "pressure")
+    flow = above_zero("supply.flow", given.flow, "flow")
+    accumulator = above_zero("supply.accumulator", given.accumulator, "compliance")
+    start = None if given.start is None else number_of("supply.start", given.start, "pressure")
     if start is not None and start < 0.0:
         raise ParameterError("supply.start", given.start, "a pressure, 0 or greater")
     if isinstance(table, ValveLoad):
@@ -360,15 +326,3 @@ def _supply(table: ValveForce | ValveLoad, pressure: float | None) -> Supply | N
     if pressure is None:
         raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
     return Supply.of_oil(flow, accumulator, pressure, start)
-
-
-def _value(key: str, given: float | str, dimension: str) -> float:
-    """The number, in base units where it has one."""
-    return si(given, dimension, key) if isinstance(given, str) else float(given)
-
-
-def _above_zero(key: str, given: float | str, dimension: str, remedy: str = "") -> float:
-    try:
-        return positive(key, _value(key, given, dimension))
-    except ParameterError as error:
-        raise ParameterError(key, given, f"a {dimension} greater than 0", remedy or error.remedy) from None

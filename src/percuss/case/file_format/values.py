@@ -186,6 +186,20 @@ PlainSteps = Annotated[
 ]
 
 
+def number_of(key: str, given: float | str, dimension: str) -> float:
+    """What a key holds as a number, in base units where it has a unit."""
+    return si(given, dimension, key) if isinstance(given, str) else float(given)
+
+
+def above_zero(key: str, given: float | str, dimension: str, remedy: str = "") -> float:
+    """The same, of a key whose number must be greater than 0."""
+    value = number_of(key, given, dimension)
+    if not value > 0.0:
+        article = "an" if dimension[0] in "aeiou" else "a"
+        raise ParameterError(key, given, f"{article} {dimension} greater than 0", remedy)
+    return value
+
+
 class Table(BaseModel):
     """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
 

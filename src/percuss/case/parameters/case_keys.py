@@ -19,7 +19,6 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import Machine
 
 
 # ---- The keys of a valve: which a case may be varied by, and what they are in the scales of its machine
@@ -72,39 +71,30 @@ def is_of_machine(key: str) -> bool:
 
 
 def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, float]:
-    """The parameters of the machine of a case that some of its keys stand for, dimensionless.
+    """The parameters of the machine of a case that some of its keys stand for, dimensionless; the pressure a multiple.
 
     Parameters
     ----------
     keys
-        Value and unit of each.
+        Value and unit of each; ParameterError for a unit that the key does not have, or none where it has one.
     """
     found, machine = {}, case.machine()
     for key, (value, unit) in keys.items():
-        name = PRESSURE if key in (_SCALE, LOAD_PRESSURE) else key.partition(".")[2]
-        found[name] = value if key == _SCALE or not case.is_si else _in_si(key, value, unit) / _scale(machine, key)
-        if not case.is_si and unit:
+        if unit and not case.is_si:
             raise ParameterError(key, f"{value:g} {unit}", "a plain number: it is dimensionless")
+        name = PRESSURE if key in (_SCALE, LOAD_PRESSURE) else key.partition(".")[2]
+        found[name] = value
+        if case.is_si and key != _SCALE:
+            dimension = "pressure" if key == LOAD_PRESSURE else _DIMENSIONS.get(key.rpartition(".")[2], "force")
+            found[name] = si(f"{value!r} {unit}".rstrip(), dimension, key)
+            if dimension == "pressure":
+                assert machine.pressure is not None  # else there is no such key
+                found[name] /= machine.pressure
+            elif dimension == "stiffness":
+                found[name] /= machine.force_scale / machine.length_scale
+            else:
+                found[name] /= float(getattr(machine, f"{dimension}_scale"))
     return found
-
-
-def _dimension(key: str) -> str:
-    return "pressure" if key == LOAD_PRESSURE else _DIMENSIONS.get(key.rpartition(".")[2], "force")
-
-
-def _in_si(key: str, value: float, unit: str) -> float:
-    return si(f"{value!r} {unit}".rstrip(), _dimension(key), key)
-
-
-def _scale(machine: Machine, key: str) -> float:
-    """What the value of a key in SI is divided by to be dimensionless; the pressure, to be a multiple."""
-    dimension = _dimension(key)
-    if dimension == "pressure":
-        assert machine.pressure is not None  # else there is no such key
-        return machine.pressure
-    if dimension == "stiffness":
-        return machine.force_scale / machine.length_scale
-    return float(getattr(machine, f"{dimension}_scale"))
 
 
 # ---- The keys of a case that hold one number and may be varied: their words, and what else they set

@@ -24,7 +24,6 @@ from percuss.explore.attractors.drawn_starts import (
 )
 from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.quantities import CYCLE_KINDS
-from percuss.explore.rough_time import seconds_of_start
 from percuss.model import Machine, System
 from percuss.model.checks import Array, finite
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
@@ -66,6 +65,11 @@ class Attractor(Shown):
     first: int
     mark: str
     figures: dict[str, Any]
+
+
+def seconds_of_start(modes: int, clock: bool = True) -> float:
+    """Seconds that one start takes until its motion is found, by rule of thumb: the same on every computer."""
+    return 3e-4 * (1.0 + modes / 8.0) if clock else 5e-4 * (1.0 + modes / 32.0)
 
 
 class Hammer(ABC):

@@ -11,12 +11,11 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
-from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of
+from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of, seconds_of_start
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
 from percuss.explore.diagrams.tracing import SettledCycle, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.explore.rough_time import seconds_of_start
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, count, instance
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
