@@ -8,7 +8,6 @@ from percuss.errors import CaseError, ParameterError, UnitError
 from percuss.explore import (
     MACHINE_QUANTITIES,
     STALLS,
-    Archive,
     Axis,
     MachineFamily,
     Sweep,
@@ -162,22 +161,6 @@ def test_where_a_machine_runs_along_a_parameter():
     assert runs.last == pytest.approx(0.6 + 0.25 * 2.0 * 1.3 / 0.75, abs=1e-8)
 
 
-def test_workers_and_an_archive_change_no_bit(tmp_path):
-    axes = "pressure=0.5:1.5:6", "ports[0].delay=0:0.6:5"
-    first = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=1, archive=tmp_path / "map.zarr")
-    again = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=1, archive=tmp_path / "map.zarr", resume=True)
-    kept = Sweep.from_archive(Archive.open(tmp_path / "map.zarr"))
-    shared = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=2)
-    job = sweep_job(MACHINE, *axes, quantities=ALL, modes=0)
-    parts = [job.compute(i, min(i + 7, job.size), NEVER) for i in range(0, job.size, 7)]
-    for name in ALL:
-        for other in (again, kept, shared):
-            np.testing.assert_array_equal(first[name], other[name])
-        np.testing.assert_array_equal(first[name].ravel(), np.concatenate([part[name] for part in parts]))
-    assert first.dataset["stall"].attrs["words"].startswith("runs, ")
-    assert kept.words["stall"] == STALLS
-
-
 def test_a_cell_without_a_machine_says_so():
     found = swept(MACHINE, "ports[0].behind=-1,1", "restitution=0.5,1.5")
     words = [[found.words["outcome"][i] for i in row] for row in found["outcome"]]
@@ -192,6 +175,7 @@ def double_speed(machine):
 def test_functions_of_machines_are_quantities_of_their_own():
     found = sweep(MACHINE, "s=5,10", functions={"twice": double_speed}, modes=0, workers=1)
     assert found["twice"].tolist() == [10.0, 20.0] and found.quantities[0] == "stall"
+    assert found.dataset["stall"].attrs["words"].startswith("runs, ") and found.words["stall"] == STALLS
 
 
 def test_every_parameter_is_read_and_put():

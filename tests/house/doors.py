@@ -147,6 +147,12 @@ NOT_NONE = {
 }  # fmt: skip
 """What can be left out only when something else is given, which is not in the call here."""
 
+NAMED_ELSE = {
+    "gap": "position", "start": "from", "end": "to", "number": "at", "count": "modes", "path": "file",
+    "starts": "start", "value": "s", "displacement": "modal_displacement", "velocity": "modal_velocity",
+}  # fmt: skip
+"""What an error calls a parameter when not by its own name."""
+
 # -- the objects -------------------------------------------------------------------------------------------------------
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.errors import ParameterError
-from percuss.model import Bar, Damping, External, KelvinVoigt, Load, Modes, Ratio, System, Table, UniformBar
+from percuss.model import Bar, Damping, External, KelvinVoigt, Modes, Ratio, Table, UniformBar
 from percuss.model.body.body import Body
 
 MANY = 40_000
@@ -171,19 +170,6 @@ def test_the_held_bar_by_receptances_and_in_closed_form(law: Damping) -> None:
 
 def test_the_same_body_with_another_damping() -> None:
     assert UniformBar(2.0, Ratio(0.1)).damped_by(External(0.5)) == UniformBar(2.0, External(0.5))
-
-
-def test_a_load_acts_where_the_body_has_a_place() -> None:
-    with pytest.raises(ParameterError, match="no steps"):
-        System(s=1.0, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0).acting_at(1))
-
-
-@pytest.mark.parametrize(
-    "make", [lambda: Ratio(-0.1), lambda: Ratio(1.1), lambda: KelvinVoigt(-1.0), lambda: Table(())]
-)
-def test_no_damping_at_all(make) -> None:
-    with pytest.raises(ParameterError):
-        make()
 
 
 def test_the_bar_in_si_and_its_body() -> None:

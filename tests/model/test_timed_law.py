@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.errors import ParameterError
 from percuss.model import Timed
 
 shares = st.floats(0.0, 1.0)
@@ -52,32 +51,3 @@ def test_ringing_left() -> None:
     law = Timed(0.5, 0.1, 0.05, ringing_share=0.25)
     assert law.ringing_left(0.0, 6.0) == 0.5
     assert law.ringing_left(0.2, 6.0) == pytest.approx(0.5 * math.exp(-1.2))
-
-
-def test_a_blow_after_which_the_striker_goes_on_is_explained() -> None:
-    with pytest.raises(ParameterError, match="in steps that never end"):
-        Timed(-0.2, 0.1, 0.05)
-    with pytest.raises(ParameterError, match="0 to 1"):
-        Timed(1.2, 0.1, 0.05)
-
-
-@pytest.mark.parametrize(
-    ("given", "name"),
-    [
-        ({"duration": -0.1}, "duration"),
-        ({"duration": 0.1, "force_centroid": 0.2}, "force_centroid"),
-        ({"advance_per_impulse": -1.0}, "advance_per_impulse"),
-        ({"ringing_share": 1.5}, "ringing_share"),
-        ({"contacts": 0}, "contacts"),
-        ({"law": "b77"}, "law"),
-    ],
-)
-def test_what_is_out_of_range_is_refused_by_its_name(given: dict[str, float], name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
-        Timed(0.5, **given)  # type: ignore[arg-type]
-    assert caught.value.name == name
-
-
-def test_a_uniform_bar_knows_no_rock() -> None:
-    with pytest.raises(ParameterError):
-        Timed.of_uniform_bar(20.0, 0.6, "residual penetration")
