@@ -111,6 +111,8 @@ def main() -> None:
     died: dict[str, bool] = {}
     for file in (path.resolve() for path in given.files):
         source = file.read_bytes()
+        if dies(file, source, pytest.split(), given.seconds):
+            raise SystemExit("the tests fail as they are")
         every = list(faults(source))
         for first, last, line, put in random.Random(given.seed).sample(every, min(given.count, len(every))):
             name = f"{file.relative_to(ROOT)}:{line}:{first}: {source[first:last].decode()!r} -> {put!r}"

@@ -1,22 +1,29 @@
-"""Blows as pictures in time: against the fields of single instants, the balances, and St Venant's collision."""
+"""A blow over time: frames, waves, what every cell holds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.interpolate import BarycentricInterpolator
 
-from blow_strategies import collisions, struck
+import rational_program
+from blow_strategies import collisions, exact_collisions, section, struck
 from collisions import Collision
 from percuss.blow import Wall, strike
 from percuss.blow import stresses as string_state
 from percuss.blow.kernels.wave_records import MOST_DEGREE
 from percuss.blow.over_time import cells_over_time, energy_over_time
-from percuss.model import Bar
+from percuss.model import Bar, SectionedBar
 from percuss.model.checks import Array
+
+# -- blows as pictures in time ---------------------------------------------------------------------------------------
+
 
 ENOUGH = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, MOST_DEGREE + 9))
 """Places in a piece of a wave, of which its polynomial is known everywhere."""
@@ -100,3 +107,133 @@ def test_a_bar_on_a_wall_is_compressed_as_far_as_the_wave_has_come() -> None:
     wanted = [[0.0] * 6 + [1.0] * 2, [0.0] * 2 + [1.0] * 6, [0.0] * 4 + [1.0] * 4]  # last: its free end lets go
     assert share == pytest.approx(np.array(wanted), abs=1e-9)
     assert own.velocity[2] == pytest.approx(np.array([-8.0] * 4 + [0.0] * 4), abs=1e-9)
+
+
+# -- waves at gauges, the state along the string and the greatest stresses, against brute force ----------------------
+
+
+LOOKS = 50
+
+
+def rod_transit(case: Collision) -> float:
+    return float(sum(tau for _, tau in case.rod or () if tau is not None))
+
+
+@settings(max_examples=25)
+@given(case=exact_collisions().filter(lambda case: case.rod is not None), share=st.floats(0.02, 0.98))
+def test_gauge_sees_the_waves_of_the_rational_program(case: Collision, share: float) -> None:
+    """At a place in the first section of the rod."""
+    exact, blow = rational_program.blow(case), struck(case)
+    first, tau = exact.rod[0], case.rod[0][1]  # type: ignore[index]
+    x = share * (float(tau) if tau is not None else 2.0)
+    waves, z = blow.waves_at(x), float(case.rod[0][0])  # type: ignore[index]
+    times = np.linspace(0.0, float(case.until), 203)[:-1] + 1e-4
+    speed = float(max(map(abs, case.velocity))) * 10.0
+    for trace, way, delay, sign in (
+        (waves.incident, first.right, x, 1.0),
+        (waves.reflected, first.left, None if tau is None else float(tau) - x, -1.0),
+    ):
+        if delay is None:
+            continue
+        late = times - delay
+        starts = np.array([float(start) for start, _ in way.entered])
+        clear = np.abs(late[:, None] - starts).min(axis=1) > 1e-9  # no jump at this very time
+        wanted = entered(way, late)
+        found = trace.at(times) / z
+        assert found[clear] == pytest.approx(sign * wanted[clear], abs=1e-11 * max(1.0, speed))
+
+
+@settings(max_examples=15)
+@given(case=collisions(transits=3.0))
+def test_peaks_are_the_extremes_of_the_states(case: Collision) -> None:
+    """No state exceeds them, and the state at the place and time of a peak reaches it."""
+    blow = struck(case)
+    seen = np.zeros((len(case.striker), 2))
+    largest = max(
+        max(peak.compression, peak.tension) * z for peak, (z, _) in zip(blow.peaks, case.striker, strict=False)
+    )
+    for t in np.linspace(0.0, case.until, LOOKS + 1)[1:-1] + 1e-7:
+        state = blow.state_at(float(t))
+        for i in range(len(case.striker)):
+            forces = forces_within(state, i)
+            seen[i] = np.maximum(seen[i], [forces.max(), -forces.min()])
+    for i, (z, _) in enumerate(case.striker):
+        compression, tension = blow.peaks[i].compression * z, blow.peaks[i].tension * z
+        assert seen[i, 0] <= compression + 1e-9 * largest
+        assert seen[i, 1] <= tension + 1e-9 * largest
+
+
+def forces_within(state: Any, number: int) -> np.ndarray:
+    """Forces of a state in a section of the striker, both at each jump."""
+    return np.asarray(state.striker.force[state.striker.section == number])
+
+
+@settings(max_examples=20)
+@given(case=exact_collisions(transits=4))
+def test_state_is_the_one_of_the_rational_program(case: Collision) -> None:
+    blow = struck(case)
+    time = case.until * 5 / 7
+    exact = rational_program.blow(replace(case, until=time))
+    state, start = blow.state_at(float(time)).striker, 0.0
+    for i, part in enumerate(exact.striker):
+        tau = float(part.right.transit or 0)
+        inside = state.section == i
+        x, forces, speeds = state.places[inside] - start, state.force[inside], state.velocity[inside]
+        assert x[0] == pytest.approx(0.0, abs=1e-12)
+        assert x[-1] == pytest.approx(tau, rel=1e-12)
+        middles = 0.5 * (x[:-1] + x[1:])
+        wide = np.diff(x) > 1e-9
+        f = entered(part.right, float(time) - middles[wide])
+        g = entered(part.left, float(time) - tau + middles[wide])
+        z, scale = float(part.impedance), 10.0 * float(max(map(abs, case.velocity)))
+        for side in (slice(None, -1), slice(1, None)):
+            assert forces[side][wide] == pytest.approx(z * (f - g), abs=1e-11 * z * scale)
+            assert speeds[side][wide] == pytest.approx(f + g, abs=1e-11 * scale)
+        start += tau
+
+
+def entered(way: Any, times: np.ndarray) -> np.ndarray:
+    starts = np.array([float(start) for start, _ in way.entered])
+    values = np.array([float(value) for _, value in way.entered])
+    return np.asarray(values[np.maximum(np.searchsorted(starts, times, side="right") - 1, 0)])
+
+
+def ringing(x: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and force of a free uniform bar of unit impedance, length and wave speed, in two of its modes."""
+    one, two = np.pi * x, 2.0 * np.pi * x
+    velocity = 1.0 + 0.3 * np.cos(one) * np.cos(np.pi * t) - 0.2 * np.cos(two) * np.cos(2.0 * np.pi * t)
+    return velocity, 0.3 * np.sin(one) * np.sin(np.pi * t) - 0.2 * np.sin(two) * np.sin(2.0 * np.pi * t)
+
+
+@pytest.mark.parametrize("time", [0.3, 0.7, 1.0, 5.1])
+def test_a_flight_without_contact_is_that_of_the_modes_and_can_be_reversed(time: float) -> None:
+    """The state with its velocities turned round, in a frame that moves along, comes back to the start."""
+    bar, wall = SectionedBar([section(1.0, 1.0)]), Wall(gap=10.0)
+    ahead = strike(bar, wall, None, until=time, field=(lambda x: ringing(x, 0.0)[0], lambda x: ringing(x, 0.0)[1]))
+    state = ahead.state_at(time).striker
+    for found, wanted in zip((state.velocity, state.force), ringing(state.places, time), strict=True):
+        assert found == pytest.approx(wanted, abs=2e-9)
+    back = strike(
+        bar, wall, None, until=time, field=(lambda x: 2.0 - ringing(x, time)[0], lambda x: ringing(x, time)[1])
+    )
+    state = back.state_at(time).striker
+    assert state.velocity == pytest.approx(2.0 - ringing(state.places, 0.0)[0], abs=2e-9)
+    assert state.force == pytest.approx(np.zeros(state.places.size), abs=2e-9)
+
+
+@settings(max_examples=30)
+@given(case=exact_collisions().filter(lambda case: case.rod is not None), share=st.floats(0.02, 0.98))
+def test_energy_that_passes_a_gauge_is_that_of_its_waves(case: Collision, share: float) -> None:
+    """Z ∫ f² − Z ∫ g² through the struck face is the work of the face; tool energy is ∫ F²/Z."""
+    blow = struck(case)
+    at_face = blow.waves_at(0.0)
+    passed = at_face.incident_energy - at_face.reflected_energy
+    scale = float(case.mass * max(map(abs, case.velocity)) ** 2)
+    assert passed == pytest.approx(blow.work_through_face, abs=1e-11 * max(1.0, scale) * 10.0)
+    tau = case.rod[0][1]  # type: ignore[index]
+    waves = blow.waves_at(share * (float(tau) if tau is not None else 2.0))
+    times = np.unique(np.concatenate([waves.incident.times, waves.reflected.times]))
+    middles = 0.5 * (times[:-1] + times[1:])
+    force = waves.incident.at(middles) + waves.reflected.at(middles)
+    total = float(np.sum(force**2 * np.diff(times))) / waves.impedance
+    assert waves.tool_energy == pytest.approx(total, rel=1e-10, abs=1e-14)

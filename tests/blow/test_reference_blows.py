@@ -1,13 +1,21 @@
-"""Nine blows that two programs without common code have computed: every number of each, to 1e-9 of its scale."""
+"""Blows that other programs and formulas know: reference figures, closed forms."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
-from percuss.blow import Rock, Rod, Wall, strike
-from percuss.model import Section, SectionedBar
+from percuss.blow import Outcome, Rock, Rod, Wall, closed_forms, effective_blow, strike
+from percuss.errors import ParameterError
+from percuss.model import Bar, Section, SectionedBar, SteppedBar, UniformBar
+from strategies import decades
+
+# -- nine blows that two programs without common code have computed --------------------------------------------------
+
 
 CASES = json.loads((Path(__file__).parent / "reference_blows.json").read_text(encoding="utf-8"))
 CLOSE = 1e-9
@@ -131,3 +139,140 @@ def force_near(blow, number, place, time):
     near = np.flatnonzero(away <= away.min() + 1e-6 * state.places[-1])
     around = np.clip(np.concatenate([near - 1, near, near + 1]), 0, away.size - 1)
     return state.force[here][around]
+
+
+# -- the closed forms against the waves, over the whole range in which they hold -------------------------------------
+
+
+def unit_section(impedance, transit):
+    """With E = ρ = 1 the length is the transit time, and the area the impedance."""
+    return Section(transit, area=impedance, youngs_modulus=1.0, density=1.0)
+
+
+def test_st_venant():
+    """L = 1 m, E = 210 GPa, ρ = 7800 kg/m³, S = 3.14 cm², 0.1 m/s."""
+    bar = Bar(1.0, 3.14e-4, 210e9, 7800.0)
+    blow = strike(bar, Wall(), 0.1)
+    assert blow.outcome is Outcome.OVER
+    assert blow.contact_duration == pytest.approx(3.854496446637726e-4, rel=1e-14)
+    assert blow.contacts[0].peak_force == pytest.approx(1270.82747846, rel=1e-11)
+    assert blow.effective_restitution == pytest.approx(1.0, abs=1e-14)
+    closed = closed_forms.uniform_blow(bar.impedance, bar.transit_time, 0.1)
+    assert closed.force == pytest.approx(blow.contacts[0].peak_force, rel=1e-14)
+    assert closed.duration == pytest.approx(blow.contact_duration, rel=1e-14)
+
+
+@given(s=decades(-1.0, 3.0), ratio=decades(0.0, 4.0))
+def test_a_uniform_striker_on_a_rod_that_is_no_less_stiff(s, ratio):
+    """One contact of two transit times, R = (Z_2 − Z)/(Z_2 + Z), and no ringing: B77's law is exact."""
+    found = effective_blow(UniformBar(s), Rod.of_impedance(ratio * s))
+    closed = closed_forms.uniform_blow(s, 1.0 / s, 1.0, ratio * s)
+    assert found.restitution == pytest.approx(closed.restitution, abs=1e-13)
+    assert found.duration == pytest.approx(closed.duration, rel=1e-12)
+    assert found.centroid == pytest.approx(0.5 * closed.duration, rel=1e-12)
+    assert found.advance == pytest.approx((1.0 - closed.restitution) / s, rel=1e-10, abs=1e-13)
+    assert found.ringing == pytest.approx(0.0, abs=1e-14)
+    assert found.contacts == 1
+
+
+@given(ratio=decades(0.01, 3.0), steps=st.integers(1, 8))
+def test_the_staircase(ratio, steps):
+    """Force and velocity after each round trip of a striker that is stiffer than the rod."""
+    blow = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([unit_section(1.0, None)]), 2.0, until=float(steps) + 0.5)
+    for k in range(steps):
+        force = closed_forms.staircase_force(ratio, 1.0, 2.0, k)
+        assert blow.face_force.at(k + 0.5) == pytest.approx(force, abs=1e-13 * ratio)
+    state = blow.state_at(float(steps)).striker
+    assert state.velocity[1:-1] == pytest.approx(closed_forms.staircase_velocity(ratio, 1.0, 2.0, steps), abs=1e-13)
+    if steps == 1:
+        passed = closed_forms.uniform_blow(ratio, 1.0, 1.0, 1.0).passed
+        first = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([unit_section(1.0, None)]), 2.0, until=1.0)
+        assert first.work_through_face == pytest.approx(passed * first.energy_before, rel=1e-12)
+
+
+@given(rho=st.floats(-0.499, 0.309))
+def test_two_sections_of_equal_transit_times_on_a_wall(rho):
+    rear, head = 1.0 + rho, 1.0 - rho
+    found = effective_blow(SteppedBar(4.0, (rear, head), (1.0, 1.0)), Wall())
+    assert found.restitution == pytest.approx(closed_forms.two_section_restitution(rear, head), abs=1e-12)
+    assert found.ringing == pytest.approx(4.0 * rho**2 * (1.0 - rho**2), abs=1e-12)
+
+
+@given(beta=decades(-1.5, 1.2), gamma=st.floats(0.01, 1.0))
+def test_a_matched_hammer_on_rock(beta, gamma):
+    """Lundberg's efficiency: the rod is long enough for the first wave to have gone back before anything returns."""
+    rod = Rod([unit_section(1.0, 50.0)], "rock", rock=Rock(0.5 * beta, gamma))
+    blow = strike(Bar(1.0, 1.0, 1.0, 1.0), rod, 1.0, until=95.0)
+    assert blow.rock_dissipated / blow.energy_before == pytest.approx(
+        closed_forms.matched_efficiency(beta, gamma), abs=1e-12
+    )
+    assert blow.bit_force.at(51.0) == pytest.approx(-math.expm1(-0.5 * beta), rel=1e-12)
+
+
+def test_the_best_beta_is_the_best():
+    best = closed_forms.matched_efficiency(closed_forms.BEST_BETA, 0.25)
+    assert math.exp(closed_forms.BEST_BETA) == pytest.approx(1.0 + 2.0 * closed_forms.BEST_BETA, rel=1e-14)
+    assert best == pytest.approx(0.75 * 0.8145287552, rel=1e-10)
+    for other in (0.99, 1.01):
+        assert closed_forms.matched_efficiency(other * closed_forms.BEST_BETA, 0.25) < best
+
+
+def test_an_exponential_wave_does_the_most_work():
+    """The best wave of a duration, sent as the field of a long striker through a matched rod."""
+    beta, gamma = 2.0, 0.2
+    rod = Rod([unit_section(1.0, 60.0)], "rock", rock=Rock(beta, gamma))
+    # what is at x in the striker, all of it going right, arrives the later the further it is from the face
+    wave = lambda x: math.e ** (beta * (1.0 - x))  # noqa: E731
+    blow = strike(Bar(1.0, 1.0, 1.0, 1.0), rod, field=(wave, wave), until=100.0)
+    assert blow.rock_dissipated / blow.energy_before == pytest.approx(
+        closed_forms.best_efficiency(beta, gamma), rel=1e-10
+    )
+
+
+@given(mass_ratio=decades(-1.0, 2.0))
+def test_a_heavy_bit_is_a_fixed_end_and_a_light_one_is_none(mass_ratio):
+    assume(mass_ratio > 0.2)
+    striker = Bar(1.0, 1.0, 1.0, 1.0)
+    rod = [unit_section(mass_ratio, 2.5)]
+    fixed, heavy = (
+        strike(striker, Rod(rod, "fixed"), 1.0, until=12.0),
+        strike(striker, Rod(rod, "free", bit_mass=1e9), 1.0, until=12.0),
+    )
+    free, light = (
+        strike(striker, Rod(rod, "free"), 1.0, until=12.0),
+        strike(striker, Rod(rod, "free", bit_mass=1e-7), 1.0, until=12.0),
+    )
+    for limit, near in ((fixed, heavy), (free, light)):
+        assert near.impulse == pytest.approx(limit.impulse, abs=1e-6)
+        assert near.rod_energy == pytest.approx(limit.rod_energy, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "refused",
+    [
+        lambda: closed_forms.staircase_force(1.0, 2.0, 1.0, 0),
+        lambda: closed_forms.two_section_restitution(10.0, 1.0),
+        lambda: closed_forms.matched_efficiency(0.0, 0.5),
+        lambda: closed_forms.best_efficiency(1.0, 1.5),
+    ],
+)
+def test_outside_their_range_they_refuse(refused):
+    with pytest.raises(ParameterError):
+        refused()
+
+
+def test_stepped_pistons_of_the_literature():
+    """Three sections on a wall, and heavy heads 1:1:4: restitution, ringing and contacts."""
+    drifter = SectionedBar(
+        [
+            Section(length, area=area, youngs_modulus=206e9, density=7850.0)
+            for length, area in ((0.0731, 1.2566e-3), (0.2187, 1.9635e-3), (0.1493, 9.503e-4))
+        ]
+    )
+    found = effective_blow(drifter, Wall())
+    assert (round(found.restitution, 6), round(found.ringing, 3)) == (0.869177, 0.245)
+    heavy = effective_blow(SteppedBar(1.0, (1.0, 1.0, 4.0), (2.0, 1.0, 1.0)), Wall())
+    assert (round(heavy.restitution, 6), heavy.contacts) == (0.773714, 2)
+    equal = effective_blow(SteppedBar(1.0, (1.0, 1.0, 4.0), (1.0, 1.0, 1.0)), Wall())
+    assert equal.restitution == pytest.approx(0.44, abs=0.005)
+    assert equal.ringing == pytest.approx(0.80, abs=0.01)

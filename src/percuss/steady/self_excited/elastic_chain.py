@@ -26,6 +26,7 @@ from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
 # ---- The flight of an elastic body under a constant force: every coordinate of the machine by itself, in closed form
 
+
 def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
     """s′, s and q of every coordinate (see `piston_flight.response`) at the times t; each of shape (N + 1, len(t)).
 
