@@ -279,12 +279,8 @@ class Arguments:
         ]  # fmt: skip
         for one in found:
             yield type(one).__name__, one
-        yield "Trace", self._of(found, blow.Blow).face_force
+        yield "Trace", next(one for one in found if isinstance(one, blow.Blow)).face_force
         yield "Figure", _empty_figure()
-
-    @staticmethod
-    def _of(found: list[Any], kind: type) -> Any:
-        return next(one for one in found if isinstance(one, kind))
 
     def _own(self) -> dict[str, dict[str, Any]]:
         """Where the name of a parameter, and the type, do not say enough: by a pattern of callables."""
