@@ -14,7 +14,6 @@ from percuss.explore.attractors.experiments import Experiment, experiment, exper
 from percuss.explore.attractors.hammers import ClockedHammer, invariants_of
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
-from percuss.model.described import describe_system, system_from
 
 TURN = 2.0 * np.pi
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
@@ -333,17 +332,6 @@ def same(one, other):
         assert one[name].dtype == other[name].dtype and one[name].tobytes() == other[name].tobytes(), name
 
 
-def test_workers_do_not_show():
-    job = experiment_job(TWINS, 600, "wall", 3)
-    one = carry_out(job, workers=1)
-    same(carry_out(job, workers=1, chunk=37), one)
-    same(experiment_job(TWINS, 600, "wall", 3, threads=2).compute(0, 600, lambda: False), one)
-    from percuss.explore.jobs.pool import Processes
-
-    with Processes(2) as pool:
-        same(carry_out(job, pool=pool, chunk=83), one)
-
-
 def test_what_is_no_longer_wanted_ends_early():
     job = experiment_job(PNEUMATIC, 200_000, "wall", 1, stop=Stop(impacts=10**6, periodic=False))
     calls = []
@@ -356,21 +344,6 @@ def test_what_is_no_longer_wanted_ends_early():
     assert len(calls) < 10 and len(found["code"]) < 200
 
 
-@pytest.mark.parametrize(
-    "system", [PNEUMATIC, TWINS, System(s=3.0, d=0.1, restitution=0.5, load=Load.square(1.0, 1.3, 5))]
-)
-def test_systems_come_back_from_an_ask(system):
-    again = system_from(json.loads(json.dumps(describe_system(system))))
-    assert again == system and hash(again) == hash(system)
-
-
-def test_a_system_in_si_comes_back_with_its_scales():
-    bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
-    system = System.from_si(bar, Load.harmonic(5e3, 6e3, frequency=60.0), Kept(restitution=0.6))
-    again = system_from(json.loads(json.dumps(describe_system(system))))
-    assert again.load == system.load and (again.s, again.d) == (system.s, system.d)
-    assert again.bar == bar
-    assert again.energy_scale == system.energy_scale and again.frequency == 60.0
 
 
 def test_the_ask_tells_all_that_matters():

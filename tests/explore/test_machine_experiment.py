@@ -175,11 +175,6 @@ def test_what_is_refused():
             Starts.rigid(-1.0).with_valve(state, ("return", "power"))
 
 
-def test_a_machine_comes_back_from_its_description():
-    for one in (GAS, machine(0.0, Reversed(0.2)), GAS.with_valve(GAS.valve.scaled(2.0, 3.0))):
-        assert machine_from(json.loads(json.dumps(describe_machine(one)))) == one
-
-
 # -- basins and tables ----------------------------------------------------------------------------------------------
 
 

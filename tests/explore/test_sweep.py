@@ -188,20 +188,6 @@ def test_failures_are_values():
     assert found["exists"].tolist() == [False, True, False] and np.isnan(found["margin"][[0, 2]]).all()
 
 
-@pytest.mark.parametrize("load", [[0.25, 0.6, 0.3 + 0.2j, 0.2 + 0.1j], [0.3, *(1.0 / k for k in range(1, 13))]])
-def test_portions_do_not_show_in_the_roots_of_several_harmonics(load):
-    """Not one bit: numpy may round a single number otherwise than the same number in a row."""
-    system = System(s=8.0, d=0.3, restitution=0.2, load=Load.fourier(np.array(load)))
-    names = ["phase", "reduced_margin", "margin", "phases"]
-    job = sweep_job(system, "load_factor=0.05:1.2:40", "restitution=0:0.9:5", quantities=names)
-    whole = job.compute(0, job.size, NEVER)
-    assert np.isfinite(whole["margin"]).sum() > 50
-    for items in (1, 2, 3, 7):
-        parts = [job.compute(i, min(i + items, job.size), NEVER) for i in range(0, job.size, items)]
-        for name, column in whole.items():
-            assert np.concatenate([part[name] for part in parts]).tobytes() == column.tobytes(), (items, name)
-
-
 def test_lyapunov_exponents_of_what_the_simulation_finds():
     system = System(s=1e4, d=0.0, restitution=0.8, load=Load.harmonic(0.9, 1.0))
     start = Start.rigid(0.0, -4.0, 2.3)

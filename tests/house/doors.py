@@ -147,6 +147,12 @@ NOT_NONE = {
 }  # fmt: skip
 """What can be left out only when something else is given, which is not in the call here."""
 
+NAMED_ELSE = {
+    "gap": "position", "start": "from", "end": "to", "number": "at", "count": "modes", "path": "file",
+    "starts": "start", "value": "s", "displacement": "modal_displacement", "velocity": "modal_velocity",
+}  # fmt: skip
+"""What an error calls a parameter when not by its own name."""
+
 # -- the objects -------------------------------------------------------------------------------------------------------
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
@@ -271,12 +277,8 @@ class Arguments:
         ]  # fmt: skip
         for one in found:
             yield type(one).__name__, one
-        yield "Trace", self._of(found, blow.Blow).face_force
+        yield "Trace", next(one for one in found if isinstance(one, blow.Blow)).face_force
         yield "Figure", _empty_figure()
-
-    @staticmethod
-    def _of(found: list[Any], kind: type) -> Any:
-        return next(one for one in found if isinstance(one, kind))
 
     def _own(self) -> dict[str, dict[str, Any]]:
         """Where the name of a parameter, and the type, do not say enough: by a pattern of callables."""
@@ -310,10 +312,8 @@ class Arguments:
             "model.Reversed": {"restitution": None, "receiving_area": 2.0, "area": 1.0},
             "model.*Mod*": MODES,
             "model.SteppedBar": {"impedances": (1.0, 2.0), "transit_times": (1.0, 1.0), "lengths": (1.0, 2.0)},
-            "model.SteppedBar.place": {"number": 1},
             "model.Section": {"length": 0.1, "area": 1e-3},
             "model.SectionedBar": {"sections": [Section(0.1, 1e-3)]},
-            "model.Table": {"values": (0.1, 0.2)},
             "model.Timed": {"duration": 0.1, "force_centroid": 0.04, "advance_per_impulse": 0.01},
             "model.Supply": {"start": 1.0},
             "model.*.natural_frequencies": {"modes": 1},
@@ -325,25 +325,18 @@ class Arguments:
             "model.MachineModes.at": {"body": UniformBar(20.0), "x": [0.5]},
             "model.Load.steps": {"values": [1.0, 0.3]},
             "model.Load.history": {"time": time, "values": np.sin(2 * np.pi * time) + 0.3, "harmonics": 3},
-            "model.Load.from_function": {"harmonics": 2},
             "model.System": {"load": SYSTEM.load, "bar": Bar(0.3, 1e-3), "frequency": 2.0, "body": UniformBar(1.0)}
             | {"contact": Kept(0.5)},
             "model.System.from_si": {"load": SI_LOAD, "bar": Bar(0.3, 1e-3), "contact": Kept(0.5)},
-            "model.System.stress": {"x": [0.5]},
-            "steady.timed_states": {"law": of["Timed"]},
-            "steady.Rhythm": {"orders": VALVE.orders},
-            "steady.Rhythm.of_events": {"valve": VALVE},
             "steady.blank_blow": {"cushion": Cushion(force=10.0)},
             "steady.slow_pressure": {"cycle": fed_cycle},
             "steady.pressure_over": {"cycle": fed_cycle, "times": [0.1, 0.2]},
             "steady.FoundRestCycles.labelled": {"label": "chatter/1"},
-            "steady.orbit_near": {"times": [0.8]},
             "steady.parameter_column": {"orbit": of["PeriodicOrbit"]},
             "steady.time_rates": {"orbit": of["PeriodicOrbit"]},
             "steady.ForceRecord": {"time": [0.0, 1.0], "force": [1.0, 2.0]},
             "steady.recorded_valve": {"system": SYSTEM.with_load(Load.square(1.0, 1.3))},
             "steady.si_report": {"orbit": steady.steady_states(self.si).orbits[1]},
-            "steady.grows": {"modes": 2, "restitution": 1.0},
             "stability.timed_stability": {"orbit": of["TimedOrbit"]},
             "stability.characteristic": {"orbit": of["PeriodicOrbit"]},
             "stability.orbit_m*": {"orbit": of["PeriodicOrbit"]},
@@ -357,7 +350,6 @@ class Arguments:
             "simulate.simulate_m*": {"machines": MACHINE, "systems": SYSTEM, "starts": Start.rigid()},
             "simulate.*Events.of": {"kind": "impact"},
             "simulate.Trajectory.continued": {"stop": Stop(impacts=4)},
-            "simulate.*.energy_balance": {"first": 0.1, "last": 1.2},
             "simulate.Trajectory.load": {"path": motion},
             "simulate.*Trajectory.save": {"path": folder / "other.nc"},
             "blow.Rod": {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0}
@@ -380,21 +372,17 @@ class Arguments:
             "explore.boundaries": {"x": ("restitution", [0.3]), "y": ("load_factor", 0.1, 1.0), "kinds": ("fold",)},
             "explore.carry_out": {"job": Two()},
             "explore.estimate": {"job": Two()},
-            "explore.diagram": {"what": SYSTEM},
             "explore.sweep": {"what": SYSTEM, "axes": of["Axis"], "quantities": ["label"], "impacts": 20, "discard": 2},
             "explore.follow": {"orbit": one_impact, "family": SYSTEM, "value": 0.9},
             "explore.reach": {"orbit": one_impact, "family": SYSTEM, "value": 0.9},
-            "explore.follow_rest_cycle": {"family": SYSTEM, "value": 0.9},
             "explore.follow_point": {"point": fold, "along": along_two, "family": fold.orbit.system, **to_fold},
             "explore.lyapunov*": {"systems": SYSTEM, "starts": Start.rigid(), "impacts": 20, "discard": 2},
-            "explore.switched_seeds": {"impacts": 3, "modes": 4},
             "case.Case.changed": {"start": None, "simulation": {"impacts": 2}},
             "case.Case.from_text": {"text": PLAIN, "file": "x.toml", "folder": folder},
             "case.Case.read": {"path": folder / "plain.toml"},
             "case.Case.varied": {"values": {"system.s": 10.0}},
             "case.CaseFamily.varied": {"values": {"bar.length": 200.0}},
             "case.CaseFamily.blow": {"values": {"bar.length": 200.0}},
-            "case.*.to_json_*": {"last": 1},
             "case.load_case": {"name": "pile-hammer"},
             "case.basins_job_of": {
                 "x": explore.Axis.linear("time", 0, 1, 2), "y": explore.Axis.linear("velocity", -2, -1, 2),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from pathlib import Path
@@ -11,7 +12,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from doors import LEFT_OUT, MEANT, NOT_NONE, SHORT, SYSTEM, WRONG, Arguments, Two, doors, meant, parameters, public
+from doors import (
+    LEFT_OUT,
+    MEANT,
+    NAMED_ELSE,
+    NOT_NONE,
+    SHORT,
+    SYSTEM,
+    WRONG,
+    Arguments,
+    Two,
+    doors,
+    meant,
+    parameters,
+    public,
+)
 from percuss import Load, Starts, explore, run
 from percuss.errors import ParameterError, PercussError
 
@@ -35,6 +50,13 @@ def test_every_public_callable_is_in_the_table(arguments: Arguments) -> None:
         arguments.of(name, found)
 
 
+def is_named(door: str, parameter: str, error: str, fits: Iterable[str]) -> bool:
+    """Whether an error of the physics names what is wrong, by the word that users know, or what it does not fit to."""
+    words = [parameter, *NAMED_ELSE.get(parameter, "").split(), *fits]
+    far = door.startswith(("case.", "explore.", "plot."))
+    return far or any(re.search(rf"\b{word}\b", error) for word in words)
+
+
 @pytest.mark.parametrize("name", doors())
 def test_wrong_objects_give_errors_of_the_package(
     name: str, arguments: Arguments, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -53,6 +75,8 @@ def test_wrong_objects_give_errors_of_the_package(
                     told.append(f"{parameter}={wrong}: refused: {error}")
                 elif len(str(error)) > 600:
                     told.append(f"{parameter}={wrong}: told at length: {len(str(error))}")
+                elif not is_named(name, parameter, str(error), given if wrong in ("empty", "-1") else ()):
+                    told.append(f"{parameter}={wrong}: told without its name: {error}")
             except Exception as error:
                 told.append(f"{parameter}={wrong}: {type(error).__name__}: {str(error)[:100]}")
             else:

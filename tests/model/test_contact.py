@@ -1,6 +1,8 @@
-"""Contact laws: what an impact does to each mode, what it takes, and what of the theory holds."""
+"""Laws of the contact, of a blow that takes time too: what they do and take; chatter under a push that falls to 0."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
@@ -9,8 +11,12 @@ from hypothesis import strategies as st
 
 from percuss import Kept, Load, Reversed, System, steady_states
 from percuss.errors import ParameterError
-from percuss.model import Contact, External, Result, SteppedBar, UniformBar
-from percuss.model.contact import LAWS, restitution_of_ratio, restitutions
+from percuss.model import Contact, External, Result, SteppedBar, Timed, UniformBar
+from percuss.model.contact import LAWS, restitution_of_ratio
+from percuss.model.contact.falling_push import FallingPush
+from percuss.steady.resting.flight_chain import Leg, Motion, Swing
+
+# -- contact laws ----------------------------------------------------------------------------------------------------
 
 
 @given(r=st.floats(0.0, 1.0), u=st.floats(-1e3, 1e3), v=st.floats(-1e3, 1e3), omega=st.floats(0.1, 100.0))
@@ -89,27 +95,110 @@ def test_what_depends_on_the_restitution(r: float) -> None:
             assert law.strain_factors(many)[i] == law.with_restitution(float(one)).strain_factor
 
 
-def test_restitutions_are_looked_at() -> None:
-    assert restitutions([0, 1]).tolist() == [0.0, 1.0]
-    for wrong in ([0.5, 1.1], -0.1, np.nan, "soft"):
-        with pytest.raises(ParameterError, match="0 to 1"):
-            restitutions(wrong)
-
-
 def test_a_system_is_made_in_one_of_two_ways() -> None:
     load, bar = Load.harmonic(0.5, 1.0), UniformBar(1.0)
     assert (
         System(bar, load, Kept(0.2)) == System(s=1.0, d=0.0, restitution=0.2, load=load) == System(1.0, 0.0, 0.2, load)
     )
-    for wrong in (
-        {"body": bar, "load": load, "contact": Kept(0.2), "restitution": 0.3},
-        {"body": bar, "load": load},
-        {"s": 1.0, "load": load},
-        {"load": load, "contact": Kept(0.2)},
-    ):
-        with pytest.raises(ParameterError):
-            System(**wrong)
-    with pytest.raises(ParameterError):
-        System(bar, load, Kept(0.2), None)
-    with pytest.raises(ParameterError, match="not two"):
-        System(1.0, 0.0, 0.2, load, s=1.0)
+
+
+# -- the law of a blow that takes time -------------------------------------------------------------------------------
+
+
+shares = st.floats(0.0, 1.0)
+
+
+@given(
+    r=shares, duration=st.floats(0.0, 1.0), share=shares, velocity=st.floats(-10.0, 10.0), force=st.floats(-5.0, 5.0)
+)
+def test_impulse_and_velocity_are_inverse(
+    r: float, duration: float, share: float, velocity: float, force: float
+) -> None:
+    law = Timed(r, duration, share * duration)
+    assert law.velocity(law.impulse(velocity, force), force) == pytest.approx(velocity, abs=1e-13)
+    # a blow under a constant load, taken apart: velocity at the contact's start, and the push during the contact
+    start = velocity - force * law.force_centroid
+    push = force * law.after_centroid
+    assert law.impulse(velocity, force) == pytest.approx((1.0 + r) * (start + push), abs=1e-12)
+
+
+@given(s=st.floats(0.3, 1e3), heavier=st.floats(1.0, 1e4), speed=st.floats(0.1, 10.0))
+def test_a_uniform_bar_on_a_rod(s: float, heavier: float, speed: float) -> None:
+    rod = heavier * s  # impedance; the bar's own is s
+    r = (rod - s) / (rod + s)
+    law = Timed.of_uniform_bar(s, r)
+    force = speed * s * rod / (s + rod)  # St Venant: constant during one round trip
+    assert law.impulse(speed, 0.0) == pytest.approx(force * law.duration, rel=1e-12)
+    assert law.advance_per_impulse * force * law.duration == pytest.approx(force / rod * law.duration, rel=1e-9)
+    assert law.arm == 0.0
+    assert Timed.of_uniform_bar(s, r, "pushed back").advance_per_impulse == 0.0
+    assert Timed.of_uniform_bar(s, 1.0).advance_per_impulse == 0.0
+
+
+def test_drag_takes_of_the_impulse_what_it_does_over_the_advance() -> None:
+    law = Timed(0.5, 0.1, 0.05, 0.02)
+    impulse = law.steady_impulse(0.9, 6.0, 0.3)
+    assert impulse == pytest.approx(0.9 * 6.0 - 0.3 * 0.02 * impulse, rel=1e-15)
+    assert law.steady_impulse(0.9, 6.0, 0.0) == 0.9 * 6.0
+
+
+def test_ringing_left() -> None:
+    law = Timed(0.5, 0.1, 0.05, ringing_share=0.25)
+    assert law.ringing_left(0.0, 6.0) == 0.5
+    assert law.ringing_left(0.2, 6.0) == pytest.approx(0.5 * math.exp(-1.2))
+
+
+# -- chatter under a push that falls to 0, and the flights that it is made of ----------------------------------------
+
+
+def next_impact(restitution: float, q: float) -> tuple[float, float]:
+    """The flight σ and the next q, from y'' = τ with y = 0, y' = −q a time 1 before the push is gone."""
+    flight = min(root.real for root in np.roots([-1.0 / 6.0, 0.5, -q]) if root.real > 0.0)
+    speed = -q + flight - 0.5 * flight**2
+    return flight, restitution * speed / (1.0 - flight) ** 2
+
+
+@given(st.floats(0.01, 0.99))
+def test_the_critical_impact_comes_back_to_itself(restitution: float) -> None:
+    push = FallingPush(restitution)
+    flight, after = next_impact(restitution, push.critical)
+    assert flight == pytest.approx(push.flight, rel=1e-9)
+    assert after == pytest.approx(push.critical, rel=1e-8)
+    assert push.growth > 1.0
+
+
+def test_without_rebound_it_is_the_last_moment() -> None:
+    push = FallingPush(0.0)
+    assert (push.critical, push.growth) == (pytest.approx(1.0 / 3.0), math.inf)
+
+
+@pytest.mark.parametrize("restitution", [1e-300, 1e-12, 1.0 - 1e-6, math.nextafter(1.0, 0.0)])
+def test_at_its_ends_it_is_known_as_well(restitution: float) -> None:
+    """(1 − σ)² = R/2 for a small R, so that growth = √(32/R); growth = 1 + (1 − R) beside 1."""
+    push = FallingPush(restitution)
+    few = math.sqrt(32.0 / restitution) if restitution < 0.5 else 1.0 + (1.0 - restitution)
+    assert push.growth == pytest.approx(few, rel=1e-5, abs=0)
+    assert math.isfinite(push.excess(0.3))
+
+
+@given(st.floats(0.02, 0.98), st.floats(0.3, 1.2))
+def test_an_impact_multiplies_the_excess_by_the_growth(restitution: float, share: float) -> None:
+    push = FallingPush(restitution)
+    q = min(share * push.critical, 0.33)
+    after = next_impact(restitution, q)[1]
+    assert push.excess(after) == pytest.approx(push.growth * push.excess(q), rel=1e-5, abs=1e-9)
+    assert math.copysign(1.0, push.excess(q)) == math.copysign(1.0, q - push.critical) or q == push.critical
+
+
+@given(
+    st.floats(0.0, 3.0), st.floats(-1.0, 0.0), st.floats(-1.0, 1.0), st.floats(1e-9, 7.0), st.floats(0.0, 6.0),
+    st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=10),
+)  # fmt: skip
+def test_a_single_time_is_as_many(
+    d: float, gap: float, rate: float, t: float, begin: float, sizes: list[float]
+) -> None:
+    load = Load.fourier([0.4, 1.0, *sizes])
+    leg = Leg(Swing(System(s=5.0, d=d, restitution=0.5, load=load), 0), begin,
+              Motion(gap, rate, rate, np.zeros(0), np.zeros(0)))  # fmt: skip
+    (y,), (v,) = leg.gap(np.array([t]))
+    assert leg.gap_at(t) == (pytest.approx(y, rel=1e-13, abs=1e-14 * t), pytest.approx(v, rel=1e-13, abs=1e-14))

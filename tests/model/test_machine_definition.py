@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from percuss import Load, System
-from percuss.errors import Interrupted, ParameterError
+from percuss.errors import Interrupted
 from percuss.halting import halting, interruptible
 from percuss.model import Bar, Chamber, External, Kept, Machine, Port, Ratio, Reversed, SteppedBar, UniformBar, Valve
 
@@ -82,33 +81,6 @@ def test_si_numbers_are_those_of_one_kilogram_and_one_second() -> None:
     assert machine.body.s == pytest.approx(np.sqrt(2.1e11 / 7850.0) / 1.25)
     assert machine.energy_scale == pytest.approx(bar.mass * 1.25**2)
     assert "power" in str(machine)
-
-
-def test_refusals() -> None:
-    body = UniformBar(20.0)
-    with pytest.raises(ParameterError, match="from_si"):
-        Machine(body, valve(), Kept(0.2), pressure=1e7)
-    with pytest.raises(ParameterError, match="from_si"):
-        _ = Machine(body, valve(), Kept(0.2)).length_scale
-    with pytest.raises(ParameterError, match="at"):
-        Machine(body, valve(), Kept(0.2), at=1)
-    with pytest.raises(ParameterError, match="valve"):
-        Machine(body, 3.0, Kept(0.2))  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="length"):
-        valve().scaled(1.0, 0.0)
-
-
-@pytest.mark.parametrize("tiny", [5e-324, 1e-310, -1e-150])
-def test_forces_that_no_number_can_follow(tiny):
-    """Of a state or of the chamber: refused, where the search divided by 0 or never came to an end."""
-    ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
-    for make in (lambda: Valve({"return": -1.0, "power": tiny}, ports), lambda: Chamber(tiny)):
-        with pytest.raises(ParameterError, match="0, or a size from 1e-100"):
-            make()
-    if abs(tiny) < 1e-300:
-        for load in (Load.harmonic(tiny, 1.0), Load.harmonic(0.0, tiny)):
-            with pytest.raises(ParameterError, match="check the scales"):
-                System(1.0, 0.0, 0.5, load)
 
 
 def test_many_modes_on_gas_are_given_up_at_once():

@@ -163,7 +163,7 @@ class Trace:
 
 def extreme(row: Array) -> float:
     """The greatest value of a Chebyshev series on [−1, 1]."""
-    kept = np.flatnonzero(row)
+    kept = np.flatnonzero(abs(row) > 1e-30 * abs(row).max(initial=0.0))  # numpy divides by the last one
     if not kept.size or kept[-1] == 0:
         return float(row[0])
     series = np.polynomial.Chebyshev(row[: kept[-1] + 1])
