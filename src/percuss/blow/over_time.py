@@ -256,11 +256,6 @@ def force_envelope(blow: Blow, cells: int, reach: float) -> tuple[ForceEnvelope,
     reach
         How far an endless section is told of, in the units of the rod's places.
 
-    Raises
-    ------
-    ParameterError
-        For values out of range.
-
     Examples
     --------
     >>> from percuss.blow import Wall, strike

@@ -17,7 +17,7 @@ import numpy as np
 
 from percuss.errors import HistoryError, ParameterError, UnitError
 from percuss.recordings.file_formats import READERS
-from percuss.recordings.table import RATE_REMEDY, SOUGHT, Array, Table, as_rate, without_gaps
+from percuss.recordings.table import RATE_REMEDY, SOUGHT, Array, RecordedTable, as_rate, without_gaps
 from percuss.recordings.text_table import (
     Column,
     against_clock,
@@ -34,13 +34,7 @@ from percuss.units import si
 
 
 def file_path(value: object) -> Path:
-    """The path of a file; bytes and the numbers of open files are none.
-
-    Raises
-    ------
-    ParameterError
-        When `value` is neither text nor a path.
-    """
+    """The path of a file; bytes and the numbers of open files are none."""
     try:
         found = os.fspath(value)  # type: ignore[call-overload]  # whatever is no path is refused below
     except TypeError:
@@ -51,25 +45,13 @@ def file_path(value: object) -> Path:
 
 
 def check_column(name: str, key: object) -> None:
-    """Refuse what can name no column; None leaves the choice to the reader.
-
-    Raises
-    ------
-    ParameterError
-        When `key` is neither text nor a whole number.
-    """
+    """Refuse what can name no column; None leaves the choice to the reader."""
     if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
         raise ParameterError(name, key, "the heading of a column, or its number from 1")
 
 
 def in_hertz(sample_rate: float | str) -> float:
-    """A sample rate in Hz, from a number in Hz or from text such as "50 kHz".
-
-    Raises
-    ------
-    UnitError
-        When it is not such a quantity, or not greater than 0.
-    """
+    """A sample rate in Hz, from a number in Hz or from text such as "50 kHz"."""
     rate = si(sample_rate, "frequency" if isinstance(sample_rate, str) else "dimensionless", "sample_rate")
     if rate <= 0.0:
         raise UnitError("sample_rate", sample_rate, 'a frequency greater than 0, such as "50 kHz"')
@@ -77,13 +59,7 @@ def in_hertz(sample_rate: float | str) -> float:
 
 
 def in_seconds(value: float | str, name: str) -> float:
-    """A moment in s, from a number in s or from text such as "0.2 s".
-
-    Raises
-    ------
-    UnitError
-        When it is not such a quantity.
-    """
+    """A moment in s, from a number in s or from text such as "0.2 s"."""
     return si(value, "time" if isinstance(value, str) else "dimensionless", name)
 
 
@@ -92,7 +68,7 @@ def in_seconds(value: float | str, name: str) -> float:
 MIN_SAMPLES = 16
 
 
-def check_sizes(table: Table, time: Array, values: list[Array], clock: int, value: int) -> None:
+def check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: int, value: int) -> None:
     if time.size != values[0].size:
         remedy = f"name the time that belongs to it, time_column = …, or {RATE_REMEDY}"
         raise HistoryError(
@@ -102,7 +78,7 @@ def check_sizes(table: Table, time: Array, values: list[Array], clock: int, valu
         )
 
 
-def check_values(table: Table, values: list[Array], faces: list[int]) -> None:
+def check_values(table: RecordedTable, values: list[Array], faces: list[int]) -> None:
     sizes = [v.size for v in values]
     if len(set(sizes)) > 1:
         raise HistoryError(
@@ -124,7 +100,7 @@ def check_values(table: Table, values: list[Array], faces: list[int]) -> None:
             )
 
 
-def check_time(table: Table, time: Array, clock: int) -> None:
+def check_time(table: RecordedTable, time: Array, clock: int) -> None:
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
         raise HistoryError(
@@ -150,7 +126,7 @@ def check_time(table: Table, time: Array, clock: int) -> None:
 
 
 def cut(
-    table: Table, time: Array, values: list[Array], start: float | str | None, end: float | str | None
+    table: RecordedTable, time: Array, values: list[Array], start: float | str | None, end: float | str | None
 ) -> tuple[Array, list[Array]]:
     """The part of the record from `start` to `end`."""
     if start is None and end is None:

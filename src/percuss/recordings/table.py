@@ -88,7 +88,7 @@ RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz
 
 
 @dataclass(frozen=True)
-class Table:
+class RecordedTable:
     """What a file holds, before a column is chosen."""
 
     file: str
@@ -127,14 +127,8 @@ MOST_MISSING = 0.1
 """The share of the samples that may be missing."""
 
 
-def without_gaps(time: Array, values: list[Array], table: Table, notes: list[str]) -> tuple[Array, list[Array]]:
-    """The samples of which all values are there; nothing is filled in, as the cycles are fitted to samples as they lie.
-
-    Raises
-    ------
-    HistoryError
-        When more than `MOST_MISSING` of the samples are missing.
-    """
+def without_gaps(time: Array, values: list[Array], table: RecordedTable, notes: list[str]) -> tuple[Array, list[Array]]:
+    """The samples of which all values are there; nothing is filled in: cycles are fitted to samples as they lie."""
     there = np.all(np.isfinite(values), axis=0)
     missing = int(time.size - np.count_nonzero(there))
     if missing == 0:

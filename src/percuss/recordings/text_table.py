@@ -16,7 +16,7 @@ from typing import cast
 import numpy as np
 
 from percuss.errors import HistoryError, UnitError
-from percuss.recordings.table import RATE_REMEDY, Array, Table, as_rate, dimension
+from percuss.recordings.table import RATE_REMEDY, Array, RecordedTable, as_rate, dimension
 from percuss.units import TIME_WORDS, known_dimension, split_header, unit_scale
 
 # ---- Stamps of date and time of day, as loggers write them, turned into seconds from the first one
@@ -41,11 +41,6 @@ def seconds_of(cells: Sequence[str]) -> Array:
 
     A time of day that falls back by more than half a day has passed midnight. The time zone is left alone: it is that
     of one recorder. The date counts only where it changes.
-
-    Raises
-    ------
-    ValueError
-        With the number of the first cell that is not a stamp, or whose date is ambiguous, and why.
     """
     seconds = np.empty(len(cells))
     days: dict[str, int] = {}
@@ -94,7 +89,7 @@ LONGEST_LINE = 20_000
 """Characters of one line: millions of columns would be looked at one by one."""
 
 
-def read_text(path: Path) -> Table:
+def read_text(path: Path) -> RecordedTable:
     """The table in a file of text."""
     file = str(path)
     lines = _decode(path, file).replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -125,7 +120,9 @@ def read_text(path: Path) -> Table:
 
     where = "line {}".format
     stamped = tuple(j for j, stamp in enumerate(form.stamped) if stamp)
-    return Table(file, names, units, form.numeric, read, lambda i: where(data[i] + 1), stamped=stamped, stamps=cells)
+    return RecordedTable(
+        file, names, units, form.numeric, read, lambda i: where(data[i] + 1), stamped=stamped, stamps=cells
+    )
 
 
 def _decode(path: Path, file: str) -> str:
@@ -283,7 +280,7 @@ def _numbers(form: _Form, lines: list[str], data: list[int], columns: list[int],
 Column = str | int
 
 
-def _find(table: Table, key: Column, option: str) -> int:
+def _find(table: RecordedTable, key: Column, option: str) -> int:
     """The column that `key` names."""
     every = range(len(table.names))
     if isinstance(key, str):
@@ -312,18 +309,18 @@ def _find(table: Table, key: Column, option: str) -> int:
     return number - 1
 
 
-def _time_like(table: Table, i: int) -> bool:
+def _time_like(table: RecordedTable, i: int) -> bool:
     words = re.split(r"[\W\d_]+", table.names[i].lower())
     named = table.names[i] != "T" and any(word in TIME_WORDS for word in words)
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
-def _is_sought(table: Table, i: int) -> bool:
+def _is_sought(table: RecordedTable, i: int) -> bool:
     unit = table.units[i]
     return unit is not None and known_dimension(unit, table.sought.dimensions) is not None
 
 
-def find_time(table: Table, key: Column | None, column: Column | None) -> int | None:
+def find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
     """The column of time: the one that `key` names, else the only one like a time; None when there is none."""
     if key is not None:
         found = [_find(table, key, "time_column")]
@@ -349,7 +346,7 @@ def find_time(table: Table, key: Column | None, column: Column | None) -> int | 
     return found[0] if found else None
 
 
-def find_values(table: Table, key: Column | None, clock: int | None, unit_given: bool) -> int:
+def find_values(table: RecordedTable, key: Column | None, clock: int | None, unit_given: bool) -> int:
     """The column of values: the one that `key` names, else the only one that could be meant."""
     if key is not None:
         value = _find(table, key, "column")
@@ -388,7 +385,7 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
     raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
 
 
-def find_opposing(table: Table, key: Column, value: int, clock: int | None) -> int:
+def find_opposing(table: RecordedTable, key: Column, value: int, clock: int | None) -> int:
     """The column of the force or pressure on the opposing face."""
     found = _find(table, key, "opposing_column")
     if found in (value, clock):
@@ -401,12 +398,12 @@ def find_opposing(table: Table, key: Column, value: int, clock: int | None) -> i
     return found
 
 
-def _key(table: Table, i: int) -> str:
+def _key(table: RecordedTable, i: int) -> str:
     unique = table.names[i] and table.names.count(table.names[i]) == 1
     return f'"{table.names[i]}"' if unique else str(i + 1)
 
 
-def first_of_two(table: Table, value: int, notes: list[str]) -> int | None:
+def first_of_two(table: RecordedTable, value: int, notes: list[str]) -> int | None:
     """Of two columns without headings the first is the time when it increases like one."""
     if len(table.names) != 2 or value != 1:
         return None
@@ -417,7 +414,7 @@ def first_of_two(table: Table, value: int, notes: list[str]) -> int | None:
     return 0
 
 
-def value_scale(table: Table, value: int) -> tuple[float, str]:
+def value_scale(table: RecordedTable, value: int) -> tuple[float, str]:
     """What 1 in the column is in SI units, and the quantity."""
     unit = table.units[value]
     if unit is None:
@@ -434,7 +431,7 @@ def value_scale(table: Table, value: int) -> tuple[float, str]:
         ) from None
 
 
-def seconds(table: Table, clock: int, notes: list[str]) -> Array:
+def seconds(table: RecordedTable, clock: int, notes: list[str]) -> Array:
     """The column of time in seconds; stamps of date and time of day count from the first."""
     if clock in table.stamped:
         try:
@@ -447,7 +444,7 @@ def seconds(table: Table, clock: int, notes: list[str]) -> Array:
     return table.read([clock])[0] * _time_scale(table, clock, notes)
 
 
-def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
+def _time_scale(table: RecordedTable, clock: int, notes: list[str]) -> float:
     """What 1 in the column of time is in seconds."""
     unit = table.units[clock]
     if unit is None:
@@ -468,7 +465,7 @@ def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
 Scale = tuple[float, str]  # what 1 in a column stands for, in SI, and of which quantity
 
 
-def given_scale(table: Table, unit: str | None, path: Path) -> Scale | None:
+def given_scale(table: RecordedTable, unit: str | None, path: Path) -> Scale | None:
     """What the option `unit` says; a .wav file cannot do without."""
     found = None if unit is None else unit_scale(unit, table.sought.dimensions, "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
@@ -481,7 +478,7 @@ def given_scale(table: Table, unit: str | None, path: Path) -> Scale | None:
 
 
 def meant_columns(
-    table: Table,
+    table: RecordedTable,
     options: tuple[Column | None, Column | None, Column | None],
     rate: float | None,
     has_unit: bool,
@@ -499,7 +496,9 @@ def meant_columns(
     return clock, faces
 
 
-def scales_of(table: Table, faces: list[int], unit: str | None, given: Scale | None, notes: list[str]) -> list[Scale]:
+def scales_of(
+    table: RecordedTable, faces: list[int], unit: str | None, given: Scale | None, notes: list[str]
+) -> list[Scale]:
     """What 1 stands for in each column of values."""
     scales = [given or value_scale(table, face) for face in faces]
     if len({quantity for _, quantity in scales}) > 1:
@@ -513,7 +512,7 @@ def scales_of(table: Table, faces: list[int], unit: str | None, given: Scale | N
     return scales
 
 
-def _against_heading(table: Table, value: int, unit: str, given: tuple[float, str]) -> str:
+def _against_heading(table: RecordedTable, value: int, unit: str, given: tuple[float, str]) -> str:
     """What to say of a `unit` that differs from that of the heading."""
     try:
         own = value_scale(table, value)
@@ -525,7 +524,7 @@ def _against_heading(table: Table, value: int, unit: str, given: tuple[float, st
     return f'unit = "{unit}" is used for {table.heading(value)}: {differs} the heading'
 
 
-def against_clock(table: Table, column: Column | None, rate: float) -> list[str]:
+def against_clock(table: RecordedTable, column: Column | None, rate: float) -> list[str]:
     """What to say of a sample rate that differs from that of a column of time."""
     try:
         clock = find_time(table, None, column)
