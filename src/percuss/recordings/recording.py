@@ -71,42 +71,35 @@ MIN_SAMPLES = 16
 def check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: int, value: int) -> None:
     if time.size != values[0].size:
         remedy = f"name the time that belongs to it, time_column = …, or {RATE_REMEDY}"
-        raise HistoryError(
-            f"{table.heading(value)} has {values[0].size} samples and {table.heading(clock)} {time.size}",
-            remedy,
-            table.file,
+        raise table.refused(
+            f"{table.heading(value)} has {values[0].size} samples and {table.heading(clock)} {time.size}", remedy
         )
 
 
 def check_values(table: RecordedTable, values: list[Array], faces: list[int]) -> None:
     sizes = [v.size for v in values]
     if len(set(sizes)) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"{table.heading(faces[0])} has {sizes[0]} samples, {table.heading(faces[1])} {sizes[1]}",
             "name two columns recorded together",
-            table.file,
         )
     if sizes[0] < MIN_SAMPLES:
-        raise HistoryError(
-            f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed", table.file
-        )
+        raise table.refused(f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed")
     for data, face in zip(values, faces, strict=True):
         bad = np.flatnonzero(np.isinf(data))
         if bad.size:
-            raise HistoryError(
+            raise table.refused(
                 f"{table.where(int(bad[0]))}: {table.heading(face)} is {data[bad[0]]} ({bad.size} such values)",
                 "an infinite value cannot be used: cut the record there (from, to), or empty the cell",
-                table.file,
             )
 
 
 def check_time(table: RecordedTable, time: Array, clock: int) -> None:
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
-        raise HistoryError(
+        raise table.refused(
             f"{table.where(int(bad[0]))}: {table.heading(clock)} is {time[bad[0]]} ({bad.size} such values)",
             f"a time is needed for every sample: fix or delete these lines, or {RATE_REMEDY}",
-            table.file,
         )
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0.0)
@@ -118,10 +111,8 @@ def check_time(table: RecordedTable, time: Array, clock: int) -> None:
             coarse = 2 * steps.size < time.size and not np.any(np.diff(time) < 0.0)
             rate = (time.size - 1) / (time[-1] - time[0]) if coarse else 1.0 / float(np.median(steps))
             remedy = f"sort the record, or ignore its time with sample_rate = {as_rate(rate)}, if that is right"
-        raise HistoryError(
-            f"{table.where(i)}: the time does not increase ({time[i - 1]:.9g} s, then {time[i]:.9g} s)",
-            remedy,
-            table.file,
+        raise table.refused(
+            f"{table.where(i)}: the time does not increase ({time[i - 1]:.9g} s, then {time[i]:.9g} s)", remedy
         )
 
 
@@ -135,11 +126,10 @@ def cut(
     last = np.inf if end is None else in_seconds(end, "to")
     used = (time >= first) & (time <= last)
     if not first < last or not np.any(used):
-        raise HistoryError(
+        raise table.refused(
             f"nothing lies between {first:.9g} s and {last:.9g} s: "
             f"the record goes from {time[0]:.9g} s to {time[-1]:.9g} s",
             "give from and to inside the record, from before to",
-            table.file,
         )
     return time[used], [v[used] if v.size == time.size else v for v in values]
 
@@ -252,10 +242,9 @@ def read_recording(
     clock, faces = meant_columns(table, (column, time_column, opposing_column), rate, given is not None, notes)
     scales = scales_of(table, faces, unit, given, notes)
     if rate is None and clock is None and (rate := table.sample_rate) is None:
-        raise HistoryError(
+        raise table.refused(
             f"no column of time among {table.listing(range(len(table.names)))}",
             f'give time_column = "…", or {RATE_REMEDY}',
-            table.file,
         )
     values = table.read(faces)
     if sample_rate is not None or clock is None:

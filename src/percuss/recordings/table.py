@@ -102,6 +102,10 @@ class RecordedTable:
     stamps: Callable[[int], list[str]] = lambda i: []  # … and their cells
     sought: Sought = LOAD
 
+    def refused(self, message: str, remedy: str) -> HistoryError:
+        """An error that names the file."""
+        return HistoryError(message, remedy, self.file)
+
     def heading(self, i: int) -> str:
         name = f'"{self.names[i]}"' if self.names[i] else f"column {i + 1}"
         return f"{name} [{self.units[i]}]" if self.units[i] else name
@@ -135,10 +139,9 @@ def without_gaps(time: Array, values: list[Array], table: RecordedTable, notes: 
         return time, values
     first = int(np.argmin(there))
     if missing > MOST_MISSING * time.size:
-        raise HistoryError(
+        raise table.refused(
             f"{missing} of {time.size} samples have no value, the first at {time[first]:.6g} s",
             f"at most {100.0 * MOST_MISSING:.0f} % may be missing: cut the record (from, to), or record again",
-            table.file,
         )
     kept = time[there]
     gaps = np.flatnonzero(np.diff(np.concatenate([[1], there.astype(int), [1]])) == -1).size

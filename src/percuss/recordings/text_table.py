@@ -294,10 +294,9 @@ def _find(table: RecordedTable, key: Column, option: str) -> int:
             if len(matches) == 1:
                 return matches[0]
             if matches:
-                raise HistoryError(
+                raise table.refused(
                     f'{option} = "{key}" fits more than one column: {table.listing(matches)}',
                     f"give the number of the column instead, {option} = {matches[0] + 1}",
-                    table.file,
                 )
     number = int(key) if isinstance(key, int) or (key.strip().isdecimal() and len(key) < 9) else 0
     if isinstance(key, bool) or not 1 <= number <= len(table.names):
@@ -305,7 +304,7 @@ def _find(table: RecordedTable, key: Column, option: str) -> int:
         hint = (
             f'did you mean "{near[0]}"?' if near else f"{option} is a heading or a number from 1 to {len(table.names)}"
         )
-        raise HistoryError(f"no column {key!r}; the columns are {table.listing(every)}", hint, table.file)
+        raise table.refused(f"no column {key!r}; the columns are {table.listing(every)}", hint)
     return number - 1
 
 
@@ -332,16 +331,14 @@ def find_time(table: RecordedTable, key: Column | None, column: Column | None) -
         named = [i for i in found if table.names[i].lower() in TIME_WORDS]
         found = named if len(named) == 1 else found
     if len(found) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"more than one column could be the time: {table.listing(found)}",
             f'give time_column = "{table.names[found[0]]}", or the one that is meant',
-            table.file,
         )
     if found and not table.numeric[found[0]] and found[0] not in table.stamped:
-        raise HistoryError(
+        raise table.refused(
             f"the time in {table.heading(found[0])} is given neither as numbers nor as times of day",
             f"write the time in seconds, or {RATE_REMEDY}",
-            table.file,
         )
     return found[0] if found else None
 
@@ -351,9 +348,9 @@ def find_values(table: RecordedTable, key: Column | None, clock: int | None, uni
     if key is not None:
         value = _find(table, key, "column")
         if value == clock:
-            raise HistoryError(f"{table.heading(value)} is both column and time_column", "name two columns", table.file)
+            raise table.refused(f"{table.heading(value)} is both column and time_column", "name two columns")
         if not table.numeric[value]:
-            raise HistoryError(f"{table.heading(value)} does not hold numbers", "give another column", table.file)
+            raise table.refused(f"{table.heading(value)} does not hold numbers", "give another column")
         return value
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
@@ -366,14 +363,13 @@ def find_values(table: RecordedTable, key: Column | None, clock: int | None, uni
         if fits and not any(table.names) and len(fits) == 2 and clock is None:
             return fits[1]  # two columns without headings: `first_of_two` checks that the first is a time
         if fits:
-            raise HistoryError(
+            raise table.refused(
                 f"more than one column could be the {table.sought.named}: {table.listing(fits)}",
                 f"give column = {_key(table, fits[0])}, or the one that is meant",
-                table.file,
             )
     seen = table.listing(free) or "none but the time"
     if len(free) == 1:
-        raise HistoryError(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy, table.file)
+        raise table.refused(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy)
     what = (
         f"no column is a {table.sought.named} by its name and unit"
         if any(table.names)
@@ -382,7 +378,7 @@ def find_values(table: RecordedTable, key: Column | None, clock: int | None, uni
     remedy = f"the file must hold a column of {table.sought.named}"
     if free:
         remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "{table.sought.unit}"'
-    raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
+    raise table.refused(f"{what}; the columns of numbers are: {seen}", remedy)
 
 
 def find_opposing(table: RecordedTable, key: Column, value: int, clock: int | None) -> int:
@@ -390,11 +386,9 @@ def find_opposing(table: RecordedTable, key: Column, value: int, clock: int | No
     found = _find(table, key, "opposing_column")
     if found in (value, clock):
         other = "column" if found == value else "time_column"
-        raise HistoryError(
-            f"{table.heading(found)} is both opposing_column and {other}", "name two columns", table.file
-        )
+        raise table.refused(f"{table.heading(found)} is both opposing_column and {other}", "name two columns")
     if not table.numeric[found]:
-        raise HistoryError(f"{table.heading(found)} does not hold numbers", "give another column", table.file)
+        raise table.refused(f"{table.heading(found)} does not hold numbers", "give another column")
     return found
 
 
@@ -418,16 +412,13 @@ def value_scale(table: RecordedTable, value: int) -> tuple[float, str]:
     """What 1 in the column is in SI units, and the quantity."""
     unit = table.units[value]
     if unit is None:
-        raise HistoryError(
-            f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy, table.file
-        )
+        raise table.refused(f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy)
     try:
         return unit_scale(unit, table.sought.dimensions, "unit")
     except UnitError as error:
-        raise HistoryError(
+        raise table.refused(
             f'{table.heading(value)}: "{unit}" is not a unit of {table.sought.named}',
             "; ".join(filter(None, [error.remedy, f'give unit = "{table.sought.unit}", or the one that is meant'])),
-            table.file,
         ) from None
 
 
@@ -438,9 +429,7 @@ def seconds(table: RecordedTable, clock: int, notes: list[str]) -> Array:
             return seconds_of(table.stamps(clock))
         except ValueError as error:
             row, what = error.args
-            raise HistoryError(
-                f"{table.where(row)}: {what}", f"write the time in seconds, or {RATE_REMEDY}", table.file
-            ) from None
+            raise table.refused(f"{table.where(row)}: {what}", f"write the time in seconds, or {RATE_REMEDY}") from None
     return table.read([clock])[0] * _time_scale(table, clock, notes)
 
 
@@ -453,10 +442,8 @@ def _time_scale(table: RecordedTable, clock: int, notes: list[str]) -> float:
     try:
         return unit_scale(unit, ("time",), "unit")[0]
     except UnitError as error:
-        raise HistoryError(
-            f'{table.heading(clock)}: "{unit}" is not a unit of time',
-            error.remedy or RATE_REMEDY,
-            table.file,
+        raise table.refused(
+            f'{table.heading(clock)}: "{unit}" is not a unit of time', error.remedy or RATE_REMEDY
         ) from None
 
 
@@ -469,10 +456,8 @@ def given_scale(table: RecordedTable, unit: str | None, path: Path) -> Scale | N
     """What the option `unit` says; a .wav file cannot do without."""
     found = None if unit is None else unit_scale(unit, table.sought.dimensions, "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
-        raise HistoryError(
-            "a .wav file holds fractions of full scale, without a unit",
-            'say what full scale is: unit = "12 MPa"',
-            table.file,
+        raise table.refused(
+            "a .wav file holds fractions of full scale, without a unit", 'say what full scale is: unit = "12 MPa"'
         )
     return found
 
@@ -502,10 +487,9 @@ def scales_of(
     """What 1 stands for in each column of values."""
     scales = [given or value_scale(table, face) for face in faces]
     if len({quantity for _, quantity in scales}) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"{table.heading(faces[0])} is a {scales[0][1]}, {table.heading(faces[1])} a {scales[1][1]}",
             "name two columns of the same quantity",
-            table.file,
         )
     if given is not None:
         notes += [f for face in faces if (f := _against_heading(table, face, cast(str, unit), given))]
