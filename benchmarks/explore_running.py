@@ -12,7 +12,8 @@ import numpy as np
 
 from percuss import Load, System
 from percuss.explore import Archive, carry_out
-from percuss.explore.sweeps import SweepJob, sweep_job
+from percuss.explore.cells import SweepJob
+from percuss.explore.sweeps import sweep_job
 
 Row = tuple[str, str, str, str]
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from percuss import Load, System
 from percuss.explore import diagram, follow
-from percuss.explore.continuation.solution_curve import CurvePoint, SolutionCurve
+from percuss.explore.continuation.solution_curve import SolutionCurve
+from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.family import SystemFamily
-from percuss.steady import PeriodicOrbit, orbit_near, orbits, parameter_column
+from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
 Row = tuple[str, str, str, str]
 STEP = 2e-3
@@ -61,13 +62,10 @@ def walked_plainly(orbit: PeriodicOrbit, steps: int) -> CurvePoint:
     """The same by the plain form of the equations, array by array."""
     curve, here = begun(orbit)
     for _ in range(steps):
-        x, column = here.x + STEP * here.tangent, None
+        x = here.x + STEP * here.tangent
         for _ in range(10):
-            motion = curve.motion(x)
-            if column is None:
-                column = parameter_column(motion, curve.system, curve.value(x))
-            matrix = curve.matrix(motion, column)
-            moved = np.linalg.solve(np.vstack([matrix, here.tangent]), -np.append(motion.residuals, 0.0))
+            matrix = curve.matrix(x)
+            moved = np.linalg.solve(np.vstack([matrix, here.tangent]), -np.append(curve.motion(x).residuals, 0.0))
             x = x + moved
             if np.abs(moved).max() < 1e-9:
                 break

@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
+from types import FunctionType
 from typing import Any, ClassVar
 
 from numba import njit
@@ -222,6 +223,24 @@ def _loaded(kept: Any, signature: Any, target: Any) -> Any:
         return kept._load_overload(signature, target)
 
 
+_TWINS: dict[Any, Any] = {}
+
+
+def twin(function: Any) -> Any:
+    """The compiled form, an `inner`, of a plain function of ours, with those of all that it calls.
+
+    So the same source serves one case, interpreted and without a compiler, and many.
+    """
+    if function not in _TWINS:
+        names = dict(function.__globals__)
+        _TWINS[function] = inner(FunctionType(function.__code__, names, function.__name__, function.__defaults__))
+        for name in function.__code__.co_names:
+            called = names.get(name)
+            if isinstance(called, FunctionType) and called.__module__.startswith("percuss."):
+                names[name] = twin(called)
+    return _TWINS[function]
+
+
 _ROOM = "kernels"
 """Name of a folder of compiled functions."""
 
@@ -230,14 +249,20 @@ _ROOM = "kernels"
 def sources_digest(own: Path) -> str:
     """SHA-256 of the sources that a compiled function may consist of.
 
-    Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` beside it, and the
-    room of the simulation. And this file, for all.
+    Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` and `*_flight.py`
+    beside it, the flow, and the room of the simulation. And this file, for all.
     """
     here = Path(__file__)
     if own.parent.name == _ROOM:
         sources = [*own.parent.glob("*.py")]
     else:
-        sources = [own, *own.parent.glob("*_kernels.py"), *(here.parent / "simulate" / _ROOM).glob("*.py")]
+        beside = [*own.parent.glob("*_kernels.py"), *own.parent.glob("*_flight.py")]
+        sources = [
+            own,
+            *beside,
+            here.parent / "mechanics" / "flow.py",
+            *(here.parent / "simulate" / _ROOM).glob("*.py"),
+        ]
     files = {path.resolve() for path in (here, *sources)}
     found = hashlib.sha256()
     for path in sorted(files):

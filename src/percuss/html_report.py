@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.answers.reach_in_words import reach_in_words
-from percuss.case.answers.sentences import ENDED, law_in_words, name_of, orbit_in_words, summary_of, timed_in_words
+from percuss.case.answers.motion_report import motion_report
+from percuss.case.answers.report_parts import Grid, Section
+from percuss.case.answers.sentences import name_of
+from percuss.case.answers.steady_report import steady_report
 from percuss.neutral import neutral
 from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
-    from percuss.case import Case, OrbitAnswer, SimulationAnswer, SteadyAnswer
+    from percuss.case import Case, SimulationAnswer, SteadyAnswer
 
 __all__ = ["report_html"]
 
@@ -57,23 +59,16 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline
 
-    parts = [f"<h1>{_safe(answer.title)}</h1>", _summary(answer), _cards(answer)]
+    report = steady_report(answer)
+    parts = [f"<h1>{_safe(report.title)}</h1>", f"<p><strong>{_safe(report.summary)}</strong></p>", _cards(answer)]
     if answer.system.is_si:
         parts.append(f"<div>{bar_outline(answer.system)}</div>")
-    parts += [
-        _laws(answer),
-        _notes(answer),
-        "<h2>Steady motions</h2>",
-        _orbits(answer),
-        _timed(answer),
-        _figure(plot.steady(answer), "Phases, load, gap, multipliers"),
-    ]
-    if answer.reach is not None:
-        parts += ["<h2>How far parameters may move</h2>", _reach(answer)]
-    if answer.starts.followed:
-        parts += ["<h2>Random starts</h2>", _starts(answer)]
+    parts += map(_part, report.sections)
+    parts.append(_figure(plot.steady(answer), "Phases, load, gap, multipliers"))
     if simulation is not None:
-        parts += ["<h2>Simulated motion</h2>", _simulated(simulation)]
+        moved = motion_report(simulation, 0)
+        parts += ["<h2>Simulated motion</h2>", f"<p><strong>{_safe(moved.summary)}</strong></p>"]
+        parts += map(_part, moved.sections[1:])
         parts.append(_figure(plot.trajectory(simulation), "The motion from the start of the case"))
     parts += ["<h2>Case</h2>", f"<pre>{_safe(case.to_toml())}</pre>"]
     parts.append(f"<footer>percuss {_safe(__version__)}; numbers without a unit are dimensionless</footer>")
@@ -95,18 +90,12 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
 """
 
 
-def _summary(answer: SteadyAnswer) -> str:
-    """The first lines of `percuss steady`, word for word."""
-    told = summary_of(answer)
-    return f"<p><strong>{_safe(told.headline)}</strong> {_safe(told.more)}</p>"
-
-
 def _cards(answer: SteadyAnswer) -> str:
     chosen = answer.chosen
     if chosen is None or chosen.si is None or chosen.orbit.impact_velocity <= 0.0:
         return ""
     cells = [
-        f'<div class="card">{_safe(figure.label)}<b>{_text(getattr(chosen.si, key))} {_safe(unit)}</b></div>'
+        f'<div class="card">{_safe(figure.label)}<b>{getattr(chosen.si, key):.5g} {_safe(unit)}</b></div>'
         for key, (figure, _, unit) in ((key, REPORTED[key]) for key in CARDS)
         if getattr(chosen.si, key) is not None
     ]
@@ -114,133 +103,18 @@ def _cards(answer: SteadyAnswer) -> str:
     return f'<p>Figures of {_safe(whose)}:</p><div class="cards">{"".join(cells)}</div>'
 
 
-def _orbits(answer: SteadyAnswer) -> str:
-    rows = [
-        (
-            name_of(answer, found),
-            _text(found.orbit.phase),
-            _striking(found),
-            "yes" if found.orbit.admissible else "no",
-            "yes" if found.stability.stable else "no",
-            _text(found.stability.margin_rhythm),
-            _text(found.stability.margin_ringing),
-            found.stability.reason,
-        )
-        for period in answer.periods
-        for found in period.orbits
-    ]
-    if not rows:
-        nearest = [period.states.nearest for period in answer.periods if period.states.nearest]
-        factor = next((near.load_factor for near in nearest if near.load_factor is not None), None)
-        return f"<p>None.{'' if factor is None else f' The nearest load factor with one is {_text(factor)}.'}</p>"
-    speed = "striking speed [m/s]" if answer.system.is_si else "striking speed"
-    head = (
-        "motion",
-        "phase [rad]",
-        speed,
-        "possible",
-        "stable",
-        "rhythm margin",
-        "ringing margin",
-        "why",
-    )
-    return _table(head, rows)
-
-
-def _reach(answer: SteadyAnswer) -> str:
-    """A sentence of each parameter."""
-    if not answer.reach or answer.chosen is None:
-        return "<p>No stable motion to follow.</p>"
-    items = "".join(f"<li>{_safe(reach_in_words(row))}</li>" for row in answer.reach)
-    return f"<p>Before {_safe(name_of(answer, answer.chosen))}, is lost:</p><ul>{items}</ul>"
-
-
-def _timed(answer: SteadyAnswer) -> str:
-    """The motions of a law that knows the duration of the blow; nothing where the case has none."""
-    if answer.law is None:
-        return ""
-    rows = []
-    for period in answer.periods:
-        for found in period.orbits:
-            lines = [ENDED] if found.timed is None else timed_in_words(found.timed, found.stability)
-            rows.append((name_of(answer, found), *_cells(lines)))
-        alone = () if period.timed is None else period.timed.alone
-        rows += [(f"alone, m = {period.states.periods}", *_cells(timed_in_words(found))) for found in alone]
-    law = f"<p>By {_safe(law_in_words(answer.law, answer.system))}.</p>"
-    return law + _table(("motion", "phase", "blow", "verdict"), rows)
-
-
-def _cells(lines: list[str]) -> tuple[str, str, str]:
-    phase, blow, *verdict = [*lines, "", ""]
-    return phase, blow, " ".join(verdict).strip()
-
-
-def _striking(found: OrbitAnswer) -> str:
-    """A striking speed; none where the end would be leaving the wall at the moment of impact."""
-    if found.orbit.impact_velocity <= 0.0:
-        return "– (no blow)"
-    return _text(found.orbit.impact_velocity if found.si is None else found.si.impact_velocity_m_s)
-
-
-def _starts(answer: SteadyAnswer) -> str:
-    told = answer.starts.to_json_dict(answer.system)
-    scaled = answer.system.is_si
-    rows = [
-        (
-            end["label"],
-            f"{end['starts']} of {told['followed']}",
-            _text((end["si"] or {}).get("delivered_power_kW") if scaled else end["delivered_power"]),
-            _text((end["si"] or {}).get("blow_rate_Hz") if scaled else end["blow_rate"]),
-        )
-        for end in told["ends"]
-    ]
-    units = ("kW", "1/s") if scaled else ("dimensionless", "per load period")
-    head = ("motion", "starts", f"power taken by the impacts ({units[0]})", f"main blows ({units[1]})")
-    begun = f"On the wall, leaving it with a random speed at a random phase; {told['modes']} elastic modes."
-    return f"<p>{begun}</p>{_table(head, rows)}"
-
-
-def _simulated(answer: SimulationAnswer) -> str:
-    motion, summary = answer.motion, answer.summary
-    rows = [
-        ("motion", motion.label),
-        ("ended by", motion.outcome),
-        ("impacts", str(motion.impacts)),
-        ("impacts per load period", _text(summary.blow_rate)),
-    ]
-    if answer.orbit is not None:
-        rows.insert(1, ("orbit", orbit_in_words(answer.orbit)))
-    if summary.si is None:
-        rows += [
-            ("mean striking speed", _text(summary.impact_velocity)),
-            ("mean blow energy", _text(summary.blow_energy)),
-        ]
-    else:
-        rows += [
-            ("blow rate [Hz]", _text(summary.si.blow_rate_Hz)),
-            ("mean striking speed [m/s]", _text(summary.si.impact_velocity_m_s)),
-            ("mean blow energy [J]", _text(summary.si.blow_energy_J)),
-        ]
-    return _table(("quantity", "value"), rows) + "".join(f"<p>{_safe(text)}</p>" for text in answer.warnings)
-
-
-def _laws(answer: SteadyAnswer) -> str:
-    """What the figures rest on: the law of the contact and that of the damping."""
-    system = answer.system
-    return f"<p>Contact: {_safe(system.contact.sentence)}. Damping: {_safe(system.body.damping.words)}.</p>"
-
-
-def _notes(answer: SteadyAnswer) -> str:
-    said = [*answer.notes, *(text for p in answer.periods for found in p.orbits for text in found.orbit.warnings)]
-    timed = [found for p in answer.periods if p.timed is not None for found in p.timed.orbits]
-    said += [text for found in timed for text in found.orbit.warnings]
-    return "".join(f"<p>{_safe(text)}</p>" for text in dict.fromkeys(said))
+def _part(part: Section | Grid) -> str:
+    """A section of a report as a heading and a table."""
+    if isinstance(part, Grid):
+        return f"<h2>{_safe(part.heading)}</h2>{_table(part.columns, part.rows)}"
+    return f"<h{part.level + 1}>{_safe(part.heading)}</h{part.level + 1}>{_table((), part.rows)}"
 
 
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    top = "".join(f"<th>{_safe(name)}</th>" for name in head)
+    names = "".join(f"<th>{_safe(name)}</th>" for name in head)
+    top = f"<thead><tr>{names}</tr></thead>" if names else ""
     body = "".join(f"<tr>{''.join(f'<td>{_safe(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f'<div class="scroll"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll"><table>{top}<tbody>{body}</tbody></table></div>'
 
 
 def _figure(figure: Any, caption: str) -> str:
@@ -253,10 +127,6 @@ def _figure(figure: Any, caption: str) -> str:
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, count=1, flags=re.DOTALL)
     return f"<figure>{svg}<figcaption>{_safe(caption)}</figcaption></figure>"
-
-
-def _text(value: float | None) -> str:
-    return "–" if value is None else f"{value:.5g}"
 
 
 def _safe(text: str) -> str:

@@ -327,7 +327,7 @@ def test_a_mode_with_a_node_at_the_load_is_told_so() -> None:
 )
 def test_a_rest_that_a_falling_bar_need_not_come_to_is_told(strain: str, mean: float, noted: bool) -> None:
     """A bar that keeps its strain comes to rest in a chatter; one that turns it over bounces on (R = 0.8, s = 20)."""
-    from percuss.cli.steady_report import steady_report
+    from percuss.case.answers.steady_report import steady_report
 
     text = plain_case(f'd = 0\nstrain = "{strain}"', restitution=0.8).replace("mean = 0.9", f"mean = {mean}")
     case = Case.from_text(text)
@@ -341,7 +341,7 @@ def test_a_rest_that_a_falling_bar_need_not_come_to_is_told(strain: str, mean: f
 
 
 def test_reports_name_both_laws() -> None:
-    from percuss.cli.steady_report import steady_report
+    from percuss.case.answers.steady_report import steady_report
 
     for keys, damping, contact in (
         ("d = 0", "none", "keeps the strain (B77)"),
@@ -356,7 +356,7 @@ def test_reports_name_both_laws() -> None:
 
 
 def test_a_report_in_si_tells_the_drag_of_a_damping_that_drags() -> None:
-    from percuss.cli.report_parts import system_section
+    from percuss.case.answers.report_parts import system_section
 
     rows = dict(system_section("case", system_of(si_case('drag = "400 N*s/m^2"')), ()).rows)
     assert rows["damping"].endswith("c = 136.4 N·s/m")

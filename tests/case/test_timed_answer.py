@@ -12,8 +12,8 @@ from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.quick_answer import quick_dict
 from percuss.case.answers.sentences import summary_of
+from percuss.case.answers.steady_report import steady_report
 from percuss.cli import main
-from percuss.cli.steady_report import steady_report
 from percuss.html_report import report_html
 
 PLAIN = """
@@ -130,7 +130,7 @@ def test_the_report_as_a_file_has_both() -> None:
     pytest.importorskip("matplotlib")
     case = Case.from_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0))
     text = report_html(case, steady_answer(case))
-    assert "By b77-tau: restitution 0.6" in text and "rad later than B77&#x27;s impact" in text
+    assert "b77-tau: restitution 0.6" in text and "rad later than B77&#x27;s impact" in text
 
 
 def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:

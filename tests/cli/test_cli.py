@@ -146,8 +146,8 @@ SI_KEYS = [
 ]  # fmt: skip
 
 
-def in_order(wanted: list[str], found: dict[str, Any]) -> bool:
-    return [key for key in found if key in wanted] == wanted
+def has(wanted: list[str], found: dict[str, Any]) -> bool:
+    return set(wanted) <= found.keys()
 
 
 def test_json_of_a_plain_case(process: Run) -> None:
@@ -155,13 +155,13 @@ def test_json_of_a_plain_case(process: Run) -> None:
     assert done.returncode == 0
     assert done.stderr == ""
     found = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
-    assert in_order(["case", "system", "periods", "rest"], found)
+    assert has(["case", "system", "periods", "rest"], found)
     assert found["case"] == "case.toml"
-    assert in_order(["s", "d", "restitution", "coefficients"], found["system"])
+    assert has(["s", "d", "restitution", "coefficients"], found["system"])
     assert found["system"]["coefficients"] == [[0.9, 0.0], [1.0, 0.0]]
     assert [period["m"] for period in found["periods"]] == [1, 3]
     first, third = found["periods"]
-    assert in_order(["m", "level", "level_max", "exists", "orbits"], first)
+    assert has(["m", "level", "level_max", "exists", "orbits"], first)
     assert first["exists"] is True
     assert first["level"] < first["level_max"]
     assert third["exists"] is False
@@ -170,22 +170,22 @@ def test_json_of_a_plain_case(process: Run) -> None:
     phases = [orbit["phase"] for orbit in first["orbits"]]
     assert phases == sorted(phases)
     for orbit in first["orbits"]:
-        assert in_order(ORBIT_KEYS, orbit)
-        assert in_order(["sigma", "a", "schur", "moduli", "stable"], orbit["reduced"])
+        assert has(ORBIT_KEYS, orbit)
+        assert has(["sigma", "a", "schur", "moduli", "stable"], orbit["reduced"])
         assert (len(orbit["reduced"]["a"]), len(orbit["reduced"]["schur"]), len(orbit["reduced"]["moduli"])) == (
             3,
             2,
             2,
         )
-        assert in_order(["modes", "largest", "moduli"], orbit["multipliers"])
+        assert has(["modes", "largest", "moduli"], orbit["multipliers"])
         assert orbit["multipliers"]["modes"] == 8
         moduli = orbit["multipliers"]["moduli"]
         assert moduli == sorted(moduli, reverse=True)
         assert moduli[0] == orbit["multipliers"]["largest"]
-        assert in_order(["input", "damping", "impact", "imbalance"], orbit["energy"])
+        assert has(["input", "damping", "impact", "imbalance"], orbit["energy"])
         assert orbit["si"] is None
     assert [orbit["stable"] for orbit in first["orbits"]] == [False, True]
-    assert in_order(["possible", "least_contact_force"], found["rest"])
+    assert has(["possible", "least_contact_force"], found["rest"])
     assert found["history"] is None
 
 
@@ -193,7 +193,7 @@ def test_json_of_a_machine(run: Run) -> None:
     found = json.loads(run("steady", "hydraulic-drifter", "--json").stdout)
     stable = [orbit for orbit in found["periods"][0]["orbits"] if orbit["stable"] and orbit["admissible"]]
     assert len(stable) == 1
-    assert in_order(SI_KEYS, stable[0]["si"])
+    assert has(SI_KEYS, stable[0]["si"])
     assert stable[0]["si"]["blow_energy_J"] == pytest.approx(310.0, rel=0.02)
     assert found["history"]["cycles"] == 40
     assert found["periods"][0]["nearest"] is None

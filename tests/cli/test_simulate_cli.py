@@ -19,10 +19,10 @@ import pytest
 from case_texts import PLAIN
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
+from percuss.case.answers.motion_report import label_in_words
 from percuss.cli import main, simulate
 from percuss.cli import simulation_progress as watch
 from percuss.cli.arguments import events, start_keys, time_or_text, whole
-from percuss.cli.motion_report import label_in_words
 from percuss.simulate import Trajectory
 
 TABLES = """
@@ -397,7 +397,7 @@ def test_help_loads_no_compiler() -> None:
 
 
 def test_every_outcome_has_words():
-    from percuss.cli.motion_report import _OUTCOMES
+    from percuss.case.answers.motion_report import _OUTCOMES
     from percuss.simulate import OUTCOMES
 
     assert set(_OUTCOMES) == set(OUTCOMES)

@@ -8,7 +8,6 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.basin import Basins, basins, basins_job
 from percuss.explore.attractors.experiments import experiment
 from percuss.explore.family import Axis
-from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 
 TURN = 2.0 * np.pi
@@ -59,17 +58,6 @@ def test_modal_amplitudes():
             assert found.label[i, j] == run(ELASTIC, start, modes=2).label
     assert found.columns["start_displacement"].shape == (6, 3)
     assert np.allclose(found.columns["position"], -1.0)
-
-
-def test_portions_and_archive(tmp_path):
-    asked = {"x": ("time", 0.0, 6.0, 13), "y": ("velocity", -4.0, -0.5, 9), "stop": Stop(impacts=400)}
-    one = basins(BISTABLE, **asked, workers=1)
-    other = basins(BISTABLE, **asked, workers=1, chunk=7, archive=tmp_path / "b.zarr")
-    for name in one.columns:
-        assert one.columns[name].tobytes() == other.columns[name].tobytes(), name
-    again = Basins.from_archive(Archive.open(tmp_path / "b.zarr"))
-    assert np.array_equal(again.image, one.image) and again.x == one.x and again.at == ()
-    assert again.stop == Stop(impacts=400)
 
 
 def test_a_portion_of_a_huge_plane_is_made_alone():

@@ -7,7 +7,7 @@ from percuss import Load, System
 from percuss.blow.closed_forms import matched_efficiency
 from percuss.case import Case, blow_answer, load_case, sweep_job_of
 from percuss.errors import ParameterError
-from percuss.explore import QUANTITIES, Archive, Axis, Sweep, carry_out, sweep
+from percuss.explore import QUANTITIES, Axis, Sweep, sweep
 
 BLOW = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
 NEVER = lambda: False  # noqa: E731
@@ -134,15 +134,3 @@ def test_questions_that_no_blow_answers():
     for axis in ("load_factor=0.5,0.6", "load.scale=1,2"):
         with pytest.raises(ParameterError, match=r"for a blow, a key of the case"):
             mapped(case, axis, quantities=["peak_stress"])
-
-
-def test_a_map_of_blows_goes_on_where_it_was_left(tmp_path):
-    case = load_case("laboratory-striker")
-    axes = [Axis.parsed("rock.stiffness=50 kN/mm:400 kN/mm:6")]
-    job, path = sweep_job_of(case, axes, BLOW), tmp_path / "map.zarr"
-    first = carry_out(job, workers=1, archive=path)
-    again = carry_out(sweep_job_of(case, axes, BLOW), workers=1, archive=path, resume=True)
-    kept = Sweep.from_archive(Archive.open(path))
-    for name in BLOW:
-        np.testing.assert_array_equal(first[name], again[name])
-        np.testing.assert_array_equal(first[name], kept[name])

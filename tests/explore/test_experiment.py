@@ -11,7 +11,7 @@ from percuss.errors import ParameterError, PercussError, ResonanceError
 from percuss.explore import Axis, sweep
 from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own
 from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job, wilson
-from percuss.explore.attractors.hammers import COLUMNS, ClockedHammer, invariants_of
+from percuss.explore.attractors.hammers import ClockedHammer, invariants_of
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model.described import describe_system, system_from
@@ -333,18 +333,6 @@ def same(one, other):
         assert one[name].dtype == other[name].dtype and one[name].tobytes() == other[name].tobytes(), name
 
 
-@pytest.mark.parametrize("modes", [0, 3])
-def test_portions_do_not_show(modes):
-    job = experiment_job(PNEUMATIC, 300, "field", 2, modes=modes, stop=Stop(impacts=300))
-    whole = job.compute(0, 300, lambda: False)
-    assert set(whole) == set(job.columns) >= set(COLUMNS)
-    for name, column in job.columns.items():
-        assert whole[name].dtype == np.dtype(column.dtype) and whole[name].shape == (300, *column.shape), name
-    for size in (1, 7, 128):
-        parts = [job.compute(i, min(i + size, 300), lambda: False) for i in range(0, 300, size)]
-        same({name: np.concatenate([part[name] for part in parts]) for name in whole}, whole)
-
-
 def test_workers_do_not_show():
     job = experiment_job(TWINS, 600, "wall", 3)
     one = carry_out(job, workers=1)
@@ -366,16 +354,6 @@ def test_what_is_no_longer_wanted_ends_early():
 
     found = job.compute(0, 200_000, stopped)
     assert len(calls) < 10 and len(found["code"]) < 200
-
-
-def test_an_archive_gives_the_experiment_back(tmp_path):
-    path = tmp_path / "exp.zarr"
-    found = experiment(TWINS, 500, "wall", 3, workers=1, archive=path, chunk=90)
-    archive = Archive.open(path)
-    again = Experiment.from_archive(archive)
-    same(again.columns, found.columns)
-    assert again.to_json_dict() == found.to_json_dict() and again.stop == found.stop
-    assert archive.ask["kind"] == "experiment" and archive.ask["percuss"] == 1
 
 
 @pytest.mark.parametrize(

@@ -5,12 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from percuss.errors import Interrupted, ParameterError
-from percuss.explore import Archive, Basins, Experiment, basins, experiment
+from percuss.errors import ParameterError
+from percuss.explore import Archive, Basins, basins, experiment
 from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, named, own, speed_scale
 from percuss.explore.attractors.experiments import experiment_job, wilson
 from percuss.explore.attractors.hammers import MACHINE_COLUMNS
-from percuss.explore.jobs.carrying_out import carry_out
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.model.described import describe_machine, machine_from
 from percuss.simulate import STALLS, MachineStart, MachineStarts, Start, Starts, Stop, run_machine
@@ -24,13 +23,6 @@ def machine(stiffness, contact=None, ports=PORTS, body=None):
 
 
 GAS = machine(1.2)
-
-
-def same(one, other):
-    assert set(one) == set(other)
-    for name, values in one.items():
-        assert values.dtype == other[name].dtype, name
-        assert np.array_equal(values, other[name], equal_nan=values.dtype.kind == "f"), name
 
 
 # -- which run ------------------------------------------------------------------------------------------------------
@@ -181,38 +173,6 @@ def test_what_is_refused():
     for state in (2, -1, 0.5, [0, 1]):
         with pytest.raises(ParameterError):
             MachineStarts(Starts.rigid(-1.0), state, ("return", "power"))
-
-
-# -- however the work is cut ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("modes", [0, 4])
-def test_portions_and_threads_give_the_same_bits(modes):
-    job = experiment_job(GAS, 90, "field", 2, modes=modes, stop=Stop(impacts=200))
-    whole = job.compute(0, 90, lambda: False)
-    parts = [job.compute(first, first + 30, lambda: False) for first in (0, 30, 60)]
-    same(whole, {name: np.concatenate([part[name] for part in parts]) for name in whole})
-    two = experiment_job(GAS, 90, "field", 2, modes=modes, stop=Stop(impacts=200), threads=2)
-    same(two.compute(0, 90, lambda: False), whole)
-    assert {name: column.dtype for name, column in job.columns.items()} == {
-        name: str(values.dtype) for name, values in whole.items()
-    }
-    assert two.ask == job.ask and json.loads(json.dumps(job.ask)) == job.ask
-
-
-def test_an_interrupted_experiment_goes_on_where_it_was(tmp_path):
-    job = experiment_job(GAS, 600, "field", 4)
-    with pytest.raises(Interrupted):
-        carry_out(job, workers=1, archive=tmp_path / "m.zarr", chunk=50, progress=lambda now: now.done >= 100)
-    part = Experiment.from_archive(Archive.open(tmp_path / "m.zarr"))
-    assert 0 < len(part) < 600
-    whole = carry_out(job, workers=1, archive=tmp_path / "m.zarr", resume=True)
-    once = experiment(GAS, 600, "field", 4, workers=1)
-    same(whole, once.columns)
-    again = Archive.open(tmp_path / "m.zarr").result()
-    assert isinstance(again, Experiment) and again.system == GAS
-    assert again.to_json_dict() == once.to_json_dict() and np.array_equal(again.label, once.label)
-    assert np.array_equal(part.label, once.label[: len(part)])
 
 
 def test_a_machine_comes_back_from_its_description():

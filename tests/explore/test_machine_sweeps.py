@@ -8,7 +8,6 @@ from percuss.errors import CaseError, ParameterError, UnitError
 from percuss.explore import (
     MACHINE_QUANTITIES,
     STALLS,
-    Archive,
     Axis,
     Sweep,
     SystemFamily,
@@ -160,22 +159,6 @@ def test_where_a_machine_runs_along_a_parameter():
     assert starts.last == pytest.approx(0.6, abs=1e-8)
     # R² w + 2 a_r S = κ S² with w = 2 (a_r + a_p) S/(1 − R²)
     assert runs.last == pytest.approx(0.6 + 0.25 * 2.0 * 1.3 / 0.75, abs=1e-8)
-
-
-def test_workers_and_an_archive_change_no_bit(tmp_path):
-    axes = "pressure=0.5:1.5:6", "ports[0].delay=0:0.6:5"
-    first = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=1, archive=tmp_path / "map.zarr")
-    again = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=1, archive=tmp_path / "map.zarr", resume=True)
-    kept = Sweep.from_archive(Archive.open(tmp_path / "map.zarr"))
-    shared = sweep(MACHINE, *axes, quantities=ALL, modes=0, workers=2)
-    job = sweep_job(MACHINE, *axes, quantities=ALL, modes=0)
-    parts = [job.compute(i, min(i + 7, job.size), NEVER) for i in range(0, job.size, 7)]
-    for name in ALL:
-        for other in (again, kept, shared):
-            np.testing.assert_array_equal(first[name], other[name])
-        np.testing.assert_array_equal(first[name].ravel(), np.concatenate([part[name] for part in parts]))
-    assert first.dataset["stall"].attrs["words"].startswith("runs, ")
-    assert kept.words["stall"] == STALLS
 
 
 def test_a_cell_without_a_machine_says_so():

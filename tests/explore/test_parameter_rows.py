@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
-from percuss.explore.continuation.solution_curve import CorrectorFailed, ParameterRows, SolutionCurve, turning
+from percuss.explore.continuation.solution_curve import ParameterRows, SolutionCurve, turning
+from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.explore.family import SystemFamily
 from percuss.model import KelvinVoigt, Kept, Mounted, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array
@@ -94,8 +95,7 @@ def check_points(curve: SolutionCurve, orbit: object, value: float) -> None:
         matrix, off = curve.linearised(found.x)
         motion = curve.motion(found.x)
         assert off == pytest.approx(motion.residuals, rel=0, abs=1e-12)
-        column = parameter_column(motion, curve.system, curve.value(found.x))
-        plain = curve.matrix(motion, column)
+        plain = curve.matrix(found.x)
         assert matrix == pytest.approx(plain, rel=1e-7, abs=1e-8 * float(np.abs(plain).max()))
 
 

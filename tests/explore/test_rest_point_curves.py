@@ -10,7 +10,7 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
-from percuss.case.answers.orbits_answer import rest_curve_dict
+from percuss.case.answers.orbits_answer import curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, follow_point, follow_rest_cycle
 from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
@@ -63,6 +63,7 @@ def test_onsets_of_a_rigid_bar(curve: PointCurve) -> None:
     assert high.values == pytest.approx((0.3, 0.513626912256), rel=0, abs=1e-11)
     assert low.values == pytest.approx((0.0, 1.0 / math.hypot(1.0, math.pi)), rel=0, abs=1e-12)
     assert curve.is_orbit.all()
+    assert str(curve).startswith("onset of chatter/1: ")
     assert curve.release_phases == pytest.approx(np.arccos(-curve.values[:, 1]), rel=0, abs=1e-12)
     assert curve.event_phases == pytest.approx(curve.release_phases, rel=0, abs=1e-9)
 
@@ -201,7 +202,7 @@ def test_it_stops_when_told(onset: BranchPoint) -> None:
     at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
     assert [end.kind for end in at_once.ends] == [BranchEvent.STOPPED] * 2
     assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
-    assert json.loads(json.dumps(rest_curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
+    assert json.loads(json.dumps(curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
 
 
 def test_what_cannot_be_followed_is_refused(onset: BranchPoint) -> None:
@@ -210,11 +211,6 @@ def test_what_cannot_be_followed_is_refused(onset: BranchPoint) -> None:
         follow_point(branch.points[0], PLANE, ((0.1, 0.3), (0.3, 1.0)))
     with pytest.raises(ParameterError, match="a point of the systems with"):
         follow_point(onset, PLANE, ((0.1, 0.3), (0.3, 1.0)), values=(0.2, 0.5))
-
-
-def test_it_says_what_it_is(curve: PointCurve) -> None:
-    assert str(curve).startswith("onset of chatter/1: ")
-    assert (curve.kind, curve.label) == ("onset", "chatter/1")
 
 
 def test_without_a_range_a_curve_goes_to_the_last_restitution() -> None:

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from percuss import Load, Start, Stop, System, rest_on_wall, run, si_report, stability_of, steady_states
 from percuss.case import Case, CaseFamily, load_case, sweep_job_of
@@ -188,18 +186,6 @@ def test_failures_are_values():
     found = sweep(SQUARE, "kappa=0.5,1.3,2.5", quantities=["exists", "margin"], modes=4, workers=1)
     assert [words[code] for code in found["outcome"]] == ["does not push", "ok", "no system"]
     assert found["exists"].tolist() == [False, True, False] and np.isnan(found["margin"][[0, 2]]).all()
-
-
-@settings(max_examples=20, deadline=None)
-@given(cut=st.integers(1, 11), simulated=st.booleans())
-def test_portions_do_not_show(cut, simulated):
-    names = ["phase", "margin", "label", "blow_rate"] if simulated else ["phase", "reduced_margin", "phases"]
-    stop = Stop(impacts=50)
-    job = sweep_job(PNEUMATIC, "restitution=0.3:0.7:4", "load_factor=0.5:0.9:3", quantities=names, modes=2, stop=stop)
-    whole = job.compute(0, job.size, NEVER)
-    parts = [job.compute(0, cut, NEVER), job.compute(cut, job.size, NEVER)]
-    for name, values in whole.items():
-        assert np.array_equal(values, np.concatenate([part[name] for part in parts]), equal_nan=True), name
 
 
 @pytest.mark.parametrize("load", [[0.25, 0.6, 0.3 + 0.2j, 0.2 + 0.1j], [0.3, *(1.0 / k for k in range(1, 13))]])

@@ -61,13 +61,12 @@ WRONG: dict[str, Any] = {
 }  # fmt: skip
 
 NO_DOORS = {
-    "a word, made from its sentence": "blow.BlowOutcome explore.BranchEvent explore.CurveEvent "
-    "explore.RestEvent steady.Obstacle steady.Reason",
+    "a word, made from its sentence": "blow.BlowOutcome explore.BranchEvent steady.Obstacle steady.Reason",
     "its tables are pydantic's; the doors are Case.read and Case.from_text": "case.Case",
     "what comes out": "errors.PercussError case.CaseErrors",
     "a protocol, or a contract whose doors are its kinds": "explore.Family explore.Job model.Body model.SizedBody "
     "model.Damping model.Contact explore.Family.check explore.Family.system explore.Job.compute",
-    "refuses whatever it is given: a machine that switches itself is no system": "explore.MachineFamily.system",
+    "refuses whatever it is given: a system is no machine that switches itself": "explore.SystemFamily.machine",
     "takes readings of records in SI alone: tests/steady/test_recorded_valve.py": "steady.recorded_together",
     "takes arrays and counts that other floors have checked, millions of times": "steady.Orbit.end_motion "
     "steady.Orbit.forced_elastic steady.Orbit.rigid_motion steady.TimedOrbit.rigid_motion steady.Orbit.transient "
@@ -75,12 +74,12 @@ NO_DOORS = {
     "between the parts of a job that is carried out: its doors are carry_out and Archive.open": "explore.Archive "
     "explore.Archive.bounds explore.Archive.create explore.Archive.keep explore.Archive.resume explore.Archive.write "
     "explore.Basins.from_archive explore.Basins.of explore.Diagram.from_archive explore.Diagram.of "
-    "explore.DiagramPoint.of explore.DiagramRestBranch.of explore.Experiment.from_archive explore.Experiment.of "
+    "explore.Experiment.from_archive explore.Experiment.of "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position steady.Rhythm.of_rigid blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
-    "explore.DiagramBranch.times_at explore.DiagramRestBranch.release_at explore.RestPointCurve.at "
+    "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
     "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.shares",
 }
 LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
@@ -257,7 +256,7 @@ class Arguments:
             simulate.run_machine(MACHINE, modes=0, stop=stop).events, blow.Wall(), blow.Rock(1e8),
             blow.Rod([Section(None, 1e-3)]),
             blow.strike(Bar(0.3, 1e-3), blow.Rod([Section(None, 1e-3)]), 1.0),
-            explore.SystemFamily(SYSTEM), explore.MachineFamily(MACHINE),
+            explore.SystemFamily(SYSTEM),
             explore.Axis.linear("restitution", 0.2, 0.6, 2), Two(),
             explore.basins(SYSTEM, ("time", 0.0, 1.0, 2), ("velocity", -1.0, -0.5, 2), **few),
             explore.boundaries(SYSTEM, ("restitution", [0.3]), ("load_factor", 0.1, 1.0), kinds=("fold",)),
@@ -378,7 +377,7 @@ class Arguments:
             "explore.Axis.spanned": {"text": "s=1:2"},
             "explore.Boundaries.*": {"kind": "fold"},
             "explore.SystemFamily": {"base": SYSTEM},
-            "explore.MachineFamily": {"base": MACHINE},
+            "explore.vary": {"hammer": SYSTEM},
             "explore.basins": {"x": ("time", 0.0, 1.0, 2), "y": ("velocity", -1.0, -0.5, 2)},
             "explore.boundaries": {"x": ("restitution", [0.3]), "y": ("load_factor", 0.1, 1.0), "kinds": ("fold",)},
             "explore.carry_out": {"job": Two()},

@@ -20,7 +20,7 @@ from percuss.steady import (
     slow_pressure,
     valve_margins,
 )
-from percuss.steady.self_excited.piston_flight import PressedFlight
+from percuss.steady.self_excited.piston_flight import Flight, at, ramped_crossing
 from percuss.steady.self_excited.piston_legs import Piston
 from percuss.steady.self_excited.rigid_cycle import continued, under_pressure
 from supply_oracle import after_cycle
@@ -120,7 +120,7 @@ def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
     edges = np.linspace(0.0, duration, 21)
     half = 0.5 * np.diff(edges)
     t = (edges[:-1, None] + half[:, None] * (x + 1.0)).ravel()
-    return (half[:, None] * w).ravel(), np.array([flight.at(float(one))[1] ** 2 for one in t])
+    return (half[:, None] * w).ravel(), np.array([at(flight, float(one))[1] ** 2 for one in t])
 
 
 @given(
@@ -130,27 +130,30 @@ def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
 @settings(max_examples=20)
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, place, back) -> None:
     """Against looking at many times."""
-    flight, until = PressedFlight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
-    found = flight.first_crossing([(place, 1), (place, -1)], until)
+    flight, until = Flight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
+    time, where, way = ramped_crossing(flight, [[place, place], [1.0, -1.0]], until)
     times = np.linspace(0.0, until, 2001)
-    beyond = np.array([flight.at(float(t))[0] - place for t in times])
-    beyond[np.abs(beyond) < 1e-12] = 0.0  # it may begin at the place
+    seen = np.array([at(flight, float(t))[0] for t in times])
+    beyond = np.where(np.abs(seen - place) < 1e-12, 0.0, seen - place)  # it may begin at the place
     changes = np.flatnonzero(beyond[:-1] * beyond[1:] < 0.0)
-    if found is None:
-        assert not changes.size
+    struck = np.flatnonzero((seen[:-1] > 1e-12) & (seen[1:] < 0.0))
+    first = min((times[one[0] + 1] for one in (changes, struck) if one.size), default=np.inf)
+    if way == 0:
+        assert first == np.inf
     else:
-        assert flight.at(found.time)[0] == pytest.approx(place, abs=1e-8)
-        assert not changes.size or found.time <= times[changes[0] + 1] + 1e-9
+        assert at(flight, time)[0] == pytest.approx(where, abs=1e-8)
+        assert time <= first + 1e-9
 
 
 def test_far_passages_are_found_without_looking_at_every_swing() -> None:
     """A stiff accumulator and a slow pump: some 10^5 swings before the place is reached, first at a crest."""
-    flight = PressedFlight(0.0, 1e4, 0.0, 0.5, 0.1, 1.0)
-    found = flight.first_crossing([(1.0, 1)], math.inf)
-    assert found.which == (0,)
-    assert flight.at(found.time)[0] == pytest.approx(1.0, abs=1e-9)
-    assert 1e-4 * found.time == pytest.approx(1.0 - 0.5, rel=0.01)
-    assert PressedFlight(0.0, 1e4, 0.0, 0.5, 0.1, -1.0).first_crossing([(1.1, 1)], math.inf) is None
+    flight = Flight(2e4, 1e4, 0.0, 2.5, 0.1, 1.0)
+    time, place, way = ramped_crossing(flight, [[3.0], [1.0]], math.inf)
+    assert (place, way) == (3.0, 1)
+    assert at(flight, time)[0] == pytest.approx(3.0, abs=1e-9)
+    assert 1e-4 * time == pytest.approx(3.0 - 2.5, rel=0.01)
+    time, place, way = ramped_crossing(flight._replace(ramp=-1.0), [[3.1], [1.0]], math.inf)
+    assert (place, way) == (0.0, -1) and 1e-4 * time == pytest.approx(2.0 - 0.5, rel=0.01)
 
 
 def test_a_small_accumulator_is_emptied() -> None:

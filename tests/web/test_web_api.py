@@ -717,7 +717,7 @@ def test_the_report_is_one_file(client: Client) -> None:
     none = client.post("/api/report", {"case": {**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}})
     assert "No steady motion with one impact every load period exists" in none.text
     assert "The bar may also come to rest on the wall." in none.text
-    assert "None. The nearest load factor with one is" in none.text
+    assert "<td>nearest</td><td>load factor" in none.text
 
 
 def test_the_report_tells_one_case_in_one_kind_of_units(client: Client) -> None:
@@ -725,12 +725,12 @@ def test_the_report_tells_one_case_in_one_kind_of_units(client: Client) -> None:
     text = client.post("/api/report", {"machine": "mini-breaker", "simulate": True}).text
     orbit = steady_states(load_case("mini-breaker").system()).orbits[-1]
     scale = load_case("mini-breaker").system().speed_scale
-    assert f"<td>{orbit.impact_velocity * scale:.5g}</td>" in text
-    assert f"<td>{orbit.impact_velocity:.5g}</td>" not in text
-    assert "striking speed [m/s]" in text and "mean striking speed [m/s]" in text and "mean blow energy [J]" in text
+    assert f"{orbit.impact_velocity * scale:.4g} m/s" in text
+    assert f"{orbit.impact_velocity:.4g} " not in text
+    assert "<td>striking speed</td>" in text and "<td>blow</td>" in text
     assert "N·s" in text and "N s" not in text
     plain = client.post("/api/report", {"case": PLAIN}).text
-    assert "[m/s]" not in plain and "<th>striking speed</th>" in plain
+    assert " m/s" not in plain and "at the striking end" in plain
 
 
 # -- load -----------------------------------------------------------------------------------------------------------

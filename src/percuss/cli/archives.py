@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.cli.arguments import Parser, check_target, need
 
 if TYPE_CHECKING:
-    from percuss.cli.report_parts import Grid, Report, Section
+    from percuss.case.answers.report_parts import Grid, Report, Section
     from percuss.explore.jobs.archive import Archive
 
 _SHOW = """\
@@ -77,7 +77,7 @@ def export(arguments: Sequence[str]) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.cli.report_parts import BAD, GOOD, PLAIN, Report, Section
+    from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
     sections: list[Section | Grid] = [Section("what was asked for", tuple(_asked(archive)))]
@@ -131,7 +131,7 @@ def _brief(value: Any) -> str:
 
 
 def _axes(archive: Archive) -> Grid | None:
-    from percuss.cli.report_parts import Grid
+    from percuss.case.answers.report_parts import Grid
 
     axes = archive.ask.get("axes")
     if not isinstance(axes, list) or not all(isinstance(axis, dict) and axis.get("values") for axis in axes):
@@ -146,7 +146,7 @@ def _axes(archive: Archive) -> Grid | None:
 
 
 def _columns(archive: Archive) -> Section:
-    from percuss.cli.report_parts import Section
+    from percuss.case.answers.report_parts import Section
 
     rows = []
     for name, column in archive.columns.items():

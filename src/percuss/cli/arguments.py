@@ -6,7 +6,6 @@ import argparse
 import math
 import os
 import re
-import shlex
 import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -305,11 +304,6 @@ def named_case(name: str) -> Case:
         what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
         raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
     return Case.read(name)
-
-
-def as_typed(name: str) -> str:
-    """The name of a case as it is to be typed again: '-' for standard input, quoted where a shell needs it."""
-    return "-" if name == "<stdin>" else shlex.quote(name)
 
 
 def _entries(folder: str) -> list[str]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 from collections.abc import Sequence
 
-from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, tell_made, whole
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, whole
 from percuss.cli.long_commands import add_carrying, carried
 
 _DESCRIPTION = """\
@@ -72,18 +71,13 @@ def run(arguments: Sequence[str]) -> int:
     x, y = Axis.parsed(options.x), Axis.parsed(options.y)
     job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)
     found = Basins.of(job, carried(parser, options, job))
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.case.answers.exploration import basins_dict
+    from percuss.cli.map_report import basins_report
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.basins(found, case.title), options.plot)
-    if options.json:
-        from percuss.case.answers.exploration import basins_dict
-
-        print(json.dumps(basins_dict(case, found), ensure_ascii=False))
-    else:
-        from percuss.cli.map_report import basins_report
-        from percuss.cli.report_printing import show
-
-        show(basins_report(case.title, found))
-    tell_made(options.json, basins=options.output, picture=options.plot)
+    answered(
+        options, lambda: basins_dict(case, found), lambda: basins_report(case.title, found),
+        lambda: plot.basins(found, case.title), basins=options.output,
+    )  # fmt: skip
     return 0

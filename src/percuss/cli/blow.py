@@ -7,9 +7,10 @@ import re
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import number, percent
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.arguments import (
     PICTURES,
     Parser,
@@ -19,10 +20,8 @@ from percuss.cli.arguments import (
     check_target,
     named_case,
     need,
-    tell_made,
     whole,
 )
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.errors import CaseError, ParameterError, PercussError
 
 if TYPE_CHECKING:
@@ -91,19 +90,17 @@ def run_best(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.whole_file import write_whole
 
         write_whole(options.output, _text(answer.case, options.output))
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.best(answer), options.plot)
-    if options.json:
-        import json
-
-        print(json.dumps(answer.to_json_dict(), indent=1, allow_nan=False))
-    else:
-        from percuss.cli.report_printing import show
-
-        show(best_report(answer))
-    tell_made(options.json, case=options.output, picture=options.plot)
+    answered(
+        options,
+        answer.to_json_dict,
+        lambda: best_report(answer),
+        lambda: plot.best(answer),
+        indent=1,
+        case=options.output,
+    )
     if not answer.complete:
         print(f"percuss: interrupted: the best of {answer.blows} blows so far", file=sys.stderr)
         return 130
@@ -173,7 +170,7 @@ def best_report(answer: BestAnswer) -> Report:
 
     name = OBJECTIVES[answer.objective][0]
     own, best = (f"{_best_value(answer, name, value)}" for value in answer.figures[name])
-    limit = "" if answer.below is None else answer.own.units.stress(answer.below)
+    limit = "" if answer.below is None else answer.own.tell(answer.below, "stress")
     if answer.allowed:
         summary = f"The best blow found: {FIGURES[name].label} {best}; the case as it is: {own}."
         summary += f" No stress is above {limit}." if limit else ""
@@ -214,15 +211,19 @@ def _figure(answer: BestAnswer, name: str) -> tuple[str, ...]:
 
 
 def _best_value(answer: BestAnswer, name: str, value: float | None) -> str:
-    tell: dict[str, Any] = {
-        "rock_energy": answer.own.units.energy,
-        "incident_energy": answer.own.units.energy,
-        "rock_efficiency": percent,
-        "ringing": percent,
-        "peak_stress": answer.own.units.stress,
-        "contact_duration": answer.own.units.time,
-    }
-    return "-" if value is None else tell.get(name, number)(value)
+    if value is None:
+        return "-"
+    if name in ("rock_efficiency", "ringing"):
+        return percent(value)
+    return answer.own.tell(value, _DIMENSIONS.get(name, ""))
+
+
+_DIMENSIONS = {
+    "rock_energy": "energy",
+    "incident_energy": "energy",
+    "peak_stress": "stress",
+    "contact_duration": "time",
+}
 
 
 def _change(own: float | None, best: float | None) -> str:
@@ -282,21 +283,16 @@ def run(arguments: Sequence[str]) -> int:
     answer = _answer(parser, options)
     if options.measured is not None:
         answer = _with_record(parser, answer, options)
-    text = _json(answer) if options.json else ""
     if options.output is not None or options.csv is not None:
         _save(answer, options)
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.cli.blow_report import blow_report
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.blow(answer), options.plot)
-    if options.json:
-        print(text)
-    else:
-        from percuss.cli.blow_report import blow_report
-        from percuss.cli.report_printing import show
-
-        show(blow_report(answer))
-    tell_made(options.json, waves=options.output, table=options.csv, picture=options.plot)
+    answered(
+        options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer), indent=1,
+        waves=options.output, table=options.csv,
+    )  # fmt: skip
     return 0
 
 
@@ -409,9 +405,3 @@ def _save(answer: BlowAnswer, options: argparse.Namespace) -> None:
         write_netcdf(found, options.output)
     if options.csv is not None:
         write_csv(found, options.csv)
-
-
-def _json(answer: BlowAnswer) -> str:
-    import json
-
-    return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)

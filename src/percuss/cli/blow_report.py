@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.blow_answer import blow_in_words
 from percuss.case.answers.numerals import counted, number, percent, quantity
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 
 if TYPE_CHECKING:
     from percuss.blow import ContactInterval, Peak
@@ -38,8 +38,8 @@ def _question(answer: BlowAnswer) -> Section:
         ("case", answer.name),
         ("striker", str(blow.striker)),
         ("it strikes", struck),
-        ("speed", f"{answer.units.speed(blow.mean_velocity_before)}, {answer.speed}"),
-        ("window", f"{answer.units.time(blow.until)}; {blow.outcome.value}"),
+        ("speed", f"{answer.tell(blow.mean_velocity_before, 'speed')}, {answer.speed}"),
+        ("window", f"{answer.tell(blow.until, 'time')}; {blow.outcome.value}"),
     ]
     return Section("The blow", (*rows, *(("note", note) for note in answer.notes)))
 
@@ -73,12 +73,12 @@ def _contacts(answer: BlowAnswer) -> Grid | Section:
 
 
 def _contact(answer: BlowAnswer, spell: ContactInterval) -> tuple[str, ...]:
-    end = "still closed" if spell.end is None else answer.units.time(spell.end)
+    end = "still closed" if spell.end is None else answer.tell(spell.end, "time")
     return (
-        answer.units.time(spell.start),
+        answer.tell(spell.start, "time"),
         end,
-        answer.units.momentum(spell.impulse),
-        answer.units.force(spell.peak_force),
+        answer.tell(spell.impulse, "momentum"),
+        answer.tell(spell.peak_force, "force"),
     )
 
 
@@ -87,24 +87,23 @@ def _energy(answer: BlowAnswer) -> Section:
     before = blow.energy_before + max(blow.load_work, 0.0)
 
     def share(value: float) -> str:
-        return (
-            f"{answer.units.energy(value)} ({percent(value / before)})" if before > 0.0 else answer.units.energy(value)
-        )
+        told = answer.tell(value, "energy")
+        return f"{told} ({percent(value / before)})" if before > 0.0 else told
 
-    rows = [("before", answer.units.energy(blow.energy_before))]
+    rows = [("before", answer.tell(blow.energy_before, "energy"))]
     if blow.load_work:
-        rows.append(("work of the load", answer.units.energy(blow.load_work)))
+        rows.append(("work of the load", answer.tell(blow.load_work, "energy")))
     rows += [
         ("through the face", share(blow.work_through_face)),
-        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.units.speed(blow.mean_velocity_after)}"),
+        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.tell(blow.mean_velocity_after, 'speed')}"),
         ("ringing in it", share(blow.vibration_energy_after)),
         ("closes to", f"energy {blow.energy_error:.1e}, momentum {blow.momentum_error:.1e}, relative"),
     ]
     if blow.effective_restitution is not None:
         rows.append(("restitution", f"R = {number(blow.effective_restitution, 6)}"))
     if blow.contact_duration is not None and blow.force_centroid is not None:
-        centre = f"centroid of the force at {answer.units.time(blow.force_centroid)}"
-        rows.append(("contact", f"{answer.units.time(blow.contact_duration)}; {centre}"))
+        centre = f"centroid of the force at {answer.tell(blow.force_centroid, 'time')}"
+        rows.append(("contact", f"{answer.tell(blow.contact_duration, 'time')}; {centre}"))
     return Section("Energy", tuple(rows))
 
 
@@ -113,19 +112,19 @@ def _rod(answer: BlowAnswer) -> Section:
     assert waves is not None  # there is a rod
     rows = []
     if pulse is not None:
-        units = answer.units
-        first = f"{units.time(pulse.length)} long, peak {units.force(pulse.peak)} after {units.time(pulse.rise)}"
-        rows.append(("first pulse", f"{first}, {answer.units.energy(pulse.energy)}"))
-    place = "at the gauge" if answer.gauge is None else f"{answer.units.place(answer.gauge)} from the face"
+        tell = answer.tell
+        first = f"{tell(pulse.length, 'time')} long, peak {tell(pulse.peak, 'force')} after {tell(pulse.rise, 'time')}"
+        rows.append(("first pulse", f"{first}, {answer.tell(pulse.energy, 'energy')}"))
+    place = "at the gauge" if answer.gauge is None else f"{answer.tell(answer.gauge, 'length')} from the face"
     rows += [
         ("gauge", place),
-        ("incident wave", answer.units.energy(waves.incident_energy)),
-        ("reflected wave", answer.units.energy(waves.reflected_energy)),
+        ("incident wave", answer.tell(waves.incident_energy, "energy")),
+        ("reflected wave", answer.tell(waves.reflected_energy, "energy")),
         (
             "∫F²/Z dt",
-            f"{answer.units.energy(waves.tool_energy)}; the energy that passes only while nothing has come back",
+            f"{answer.tell(waves.tool_energy, 'energy')}; the energy that passes only while nothing has come back",
         ),
-        ("left in the rod", answer.units.energy(answer.blow.rod_energy)),
+        ("left in the rod", answer.tell(answer.blow.rod_energy, "energy")),
     ]
     return Section("The wave in the rod", tuple(rows))
 
@@ -137,10 +136,10 @@ def _rock(answer: BlowAnswer) -> Section:
     rows = [
         (
             "work on it",
-            f"{answer.units.energy(blow.rock_work)}, of which {answer.units.energy(blow.rock_dissipated)} for good",
+            f"{answer.tell(blow.rock_work, 'energy')}, of which {answer.tell(blow.rock_dissipated, 'energy')} for good",
         ),
         ("penetration", f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"),
-        ("peak force", answer.units.force(blow.bit_force.peak)),
+        ("peak force", answer.tell(blow.bit_force.peak, "force")),
     ]
     if answer.beta is not None:
         rows.append(("β", f"{number(answer.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"))
@@ -164,7 +163,7 @@ def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
     def told(value: float, place: float | None, time: float | None) -> tuple[str, str, str]:
         if place is None or time is None:
             return "none", "", ""
-        return answer.units.stress(value), answer.units.place(place), answer.units.time(time)
+        return answer.tell(value, "stress"), answer.tell(place, "length"), answer.tell(time, "time")
 
     first = told(peak.compression, peak.compression_place, peak.compression_time)
     return (name, *first, *told(peak.tension, peak.tension_place, peak.tension_time))

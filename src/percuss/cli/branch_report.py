@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.numerals import counted
 from percuss.case.answers.orbits_answer import rest_cycles_dict
-from percuss.cli.report_parts import PLAIN, Grid, Report, Section
+from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
 from percuss.stability import orbit_multipliers
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -18,7 +17,6 @@ from percuss.cli.arguments import (
     modes,
     named_case,
     need,
-    tell_made,
     whole,
 )
 from percuss.cli.long_commands import add_carrying, carrying
@@ -126,17 +124,14 @@ def _tell(options: argparse.Namespace, case: Case, found: Diagram) -> None:
         from percuss.explore.jobs.archive_export import write_netcdf
 
         write_netcdf(found.dataset, options.netcdf)
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.case.answers.diagram_answer import diagram_dict
+    from percuss.cli.branch_report import diagram_report
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.diagram(found, case.title, options.show), options.plot)
-    if options.json:
-        from percuss.case.answers.diagram_answer import diagram_dict
-
-        print(json.dumps(diagram_dict(case, found), allow_nan=False))
-    else:
-        from percuss.cli.branch_report import diagram_report
-        from percuss.cli.report_printing import show
-
-        show(diagram_report(case.title, found, "elastic mode" if case.tables.body is None else "mode"))
-    tell_made(options.json, diagram=options.output, table=options.csv, data=options.netcdf, picture=options.plot)
+    mode = "elastic mode" if case.tables.body is None else "mode"
+    answered(
+        options, lambda: diagram_dict(case, found), lambda: diagram_report(case.title, found, mode),
+        lambda: plot.diagram(found, case.title, options.show), diagram=options.output, table=options.csv,
+        data=options.netcdf,
+    )  # fmt: skip

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 
-from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, tell_made, whole
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_picture, modes, named_case, whole
 from percuss.cli.long_commands import add_carrying, carried
 
 _DESCRIPTION = """\
@@ -66,18 +65,13 @@ def run(arguments: Sequence[str]) -> int:
     from percuss.explore.attractors.experiments import Experiment
 
     found = Experiment.of(job, carried(parser, options, job))
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.case.answers.exploration import experiment_dict
+    from percuss.cli.map_report import experiment_report
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.experiment(found, case.title), options.plot)
-    if options.json:
-        from percuss.case.answers.exploration import experiment_dict
-
-        print(json.dumps(experiment_dict(case, found), ensure_ascii=False))
-    else:
-        from percuss.cli.map_report import experiment_report
-        from percuss.cli.report_printing import show
-
-        show(experiment_report(case.title, found))
-    tell_made(options.json, experiment=options.output, picture=options.plot)
+    answered(
+        options, lambda: experiment_dict(case, found), lambda: experiment_report(case.title, found),
+        lambda: plot.experiment(found, case.title), experiment=options.output,
+    )  # fmt: skip
     return 0

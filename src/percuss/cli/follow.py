@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from percuss.cli.arguments import (
     MAX_MODES,
@@ -15,7 +14,6 @@ from percuss.cli.arguments import (
     check_picture,
     modes,
     named_case,
-    tell_made,
     whole,
 )
 from percuss.cli.long_commands import watching
@@ -25,8 +23,6 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.case import Case
-    from percuss.cli.long_commands import Watch
-    from percuss.explore import PointCurve
 
 _PATIENCE = 5.0
 """Seconds after which Ctrl-C no longer waits: a long proof asks more seldom."""
@@ -72,7 +68,7 @@ def _parser() -> Parser:
 
 def run(arguments: Sequence[str]) -> int:
     """Follow one orbit; returns the exit code."""
-    from percuss.case import branch_answer
+    from percuss.case import branch_answer, point_curves_answer, rest_branch_answer
 
     parser = _parser()
     options = parser.parsed(arguments)
@@ -85,92 +81,52 @@ def run(arguments: Sequence[str]) -> int:
     if options.curve is not None:
         _check_plane(parser, options.along, options.over)
     case = named_case(options.case)
-    if options.orbit.lstrip().startswith(("chatter", "rest")):
-        return _resting(parser, options, case)
-    curves: tuple[PointCurve, ...] = ()
+    resting = options.orbit.lstrip().startswith(("chatter", "rest"))
+    if resting and options.switch:
+        parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
+    branch: Any
+    curves: Any = ()
     with watching(parser, patience=_PATIENCE) as watch:
         try:
-            branch = branch_answer(
-                case, options.orbit, options.along, switch=options.switch, modes=options.modes, halt=watch.asked
-            )
+            asked: dict[str, Any] = {"modes": options.modes, "halt": watch.asked}
+            if resting:
+                branch = rest_branch_answer(case, options.orbit, options.along, **asked)
+            else:
+                branch = branch_answer(case, options.orbit, options.along, switch=options.switch, **asked)
         except Interrupted:  # before the first point of the branch
             raise KeyboardInterrupt from None
         if options.curve is not None and not watch.asked():
-            from percuss.case import point_curves_answer
-
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
+    _tell(options, case, branch, curves, resting)
+    if not watch.interrupted:
+        return 0
+    print("percuss: interrupted: the answer is of what was followed until then", file=sys.stderr)
+    return 130
+
+
+def _tell(options: argparse.Namespace, case: Case, branch: Any, curves: Any, resting: bool) -> None:
+    """The files that were asked for, and the answer."""
+    from percuss import plot
+    from percuss.case.answers import orbits_answer, point_curves_answer
+    from percuss.cli import branch_report
+    from percuss.cli.report_printing import answered
+    from percuss.whole_file import write_whole
+
+    kind = "rest_branch" if resting else "branch"
     if options.output is not None:
-        from percuss.case.answers.orbits_answer import branch_table
-        from percuss.case.answers.point_curves_answer import point_curves_table
-        from percuss.whole_file import write_whole
-
+        table = getattr(orbits_answer, f"{kind}_table")
         asked = options.curve is not None  # also where Ctrl-C has left none of them
-        write_whole(options.output, point_curves_table(curves) if asked else branch_table(branch))
-    if options.plot is not None:
-        from percuss import plot
-
-        figure = plot.curves(curves, case.title) if curves else plot.branch(branch, case.title)
-        plot.save(figure, options.plot)
-    if options.json:
-        from percuss.case.answers.orbits_answer import branch_dict
-
-        print(json.dumps(branch_dict(branch, curves), allow_nan=False))
-    else:
-        from percuss.cli.branch_report import branch_report
-        from percuss.cli.report_printing import show
-
-        show(branch_report(case.title, branch, curves))
-    tell_made(options.json, table=options.output, picture=options.plot)
-    return _ended(watch)
+        write_whole(options.output, point_curves_answer.point_curves_table(curves) if asked else table(branch))
+    answered(
+        options,
+        lambda: getattr(orbits_answer, f"{kind}_dict")(branch, curves),
+        lambda: getattr(branch_report, f"{kind}_report")(case.title, branch, curves),
+        lambda: plot.curves(curves, case.title) if curves else getattr(plot, kind)(branch, case.title),
+        table=options.output,
+    )
 
 
 def _check_plane(parser: Parser, along: str, over: str) -> None:
     """Refuse what are not two parameters, before anything is followed."""
     if along.partition("=")[0].strip() == over.partition("=")[0].strip():
         parser.error("argument --over: a second parameter, another than that of --along")
-
-
-def _resting(parser: Parser, options: argparse.Namespace, case: Case) -> int:
-    """Follow a cycle with rest; returns the exit code."""
-    from percuss.case import rest_branch_answer
-
-    if options.switch:
-        parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
-    curves: tuple[PointCurve, ...] = ()
-    with watching(parser, patience=_PATIENCE) as watch:
-        branch = rest_branch_answer(case, options.orbit, options.along, modes=options.modes, halt=watch.asked)
-        if options.curve is not None and not watch.asked():
-            from percuss.case import point_curves_answer
-
-            curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
-    if options.output is not None:
-        from percuss.case.answers.orbits_answer import rest_branch_table
-        from percuss.case.answers.point_curves_answer import point_curves_table
-        from percuss.whole_file import write_whole
-
-        asked = options.curve is not None
-        write_whole(options.output, point_curves_table(curves) if asked else rest_branch_table(branch))
-    if options.plot is not None:
-        from percuss import plot
-
-        figure = plot.curves(curves, case.title) if curves else plot.rest_branch(branch, case.title)
-        plot.save(figure, options.plot)
-    if options.json:
-        from percuss.case.answers.orbits_answer import rest_branch_dict
-
-        print(json.dumps(rest_branch_dict(branch, curves), allow_nan=False))
-    else:
-        from percuss.cli.branch_report import rest_branch_report
-        from percuss.cli.report_printing import show
-
-        show(rest_branch_report(case.title, branch, curves))
-    tell_made(options.json, table=options.output, picture=options.plot)
-    return _ended(watch)
-
-
-def _ended(watch: Watch) -> int:
-    """The exit code, with a line after Ctrl-C."""
-    if not watch.interrupted:
-        return 0
-    print("percuss: interrupted: the answer is of what was followed until then", file=sys.stderr)
-    return 130

@@ -75,13 +75,7 @@ def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
 
 
 def carried(parser: Parser, options: argparse.Namespace, job: Job) -> Columns:
-    """A job carried out as the options say; all its columns.
-
-    Raises
-    ------
-    Interrupted
-        After Ctrl-C; it says how to go on.
-    """
+    """A job carried out as the options say; all its columns. After Ctrl-C the error says how to go on."""
     from percuss.explore.jobs.carrying_out import carry_out
 
     with carrying(parser, options) as running:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_csv, check_picture, modes, named_case, tell_made
+from percuss.cli.arguments import MAX_MODES, PICTURES, Parser, check_csv, check_picture, modes, named_case
 from percuss.errors import CaseError, HistoryError, PercussError
 from percuss.units import si
 
@@ -56,7 +56,6 @@ def run(arguments: Sequence[str]) -> int:
     if options.output is not None:
         check_csv(parser, options.output, options.case)
     answer, record = _answer(parser, options)
-    text = _json(record or answer) if options.json else ""
     if options.output is not None:
         if answer.cycle is None:
             raise PercussError(f"{answer.name}: there is no cycle to write", "see the report without -o")
@@ -64,30 +63,21 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.whole_file import write_whole
 
         write_whole(options.output, cycle_table(answer.machine, answer.cycle))
-    if options.plot is not None:
-        from percuss import plot
-
-        plot.save(plot.machine(answer), options.plot)
-    if options.json:
-        print(text)
-    else:
-        _show(answer, record)
-    tell_made(options.json, table=options.output, picture=options.plot)
-    return 0
-
-
-def _show(answer: MachineAnswer, record: RecordedAnswer | None) -> None:
+    from percuss import plot
     from percuss.cli.machine_report import machine_report, recorded_report
-    from percuss.cli.report_printing import show
+    from percuss.cli.report_printing import answered
 
-    show(machine_report(answer) if record is None else recorded_report(record))
+    answered(
+        options, (record or answer).to_json_dict,
+        lambda: machine_report(answer) if record is None else recorded_report(record), lambda: plot.machine(answer),
+        indent=1, table=options.output,
+    )  # fmt: skip
+    return 0
 
 
 def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer, RecordedAnswer | None]:
     """How the machine runs; of a load that is a recording or steps also how it was read."""
     from percuss.case import machine_answer
-
-    pass
 
     case = named_case(options.case)
     record = None
@@ -108,12 +98,6 @@ def _answer(parser: Parser, options: argparse.Namespace) -> tuple[MachineAnswer,
     return answer, record
 
 
-def _json(answer: MachineAnswer | RecordedAnswer) -> str:
-    import json
-
-    return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)
-
-
 # ---- ``percuss machine`` of a recorded load: what is said of its blows, and the answer
 
 _OPTIONS = ("blow", "blows", "longest_delay")
@@ -125,15 +109,7 @@ def asked_of_record(options: argparse.Namespace) -> list[str]:
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:
-    """The answer for a load that is a recording, or steps.
-
-    Raises
-    ------
-    UnitError
-        For a time without a unit, or with that of another quantity.
-    HistoryError
-        When the file of the blows cannot be read.
-    """
+    """The answer for a load that is a recording, or steps."""
     from percuss.case import recorded_answer
 
     longest, unit = options.longest_delay, "time" if case.is_si else "dimensionless"

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.facts import Teller, rows_of
 from percuss.case.answers.machine_answer import headline
-from percuss.case.answers.machine_figures import in_units, machine_figures
+from percuss.case.answers.machine_figures import CYCLE, POWER, Running
 from percuss.case.answers.machine_frames import from_this_start
 from percuss.case.answers.numerals import counted, number, percent, quantity
 from percuss.case.answers.recorded_answer import by_clock, by_valve, recorded_headline
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.case.answers.simulation_answer import held_down_in_words
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.simulate.machine.fed_running import FedTrajectory
 
 if TYPE_CHECKING:
     from percuss.case import MachineAnswer
-    from percuss.case.answers.machine_figures import MachineFigures
     from percuss.case.answers.recorded_answer import RecordedAnswer
     from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.model import Machine, Supply
@@ -35,7 +35,8 @@ def machine_report(answer: MachineAnswer) -> Report:
     if answer.cycle is not None:
         sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
         if answer.machine.is_si:
-            sections.append(_power_section(machine_figures(answer.machine, answer.cycle)))
+            running = Running(answer.machine, answer.cycle)
+            sections.append(Section("Power and oil", tuple(rows_of(running, POWER, Teller.of(answer.machine)))))
         if answer.pressure is not None:
             sections.append(_pressure_section(answer.machine, answer.pressure))
         sections.append(_stability_section(answer, answer.cycle))
@@ -54,7 +55,7 @@ def machine_report(answer: MachineAnswer) -> Report:
 def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: float) -> Section:
     """What was understood of the machine: bar, valve, ports, gas."""
     rows: list[tuple[str, str]] = [("case", name)]
-    valve, bar = machine.valve, machine.bar
+    valve, bar, tell = machine.valve, machine.bar, Teller.of(machine)
     if bar is not None:
         rows.append(("piston", f"{quantity(bar.length, 'm')} long, {number(bar.mass)} kg"))
     rows.append(("contact", f"restitution R = {number(machine.contact.restitution)}; {machine.contact.sentence}"))
@@ -62,7 +63,7 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
     rows.append(("drag", f"D/M = {number(drag)}{' per second' if bar is not None else ''}" if drag else "none"))
     gas = valve.chamber
     if gas.force or gas.stiffness:
-        at_wall = in_units(machine, gas.force, "force")
+        at_wall = tell(gas.force, "force")
         growth = gas.stiffness * (1.0 if bar is None else machine.force_scale / machine.length_scale)
         more = number(growth) if bar is None else f"{quantity(growth, 'N')}/m"
         rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back"))
@@ -76,11 +77,11 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
         begins = ", the state at the start" if state == valve.start else ""
         force = valve.force(state)
         where = "toward the wall" if force >= 0.0 else "away from the wall"
-        rows.append((state, f"{in_units(machine, abs(force), 'force')} {where}{with_gas}{begins}"))
+        rows.append((state, f"{tell(abs(force), 'force')} {where}{with_gas}{begins}"))
     for i in range(len(valve.ports)):
         rows.append((f"ports[{i}]", _port_text(machine, i)))
     if math.isfinite(room):
-        rows.append(("room", f"{in_units(machine, room, 'length')} behind the wall"))
+        rows.append(("room", f"{tell(room, 'length')} behind the wall"))
     rows += [("note", note) for note in notes]
     return Section("Machine", tuple(rows))
 
@@ -98,13 +99,13 @@ def _pump_text(machine: Machine, supply: Supply) -> str:
 
 
 def _port_text(machine: Machine, number_of: int) -> str:
-    port = machine.valve.ports[number_of]
-    delay = f" after {in_units(machine, port.delay, 'time')}" if port.delay else ""
+    port, tell = machine.valve.ports[number_of], Teller.of(machine)
+    delay = f" after {tell(port.delay, 'time')}" if port.delay else ""
     if port.on == "impact" or port.behind is None:
         return f"every blow: {port.to}{delay}"
     where = "farther than" if port.side == "back" else "nearer than"
     whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
-    return f"{where} {in_units(machine, port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
+    return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
 
 
 # -- what it does -----------------------------------------------------------------------------------------------------
@@ -117,24 +118,8 @@ def _obstacle_section(motion: SelfExcited) -> Section:
 
 
 def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
-    machine = answer.machine
-    rows = [
-        ("period", in_units(machine, cycle.period, "time")),
-        ("stroke", in_units(machine, cycle.stroke, "length")),
-        ("duty", f"{percent(cycle.duty)} of the cycle pushed toward the wall before the blow"),
-    ]
-    if machine.is_si:
-        si = machine_figures(machine, cycle)
-        rate = f"{number(si.blow_rate_Hz)} Hz, {number(si.blow_rate_per_min)} blows/min"
-        rows[:0] = [
-            ("blow energy", quantity(si.blow_energy_J, "J")),
-            ("speed", f"{number(si.impact_velocity_m_s)} m/s"),
-            ("blow rate", rate),
-        ]
-        rows.append(("contact", f"{number(si.contact_time_us)} µs, one round trip of the waves, taken as no time"))
-    else:
-        rows[:0] = [("blow energy", number(cycle.blow_energy)), ("speed", number(cycle.blow_speed))]
-    other = answer.rigid
+    machine, other = answer.machine, answer.rigid
+    rows = rows_of(Running(machine, cycle), CYCLE, Teller.of(machine))
     if other is not answer.motion and other.cycle is not None:
         rows.append(("rigid piston", _rigid_text(machine, other.cycle)))
     kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"
@@ -142,17 +127,18 @@ def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
 
 
 def _rigid_text(machine: Machine, cycle: ValveCycle) -> str:
-    if not machine.is_si:
+    tell = Teller.of(machine)
+    if not tell.is_si:
         return f"speed {number(cycle.blow_speed)}, period {number(cycle.period)}"
-    si = machine_figures(machine, cycle)
     return (
-        f"{quantity(si.blow_energy_J, 'J')}, {number(si.impact_velocity_m_s)} m/s, "
-        f"{number(si.blow_rate_per_min)} blows/min, stroke {quantity(si.stroke_m, 'm')}"
+        f"{tell(cycle.blow_energy, 'energy')}, {tell(cycle.blow_speed, 'speed')}, "
+        f"{tell.given(cycle.blows / cycle.period, 'per_min')}, stroke {tell(cycle.stroke, 'length')}"
     )
 
 
 def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
     """Everything that happens in a cycle, in order."""
+    tell = Teller.of(machine)
     rows: list[tuple[float, str, float, float | None]]
     rows = [
         (one.time, f"ports[{one.port}] uncovered", -one.velocity, machine.valve.ports[one.port].behind)
@@ -168,48 +154,33 @@ def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
         tuple(
             (
                 what,
-                in_units(machine, time, "time"),
-                "" if behind is None else in_units(machine, max(behind, 0.0), "length"),
-                in_units(machine, speed, "speed"),
+                tell(time, "time"),
+                "" if behind is None else tell(max(behind, 0.0), "length"),
+                tell(speed, "speed"),
             )
             for time, what, speed, behind in rows
         ),
     )
 
 
-def _power_section(si: MachineFigures) -> Section:
-    rows = []
-    if si.oil_flow_l_per_min is not None and si.oil_per_cycle_cm3 is not None:
-        flow = f"{number(si.oil_flow_l_per_min)} l/min, {number(si.oil_per_cycle_cm3)} cm³ a cycle, without leakage"
-        rows.append(("oil flow", flow))
-    rows += [
-        ("input power", f"{number(si.input_power_kW)} kW: pressure times oil flow"),
-        ("delivered", f"{number(si.delivered_power_kW)} kW, {quantity(si.delivered_energy_J, 'J')} a cycle"),
-    ]
-    if si.efficiency is not None:
-        text = (
-            f"{percent(si.efficiency)} of the input is delivered, drag and damping take the rest; the energy of the "
-            "rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
-            "0.55 to 0.75 of it"
-        )
-        rows.append(("efficiency", text))
-    return Section("Power and oil", tuple(rows))
-
-
 def _pressure_section(machine: Machine, found: SlowPressure) -> Section:
-    def told(value: float) -> str:
-        unit = machine.pressure
-        return f"{number(value)}" if unit is None else f"{number(value * unit / 1e5)} bar"
-
     rows = [
-        ("pressure", f"{told(found.mean)} on average, {told(found.at_blow)} at the blow"),
-        ("ripple", f"{told(found.least)} to {told(found.greatest)}, {percent(found.ripple)} of the mean"),
+        ("pressure", f"{_bar(machine, found.mean)} on average, {_bar(machine, found.at_blow)} at the blow"),
+        (
+            "ripple",
+            f"{_bar(machine, found.least)} to {_bar(machine, found.greatest)}, {percent(found.ripple)} of the mean",
+        ),
     ]
     slow = "" if found.slow_multiplier is None else f"; by the pressure alone {number(found.slow_multiplier, 3)}"
     rows.append(("multiplier", f"{_complex(found.multiplier)} of a disturbance of the pressure{slow}"))
     if math.isfinite(found.memory):
         rows.append(("memory", f"{number(found.memory, 3)} cycles until it has fallen to 1/e"))
     return Section("Pressure of the supply", tuple(rows))
+
+
+def _bar(machine: Machine, pressure: float) -> str:
+    """The pressure of a supply, as a multiple of the one for which the forces hold where that is not known."""
+    return number(pressure) if machine.pressure is None else f"{number(pressure * machine.pressure / 1e5)} bar"
 
 
 def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
@@ -252,13 +223,13 @@ def _complex(z: complex) -> str:
 
 
 def _margins_section(answer: MachineAnswer, margins: ValveMargins) -> Section:
-    machine = answer.machine
-    now = in_units(machine, abs(margins.return_time), "time")
+    machine, tell = answer.machine, Teller.of(answer.machine)
+    now = tell(abs(margins.return_time), "time")
     side = "after" if margins.return_time >= 0.0 else "before"
     if margins.latest_return is None:
         late = f"it comes {now} {side} the blow; no limit was found within eight periods"
     else:
-        latest = in_units(machine, abs(margins.latest_return), "time")
+        latest = tell(abs(margins.latest_return), "time")
         then = "the machine stops" if margins.beyond is None else margins.beyond.value
         limit = "after" if margins.latest_return >= 0.0 else "before"
         late = f"it comes {now} {side} the blow, and may come up to {latest} {limit} it: beyond, {then}"
@@ -310,12 +281,12 @@ def recorded_report(answer: RecordedAnswer) -> Report:
 
 
 def _read_section(answer: RecordedAnswer) -> Section:
-    read, machine = answer.read, answer.read.machine
+    read, machine, tell = answer.read, answer.read.machine, Teller.of(answer.read.machine)
     cycles = "the mean cycle" if not read.cycles else f"{counted(read.cycles, 'cycle')}, one by one"
     rows = [
         ("read from", cycles),
-        ("blow", f"at phase {number(read.phase)} rad of the load, {in_units(machine, read.speed, 'speed')}"),
-        ("stroke", in_units(machine, read.stroke, "length")),
+        ("blow", f"at phase {number(read.phase)} rad of the load, {tell(read.speed, 'speed')}"),
+        ("stroke", tell(read.stroke, "length")),
     ]
     if read.restitution is not None:
         low, high = number(read.restitution.low, 3), number(read.restitution.high, 3)
@@ -338,32 +309,32 @@ def _read_section(answer: RecordedAnswer) -> Section:
 
 
 def _switches_grid(answer: RecordedAnswer) -> Grid:
-    machine = answer.read.machine
+    tell = Teller.of(answer.read.machine)
     rows = []
     for switch in answer.read.switches:
         side = "before" if switch.time.value < 0.0 else "after"
         rows.append(
             (
                 switch.to,
-                f"{in_units(machine, abs(switch.time.value), 'time')} {side} the blow",
-                _interval(machine, switch.behind, "length"),
-                in_units(machine, -switch.velocity.value, "speed"),
-                _recorded_port_text(machine, switch),
+                f"{tell(abs(switch.time.value), 'time')} {side} the blow",
+                _interval(tell, switch.behind, "length"),
+                tell(-switch.velocity.value, "speed"),
+                _recorded_port_text(tell, switch),
             )
         )
     columns = ("switch to", "time", "behind the wall", "speed toward it", "port and delay")
     return Grid("Switches of the force", columns, tuple(rows))
 
 
-def _recorded_port_text(machine: Machine, switch: RecordedSwitch) -> str:
+def _recorded_port_text(tell: Teller, switch: RecordedSwitch) -> str:
     found = switch.found
     if not found.told_apart:
-        return f"not told apart: a delay of {in_units(machine, max(found.least, 0.0), 'time')} or more"
-    return f"{_interval(machine, found.port, 'length')}, {_interval(machine, found.delay, 'time')}"
+        return f"not told apart: a delay of {tell(max(found.least, 0.0), 'time')} or more"
+    return f"{_interval(tell, found.port, 'length')}, {_interval(tell, found.delay, 'time')}"
 
 
-def _interval(machine: Machine, interval: Interval, kind: str) -> str:
-    value, low, high = (in_units(machine, one, kind) for one in interval)
+def _interval(tell: Teller, interval: Interval, kind: str) -> str:
+    value, low, high = (tell(one, kind) for one in interval)
     return value if low == high else f"{value} ({low} to {high})"
 
 
@@ -374,11 +345,10 @@ def _readings_section(answer: RecordedAnswer) -> Section:
 
 
 def _reading(reading: Reading) -> str:
-    machine = reading.machine
-    ports = []
-    for port in machine.valve.ports:
-        where = "at the blow" if port.behind is None else f"port at {in_units(machine, port.behind, 'length')}"
-        ports.append(f"{port.to}: {where}, delay {in_units(machine, max(port.delay, 0.0), 'time')}")
+    tell, ports = Teller.of(reading.machine), []
+    for port in reading.machine.valve.ports:
+        where = "at the blow" if port.behind is None else f"port at {tell(port.behind, 'length')}"
+        ports.append(f"{port.to}: {where}, delay {tell(max(port.delay, 0.0), 'time')}")
     return f"{'; '.join(ports)}; {by_valve(reading.cycle)}"
 
 
@@ -396,16 +366,16 @@ def _verdicts_section(answer: RecordedAnswer) -> Section:
 
 def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
     """The report of `percuss simulate` for a machine, with the `last` events; None shows all of them."""
-    motion, machine = answer.motion, answer.machine
+    motion, machine, tell = answer.motion, answer.machine, Teller.of(answer.machine)
     sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
     rows = [
-        ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {_time(answer, motion.end_time)}"),
+        ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {tell(motion.end_time, 'time')}"),
         ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
     ]
     if isinstance(motion, FedTrajectory):
         rows.append(("pressure", _pressures(motion)))
     if motion.cycle is not None:
-        rows.append(("period", in_units(machine, motion.cycle.period, "time")))
+        rows.append(("period", tell(motion.cycle.period, "time")))
     rows += held_down_in_words(motion.events.held_down)
     sections.append(Section("Motion", tuple(rows)))
     if last != 0 and len(motion.events):
@@ -416,20 +386,15 @@ def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
 
 def _pressures(motion: FedTrajectory) -> str:
     """The pressure of a supply at the start, and after the last blow."""
-    unit = motion.machine.pressure
     last = motion.blow_times[-1:] if motion.impacts else motion.end_time
     values = [float(motion.states[0, 2]), float(motion.pressure(last)[0])]
-    first, then = (number(value) if unit is None else f"{number(value * unit / 1e5)} bar" for value in values)
+    first, then = (_bar(motion.machine, value) for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
-
-
-def _time(answer: MachineMotion, time: float) -> str:
-    return in_units(answer.machine, time, "time")
 
 
 def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
     """The last events, one a line."""
-    events, machine = list(answer.motion.events), answer.machine
+    events, tell = list(answer.motion.events), Teller.of(answer.machine)
     shown = events if last is None else events[max(len(events) - last, 0) :]
     rows = []
     for event in shown:
@@ -438,7 +403,6 @@ def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
             what = f"ports[{event.port}] demands"
         if event.kind == "valve":
             what = f"valve: {event.state}"
-        speed = in_units(machine, event.velocity, "speed")
-        rows.append((what, _time(answer, event.time), speed))
+        rows.append((what, tell(event.time, "time"), tell(event.velocity, "speed")))
     heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
     return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

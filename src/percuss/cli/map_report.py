@@ -10,7 +10,7 @@ import numpy as np
 from percuss.case.answers.clock_note import clock_in_short, clock_note
 from percuss.case.answers.numerals import counted, number, percent
 from percuss.case.answers.numerals import counted as _counted
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.explore.quantities import CELL_OUTCOMES, MACHINE_QUANTITIES, QUANTITIES, needs
 from percuss.model import Machine
 

@@ -16,7 +16,7 @@ from percuss.halting import halting
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.cli.report_parts import Report
+    from percuss.case.answers.report_parts import Report
     from percuss.steady import FoundOrbits, FoundRestCycles
 
 _MOST = 8
@@ -97,7 +97,7 @@ def run(arguments: Sequence[str]) -> int:
             parser.error(
                 "argument --up-to: give the label of cycles with rest alone; up to an orbit P/N they are listed, too"
             )
-        return _resting(case, options.label, options.modes, options.json)
+        return _resting(case, options)
     first = parsed_label(options.label)
     last = first if options.up_to is None else parsed_label(options.up_to)
     if last[0] < first[0] or last[1] < first[1]:
@@ -154,18 +154,16 @@ def _searched(case: Case, label: str, options: argparse.Namespace, halt: Callabl
     )
 
 
-def _resting(case: Case, label: str, kept: int | None, as_json: bool) -> int:
+def _resting(case: Case, options: argparse.Namespace) -> int:
     """The cycles with rest of a label; returns the exit code."""
     from percuss.case.answers.orbits_answer import rest_cycles_answer, rest_cycles_dict
 
-    found = rest_cycles_answer(case, modes=kept)
-    if as_json:
-        print(json.dumps(rest_cycles_dict(found, label), indent=1, allow_nan=False))
-    else:
-        from percuss.cli.branch_report import rest_report
-        from percuss.cli.report_printing import show
+    label = options.label
+    found = rest_cycles_answer(case, modes=options.modes)
+    from percuss.cli.branch_report import rest_report
+    from percuss.cli.report_printing import answered
 
-        show(rest_report(case.title, found, label))
+    answered(options, lambda: rest_cycles_dict(found, label), lambda: rest_report(case.title, found, label), indent=1)
     return 0
 
 
@@ -173,8 +171,8 @@ def _report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
     from percuss.case.answers.numerals import counted
+    from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
     from percuss.cli.branch_report import orbit_row, rest_sections
-    from percuss.cli.report_parts import PLAIN, Grid, Report, Section
     from percuss.steady.periodic.search import free_amplitude
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")

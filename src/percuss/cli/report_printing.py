@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from percuss.cli.report_parts import Grid, Report, Section
+from percuss.case.answers.report_parts import Grid, Report, Section
+from percuss.cli.arguments import tell_made
 from percuss.neutral import one_line
 
 if TYPE_CHECKING:
+    import argparse
+
+    from matplotlib.figure import Figure
     from rich.console import RenderableType
 
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
@@ -106,3 +112,28 @@ def _rich_grid(grid: Grid) -> RenderableType:
     for row in grid.rows:
         table.add_row(*(Text(text) for text in row))
     return Padding(table, (0, 0, 0, 2))
+
+
+def answered(
+    options: argparse.Namespace,
+    data: Callable[[], Any],
+    report: Callable[[], Report],
+    drawn: Callable[[], Figure] | None = None,
+    /,
+    *,
+    indent: int | None = None,
+    **made: str | None,
+) -> None:
+    """Draw an answer if --plot asks for it, print it as JSON or as its report, and name the files that were made."""
+    told = data() if options.json else ""
+    text = told if isinstance(told, str) else json.dumps(told, indent=indent, allow_nan=False)
+    picture = getattr(options, "plot", None)
+    if picture is not None and drawn is not None:
+        from percuss.plot import save
+
+        save(drawn(), picture)
+    if options.json:
+        print(text)
+    else:
+        show(report())
+    tell_made(options.json, **made, picture=picture)

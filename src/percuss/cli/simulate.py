@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
 from percuss.cli.arguments import (
@@ -19,7 +20,6 @@ from percuss.cli.arguments import (
     named_case,
     need,
     start_keys,
-    tell_made,
     time_or_text,
     up_to,
     whole,
@@ -29,7 +29,10 @@ from percuss.errors import CaseError, PercussError
 if TYPE_CHECKING:
     import argparse
 
+    from matplotlib.figure import Figure
+
     from percuss.case import Case, MachineMotion, SimulationAnswer
+    from percuss.case.answers.report_parts import Report
 
 _DESCRIPTION = """\
 How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
@@ -88,42 +91,40 @@ def run(arguments: Sequence[str]) -> int:
     _check(parser, options)
     if options.contact == "waves":
         return _by_waves(parser, options)
-    from percuss.case import SimulationAnswer
-
     case = None if options.resume is not None else _case(parser, options)
     if case is not None and case.is_machine:
         return _of_machine(options, case)
     answer = _resumed(options) if case is None else _answered(case)
-    if not isinstance(answer, SimulationAnswer):
-        return _told_machine(options, answer)
-    text = _json(answer, options) if options.json else ""
-    _write(options, answer)
-    if options.json:
-        print(text)
-    else:
-        from percuss.cli.motion_report import motion_report
-        from percuss.cli.report_printing import show
-
-        show(motion_report(answer, LAST if options.events is None else options.events[0]))
-    tell_made(options.json, motion=options.output, picture=options.plot)
-    return 130 if answer.motion.outcome == "cancelled" else 0
+    return _told(options, answer)
 
 
-def _write(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion) -> None:
-    """The files that the options ask for."""
+def _told(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion) -> int:
+    """The answer written and printed."""
+    from percuss import plot
+    from percuss.case import SimulationAnswer
+    from percuss.case.answers.motion_report import motion_report
+    from percuss.cli.machine_report import machine_motion_report
+    from percuss.cli.report_printing import answered
+
     if options.output is not None:
         answer.motion.save(options.output)
-    if options.plot is not None:
-        from percuss import plot
-        from percuss.case import SimulationAnswer
-
-        drawn = plot.trajectory(answer) if isinstance(answer, SimulationAnswer) else plot.machine_motion(answer)
-        plot.save(drawn, options.plot)
+    last = LAST if options.events is None else options.events[0]
+    report: Callable[[], Report]
+    drawn: Callable[[], Figure]
+    if isinstance(answer, SimulationAnswer):
+        report, drawn = partial(motion_report, answer, last), partial(plot.trajectory, answer)
+    else:
+        report, drawn = partial(machine_motion_report, answer, last), partial(plot.machine_motion, answer)
+    shown = None if options.events is None else last
+    answered(options, lambda: answer.to_json_text(shown), report, drawn, motion=options.output)
+    return 130 if answer.motion.outcome == "cancelled" else 0
 
 
 def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     """The motion with every contact resolved by waves."""
     from percuss.case import waves_answer
+    from percuss.case.answers.motion_report import waves_report
+    from percuss.cli.report_printing import answered
     from percuss.cli.simulation_progress import watched, waves_ready
 
     case = _case(parser, options)
@@ -131,13 +132,8 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     with watched(waves_ready) as watch, _of_file(case):
         answer = waves_answer(case, watch, quiet=options.quiet, **cells)
     last = None if options.events is None else options.events[0]
-    if options.json:
-        print(answer.to_json_text(last))
-    else:
-        from percuss.cli.motion_report import waves_report
-        from percuss.cli.report_printing import show
-
-        show(waves_report(answer, LAST if options.events is None else last))
+    shown = LAST if options.events is None else last
+    answered(options, lambda: answer.to_json_text(last), lambda: waves_report(answer, shown))
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 
@@ -148,23 +144,7 @@ def _of_machine(options: argparse.Namespace, case: Case) -> int:
 
     with watched(machine_ready) as watch, _of_file(case):
         answer = machine_motion(case, watch)
-    return _told_machine(options, answer)
-
-
-def _told_machine(options: argparse.Namespace, answer: MachineMotion) -> int:
-    """The answer for a machine, written and printed."""
-    last = None if options.events is None else options.events[0]
-    text = answer.to_json_text(last) if options.json else ""
-    _write(options, answer)
-    if options.json:
-        print(text)
-    else:
-        from percuss.cli.machine_report import machine_motion_report
-        from percuss.cli.report_printing import show
-
-        show(machine_motion_report(answer, LAST if options.events is None else last))
-    tell_made(options.json, motion=options.output, picture=options.plot)
-    return 130 if answer.motion.outcome == "cancelled" else 0
+    return _told(options, answer)
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:
@@ -260,7 +240,3 @@ def _as_option(parser: Parser, error: CaseError) -> NoReturn:
     remedy = f" — {first.remedy}" if first.remedy else ""
     option = f"--start: {name} =" if table == "start" else f"--{name}:"
     parser.error(f"argument {option} {first.value!r}: {first.accepted}{remedy}")
-
-
-def _json(answer: SimulationAnswer, options: argparse.Namespace) -> str:
-    return answer.to_json_text(None if options.events is None else options.events[0])

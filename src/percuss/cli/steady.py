@@ -10,24 +10,23 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.numerals import as_typed
 from percuss.cli.arguments import (
     MAX_MODES,
     PICTURES,
     Parser,
-    as_typed,
     check_picture,
     check_target,
     modes,
     named_case,
     need,
     periods,
-    tell_made,
     up_to,
 )
 from percuss.errors import CaseError, PercussError
 
 if TYPE_CHECKING:
-    from percuss.case import Case, SteadyAnswer, StructureAnswer
+    from percuss.case import Case, SteadyAnswer
     from percuss.case.answers.ends import Ends
     from percuss.case.answers.reach_in_words import CaseReach
     from percuss.steady import Orbit
@@ -53,42 +52,23 @@ _EXAMPLES = """\
 
 def _parser() -> Parser:
     parser = Parser("steady", _DESCRIPTION, _EXAMPLES)
-    parser.add_argument("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
-    parser.add_argument(
-        "--periods",
-        metavar="M",
-        type=periods,
-        default=(1,),
-        help="load periods per impact: 2, 1..4 or 1,3 (default 1)",
+    add = parser.add_argument
+    add("case", metavar="CASE", help="a TOML file, '-' for standard input, or a machine's name")
+    add(
+        "--periods", metavar="M", type=periods, default=(1,), help="load periods per impact: 2, 1..4 or 1,3 (default 1)"
     )
-    parser.add_argument(
-        "--modes",
-        metavar="N",
-        type=modes,
-        help=f"elastic modes in sums and multipliers, 0 to {MAX_MODES} (default: as many as the tolerance needs, "
-        "and 32 for the multipliers)",
-    )
-    parser.add_argument(
-        "--starts",
-        metavar="N",
-        type=up_to(MAX_STARTS, " ('percuss experiment' follows more)"),
-        help=f"random starts to follow, up to {MAX_STARTS}; 0 for none, which is quicker (default: 24 once the "
-        "simulator is compiled on this computer, none with --json)",
-    )
-    parser.add_argument(
-        "--reach",
-        action="store_true",
-        help="also how far the load and other parameters may move before the motion is lost, and what comes then",
-    )
-    parser.add_argument(
-        "--reach-of",
-        metavar="NAMES",
-        type=_names,
-        help="the same of these parameters of 'percuss sweep', separated by commas",
-    )
-    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
-    parser.add_argument("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
-    parser.add_argument("--report", metavar="FILE", help="write figures and pictures into one HTML file")
+    add("--modes", metavar="N", type=modes, help=f"elastic modes in sums and multipliers, 0 to {MAX_MODES} (default: "
+        "as many as the tolerance needs, and 32 for the multipliers)")  # fmt: skip
+    add("--starts", metavar="N", type=up_to(MAX_STARTS, " ('percuss experiment' follows more)"), help="random starts "
+        f"to follow, up to {MAX_STARTS}; 0 for none, which is quicker (default: 24 once the simulator is compiled on "
+        "this computer, none with --json)")  # fmt: skip
+    add("--reach", action="store_true", help="also how far the load and other parameters may move before the motion is "
+        "lost, and what comes then")  # fmt: skip
+    add("--reach-of", metavar="NAMES", type=_names, help="the same of these parameters of 'percuss sweep', separated "
+        "by commas")  # fmt: skip
+    add("--json", action="store_true", help="print the answer as JSON")
+    add("--plot", metavar="FILE", help=f"draw the answer: {', '.join(PICTURES)}")
+    add("--report", metavar="FILE", help="write figures and pictures into one HTML file")
     return parser
 
 
@@ -111,24 +91,19 @@ def run(arguments: Sequence[str]) -> int:
     cut = ""
     if options.reach or options.reach_of is not None:
         answer, cut = _with_reach(parser, options, case, answer)
-    text = _json(answer) if options.json else ""
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.case.answers.steady_report import steady_report
+    from percuss.cli.report_printing import answered
 
-        plot.save(plot.steady(answer), options.plot)
     if options.report is not None:
         from percuss.html_report import report_html
         from percuss.whole_file import write_whole
 
         write_whole(options.report, report_html(case, answer))
-    if options.json:
-        print(text)
-    else:
-        from percuss.cli.report_printing import show
-        from percuss.cli.steady_report import steady_report
-
-        show(steady_report(answer))
-    tell_made(options.json, picture=options.plot, report=options.report)
+    answered(
+        options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1,
+        report=options.report,
+    )  # fmt: skip
     if cut:
         print(f"percuss: interrupted: {cut}", file=sys.stderr)
     return 130 if cut else 0
@@ -192,23 +167,16 @@ def _of_structure(parser: Parser, case: Case, options: argparse.Namespace) -> in
         )
     if options.starts:
         parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
+    from percuss import plot
     from percuss.case import structure_answer
-    from percuss.cli.report_printing import show
-    from percuss.cli.steady_report import structure_report
+    from percuss.case.answers.steady_report import structure_report
+    from percuss.cli.report_printing import answered
 
     answer, cut = structure_answer(case, options.periods, options.modes), ""
     if options.reach or options.reach_of is not None:
         rows, cut = _reached(parser, options, case, None if answer.chosen is None else answer.chosen.orbit)
         answer = replace(answer, reach=rows)
-    if options.plot is not None:
-        from percuss import plot
-
-        plot.save(plot.steady(answer), options.plot)
-    if options.json:
-        print(_json(answer))
-    else:
-        show(structure_report(answer))
-    tell_made(options.json, picture=options.plot)
+    answered(options, answer.to_json_dict, lambda: structure_report(answer), lambda: plot.steady(answer), indent=1)
     if cut:
         print(f"percuss: interrupted: {cut}", file=sys.stderr)
     return 130 if cut else 0
@@ -244,9 +212,3 @@ def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
     print("percuss: compiling the simulator, which takes up to a minute", file=sys.stderr, flush=True)
     gc.enable()  # compiling leaves many cycles
     return ends_of(case, starts, kept)
-
-
-def _json(answer: SteadyAnswer | StructureAnswer) -> str:
-    import json
-
-    return json.dumps(answer.to_json_dict(), indent=1, allow_nan=False)

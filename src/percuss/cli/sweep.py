@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import textwrap
 from collections.abc import Sequence
@@ -20,7 +19,6 @@ from percuss.cli.arguments import (
     modes,
     named_case,
     periods,
-    tell_made,
     whole,
 )
 from percuss.cli.long_commands import add_carrying, carried, watching
@@ -30,7 +28,8 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.case.answers.point_curves_answer import LaidCurve
     from percuss.explore import Boundaries, Sweep
-    from percuss.explore.sweeps import Range, SweepJob
+    from percuss.explore.cells import SweepJob
+    from percuss.explore.sweeps import Range
 
 _ABOUT = """\
 Quantities of a hammer over one parameter or a plane of two: where a steady motion exists, where it is stable and by
@@ -137,21 +136,19 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.explore.jobs.archive_export import write_csv
 
         write_csv(found.dataset, options.csv)
-    if options.plot is not None:
-        from percuss import plot
+    from percuss import plot
+    from percuss.case.answers.exploration import sweep_dict
+    from percuss.cli.map_report import sweep_report
+    from percuss.cli.report_printing import answered
 
-        drawn: list[Any] = [*(curves.curves if curves else ()), *laid]
-        plot.save(plot.sweep(found, case.title, drawn), options.plot)
-    if options.json:
-        from percuss.case.answers.exploration import sweep_dict
-
-        print(json.dumps(sweep_dict(case, found, curves), ensure_ascii=False))
-    else:
-        from percuss.cli.map_report import sweep_report
-        from percuss.cli.report_printing import show
-
-        show(sweep_report(case.title, found, curves, _ranges(job, found), case.notes))
-    tell_made(options.json, map=options.output, table=options.csv, picture=options.plot)
+    answered(
+        options,
+        lambda: sweep_dict(case, found, curves),
+        lambda: sweep_report(case.title, found, curves, _ranges(job, found), case.notes),
+        lambda: plot.sweep(found, case.title, [*(curves.curves if curves else ()), *laid]),
+        map=options.output,
+        table=options.csv,
+    )
     return 0
 
 

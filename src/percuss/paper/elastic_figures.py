@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, Stretch, orbit_on
+from percuss.explore.boundary_curves.plane_lines import Line, MotionArc, orbit_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
@@ -83,7 +83,7 @@ def _map(system: System) -> dict[str, npt.NDArray[Any]]:
     return {"heights": heights, "moduli": moduli}
 
 
-def _at(stretch: Stretch, t: float) -> tuple[Orbit, int, Side]:
+def _at(stretch: MotionArc, t: float) -> tuple[Orbit, int, Side]:
     orbit, side = orbit_on(stretch, t)
     return orbit, MODES, side
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.explore.boundary_curves.crossings import admissible_on
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, Stretch
+from percuss.explore.boundary_curves.plane_lines import Line, MotionArc
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
@@ -210,7 +210,7 @@ def branch_rows(
     }
 
 
-def _rows(stretch: Stretch, points: int) -> tuple[Array, Array, Array, Array]:
+def _rows(stretch: MotionArc, points: int) -> tuple[Array, Array, Array, Array]:
     t = (np.arange(points) + 0.5) / points  # the ends are folds, or the end of the range
     y, phase = stretch.place(t)
     first, second = schur_quotients(*stretch.quadratic(t))

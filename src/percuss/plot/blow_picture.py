@@ -143,7 +143,7 @@ def blow(answer: BlowAnswer) -> Figure:
     MissingExtraError
         When matplotlib is not installed.
     """
-    having("answer", answer, ("title", "blow", "gauge", "units"), "the answer of percuss.case.blow_answer")
+    having("answer", answer, ("title", "blow", "gauge", "peaks"), "the answer of percuss.case.blow_answer")
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
     below = ([_loop] if answer.blow.penetration is not None else []) + below
@@ -223,7 +223,7 @@ def _gauge(axes: Any, answer: BlowAnswer, mark: str) -> None:
     legend_above(axes)
     _window(axes, answer, time)
     axes.set_ylabel(force)
-    place = "" if answer.gauge is None else f" at {answer.units.place(answer.gauge)}"
+    place = "" if answer.gauge is None else f" at {answer.tell(answer.gauge, 'length')}"
     axes.set_title(f"{mark} gauge{place}")
 
 
@@ -241,7 +241,7 @@ def _energy(axes: Any, answer: BlowAnswer, mark: str) -> None:
     before = blow.energy_before + max(blow.load_work, 0.0) or 1.0
     axes.barh(names, [100.0 * value / before for value in values], color=COLOURS[2], alpha=0.8)
     for i, value in enumerate(values):
-        axes.text(100.0 * value / before + 1.0, i, answer.units.energy(value, 3), va="center", fontsize=7.5)
+        axes.text(100.0 * value / before + 1.0, i, answer.tell(value, "energy", 3), va="center", fontsize=7.5)
     axes.set_xlim(0.0, 1.3 * max(100.0 * value / before for value in values) + 1.0)
     axes.set_xlabel("share of the energy before [%]")
     axes.set_title(f"{mark} where the energy went")

@@ -59,13 +59,7 @@ _STYLE = {
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure of the given size in inches, without any global state (no pyplot).
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-    """
+    """An empty figure of the given size in inches, without any global state (no pyplot)."""
     try:
         from matplotlib.figure import Figure
     except ImportError:

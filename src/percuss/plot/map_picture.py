@@ -120,16 +120,9 @@ def family_numbers(labels: np.ndarray[Any, Any]) -> npt.NDArray[np.int64]:
 
 
 def families(ax: Axes, x: Any, y: Any, labels: np.ndarray[Any, Any], answered: Any) -> Any:
-    """Cells in the colours and hatches of their families, with a legend beside the panel; what is drawn.
+    """Cells (edges x and y) in the colours and hatches of their families, with a legend; what is drawn.
 
-    Parameters
-    ----------
-    x, y
-        Edges of the cells.
-    labels
-        Shape (x, y); "" where there is none.
-    answered
-        Where the cells have values at all.
+    `labels` are "" where there is none; `answered` says where the cells have values at all.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -422,13 +415,7 @@ class _Laid(NamedTuple):
 
 
 def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve | _Laid:
-    """A curve as it lies in the plane of two axes; one that says its parameters whatever their order.
-
-    Raises
-    ------
-    ParameterError
-        For a curve over other parameters, or in other units.
-    """
+    """A curve as it lies in the plane of two axes; one that says its parameters whatever their order."""
     if not hasattr(curve, "parameters"):
         having("curves", curve, ("kind", "x", "y"), CURVES)
         laid: Curve | _Laid = curve
@@ -492,7 +479,7 @@ _TITLES = {
 }
 
 
-def sweep(found: Sweep, title: str = "", curves: Sequence[Curve | _Laid] = ()) -> Figure:
+def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
     """Draw a map: every quantity over one parameter or over a plane of two.
 
     Parameters

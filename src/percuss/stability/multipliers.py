@@ -20,12 +20,13 @@ import numpy.typing as npt
 
 from percuss.errors import ConvergenceError
 from percuss.halting import look
+from percuss.mechanics.flow import phi1
 from percuss.model import HeldBody, System
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady import Orbit
-from percuss.steady.oscillator import flights, phi1
+from percuss.steady.oscillator import flights
 
 # ---- The linearised map from impact to impact, in the form that its structure gives it (theory §5)
 #

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.mechanics.flow import phi1, propagator
 from percuss.model.checks import Array, ComplexArray, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import PeriodicOrbit
-from percuss.steady.oscillator import phi1, propagator
 from percuss.steady.periodic.impact_chain import ManyNumbers
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
+from percuss.mechanics.flow import phi1
 from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray, count, instance, numbers
 from percuss.model.contact import Result, restitutions
@@ -25,7 +26,7 @@ from percuss.stability.multipliers import NEUTRAL, TURNING, floquet_multipliers
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
 from percuss.steady.harmonic import Response
-from percuss.steady.oscillator import flights, phi1
+from percuss.steady.oscillator import flights
 from percuss.steady.phases import Arcs, forced_response, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle

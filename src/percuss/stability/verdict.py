@@ -9,13 +9,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from percuss.mechanics.flow import phi1
 from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
 from percuss.model.contact import Contact, Result
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
 from percuss.steady import Orbit, Reason, TimedOrbit
-from percuss.steady.oscillator import phi1
 
 # ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -180,37 +180,9 @@ class Reported(NamedTuple):
     unit: str
 
 
-def _reported(name: str, factor: float = 1.0, unit: str = "") -> Reported:
-    return Reported(FIGURES[name], factor, unit or FIGURES[name].unit)
-
-
-REPORTED = {
-    "impact_velocity_m_s": _reported("impact_velocity"),
-    "rigid_velocity_m_s": _reported("rigid_velocity"),
-    "blow_energy_J": _reported("blow_energy"),
-    "delivered_energy_J": _reported("delivered"),
-    "blow_rate_Hz": _reported("blow_rate"),
-    "blow_rate_per_min": _reported("blow_rate", 60.0, "blows/min"),
-    "percussive_power_kW": _reported("power", 1e-3, "kW"),
-    "input_power_kW": _reported("input_power", 1e-3, "kW"),
-    "efficiency": _reported("efficiency"),
-    "stroke_mm": _reported("stroke", 1e3, "mm"),
-    "peak_stress_MPa": _reported("stress", 1e-6, "MPa"),
-    "receiving_stress_MPa": _reported("receiving_stress", 1e-6, "MPa"),
-    "contact_time_us": _reported("contact_time", 1e6, "µs"),
-    "mean_force_kN": _reported("mean_force", 1e-3, "kN"),
-    "momentum_N_s": _reported("momentum"),
-    "drag_N_s_m": _reported("drag"),
-    "drag_force_kN": _reported("drag_force", 1e-3, "kN"),
-}
-"""The fields of `SIReport`: which figure each holds, and in which unit."""
-
-CARDS = (
-    "blow_energy_J", "delivered_energy_J", "blow_rate_Hz", "blow_rate_per_min", "impact_velocity_m_s",
-    "percussive_power_kW", "input_power_kW", "efficiency", "stroke_mm", "peak_stress_MPa", "receiving_stress_MPa",
-    "contact_time_us", "mean_force_kN", "momentum_N_s", "drag_force_kN",
-)  # fmt: skip
-"""What a report shows of them, in order."""
+def _of(name: str, factor: float = 1.0, unit: str = "", card: bool = True) -> Any:
+    """A field that holds a figure in a unit; without `card` reports do not list it."""
+    return field(metadata={"is": Reported(FIGURES[name], factor, unit or FIGURES[name].unit), "card": card})
 
 
 @dataclass(frozen=True)
@@ -223,23 +195,30 @@ class SIReport(Shown):
     damping on the whole bar, per velocity, and at the striking speed of the rigid motion.
     """
 
-    impact_velocity_m_s: float
-    rigid_velocity_m_s: float
-    blow_energy_J: float
-    delivered_energy_J: float
-    blow_rate_Hz: float
-    blow_rate_per_min: float
-    percussive_power_kW: float
-    input_power_kW: float
-    efficiency: float | None
-    stroke_mm: float
-    peak_stress_MPa: float | None
-    receiving_stress_MPa: float | None
-    contact_time_us: float
-    mean_force_kN: float
-    momentum_N_s: float
-    drag_N_s_m: float
-    drag_force_kN: float
+    blow_energy_J: float = _of("blow_energy")
+    delivered_energy_J: float = _of("delivered")
+    blow_rate_Hz: float = _of("blow_rate")
+    blow_rate_per_min: float = _of("blow_rate", 60.0, "blows/min")
+    impact_velocity_m_s: float = _of("impact_velocity")
+    percussive_power_kW: float = _of("power", 1e-3, "kW")
+    input_power_kW: float = _of("input_power", 1e-3, "kW")
+    efficiency: float | None = _of("efficiency")
+    stroke_mm: float = _of("stroke", 1e3, "mm")
+    peak_stress_MPa: float | None = _of("stress", 1e-6, "MPa")
+    receiving_stress_MPa: float | None = _of("receiving_stress", 1e-6, "MPa")
+    contact_time_us: float = _of("contact_time", 1e6, "µs")
+    mean_force_kN: float = _of("mean_force", 1e-3, "kN")
+    momentum_N_s: float = _of("momentum")
+    drag_force_kN: float = _of("drag_force", 1e-3, "kN")
+    rigid_velocity_m_s: float = _of("rigid_velocity", card=False)
+    drag_N_s_m: float = _of("drag", card=False)
+
+
+REPORTED: dict[str, Reported] = {one.name: one.metadata["is"] for one in fields(SIReport)}
+"""The fields of `SIReport`: which figure each holds, and in which unit."""
+
+CARDS = tuple(one.name for one in fields(SIReport) if one.metadata["card"])
+"""What a report shows of them, in order."""
 
 
 def si_report(orbit: Orbit) -> SIReport:

@@ -12,10 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.halting import look
+from percuss.mechanics.flow import phi1, phi2
 from percuss.model import Body, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.shown import Shown
-from percuss.steady.oscillator import dissipated, phi1, phi2, refuse_resonance
+from percuss.steady.oscillator import dissipated, refuse_resonance
 from percuss.steady.trigonometric import phases_of_waves, turns_of_waves
 
 if TYPE_CHECKING:

@@ -12,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.halting import look
+from percuss.mechanics.flow import phi1, phi2, propagator
 from percuss.model import Modes, System
 from percuss.model.checks import Array, array, count
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.harmonic import Energy, Field, Response
-from percuss.steady.oscillator import ModalState, free_sum, modal_state, phi1, phi2, propagator
+from percuss.steady.oscillator import ModalState, free_sum, modal_state
 from percuss.steady.phases import forced_response
 from percuss.steady.truncation import Truncation, truncation
 

@@ -1,21 +1,17 @@
-"""Damped oscillators, u'' + d u' + ω² u = 0: their propagator and the functions that stay exact as d → 0.
-
-Everything broadcasts over modes, each with its own damping, and times; overdamped and critically damped modes are no
-special case for the caller.
-"""
+"""The elastic modes of a steady motion: sums of free oscillators, exact resonance, the state at the impact."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ResonanceError
 from percuss.halting import look
+from percuss.mechanics.flow import Propagator, one_for_all, propagator
 from percuss.model import Body, HeldBody, Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load import MAX_HARMONICS
@@ -24,78 +20,6 @@ _CHUNK = 1 << 20  # modes × times handled at once
 _EVEN = 48  # times at one distance from which on products of exponentials are quicker than exponentials
 _TURNS = 4.0 * math.pi  # times since a step of the load are as exact as the phases, up to here, that they come from
 _MUCH = 1 << 13  # modes × times from which on it is worth while to look whether they are
-_SMALL = 0.1  # below this the differences in phi2 would lose digits and the series takes over
-
-
-def phi1(x: npt.ArrayLike) -> Array:
-    """(1 − exp(−x))/x, with its limit 1 at x = 0."""
-    x = np.asarray(x, dtype=float)
-    safe = np.where(x == 0.0, 1.0, x)
-    return np.asarray(np.where(x == 0.0, 1.0, -np.expm1(-safe) / safe))
-
-
-def phi2(x: npt.ArrayLike) -> Array:
-    """(exp(−x) − 1 + x)/x², with its limit 1/2 at x = 0."""
-    x = np.asarray(x, dtype=float)
-    small = np.abs(x) < _SMALL
-    everywhere = bool(small.all())
-    y = np.asarray(x if everywhere else np.where(small, x, 0.0), dtype=np.float64)
-    series = np.full(y.shape, 1.0 / 11.0)
-    for j in range(10, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
-        series = (1.0 - y * series) / j
-    if everywhere:
-        return np.asarray(series)
-    safe = np.where(small, 1.0, x)
-    return np.asarray(np.where(small, series, (np.expm1(-safe) + safe) / safe**2))
-
-
-def _one_for_all(d: npt.ArrayLike) -> Array:
-    """Damping, as a single number where all modes have the same: then it is turned into exponentials only once."""
-    d = np.asarray(d, dtype=float)
-    return d.reshape(-1)[0] if d.size and np.all(d == d.reshape(-1)[0]) else d
-
-
-class Propagator(NamedTuple):
-    """Φ(t) = [[a, b], [c, e]] of (u, u'), and numbers of it that would cancel if taken from a … e.
-
-    `half` is exp(−dt/2); `versine` is exp(−dt/2)(1 − cos λt).
-    """
-
-    a: Array
-    b: Array
-    c: Array
-    e: Array
-    half: Array
-    versine: Array
-
-
-def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Propagator:
-    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d` ≥ 0.
-
-    Parameters
-    ----------
-    omega, d, t
-        Broadcast against each other; dimensionless.
-    """
-    omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
-    half_d = 0.5 * _one_for_all(d)
-    square = omega**2 - half_d**2
-    half = np.exp(-half_d * t)
-    if np.all(square > 0.0):
-        angle = np.sqrt(square) * t
-        cosine, b = half * np.cos(angle), half * t * np.sinc(angle / np.pi)
-        versine = half * 2.0 * np.sin(0.5 * angle) ** 2
-    else:
-        rate = np.sqrt(np.abs(square))
-        over = square < 0.0
-        angle = np.where(over, 0.0, rate) * t
-        # exp(−dt/2) cosh and sinh without overflow: the slow decay is ω²/(d/2 + μ)
-        slow = np.exp(-np.where(over, omega**2 / (half_d + rate), 0.0) * t)
-        spread = np.where(over, 2.0 * rate, 0.0) * t
-        cosine = np.where(over, 0.5 * slow * (1.0 + np.exp(-spread)), half * np.cos(angle))
-        b = np.where(over, slow * t * phi1(spread), half * t * np.sinc(angle / np.pi))
-        versine = np.where(over, half - cosine, half * 2.0 * np.sin(0.5 * angle) ** 2)
-    return Propagator(cosine + half_d * b, b, -(omega**2) * b, cosine - half_d * b, half, versine)
 
 
 @lru_cache(maxsize=8)
@@ -130,7 +54,7 @@ def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Arra
     tuple of numpy.ndarray
         Two arrays of shape (ni, nt).
     """
-    modes, half_d = rows.shape[1], 0.5 * _one_for_all(d)
+    modes, half_d = rows.shape[1], 0.5 * one_for_all(d)
     half_d = half_d[:modes] if half_d.ndim else half_d
     omega, z, v = omega[:modes], start[0][:modes], start[1][:modes]
     ringing = omega > half_d * (1.0 + 1e-3)  # the others do not oscillate, or nearly so
@@ -220,7 +144,7 @@ def dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Ar
         z and z' at t = 0.
     """
     z, v = start
-    d = _one_for_all(d)
+    d = one_for_all(d)
     if not np.any(d):
         return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(z), np.shape(t)))
     ringing = omega > 0.5 * d * (1.0 + 1e-3)

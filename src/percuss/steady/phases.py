@@ -17,12 +17,13 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.halting import look
+from percuss.mechanics.flow import phi1, propagator
 from percuss.model import System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, numbers, positive
 from percuss.model.contact import impedance_ratio, restitutions
 from percuss.steady.harmonic import HarmonicResponse, Response
-from percuss.steady.oscillator import modal_state, phi1, propagator
+from percuss.steady.oscillator import modal_state
 from percuss.steady.piecewise import PiecewiseResponse
 from percuss.steady.trigonometric import TURN, on_circle
 from percuss.steady.truncation import RELEASED_MODES

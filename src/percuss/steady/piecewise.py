@@ -8,10 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from percuss.mechanics.flow import phi1, phi2, propagator
 from percuss.model import Modes, System
 from percuss.model.checks import Array
 from percuss.steady.harmonic import Balanced, Field, HarmonicResponse, piecewise_exchange
-from percuss.steady.oscillator import free_sum, phi1, phi2, propagator, refuse_resonance
+from percuss.steady.oscillator import free_sum, refuse_resonance
 
 TURN = 2.0 * math.pi
 _WHOLE = 64.0 * np.finfo(float).eps

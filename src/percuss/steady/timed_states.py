@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.mechanics.flow import phi1, phi2
 from percuss.model import System, Timed
 from percuss.model.checks import Array, count, instance, numbers
 from percuss.model.contact import impedance_ratio
@@ -18,7 +19,6 @@ from percuss.shown import Shown
 from percuss.steady.admissible import Violation
 from percuss.steady.harmonic import HarmonicResponse
 from percuss.steady.orbit import Orbit, Reason
-from percuss.steady.oscillator import phi1, phi2
 from percuss.steady.phases import Arcs, forced_response, level_at
 from percuss.steady.states import MAX_PERIODS, SteadyStates, steady_states
 from percuss.steady.trigonometric import TURN, on_circle

@@ -30,7 +30,6 @@ from percuss.case.answers.orbits_answer import (
     orbits_dict,
     parsed_label,
     rest_branch_dict,
-    rest_curve_dict,
     rest_cycles_dict,
 )
 from percuss.case.answers.point_curves_answer import watched_curves
@@ -76,10 +75,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from percuss.case import Case
-    from percuss.explore import PointCurve, Sweep
+    from percuss.explore import Sweep
+    from percuss.explore.cells import SweepJob
     from percuss.explore.diagrams.diagram_job import DiagramJob
     from percuss.explore.family import Axis
-    from percuss.explore.sweeps import SweepJob
     from percuss.web.settings import Limits
     from percuss.web.workers import Halt, Part
 
@@ -366,14 +365,10 @@ async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
     def follow_points(halt: Halt, tell: Tell) -> None:
         with failures_told(tell, "following points"), halting(halt):
             for share, curves in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
-                told = {"done": share, "curves": [_curve_dict(curve) for curve in curves]}
+                told = {"done": share, "curves": [curve_dict(curve) for curve in curves]}
                 tell("done" if share == 1.0 else "progress", told)
 
     return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
-
-
-def _curve_dict(curve: PointCurve) -> dict[str, Any]:
-    return rest_curve_dict(curve) if curve.has_rest else curve_dict(curve)
 
 
 def along_text(asked: AlongAsked, key: str = "along") -> str:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.numerals import counted, number, percent, plain, quantity
+from percuss.case.answers.facts import Teller
+from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, MissingExtraError, ParameterError
 from percuss.model.body import Body, SizedBody
@@ -101,42 +102,7 @@ class MeasuredGauge(Shown):
 
 
 @dataclass(frozen=True)
-class BlowUnits:
-    """Values of a blow in words, with their units; those of a dimensionless bar as plain numbers."""
-
-    is_si: bool
-
-    def time(self, value: float, digits: int = 4) -> str:
-        """A time with its unit."""
-        return quantity(value, "s", digits) if self.is_si else f"{number(value, digits)} rad"
-
-    def force(self, value: float, digits: int = 4) -> str:
-        """A force with its unit."""
-        return quantity(value, "N", digits) if self.is_si else number(value, digits)
-
-    def energy(self, value: float, digits: int = 4) -> str:
-        """An energy with its unit."""
-        return quantity(value, "J", digits) if self.is_si else number(value, digits)
-
-    def momentum(self, value: float, digits: int = 4) -> str:
-        """An impulse with its unit."""
-        return f"{number(value, digits)} N·s" if self.is_si else number(value, digits)
-
-    def stress(self, value: float, digits: int = 4) -> str:
-        """A stress with its unit; the force of a dimensionless bar."""
-        return quantity(value, "Pa", digits) if self.is_si else number(value, digits)
-
-    def place(self, value: float, digits: int = 4) -> str:
-        """A place along a body with its unit."""
-        return quantity(value, "m", digits) if self.is_si else number(value, digits)
-
-    def speed(self, value: float, digits: int = 4) -> str:
-        """A velocity with its unit."""
-        return f"{number(value, digits)} m/s" if self.is_si else number(value, digits)
-
-
-@dataclass(frozen=True)
-class ToldBlow(Shown):
+class BlowAnswer(Shown):
     """One blow of a case, resolved by waves.
 
     Attributes
@@ -209,112 +175,87 @@ class ToldBlow(Shown):
         return self.blow.peaks[:own], self.blow.peaks[own:]
 
     @property
-    def units(self) -> BlowUnits:
-        """How its values are told."""
-        return BlowUnits(self.is_si)
+    def tell(self) -> Teller:
+        """Says its values with their units."""
+        return Teller(None, self.is_si)
+
+    @cached_property
+    def formulas(self) -> tuple[Formula, ...]:
+        """The closed forms that apply to such a blow, with what the waves gave."""
+        return _formulas(self)
+
+    @cached_property
+    def left_out(self) -> tuple[tuple[str, str], ...]:
+        """What the theory of one-dimensional waves leaves out of this blow, with its numbers."""
+        return _left_out(self)
+
+    @property
+    def sentence(self) -> str:
+        """What became of the energy of the blow, in one sentence."""
+        return blow_in_words(self)
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values, as `percuss blow --json` prints it: SI units, or the scales of the bar."""
+        blow = self.blow
+        told: dict[str, Any] = {
+            "case": self.name,
+            "title": self.title,
+            "units": "SI" if self.is_si else "dimensionless",
+            "notes": list(self.notes),
+            "velocity": None if blow.velocity is None else blow.velocity.tolist(),
+            "velocity_from": self.speed,
+            "until": blow.until,
+            "outcome": blow.outcome.name.lower(),
+            "outcome_in_words": blow.outcome.value,
+            "contacts": [[one.start, one.end, one.impulse, one.peak_force] for one in blow.contacts],
+            "touches_without_impulse": blow.grazes,
+            **picked(blow, _ALWAYS),
+        }
+        if self.rod is not None:
+            told |= picked(blow, "bit_kinetic_energy_after")
+            told |= {"rod_energy_after": blow.rod_energy, "rod_momentum_after": blow.rod_momentum, **_rod_dict(self)}
+        if blow.penetration is not None and blow.bit_force is not None:
+            told |= picked(blow, _OF_ROCK)
+            told |= {"rock_work_dissipated": blow.rock_dissipated, "rock_work_stored": blow.rock_stored}
+            told |= {"greatest_rock_force": blow.bit_force.peak, "beta": self.beta}
+        if self.measured is not None:
+            told["measured"] = self.measured.to_json_dict()
+        return plain(told | _stress_dict(self))
 
 
 # ---- One blow in plain values
 
 _ALWAYS = (
-    "striker_mass",
-    "mean_velocity_before",
-    "mean_velocity_after",
-    "striker_momentum_after",
-    "impulse",
-    "effective_restitution",
-    "restitution_from_impulse",
-    "contact_duration",
-    "force_centroid",
-    "gap_after",
-    "energy_before",
-    "kinetic_energy_before",
-    "load_work",
-    "rigid_energy_after",
-    "vibration_energy_after",
-    "work_through_face",
+    "striker_mass mean_velocity_before mean_velocity_after striker_momentum_after impulse effective_restitution "
+    "restitution_from_impulse contact_duration force_centroid gap_after energy_before kinetic_energy_before load_work "
+    "rigid_energy_after vibration_energy_after work_through_face momentum_error energy_error"
 )
-_OF_ROD = {
-    "rod_energy_after": "rod_energy",
-    "rod_momentum_after": "rod_momentum",
-    "bit_kinetic_energy_after": "bit_kinetic_energy_after",
-}
-_OF_ROCK = {
-    "rock_work": "rock_work",
-    "rock_work_dissipated": "rock_dissipated",
-    "rock_work_stored": "rock_stored",
-    "efficiency": "efficiency",
-    "efficiency_with_rebound": "efficiency_with_rebound",
-    "greatest_penetration": "greatest_penetration",
-    "residual_penetration": "residual_penetration",
-    "penetration_after": "penetration_after",
-}
+_OF_ROCK = "rock_work efficiency efficiency_with_rebound greatest_penetration residual_penetration penetration_after"
 
 
-def blow_dict(answer: ToldBlow) -> dict[str, Any]:
-    """The answer as JSON has it: SI units, or the scales of a dimensionless bar (mass, length, frequency 1)."""
-    blow = answer.blow
-    told: dict[str, Any] = {
-        "case": answer.name,
-        "title": answer.title,
-        "units": "SI" if answer.is_si else "dimensionless",
-        "notes": list(answer.notes),
-        "velocity": None if blow.velocity is None else blow.velocity.tolist(),
-        "velocity_from": answer.speed,
-        "until": blow.until,
-        "outcome": blow.outcome.name.lower(),
-        "outcome_in_words": blow.outcome.value,
-        "contacts": [[one.start, one.end, one.impulse, one.peak_force] for one in blow.contacts],
-        "touches_without_impulse": blow.grazes,
-    }
-    told |= {name: getattr(blow, name) for name in _ALWAYS}
-    if answer.rod is not None:
-        told |= {name: getattr(blow, source) for name, source in _OF_ROD.items()}
-        told |= _rod_dict(answer)
-    if blow.penetration is not None and blow.bit_force is not None:
-        told |= {name: getattr(blow, source) for name, source in _OF_ROCK.items()}
-        told["greatest_rock_force"] = blow.bit_force.peak
-        told["beta"] = answer.beta
-    if answer.measured is not None:
-        told["measured"] = answer.measured.to_json_dict()
-    told |= _stress_dict(answer)
-    told |= {"momentum_error": blow.momentum_error, "energy_error": blow.energy_error}
-    found: dict[str, Any] = plain(told)
-    return found
-
-
-def _rod_dict(answer: ToldBlow) -> dict[str, Any]:
+def _rod_dict(answer: BlowAnswer) -> dict[str, Any]:
     """The first pulse, and the waves at the gauge."""
     pulse, waves = answer.blow.first_pulse, answer.waves
     assert waves is not None  # there is a rod
-    names = ("length", "rise", "peak", "energy", "momentum")
     return {
-        "first_pulse": None if pulse is None else {name: getattr(pulse, name) for name in names},
-        "gauge": {
-            "place": answer.gauge,
-            "impedance": waves.impedance,
-            "incident_energy": waves.incident_energy,
-            "reflected_energy": waves.reflected_energy,
-            "tool_energy": waves.tool_energy,
-        },
+        "first_pulse": None if pulse is None else picked(pulse, "length rise peak energy momentum"),
+        "gauge": {"place": answer.gauge, **picked(waves, "impedance incident_energy reflected_energy tool_energy")},
     }
 
 
-def _stress_dict(answer: ToldBlow) -> dict[str, Any]:
+def _stress_dict(answer: BlowAnswer) -> dict[str, Any]:
     """The greatest compression and tension of each section: stress, or force of a dimensionless bar."""
     kind = "stress" if answer.is_si else "force"
     own, rod = answer.peaks
     found = {
         f"peak_compressive_{kind}": [peak.compression for peak in own],
         f"peak_tensile_{kind}": [peak.tension for peak in own],
-        "peaks_of_striker": [_peak_dict(peak) for peak in own],
+        "peaks_of_striker": [picked(peak, _PEAK) for peak in own],
     }
-    return found | ({"peaks_of_rod": [_peak_dict(peak) for peak in rod]} if rod else {})
+    return found | ({"peaks_of_rod": [picked(peak, _PEAK) for peak in rod]} if rod else {})
 
 
-def _peak_dict(peak: Peak) -> dict[str, Any]:
-    names = ("compression", "compression_place", "compression_time", "tension", "tension_place", "tension_time")
-    return {name: getattr(peak, name) for name in names}
+_PEAK = "compression compression_place compression_time tension tension_place tension_time"
 
 
 # ---- What formulas say of a blow beside what its waves gave, and what the theory of such waves leaves out
@@ -332,7 +273,7 @@ class Formula(NamedTuple):
     found: float
 
 
-def formulas(answer: ToldBlow) -> tuple[Formula, ...]:
+def _formulas(answer: BlowAnswer) -> tuple[Formula, ...]:
     """The closed forms that apply to a blow; none under a load, or where sections have different speeds."""
     from percuss.blow.bodies import striker_sections
 
@@ -348,7 +289,7 @@ def formulas(answer: ToldBlow) -> tuple[Formula, ...]:
     return ()
 
 
-def _of_uniform(answer: ToldBlow, z: float, tau: float) -> tuple[Formula, ...]:
+def _of_uniform(answer: BlowAnswer, z: float, tau: float) -> tuple[Formula, ...]:
     """A uniform striker on a wall, on an endless rod (St Venant 1867), on a bit in rock (Lundberg 1973)."""
     from percuss.blow.closed_forms import uniform_blow
 
@@ -359,13 +300,15 @@ def _of_uniform(answer: ToldBlow, z: float, tau: float) -> tuple[Formula, ...]:
     z2 = math.inf if rod is None else blow.waves_at(0.0).impedance
     known = uniform_blow(z, tau, speed, z2)
     found = [
-        Formula("first step", _beside(answer.units.force(known.force), answer.units.force(force)), known.force, force)
+        Formula(
+            "first step", _beside(answer.tell(known.force, "force"), answer.tell(force, "force")), known.force, force
+        )
     ]
     lasts = blow.contacts[0].end
     if known.restitution >= 0.0 and lasts is not None and _reaches_nothing(answer):
         took = lasts - blow.contacts[0].start
-        said = f"2τ = {answer.units.time(known.duration)}"
-        found.append(Formula("contact", _beside(said, answer.units.time(took)), known.duration, took))
+        said = f"2τ = {answer.tell(known.duration, 'time')}"
+        found.append(Formula("contact", _beside(said, answer.tell(took, "time")), known.duration, took))
         value, of_waves = known.restitution, blow.effective_restitution or 0.0
         said = "R = (Z₂ − Z₁)/(Z₂ + Z₁) = " + number(value, 6) if rod is not None else "R = 1"
         found.append(Formula("restitution", _beside(said, number(of_waves, 6)), value, of_waves))
@@ -378,12 +321,12 @@ def _of_uniform(answer: ToldBlow, z: float, tau: float) -> tuple[Formula, ...]:
     return tuple(found)
 
 
-def _reaches_nothing(answer: ToldBlow) -> bool:
+def _reaches_nothing(answer: BlowAnswer) -> bool:
     """Whether nothing comes back from the far end of what is struck."""
     return answer.rod is None or (answer.rod.end == "infinite" and len(answer.rod.sections) <= 1)
 
 
-def _on_rock(answer: ToldBlow, z: float, tau: float) -> list[Formula]:
+def _on_rock(answer: BlowAnswer, z: float, tau: float) -> list[Formula]:
     """One rectangular wave on a bit without mass: β = K₁ T/Z, T = 2τ (Lundberg 1973)."""
     from percuss.blow.closed_forms import BEST_BETA, best_efficiency, matched_efficiency
 
@@ -400,7 +343,7 @@ def _on_rock(answer: ToldBlow, z: float, tau: float) -> list[Formula]:
     ]
 
 
-def _of_two(answer: ToldBlow, rear: float, head: float) -> tuple[Formula, ...]:
+def _of_two(answer: BlowAnswer, rear: float, head: float) -> tuple[Formula, ...]:
     """Two sections of equal transit time on a wall: R = 1 − 2ρ²."""
     from percuss.blow.closed_forms import two_section_restitution
 
@@ -420,7 +363,7 @@ def _beside(said: str, found: str) -> str:
 # -- what is left out -------------------------------------------------------------------------------------------------
 
 
-def left_out(answer: ToldBlow) -> tuple[tuple[str, str], ...]:
+def _left_out(answer: BlowAnswer) -> tuple[tuple[str, str], ...]:
     """What the theory leaves out, with its own numbers; nothing for a dimensionless bar."""
     own, rod = answer.pieces
     if not own:
@@ -457,7 +400,7 @@ _NEGLIGIBLE = 1e-3
 """Share of the energy that is not worth a clause."""
 
 
-def blow_in_words(answer: ToldBlow) -> str:
+def blow_in_words(answer: BlowAnswer) -> str:
     """What one blow does, the first line of its report.
 
     Examples
@@ -468,27 +411,27 @@ def blow_in_words(answer: ToldBlow) -> str:
     """
     blow = answer.blow
     before = blow.energy_before
-    head = f"A blow of {answer.units.energy(before, 3)} at {answer.units.speed(blow.mean_velocity_before, 3)}"
+    head = f"A blow of {answer.tell(before, 'energy', 3)} at {answer.tell(blow.mean_velocity_before, 'speed', 3)}"
     if not blow.contacts:
-        return f"{head} does not reach the target in {answer.units.time(blow.until, 3)}."
+        return f"{head} does not reach the target in {answer.tell(blow.until, 'time', 3)}."
     clauses = [_given(answer, before)]
     if blow.rigid_energy_after > _NEGLIGIBLE * before:
         way = "come back" if blow.mean_velocity_after < 0.0 else "stay"
-        clauses.append(f"{answer.units.energy(blow.rigid_energy_after, 3)} {way} with the striker")
+        clauses.append(f"{answer.tell(blow.rigid_energy_after, 'energy', 3)} {way} with the striker")
     if blow.vibration_energy_after > _NEGLIGIBLE * before:
-        clauses.append(f"{answer.units.energy(blow.vibration_energy_after, 3)} ring in it")
+        clauses.append(f"{answer.tell(blow.vibration_energy_after, 'energy', 3)} ring in it")
     left = blow.rod_energy + blow.bit_kinetic_energy_after
     if blow.penetration is not None and left > _NEGLIGIBLE * before:
-        clauses.append(f"{answer.units.energy(left, 3)} stay in the rod")
+        clauses.append(f"{answer.tell(left, 'energy', 3)} stay in the rod")
     sentence = f"{head} {clauses[0]}" + "".join(f"; {clause}" for clause in clauses[1:])
     return f"{sentence}; {_stress(answer)}{_how_often(answer)}."
 
 
-def _given(answer: ToldBlow, before: float) -> str:
+def _given(answer: BlowAnswer, before: float) -> str:
     blow = answer.blow
 
     def share(value: float) -> str:
-        return f"{answer.units.energy(value, 3)}" + (f" ({percent(value / before)})" if before > 0.0 else "")
+        return f"{answer.tell(value, 'energy', 3)}" + (f" ({percent(value / before)})" if before > 0.0 else "")
 
     if blow.penetration is not None:
         return f"puts {share(blow.rock_work)} into the rock"
@@ -497,13 +440,13 @@ def _given(answer: ToldBlow, before: float) -> str:
     return f"gives nothing to the wall: R = {number(blow.effective_restitution or 0.0)}"
 
 
-def _stress(answer: ToldBlow) -> str:
+def _stress(answer: BlowAnswer) -> str:
     own = answer.peaks[0]
     name = "head" if len(own) > 1 else "striker"
-    return f"the {name} sees {answer.units.stress(own[-1].compression, 3)}"
+    return f"the {name} sees {answer.tell(own[-1].compression, 'stress', 3)}"
 
 
-def _how_often(answer: ToldBlow) -> str:
+def _how_often(answer: BlowAnswer) -> str:
     contacts = len(answer.blow.contacts)
     return "" if contacts == 1 else f", in {counted(contacts, 'contact')}"
 
@@ -512,30 +455,6 @@ def _how_often(answer: ToldBlow) -> str:
 
 _MIDDLE = 0.5
 """Where a gauge is unless told otherwise, as a share of the first section of the rod."""
-
-
-@dataclass(frozen=True)
-class BlowAnswer(ToldBlow):
-    """The answer to "what does one blow of this hammer do?"; attributes are those of `ToldBlow`."""
-
-    @cached_property
-    def formulas(self) -> tuple[Formula, ...]:
-        """The closed forms that apply to such a blow, with what the waves gave."""
-        return formulas(self)
-
-    @cached_property
-    def left_out(self) -> tuple[tuple[str, str], ...]:
-        """What the theory of one-dimensional waves leaves out of this blow, with its numbers."""
-        return left_out(self)
-
-    @property
-    def sentence(self) -> str:
-        """What became of the energy of the blow, in one sentence."""
-        return blow_in_words(self)
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The answer in plain values, as `percuss blow --json` prints it."""
-        return blow_dict(self)
 
 
 def blow_answer(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_dict, blow_in_words
+from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
 from percuss.case.answers.motion_frames import Frames
 from percuss.case.answers.numerals import plain
 from percuss.model.body import SizedBody
@@ -44,33 +44,10 @@ def blow_frames(
     whole: bool = True,
     most_pieces: int | None = None,
 ) -> Frames:
-    """The blow of a case, in SI or in the scales of a dimensionless bar.
+    """The blow of a case, in SI or in the scales of a dimensionless bar; about so many instants, and places of a body.
 
-    Lengths of a dimensionless rod are those of a rod with the wave speed of the striking end.
-
-    Parameters
-    ----------
-    show
-        How much of it.
-    frames, cells
-        Number of instants, and of places along each body, about.
-    whole
-        Also what is known only at the end of the blow: the sentence, and what `percuss blow --json` prints. Without it
-        the start of a blow is followed no further than it is shown.
-    most_pieces
-        Of waves, after which the blow is followed no further.
-
-    Raises
-    ------
-    CaseError, ParameterError
-        As `blow_answer`.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> found = blow_frames(load_case("laboratory-striker"), frames=31, cells=20)
-    >>> found.arrays["striker_stress"].shape, found.header["rod"]["end"]
-    ((31, 20), 'rock')
+    Without `whole` the start of a blow is followed no further than it is shown, and has no answer. Lengths of a
+    dimensionless rod are those of one with the wave speed of the striking end.
     """
     from percuss.blow.bodies import rod_sections, striker_sections
     from percuss.blow.over_time import cells_over_time, energy_over_time
@@ -127,7 +104,7 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
         "contacts": [[one.start, one.end] for one in blow.contacts[:1000]],
         "gap": blow.target.gap,
         "sentence": blow_in_words(answer) if whole else None,
-        "answer": blow_dict(answer) if whole else None,
+        "answer": answer.to_json_dict() if whole else None,
     }
 
 

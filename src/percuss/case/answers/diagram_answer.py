@@ -10,6 +10,7 @@ import numpy as np
 
 from percuss.case.answers.exploration import stop_when_found
 from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import picked, plain_value
 from percuss.case.answers.orbits_answer import parsed_label
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -139,14 +140,10 @@ def diagram_dict(case: Case, found: Diagram) -> dict[str, Any]:
     """A diagram as a tree of dict, list, str, bool, int, finite float and None."""
     return {
         "case": case.file,
-        "title": case.title,
-        "notes": list(case.notes),
+        **picked(case, "title notes"),
         "parameter": found.axis.name,
-        "unit": found.axis.unit,
-        "values": found.axis.values.tolist(),
-        "modes": found.modes,
-        "done": found.done,
-        "left_out": found.left_out,
+        **picked(found.axis, "unit values"),
+        **picked(found, "modes done left_out"),
         "settled": [_settled(one) for one in found.settled],
         "branches": [_branch(line) for line in found.branches],
         "rest_branches": [_rest_branch(line) for line in found.rest_branches],
@@ -157,12 +154,7 @@ def diagram_dict(case: Case, found: Diagram) -> dict[str, Any]:
 def _settled(one: SettledMotion) -> dict[str, Any]:
     speed, energy = one.scales or (math.nan, math.nan)
     return {
-        "value": one.value,
-        "label": one.label,
-        "members": one.members,
-        "phases": one.phases.tolist(),
-        "speeds": one.speeds.tolist(),
-        "energy": number(one.energy),
+        **picked(one, "value label members phases speeds energy"),
         "speeds_m_s": None if one.scales is None else (one.speeds * speed).tolist(),
         "energy_J": number(one.energy * energy),
     }
@@ -175,13 +167,10 @@ def _branch(line: DiagramBranch) -> dict[str, Any]:
         "points": [_point(point) for point in line.points],
         "branch": {
             "value": line.values.tolist(),
-            "phases": line.phases.tolist(),
-            "times": line.times.tolist(),
-            "speeds": line.speeds.tolist(),
-            "energy": [number(energy) for energy in line.energies.tolist()],
-            "stable": line.stable.tolist(),
-            "speeds_m_s": None if scales is None else _finite(line.speeds * scales[:, :1]),
-            "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
+            **picked(line, "phases times speeds stable"),
+            "energy": plain_value(line.energies),
+            "speeds_m_s": None if scales is None else plain_value(line.speeds * scales[:, :1]),
+            "energy_J": None if scales is None else plain_value(line.energies * scales[:, 1]),
         },
     }
 
@@ -201,13 +190,12 @@ def _rest_branch(line: DiagramBranch) -> dict[str, Any]:
             "phases": listed(line.phases),
             "times": listed(line.times),
             "speeds": listed(line.speeds),
-            "energy": _finite(line.energies),
+            "energy": plain_value(line.energies),
             "stable": line.stable.tolist(),
             "impacts": known.sum(axis=-1).tolist(),
-            "release_phases": line.release_phases.tolist(),
-            "rest_phases": line.rest_phases.tolist(),
+            **picked(line, "release_phases rest_phases"),
             "speeds_m_s": None if scales is None else listed(line.speeds * scales[:, :1, None]),
-            "energy_J": None if scales is None else _finite(line.energies * scales[:, 1]),
+            "energy_J": None if scales is None else plain_value(line.energies * scales[:, 1]),
         },
     }
 
@@ -216,44 +204,16 @@ def _point(point: BranchPoint) -> dict[str, Any]:
     return {
         "type": point.kind.value,
         "value": point.value,
-        "label": point.plain.label,
-        "phases": point.plain.phases.tolist(),
-        "speeds": point.plain.speeds.tolist(),
-        "energy": number(point.plain.energy),
-        "beyond": point.beyond,
-        "impact": point.impact,
-        "touch_phase": point.touch_phase,
+        **picked(point.plain, "label phases speeds energy"),
+        **picked(point, "beyond impact touch_phase"),
     }
-
-
-def _finite(values: np.ndarray) -> Any:
-    """Numbers as lists, None for those that are not known."""
-    if values.ndim > 1:
-        return [_finite(row) for row in values]
-    return [number(value) for value in values.tolist()]
 
 
 # ---- A diagram that is watched: what is settled on so far while it goes on, the same numbers at its end
 
 
 def watched_diagram(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Diagram]:
-    """Carry out a diagram item by item; the last one yielded is whole.
-
-    Parameters
-    ----------
-    job
-        The diagram.
-    stopped
-        Asked now and then; when it says so nothing more is yielded.
-
-    Examples
-    --------
-    >>> from percuss.case import diagram_job_of, load_case
-    >>> sizes = {"up_to": None, "starts": 2, "runs": 0, "modes": 0}
-    >>> job = diagram_job_of(load_case("pneumatic-jackleg"), "load_factor=0.38:0.4:3", **sizes)
-    >>> [look.done for look in watched_diagram(job, lambda: False)]
-    [0.5, 1.0]
-    """
+    """Carry out a diagram item by item, until `stopped` says so; the last one yielded is whole."""
     from percuss.explore import Diagram
 
     columns = {

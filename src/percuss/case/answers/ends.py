@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.facts import Fact, Teller, json_of
+from percuss.case.answers.numerals import picked
 from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import count
 
@@ -76,32 +78,23 @@ class Ends:
     def to_json_dict(self, system: System) -> dict[str, Any]:
         """In plain values, with SI for a system that has scales."""
         return {
-            "followed": self.followed,
+            **picked(self, "followed modes impacts note"),
             "distribution": DISTRIBUTION,
             "seed": SEED,
-            "modes": self.modes,
-            "impacts": self.impacts,
-            "note": self.note,
-            "ends": [_end(end, self.followed, system) for end in self.ends],
+            "ends": [
+                {**json_of(end, _END, Teller.of(system)), "share": end.starts / self.followed} for end in self.ends
+            ],
         }
 
 
-def _end(end: End, followed: int, system: System) -> dict[str, Any]:
-    si = None
-    if system.is_si and system.frequency is not None:
-        power, rate = end.delivered_power, end.blow_rate
-        si = {
-            "blow_rate_Hz": None if rate is None else rate * system.frequency,
-            "delivered_power_kW": None if power is None else 1e-3 * power * system.power_scale,
-        }
-    return {
-        "label": end.label,
-        "starts": end.starts,
-        "share": end.starts / followed,
-        "blow_rate": end.blow_rate,
-        "delivered_power": end.delivered_power,
-        "si": si,
-    }
+_END: tuple[Fact[End], ...] = (
+    Fact("label", "motion", "what they settle on", "", lambda end: end.label),
+    Fact("starts", "starts", "how many", "", lambda end: end.starts),
+    Fact("blow_rate blow_rate_Hz", "main blows", "per load period or second", "cycles", lambda end: end.blow_rate),
+    Fact("delivered_power delivered_power_kW", "power", "what the impacts take", "power",
+         lambda end: end.delivered_power),
+)  # fmt: skip
+"""What one of the ends is."""
 
 
 def not_followed(why: str) -> Ends:
@@ -115,25 +108,6 @@ def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
     Loads the simulator; its first use on a computer compiles it, which takes up to a minute. A load of very many
     harmonics is followed for fewer impacts than an experiment takes, and a bar that hovers before the wall for fewer
     evaluations, so that it is quick all the same. Both are numbers: what comes out does not depend on the computer.
-
-    Parameters
-    ----------
-    starts
-        How many, 1 to 1000.
-    modes
-        Elastic modes; by default those of the table [simulation]; 64 at most.
-
-    Raises
-    ------
-    ParameterError
-        For a number of starts out of range.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> ends = ends_of(load_case("heavy-drifter"), 24)
-    >>> sum(end.starts for end in ends.ends), sorted(end.label for end in ends.ends)
-    (24, ['z=1/1'])
     """
     from percuss.case.answers.exploration import experiment_job_of
 

@@ -151,13 +151,7 @@ def stop_when_found(stop: Stop, impacts: int | None) -> Stop:
 
 
 def sweep_dict(case: Case, found: Sweep, curves: Boundaries | None = None) -> dict[str, Any]:
-    """A map as a tree of dict, list, str, bool, int, finite float and None: nested lists, the last axis innermost.
-
-    Parameters
-    ----------
-    curves
-        The boundaries in its plane, when they were asked for.
-    """
+    """A map, and the boundaries in its plane, in plain values: nested lists, the last axis innermost."""
     quantities: dict[str, Any] = {}
     for name in ("outcome", *found.quantities):
         values = found[name]
@@ -308,17 +302,9 @@ class Watched:
 
 
 def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool], first: int | None = None) -> Iterator[Watched]:
-    """Follow the starts of an experiment portion by portion; the last one yielded has all of them.
+    """Follow the starts of an experiment portion by portion; the last one yielded has all of them, or the `first`.
 
-    Parameters
-    ----------
-    job
-        The experiment. Its numbers do not depend on the portions nor on the number of threads.
-    stopped
-        Asked now and then; when it says so nothing more is yielded.
-    first
-        Follow only so many of the starts, those that come first; None for all. They are the same ones, and come to
-        the same, as in the whole experiment.
+    The numbers depend neither on the portions nor on the number of threads. Once `stopped` says so nothing is yielded.
     """
     from percuss.explore.attractors.experiments import Experiment
 

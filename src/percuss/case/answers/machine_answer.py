@@ -7,19 +7,22 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.facts import Teller, plain_of
 from percuss.case.answers.machine_figures import (
+    CYCLE,
+    POWER,
+    Running,
     Sensitivity,
     ToldBlank,
     course_of,
-    in_units,
-    machine_figures,
+    figures_in_si,
     pressure_curve,
     sensitivities,
     told_blank,
 )
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.numerals import number as numerals_number
-from percuss.case.answers.numerals import numbers, plain, quantity
+from percuss.case.answers.numerals import numbers, plain
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import ParameterError
@@ -30,18 +33,30 @@ from percuss.steady import self_excited_motion
 from percuss.steady.self_excited import RigidCycle, slow_pressure, valve_margins
 
 if TYPE_CHECKING:
-    from percuss.case.answers.machine_figures import Course, Running
+    from percuss.case.answers.machine_figures import AtPressure, Course
     from percuss.case.case import Case
     from percuss.model import Machine
-    from percuss.steady.self_excited import Obstacle, Ringing, SelfExcited, SlowPressure, ValveCycle, ValveMargins
+    from percuss.steady.self_excited import Ringing, SelfExcited, SlowPressure, ValveCycle, ValveMargins
 
 
 # ---- How a machine runs that switches itself, and what of it is told: outcome and label, warnings, margins
 
 
 @dataclass(frozen=True)
-class ToldMachine(Shown):
-    """How a machine runs, or what keeps it from running; `MachineAnswer` says what the fields are."""
+class MachineAnswer(Shown):
+    """How a machine runs that switches its own valve, or what keeps it from running.
+
+    Attributes
+    ----------
+    name, title
+        The case as it was named, and its title.
+    motion
+        Its cycle with elastic modes, or what keeps it from running.
+    rigid
+        The same of a rigid piston.
+    notes
+        What was assumed, one sentence each.
+    """
 
     name: str
     title: str
@@ -67,7 +82,7 @@ class ToldMachine(Shown):
         return sensitivities(self.motion)
 
     @cached_property
-    def curve(self) -> tuple[Running, ...]:
+    def curve(self) -> tuple[AtPressure, ...]:
         """Energy and rate over the pressure, with a supply over the flow; empty when it does not run."""
         return pressure_curve(self.motion)
 
@@ -105,47 +120,58 @@ class ToldMachine(Shown):
         return course_of(self.machine, self.cycle)
 
     @property
+    def si(self) -> dict[str, Any] | None:
+        """The figures of the cycle with their units, by their keys in JSON; None without a cycle, or scales."""
+        return figures_in_si(self.machine, self.cycle)
+
+    @property
     def outcome(self) -> str:
         """What the machine does in one word or few: "runs", "stalls", "double blow", "cycles without a blow", …."""
-        return _outcome(self.motion)
+        obstacle, cycle = self.motion.obstacle, self.motion.cycle
+        if obstacle is None:
+            return "runs with rest" if cycle is not None and cycle.rests else "runs"
+        return _WORDS.get(obstacle.value, str(obstacle.value))
 
     @property
     def label(self) -> str:
         """Blows per valve cycle and valve cycles per period, "1/1", or where a machine stalls: "on the tool"."""
-        return _label(self.motion)
+        obstacle = self.motion.obstacle
+        if obstacle is not None and obstacle.value == "stays on the wall":
+            return "on the tool"
+        if obstacle is not None and obstacle.value == "reaches no port":
+            return "in the chamber" if self.machine.valve.chamber.stiffness > 0.0 else "leaves"
+        return "" if self.cycle is None else f"{self.cycle.blows}/1"
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the figures should know, one sentence each."""
         return tuple(_warnings(self))
 
-
-def _outcome(motion: SelfExcited) -> str:
-    obstacle, cycle = motion.obstacle, motion.cycle
-    if obstacle is None:
-        assert cycle is not None
-        return "runs with rest" if cycle.rests else "runs"
-    word: str = obstacle.value
-    return _WORDS.get(word, word)
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values, as `percuss machine --json` prints it."""
+        other = None if self.rigid is self.motion else self.rigid
+        return {
+            **cycle_dict(self),
+            "starts_from_rest": bool(self.motion.starts_from_rest),
+            "margins": _margins(self),
+            "supply": _supply(self),
+            "sensitivities": [plain(asdict(one)) for one in self.sensitivities],
+            "pressure_curve": [plain(asdict(one)) for one in self.curve],
+            "blank_blow": None if self.blank is None else self.blank.to_json_dict(),
+            "rigid": None if other is None else _cycle(other),
+            "rigid_si": None if other is None else figures_in_si(self.machine, other.cycle),
+            "warnings": list(self.warnings),
+        }
 
 
 _WORDS = {"stays on the wall": "stalls", "reaches no port": "stalls", "order overtaken": "double blow"}
 """What a machine does that meets an obstacle whose own word says why."""
 
 
-def _label(motion: SelfExcited) -> str:
-    obstacle: Obstacle | None = motion.obstacle
-    if obstacle is not None and obstacle.value == "stays on the wall":
-        return "on the tool"
-    if obstacle is not None and obstacle.value == "reaches no port":
-        return "in the chamber" if motion.machine.valve.chamber.stiffness > 0.0 else "leaves"
-    return "" if motion.cycle is None else f"{motion.cycle.blows}/1"
-
-
 _NEAR = 1e-9
 
 
-def _warnings(answer: ToldMachine) -> list[str]:
+def _warnings(answer: MachineAnswer) -> list[str]:
     found, machine = [], answer.machine
     if answer.runs and not answer.motion.starts_from_rest:
         found.append("the machine runs, but does not start from rest on the wall: it must be pushed off")
@@ -171,7 +197,7 @@ def _warnings(answer: ToldMachine) -> list[str]:
     return found
 
 
-def _ringing(answer: ToldMachine) -> float:
+def _ringing(answer: MachineAnswer) -> float:
     """How far a place of the bar swings about its centre after the blow, at most: v/ω_1, v L/(π C) of a uniform one."""
     reads = any(port.reads != "centre" for port in answer.machine.valve.ports)
     assert answer.cycle is not None
@@ -179,7 +205,7 @@ def _ringing(answer: ToldMachine) -> float:
     return answer.cycle.blow_speed / slowest if reads and answer.motion.modes else 0.0
 
 
-def _hysteresis(answer: ToldMachine) -> float:
+def _hysteresis(answer: MachineAnswer) -> float:
     """The least distance of two ports that demand different states."""
     ports = [port for port in answer.machine.valve.ports if port.behind is not None]
     apart = [abs((a.behind or 0.0) - (b.behind or 0.0)) for a in ports for b in ports if a.to != b.to]
@@ -192,32 +218,7 @@ SHOWN_MULTIPLIERS = 16
 """The greatest multipliers, which are told."""
 
 
-def machine_dict(answer: ToldMachine) -> dict[str, Any]:
-    """The JSON object of an answer: a tree of dict, list, str, bool, int, finite float and None."""
-    motion, machine = answer.motion, answer.machine
-    return {
-        **cycle_dict(answer),
-        "starts_from_rest": bool(motion.starts_from_rest),
-        "margins": _margins(answer),
-        "supply": _supply(answer),
-        "sensitivities": [
-            {
-                "parameter": one.parameter,
-                "energy": number(one.energy),
-                "rate": number(one.rate),
-                "stops": list(one.stops),
-            }
-            for one in answer.sensitivities
-        ],
-        "pressure_curve": [plain(asdict(one)) for one in answer.curve],
-        "blank_blow": None if answer.blank is None else answer.blank.to_json_dict(),
-        "rigid": None if answer.rigid is motion else _cycle(answer.rigid),
-        "rigid_si": None if answer.rigid is motion else _si(machine, answer.rigid.cycle),
-        "warnings": list(answer.warnings),
-    }
-
-
-def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
+def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
     """What of it tells of the cycle itself."""
     motion, machine = answer.motion, answer.machine
     return {
@@ -230,7 +231,7 @@ def cycle_dict(answer: ToldMachine) -> dict[str, Any]:
         **_cycle(motion),
         "failed_condition": _condition(motion),
         "stable": None if motion.cycle is None else bool(motion.cycle.stable),
-        "si": _si(machine, motion.cycle),
+        "si": answer.si,
         "notes": list(answer.notes),
     }
 
@@ -264,12 +265,10 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
 def _cycle(motion: SelfExcited) -> dict[str, Any]:
     cycle = motion.cycle
     if cycle is None:
-        return dict.fromkeys(("period", "stroke", "duty", "work_per_cycle"), None) | {
-            name: [] for name in ("blows", "ports", "valve", "multipliers")
-        }
+        return plain_of(None, (*CYCLE, *POWER)) | {name: [] for name in ("blows", "ports", "valve", "multipliers")}
     blows = zip(numbers(cycle.blow_times), numbers(cycle.blow_speeds), numbers(cycle.blow_energies), strict=True)
     return {
-        "period": number(cycle.period),
+        **plain_of(Running(motion.machine, cycle), (*CYCLE, *POWER)),
         "blows": [{"time": time, "speed": speed, "energy": energy} for time, speed, energy in blows],
         "ports": [
             {"port": one.port, "time": number(one.time), "speed": number(-one.velocity)} for one in cycle.uncoverings
@@ -284,9 +283,6 @@ def _cycle(motion: SelfExcited) -> dict[str, Any]:
             }
             for one in cycle.switches
         ],
-        "stroke": number(cycle.stroke),
-        "duty": number(cycle.duty),
-        "work_per_cycle": number(cycle.work),
         "multipliers": [[number(z.real), number(z.imag)] for z in cycle.multipliers[:SHOWN_MULTIPLIERS].tolist()],
     }
 
@@ -304,7 +300,7 @@ def _condition(motion: SelfExcited) -> dict[str, Any] | None:
     }
 
 
-def _margins(answer: ToldMachine) -> dict[str, Any] | None:
+def _margins(answer: MachineAnswer) -> dict[str, Any] | None:
     margins, cycle = answer.margins, answer.cycle
     if margins is None or cycle is None:
         return None
@@ -326,7 +322,7 @@ def _margins(answer: ToldMachine) -> dict[str, Any] | None:
     }
 
 
-def _supply(answer: ToldMachine) -> dict[str, Any] | None:
+def _supply(answer: MachineAnswer) -> dict[str, Any] | None:
     """The pressure over the cycle; in Pa where that of the states is known."""
     found, unit = answer.pressure, answer.machine.pressure or 1.0
     if found is None:
@@ -347,34 +343,6 @@ def _ringing_json(ringing: Ringing) -> dict[str, Any]:
         "decay_cycles": number(ringing.decay),
         "modes": [{"mode": one.mode, "share": number(one.share)} for one in ringing.told],
     }
-
-
-def _si(machine: Machine, cycle: ValveCycle | None) -> dict[str, Any] | None:
-    return plain(asdict(machine_figures(machine, cycle))) if machine.is_si and cycle is not None else None
-
-
-# ---- The dispatcher's answer to "how does this machine run, whose piston switches its own valve?"
-
-
-@dataclass(frozen=True)
-class MachineAnswer(ToldMachine):
-    """How a machine runs that switches its own valve, or what keeps it from running.
-
-    Attributes
-    ----------
-    name, title
-        The case as it was named, and its title.
-    motion
-        Its cycle with elastic modes, or what keeps it from running.
-    rigid
-        The same of a rigid piston.
-    notes
-        What was assumed, one sentence each.
-    """
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The answer in plain values, as `percuss machine --json` prints it."""
-        return machine_dict(self)
 
 
 def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
@@ -409,7 +377,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
 # ---- The first sentences of the answer for a machine that switches itself: one home for the terminal and for reports
 
 
-def headline(answer: ToldMachine) -> str:
+def headline(answer: MachineAnswer) -> str:
     """What the machine does, in one or two sentences."""
     cycle, obstacle = answer.cycle, answer.motion.obstacle
     if obstacle is None:
@@ -431,11 +399,11 @@ def headline(answer: ToldMachine) -> str:
 
 def figures_in_short(machine: Machine, cycle: ValveCycle) -> str:
     """Energy, rate and striking speed of a cycle."""
-    if not machine.is_si:
+    tell, rate = Teller.of(machine), cycle.blows / cycle.period
+    if not tell.is_si:
         return f"striking speed {numerals_number(cycle.blow_speed, 5)}, period {numerals_number(cycle.period, 5)}"
-    si = machine_figures(machine, cycle)
-    rate = f"{numerals_number(si.blow_rate_Hz)} Hz ({numerals_number(si.blow_rate_per_min)} blows/min)"
-    return f"{quantity(si.blow_energy_J, 'J')} at {rate}, {numerals_number(si.impact_velocity_m_s)} m/s"
+    rates = f"{tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')})"
+    return f"{tell(cycle.blow_energy, 'energy')} at {rates}, {tell(cycle.blow_speed, 'speed')}"
 
 
 _DECIDES = {
@@ -456,11 +424,11 @@ def decided_by(motion: SelfExcited) -> str:
     kind, text = _DECIDES[motion.obstacle.value]
     if motion.needed is None:
         text = text.partition(", and the port")[0]
-    found = in_units(motion.machine, motion.found, kind)
-    return f" ({text.format(found=found, needed=in_units(motion.machine, motion.needed or 0.0, kind))})"
+    tell = Teller.of(motion.machine)
+    return f" ({text.format(found=tell(motion.found, kind), needed=tell(motion.needed or 0.0, kind))})"
 
 
-def decided_by_rigid(answer: ToldMachine) -> str:
+def decided_by_rigid(answer: MachineAnswer) -> str:
     """The number that decides for a rigid piston, where it meets the same obstacle."""
     rigid = answer.rigid
     same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle

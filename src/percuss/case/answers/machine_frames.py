@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_dict, machine_numbers
+from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.motion_frames import Frames
 from percuss.case.answers.numerals import counted, plain, quantity
@@ -28,31 +28,12 @@ if TYPE_CHECKING:
 def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
     """The cycle of a machine that switches itself, in SI or in the units of the machine, with its answer.
 
-    Parameters
-    ----------
-    modes
-        Elastic modes; 32 by default, 0 for a rigid piston.
-    points
-        Instants of the cycle; at every change of the state there are two more.
-    whole
-        Also what takes longer than the cycle: margins, sensitivities, the curve over the pressure, whether it starts
-        from rest.
-
-    Raises
-    ------
-    CaseError
-        When the load of the case is another.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> found = machine_frames(load_case("valve-drifter"), modes=0, points=50, whole=False)
-    >>> found.arrays["centre"].shape, found.header["states"]
-    ((54,), ['return', 'power'])
+    At every change of the state there are two more `points`. `whole`: also margins, sensitivities, the curve over the
+    pressure and whether it starts from rest, which take longer than the cycle.
     """
     answer = machine_answer(case, modes)
     machine = answer.machine
-    told = machine_dict(answer) if whole else cycle_dict(answer)
+    told = answer.to_json_dict() if whole else cycle_dict(answer)
     header = {
         "title": answer.title,
         "modes": answer.motion.modes,
@@ -146,22 +127,7 @@ def _in_words(label: str) -> str:
 
 
 def start_frames(found: MachineMotion, blows: int = 12, points: int = 2000) -> Frames:
-    """The first blows of a simulated motion, with the header and the arrays of a cycle.
-
-    Parameters
-    ----------
-    blows
-        Shown at most.
-    points
-        Instants; at each blow and each change of the state there are more.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case, machine_motion
-    >>> found = start_frames(machine_motion(load_case("valve-drifter").changed(simulation={"modes": 0})), blows=3)
-    >>> found.header["label"], len(found.header["answer"]["blows"])
-    ('runs 1/1', 3)
-    """
+    """The first blows of a simulated motion, at most so many, with the header and the arrays of a cycle."""
     motion, machine = found.motion, found.machine
     count("blows", blows)
     course = course_from_start(motion, blows, count("points", points, least=2))

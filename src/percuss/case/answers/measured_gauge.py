@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from percuss.case.answers.blow_answer import MeasuredGauge, ToldBlow
+from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge
 from percuss.case.answers.numerals import number, percent
 from percuss.errors import HistoryError, ParameterError
 from percuss.model.checks import choice, instance
@@ -27,7 +27,7 @@ _UNLIKE = 0.15
 
 
 def measured_gauge(
-    answer: ToldBlow,
+    answer: BlowAnswer,
     path: str | os.PathLike[str],
     *,
     column: str | int | None = None,
@@ -71,7 +71,7 @@ def measured_gauge(
     from percuss.blow.gauges import fitted_record
     from percuss.recordings import read_recording
 
-    instance("answer", answer, ToldBlow)
+    instance("answer", answer, BlowAnswer)
     choice("sign", sign, *_SIGNS)
     waves = _waves(answer)
     record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")
@@ -97,7 +97,7 @@ def measured_gauge(
     )
 
 
-def _waves(answer: ToldBlow) -> GaugeWaves:
+def _waves(answer: BlowAnswer) -> GaugeWaves:
     waves = answer.waves
     if waves is None:
         raise ParameterError("measured", "a record", "a blow on a rod", "the target is a wall: give the case a [tool]")
@@ -107,7 +107,7 @@ def _waves(answer: ToldBlow) -> GaugeWaves:
     return waves
 
 
-def _force_of_one(answer: ToldBlow, record: Recording) -> float:
+def _force_of_one(answer: BlowAnswer, record: Recording) -> float:
     """The force in N, compression positive, that 1 in the record stands for."""
     if record.quantity == "force":
         return 1.0
@@ -118,13 +118,13 @@ def _force_of_one(answer: ToldBlow, record: Recording) -> float:
     return piece.area * (piece.youngs_modulus if record.quantity == "strain" else 1.0)  # N = E A ε
 
 
-def _piece(answer: ToldBlow) -> Piece | None:
+def _piece(answer: BlowAnswer) -> Piece | None:
     """The section of the rod under the gauge; of two that meet there, the later one, as for the waves."""
     place, pieces = answer.gauge, answer.pieces[1]
     return next((p for p in pieces if place is not None and place < p.end), pieces[-1] if pieces else None)
 
 
-def _notes(answer: ToldBlow, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
+def _notes(answer: BlowAnswer, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
     from percuss.blow.bodies import striker_sections
 
     found = []

@@ -101,17 +101,10 @@ class Stretch:
 
 
 def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> Stretch:
-    """The first load periods of a motion, or what it settles on.
+    """The first load periods of a motion (`cycles`), or what it settles on.
 
     A periodic motion is shown from an impact on, in whole cycles and never with anything of the way there: where it was
     followed for fewer cycles than are wanted, the last one is told again.
-
-    Parameters
-    ----------
-    settled
-        What it settles on.
-    cycles
-        Load periods.
     """
     first, last = motion.begin_time, motion.end_time
     length = cycles * _TURN
@@ -205,29 +198,9 @@ def orbit_frames(
     points: int = 2000,
     window: Sequence[float] | None = None,
 ) -> Frames:
-    """Whole impact periods of a steady motion, from an impact on.
+    """Whole impact periods of a steady motion, which has a number from 1 in order of phase, from an impact on.
 
-    Parameters
-    ----------
-    orbit
-        Its number, from 1, in order of phase.
-    periods
-        Load periods per impact.
-    cycles
-        Impact periods.
-    frames, places
-        Number of instants and of places along the bar.
-    points
-        Of the striking end's history.
-    window
-        Only this part of the fields, from and to in rad after the impact.
-
-    Raises
-    ------
-    ParameterError
-        When there is no such motion.
-    LoadError, ResonanceError, CaseError
-        As `steady_answer`.
+    `window`: only this part of the fields, from and to in rad after the impact.
     """
     system = case.system()
     orbits = steady_states(system, periods).orbits
@@ -278,16 +251,7 @@ def motion_frames(
     """The first or the last load periods of a simulated motion; of a periodic one whole cycles, from an impact on.
 
     Of what a motion settles on nothing of the way there is shown: a cycle that was followed only a few times is told
-    again.
-
-    Parameters
-    ----------
-    settled
-        The last ones.
-    cycles
-        Load periods.
-    frames, places, points, window
-        As for `orbit_frames`; the window counts from the beginning of the stretch.
+    again. The window counts from the beginning of the stretch.
     """
     period = None if motion.cycle is None else motion.cycle.periods * _TURN
     about: dict[str, Any] = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
@@ -430,45 +394,10 @@ def branch_frames(
     places: int = 33,
     points: int = 2000,
 ) -> Frames:
-    """Whole cycles of the orbit near given times of impacts, at another value of a parameter, stable or not.
+    """Whole cycles of the orbit near given times of impacts (rad, increasing), at another value of a parameter.
 
-    One cycle is simulated and told again and again, so that an unstable orbit stays what it is.
-
-    Parameters
-    ----------
-    case
-        The hammer.
-    name, value, unit
-        Of the parameter, as for `percuss.case.CaseFamily`.
-    times
-        Of the impacts in rad, increasing, as the branch has them; shape (p,).
-    periods
-        n, the load periods of a cycle.
-    modes
-        N.
-    cycles
-        How many.
-    frames, places, points
-        As for `percuss.case.answers.motion_frames.motion_frames`.
-
-    Returns
-    -------
-    Frames
-        As of a simulated motion; besides, the orbit in the header, and the load over its period in ``load``.
-
-    Raises
-    ------
-    ParameterError
-        When there is no such orbit, or no such parameter.
-    CaseError, LoadError, ResonanceError
-        When there is no such hammer, or it has no steady impacts.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> found = branch_frames(load_case("mini-breaker"), "load_factor", 0.35, [1.9], 1, modes=0)
-    >>> found.header["label"], found.header["orbit"]["stable"]
-    ('z=1/1', True)
+    One cycle is simulated and told again and again, so that an unstable orbit stays what it is. Besides what a
+    simulated motion has there is the orbit in the header, and the load over its period in ``load``.
     """
     system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
     orbit = orbit_near(system, times, periods, modes=modes)
@@ -496,37 +425,7 @@ def rest_branch_frames(
     places: int = 33,
     points: int = 2000,
 ) -> Frames:
-    """Whole cycles of the cycle with rest that leaves the wall near a phase, at another value of a parameter.
-
-    Parameters
-    ----------
-    case, name, value, unit, modes, cycles, frames, places, points
-        As for `branch_frames`.
-    release
-        Phase of the load at which the bar is let go, rad.
-    periods
-        n, the load periods of a cycle.
-
-    Returns
-    -------
-    Frames
-        As of a simulated motion from the release on; besides, the cycle in the header as ``orbit``, and the load over
-        its period in ``load``.
-
-    Raises
-    ------
-    ParameterError
-        When there is no such cycle, or no such parameter.
-    CaseError, ResonanceError
-        When there is no such hammer.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> found = rest_branch_frames(load_case("laboratory-striker"), "load_factor", 0.6, 2.2, 1, modes=0)
-    >>> found.header["label"], [blow["kind"] for blow in found.header["blows"]][-2:]
-    ('chatter/1', ['chatter', 'rest'])
-    """
+    """Whole cycles of the cycle with rest that leaves the wall near a phase, at another value of a parameter."""
     system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
     cycle, _, _ = cycle_through(system, release, modes=modes, most=periods)
     if cycle is None or cycle.periods != periods:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -74,6 +75,11 @@ def ordinal(value: int) -> str:
     """
     ending = "th" if value % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(value % 10, "th")
     return f"{value}{ending}"
+
+
+def as_typed(name: str) -> str:
+    """The name of a case as it is to be typed again: '-' for standard input, quoted where a shell needs it."""
+    return "-" if name == "<stdin>" else shlex.quote(name)
 
 
 # ---- Values for JSON: every number finite or null, numpy's kinds as Python's own
@@ -168,20 +174,30 @@ def numbers(values: Iterable[Any]) -> list[float | int | None]:
     return [json_number(value) for value in values]
 
 
+def picked(one: object, names: str) -> dict[str, Any]:
+    """Attributes as JSON has them, by their names, which stand with spaces between.
+
+    Examples
+    --------
+    >>> picked(1.5 + 2j, "real imag")
+    {'real': 1.5, 'imag': 2.0}
+    """
+    return {name: plain_value(getattr(one, name)) for name in names.split()}
+
+
 def plain(values: dict[str, Any]) -> dict[str, Any]:
     """Numbers made finite or None; text, truth values, lists and tables of them as they are."""
-    return {key: _plain_value(value) for key, value in values.items()}
+    return {key: plain_value(value) for key, value in values.items()}
 
 
-def _plain_value(value: Any) -> Any:
+def plain_value(value: Any) -> Any:
+    """The same of one value; a complex number is a pair."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
     if isinstance(value, dict):
         return plain(value)
     if isinstance(value, tuple | list):
-        return [_plain_value(item) for item in value]
-    if isinstance(value, str):
-        return value
-    return bool(value) if _is_bool(value) else json_number(value)
-
-
-def _is_bool(value: Any) -> bool:
-    return type(value).__name__ in ("bool", "bool_")
+        return [plain_value(item) for item in value]
+    if isinstance(value, complex):
+        return [json_number(value.real), json_number(value.imag)]
+    return value if isinstance(value, str | bool) else json_number(value)

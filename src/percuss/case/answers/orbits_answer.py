@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.numerals import json_number as plain_number
+from percuss.case.answers.numerals import picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
@@ -44,24 +44,7 @@ _MOST = 500  # ways in which the impacts may fall into the load periods
 def orbit_at_phases(
     system: System, asked: str, phases: list[float], label: tuple[int, int], modes: int
 ) -> PeriodicOrbit:
-    """The nearest orbit whose phases are near those given, in order of time.
-
-    Parameters
-    ----------
-    system, modes
-        What moves, with N modes.
-    asked
-        What was asked, for errors.
-    phases
-        Of the impacts, in rad; any number of turns more or less says the same.
-    label
-        p and n.
-
-    Raises
-    ------
-    ParameterError
-        When there is none near.
-    """
+    """The nearest orbit p/n whose phases (rad, any turns more or less) are near those given, in order of time."""
     given = np.array(phases)
     if not np.all(np.abs(given) < 1e6):
         raise ParameterError("orbit", asked, "phases in rad")
@@ -311,117 +294,63 @@ def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: in
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     """What a search found."""
     return {
-        "label": found.label,
-        "modes": found.modes,
+        **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
         "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
-        "complete": found.complete,
-        "unseen": found.unseen,
-        "unseen_bound": found.unseen_bound,
-        "halted": found.halted,
-        "ended": found.ended,
-        "tries": found.tries,
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
-        "resonant_modes": list(found.resonant_modes),
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
 
 
 def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
     """A branch, and all that were switched to from it; and curves of their points over two parameters."""
-    others = [other for other in branch.family() if other is not branch]
     return {
-        "parameter": branch.parameter,
-        "modes": branch.modes,
+        **picked(branch, "parameter modes"),
         **_branch(branch),
-        "switched": [_branch(other) for other in others],
+        "switched": [_branch(other) for other in branch.family() if other is not branch],
         "cascade": [row._asdict() for row in branch.cascade],
         "curves": [curve_dict(curve) for curve in curves],
     }
 
 
 def curve_dict(curve: PointCurve) -> dict[str, Any]:
-    """Points of a branch followed through two parameters."""
-    return {
-        "type": curve.event.value,
-        "label": curve.label,
-        "parameters": list(curve.parameters),
-        "units": list(curve.units),
-        "points": [
-            {
-                "type": point.kind.value,
-                "values": list(point.values),
-                "phases": point.orbit.phases.tolist(),
-                "speeds": point.orbit.speeds.tolist(),
-                "beyond": point.beyond,
-            }
-            for point in curve.points
-        ],
-        "curve": {
-            "values": curve.values.tolist(),
-            "phases": curve.phases.tolist(),
-            "is_orbit": curve.is_orbit.tolist(),
-            "angles": None if np.isnan(curve.angles).any() else curve.angles.tolist(),
-        },
-    }
-
-
-def rest_curve_dict(curve: PointCurve) -> dict[str, Any]:
-    """A curve of ends of cycles with rest."""
-    return {
-        "type": curve.event.value,
-        "label": curve.label,
-        "parameters": list(curve.parameters),
-        "units": list(curve.units),
-        "points": [
-            {"type": point.kind.value, "values": list(point.values), "beyond": point.beyond} for point in curve.points
-        ],
-        "curve": {
-            "values": curve.values.tolist(),
-            "release_phases": curve.release_phases.tolist(),
-            "event_phases": [plain_number(phase) for phase in curve.event_phases.tolist()],
-            "is_orbit": curve.is_orbit.tolist(),
-        },
-    }
+    """Points of a branch followed through two parameters, or ends of cycles with rest."""
+    points = [{"type": point.kind.value, **picked(point, "values beyond")} for point in curve.points]
+    if not curve.has_rest:
+        orbits = [picked(point.orbit, "phases speeds") for point in curve.points]
+        points = [told | orbit for told, orbit in zip(points, orbits, strict=True)]
+        along = picked(curve, "values phases is_orbit angles")
+        along["angles"] = None if None in along["angles"] else along["angles"]
+    else:
+        along = picked(curve, "values release_phases event_phases is_orbit")
+    return {"type": curve.event.value, **picked(curve, "label parameters units"), "points": points, "curve": along}
 
 
 def _branch(branch: Branch) -> dict[str, Any]:
     return {
         "label": branch.label,
-        "points": [_point(point) for point in branch.points],
-        "branch": {
-            "value": branch.values.tolist(),
-            "phases": branch.phases.tolist(),
-            "times": branch.times.tolist(),
-            "speeds": branch.speeds.tolist(),
-            "stable": branch.stable.tolist(),
-        },
+        "points": [_point(point, orbit_dict(point.orbit, point.multipliers)) for point in branch.points],
+        "branch": {"value": branch.values.tolist(), **picked(branch, "phases times speeds stable")},
     }
 
 
-def _point(point: BranchPoint) -> dict[str, Any]:
-    return {
-        "type": point.kind.value,
-        "value": point.value,
-        "orbit": orbit_dict(point.orbit, point.multipliers),
-        "beyond": point.beyond,
-        "impact": point.impact,
-        "touch_phase": point.touch_phase,
-    }
+def _point(point: BranchPoint, orbit: dict[str, Any]) -> dict[str, Any]:
+    told = picked(point, "value beyond impact touch_phase")
+    return {"type": point.kind.value, "orbit": orbit, **told}
+
+
+def _impacts(orbit: PeriodicOrbit | RestCycle) -> list[dict[str, float]]:
+    impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
+    return [{"phase": phase, "speed": speed} for phase, speed in impacts]
 
 
 def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[str, Any]:
     """An orbit; its multipliers are null where they grow without bound."""
-    impacts = zip(orbit.phases.tolist(), orbit.speeds.tolist(), strict=True)
     values = None if multipliers is None else multipliers.tolist()
     return {
-        "label": orbit.label,
-        "impacts": [{"phase": phase, "speed": speed} for phase, speed in impacts],
-        "flight_times": orbit.flight_times.tolist(),
-        "multipliers": [[value.real, value.imag] for value in multipliers.tolist()]
-        if multipliers is not None
-        else None,
+        **picked(orbit, "label flight_times admissible"),
+        "impacts": _impacts(orbit),
+        "multipliers": None if values is None else plain_value(values),
         "stable": None if values is None else max(abs(value) for value in values) < 1.0 - NEUTRAL,
-        "admissible": orbit.admissible,
         "reason": orbit.obstacle.value if orbit.obstacle is not None else None,
     }
 
@@ -430,15 +359,7 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
 
 
 def branch_table(branch: Branch) -> str:
-    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
-
-    Examples
-    --------
-    >>> from percuss.case import branch_answer, load_case
-    >>> branch = branch_answer(load_case("pneumatic-jackleg"), "1/1", "load_factor=0.39:0.41", modes=0)
-    >>> branch_table(branch).splitlines()[0]
-    'branch,label,point,load_factor,stable,impact,phase,speed'
-    """
+    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit."""
     lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed"]
     for number, one in enumerate(branch.family(), 1):
         rows = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
@@ -455,13 +376,7 @@ _REST_LABEL = re.compile(r"\s*(chatter|rest)\s*/\s*([1-9]\d{0,2})\s*", re.ASCII)
 
 
 def is_rest_label(label: str) -> bool:
-    """Whether a label is one of a cycle with rest.
-
-    Examples
-    --------
-    >>> is_rest_label("chatter/1"), is_rest_label("rest/2"), is_rest_label("2/1")
-    (True, True, False)
-    """
+    """Whether a label is one of a cycle with rest, such as ``chatter/1``."""
     return _REST_LABEL.fullmatch(label) is not None
 
 
@@ -495,36 +410,23 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
 def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
     """The cycles of a label, in the form of the answers of a search for orbits."""
     told = re.sub(r"\s", "", label)
+    nothing: dict[str, Any] = {"unseen": 0.0, "unseen_bound": 0.0, "sources": {}, "resonant_modes": [], "dropped": {}}
     return {
         "label": told,
         "modes": found.modes,
         "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
         "complete": True,
         "halted": False,
-        "unseen": 0.0,
-        "unseen_bound": 0.0,
         "ended": 0,
         "tries": len(found.releases),
-        "sources": {},
-        "resonant_modes": [],
-        "dropped": {},
+        **nothing,
     }
 
 
 def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
     """A cycle with rest."""
-    impacts = zip(cycle.phases.tolist(), cycle.speeds.tolist(), strict=True)
-    return {
-        "label": cycle.label,
-        "release_phase": cycle.release_phase,
-        "impacts": [{"phase": phase, "speed": speed} for phase, speed in impacts],
-        "rest_phase": cycle.rest_phase,
-        "flight_times": cycle.flight_times.tolist(),
-        "multipliers": [[0.0, 0.0]],
-        "stable": cycle.stable,
-        "admissible": cycle.admissible,
-        "reason": None,
-    }
+    told = picked(cycle, "label release_phase rest_phase flight_times stable admissible")
+    return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
 
 
 # ---- A cycle with rest of a case followed through a parameter: the branch, and it as JSON and as a table
@@ -587,49 +489,30 @@ def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
 
 def rest_branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
     """A branch of cycles with rest and curves of its ends, in the form of the answers of an orbit that is followed."""
+    cycles = branch.cycles
+    names = ("phases", "times", "speeds", "stable", "release_phases", "rest_phases")
+    along = {name: [plain_value(getattr(cycle, name)) for cycle in cycles] for name in names}
     return {
-        "parameter": branch.parameter,
-        "modes": branch.modes,
-        "label": branch.label,
+        **picked(branch, "parameter modes label"),
         "points": [_rest_point(point) for point in branch.points],
         "branch": {
             "value": branch.values.tolist(),
-            "phases": [cycle.phases.tolist() for cycle in branch.cycles],
-            "times": [list(cycle.times) for cycle in branch.cycles],
-            "speeds": [cycle.speeds.tolist() for cycle in branch.cycles],
-            "stable": [cycle.stable for cycle in branch.cycles],
-            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in branch.cycles],
-            "release_phases": [cycle.release_phases.tolist() for cycle in branch.cycles],
-            "rest_phases": [cycle.rest_phases.tolist() for cycle in branch.cycles],
+            **along,
+            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in cycles],
         },
         "switched": [],
         "cascade": [],
-        "curves": [rest_curve_dict(curve) for curve in curves],
+        "curves": [curve_dict(curve) for curve in curves],
     }
 
 
 def _rest_point(point: BranchPoint) -> dict[str, Any]:
-    dies = point.kind is BranchEvent.DEATH
-    return {
-        "type": point.kind.value,
-        "value": point.value,
-        "orbit": rest_cycle_dict(point.cycle),
-        "beyond": point.beyond,
-        "impact": point.impact if dies else None,
-        "touch_phase": None if dies else point.touch_phase,
-    }
+    other = "touch_phase" if point.kind is BranchEvent.DEATH else "impact"
+    return {**_point(point, rest_cycle_dict(point.cycle)), other: None}
 
 
 def rest_branch_table(branch: Branch) -> str:
-    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> branch = rest_branch_answer(load_case("laboratory-striker"), "chatter/1", "load_factor=0.6:0.61", modes=0)
-    >>> rest_branch_table(branch).splitlines()[0]
-    'branch,label,point,load_factor,stable,impact,phase,speed,release_phase,rest_phase'
-    """
+    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one."""
     lines = [f"branch,label,point,{branch.parameter},stable,impact,phase,speed,release_phase,rest_phase"]
     for point, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True), 1):
         head = f"1,{cycle.label},{point},{value!r},{int(cycle.stable)}"

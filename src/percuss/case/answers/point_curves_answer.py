@@ -224,36 +224,10 @@ def watched_curves(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """The curves of all that happens to an orbit of a case on the two lines through it, along either parameter.
+    """The curves of all that happens to an orbit on the two lines through it, along either parameter of a plane.
 
-    Parameters
-    ----------
-    case, orbit, modes
-        As for `percuss.case.branch_answer`, or `percuss.case.rest_branch_answer` for a cycle with rest.
-    across, up
-        The parameters of the plane, each with its range: ``restitution=0:0.9``.
-    patience
-        Seconds after which a curve is left as it is.
-    halt
-        As for `percuss.explore.follow`.
-
-    Yields
-    ------
-    tuple
-        The share that is done, and the curves so far; the last share is 1.
-
-    Raises
-    ------
-    CaseError, ParameterError
-        As `percuss.case.branch_answer`.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> case, plane = load_case("pneumatic-jackleg"), ("restitution=0.149:0.151", "load_factor=0.39:0.45")
-    >>> *_, (done, curves) = watched_curves(case, "1/1", *plane, modes=0)
-    >>> done, [curve.event.value for curve in curves]
-    (1.0, ['fold'])
+    Yields the share that is done, and the curves so far; the last share is 1. A curve is left as it is after `patience`
+    seconds.
     """
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})

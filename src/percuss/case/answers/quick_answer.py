@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.case.answers.clock_note import CLOCKED, clocked_because
 from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import numbers, plain
+from percuss.case.answers.numerals import numbers, picked, plain
 from percuss.case.answers.sentences import ENDED, timed_in_words
 from percuss.case.answers.steady_answer import reduced_dict, timed_period, waveform_dict, with_blow
 from percuss.case.answers.structure_answer import StructureMotion, structure_answer
@@ -42,27 +42,8 @@ def quick_dict(
 
     What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
     the rest agrees with it, to rounding. Under a law of blows that take time `phase` is that of the force's centroid,
-    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has.
-
-    Parameters
-    ----------
-    curve
-        Number of samples of v_f and p over a load period; 0 for none.
-    modes
-        Elastic modes of the exact multipliers.
-    multipliers
-        Whether all multipliers are wanted, in the complex plane; they take the longest.
-
-    Raises
-    ------
-    LoadError, ResonanceError, CaseError
-        As `steady_answer`.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> [orbit["stable"] for orbit in quick_dict(load_case("laboratory-striker"))["orbits"]]
-    [False, True]
+    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has. `curve` is
+    the number of samples of v_f and p over a period; all `multipliers` take the longest.
     """
     system, law = case.system(), case.timed_law()
     timed = None if law is None else timed_period(system, law, periods, None)
@@ -72,13 +53,8 @@ def quick_dict(
     levels, motions = [(states.level, states.level_max)], [(True, found["stable"]) for found in judged]
     return {
         "m": int(states.periods),
-        "level": number(states.level),
-        "level_max": number(states.level_max),
-        "exists": bool(states.exists),
-        "nearest": None
-        if nearest is None
-        else {"load_factor": number(nearest.load_factor), "restitution": number(nearest.restitution)},
-        "note": states.note,
+        **picked(states, "level level_max exists note"),
+        "nearest": None if nearest is None else picked(nearest, "load_factor restitution"),
         "clocked": CLOCKED if clocked_because(system.load, levels, motions) else "",
         "load_factor": number(system.load.load_factor),
         "restitution": number(system.restitution),
@@ -145,20 +121,10 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
     verdict = stability_of(orbit, modes=modes)
     found = verdict.multipliers
     return {
-        "stable": bool(verdict.stable),
-        "margin": number(verdict.margin),
-        "margin_rhythm": number(verdict.margin_rhythm),
-        "margin_ringing": number(verdict.margin_ringing),
-        "reason": verdict.reason,
+        **picked(verdict, "stable margin margin_rhythm margin_ringing reason"),
         "reduced": reduced_dict(verdict.reduced),
         "waveform": waveform_dict(verdict.waveform),
-        "multipliers": {
-            "modes": int(found.modes),
-            "largest": number(found.largest),
-            "dominant_mode": int(found.dominant_mode),
-            "rigid": list(found.rigid),
-            "values": [[number(z.real), number(z.imag)] for z in found.values.tolist()],
-        },
+        "multipliers": picked(found, "modes largest dominant_mode rigid values"),
     }
 
 
@@ -201,38 +167,12 @@ def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
     """All motions of a structure with one impact in `periods` load periods, in the form of `quick_dict`.
 
     What that has of a free bar alone is null: both criteria, the margins of rhythm and ringing, the nearest motion.
-
-    Raises
-    ------
-    ParameterError
-        For a case of a free bar.
-    LoadError, ResonanceError, CaseError
-        As `structure_answer`.
-
-    Examples
-    --------
-    >>> from percuss.case import Case
-    >>> tables = '''
-    ... [body]
-    ... kind = "mounted"
-    ... spring = 0.25
-    ... [system]
-    ... restitution = 0.8
-    ... [load]
-    ... kind = "harmonic"
-    ... mean = 0.0
-    ... amplitude = 0.25
-    ... '''
-    >>> [motion["reason"] for motion in quick_structure_dict(Case.from_text(tables))["orbits"]]
-    ['stable', 'stable']
     """
     answer = structure_answer(case, (periods,))
     states, load = answer.states[0], answer.system.load
     return {
         "m": int(states.periods),
-        "level": number(states.level),
-        "level_max": number(states.level_max),
-        "exists": bool(states.exists),
+        **picked(states, "level level_max exists"),
         "nearest": None,
         "note": states.note or "The contact comes nowhere near the wall.",
         "clocked": "",
@@ -257,9 +197,7 @@ def _motion(one: StructureMotion) -> dict[str, Any]:
         "reduced": None,
         "waveform": None,
         "multipliers": {
-            "modes": int(found.modes),
-            "largest": number(found.largest),
-            "dominant_mode": int(found.dominant_mode),
+            **picked(found, "modes largest dominant_mode"),
             "rigid": None,
             "values": told["multipliers"],
         },
@@ -280,26 +218,7 @@ def curves_dict(
 ) -> dict[str, Any]:
     """v_f with its level, the load history with the window of the waveform criterion, and all branches.
 
-    Parameters
-    ----------
-    points
-        Of the curves over the load phase, from 0 to 2π.
-    branches, load_factor
-        Number and range of the load factors of the branches; by default from near 0 to beyond the last fold.
-    modes
-        Elastic modes of the exact multipliers along the branches.
-
-    Raises
-    ------
-    LoadError, ResonanceError, ParameterError, CaseError
-        As `steady_answer`, and for an empty range.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> found = curves_dict(load_case("mini-breaker"), points=5, branches=3)
-    >>> len(found["phase"]), len(found["branches"]["phase"])
-    (5, 2)
+    The branches go over so many load factors, by default from near 0 to beyond the last fold.
     """
     system = case.system()
     states = steady_states(system, periods)
@@ -328,12 +247,7 @@ def _waveform(system: System, orbits: Sequence[Any]) -> dict[str, Any]:
         "upper": number(upper),
         "mean": number(system.load.mean),
         "orbits": [
-            {
-                "phase": number(orbit.phase),
-                "ratio": number(one.ratio),
-                "force": number(one.force),
-                "stable": bool(one.stable),
-            }
+            {"phase": number(orbit.phase), **picked(one, "ratio force stable")}
             for orbit, one in zip(orbits, found, strict=True)
         ],
     }
@@ -373,18 +287,7 @@ def _branches(
 def boundaries_dict(found: Boundaries) -> dict[str, Any]:
     """Boundaries in plain values; null where a curve has no point."""
     return {
-        "x_name": found.x_name,
-        "y_name": found.y_name,
-        "x": numbers(found.x),
-        "curves": [
-            {
-                "kind": curve.kind,
-                "branch": int(curve.branch),
-                "x": numbers(curve.x),
-                "y": numbers(curve.y),
-                "phase": numbers(curve.phase),
-            }
-            for curve in found.real
-        ],
+        **picked(found, "x_name y_name x"),
+        "curves": [picked(curve, "kind branch x y phase") for curve in found.real],
         "failed": [[number(value), why] for value, why in found.failed],
     }

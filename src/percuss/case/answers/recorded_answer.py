@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.facts import Teller
 from percuss.case.answers.machine_answer import MachineAnswer, figures_in_short
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.numerals import number as numerals_number
-from percuss.case.answers.numerals import numbers
+from percuss.case.answers.numerals import numbers, picked
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.model.checks import count, finite, positive
@@ -53,8 +55,20 @@ class ByClock(Shown):
 
 
 @dataclass(frozen=True)
-class ToldRecord(Shown):
-    """A recorded load read as a valve; `RecordedAnswer` says what the fields are."""
+class RecordedAnswer(Shown):
+    """A recorded load read as a valve.
+
+    Attributes
+    ----------
+    read
+        The switches, ports and delays.
+    clock
+        The verdict on the recorded motion for a load that keeps time by itself.
+    answer
+        How the machine of the best reading runs.
+    warnings
+        What was found wrong with the recording, one sentence each, as `percuss steady` has it.
+    """
 
     read: RecordedValve
     clock: ByClock
@@ -66,58 +80,55 @@ class ToldRecord(Shown):
         """Whether the machine of the best reading runs."""
         return self.answer.runs
 
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values, as `percuss machine --json` prints it for a recorded load."""
+        return _recorded_dict(self)
+
 
 # ---- A recorded load read as a valve, in plain values with the names that other programs read
 
 
-def recorded_dict(answer: ToldRecord) -> dict[str, Any]:
+def _recorded_dict(answer: RecordedAnswer) -> dict[str, Any]:
     """The JSON object: that of the machine of the best reading, and with it what was read.
 
     In SI positions are in m, times in s, speeds in m/s and forces in N; else they are dimensionless.
     """
-    read, clock = answer.read, answer.clock
-    scales = _scales(answer)
-    multiplier = None if clock.multiplier is None else [number(clock.multiplier.real), number(clock.multiplier.imag)]
+    read, scale = answer.read, Teller.of(answer.read.machine).scale
     return {
         **(whole := answer.answer.to_json_dict()),
         "warnings": [*answer.warnings, *whole["warnings"]],
-        "clock": {"exists": clock.exists, "stable": clock.stable, "multiplier": multiplier},
+        "clock": picked(answer.clock, "exists stable multiplier"),
         "recorded": {
-            "phase": number(read.phase),
-            "phases": numbers(read.phases),
-            "period": number(read.period * scales["time"]),
-            "speed": number(read.speed * scales["speed"]),
-            "stroke": number(read.stroke * scales["length"]),
+            **picked(read, "phase phases restitution opposing_share"),
+            "period": number(read.period * scale("time")),
+            "speed": number(read.speed * scale("speed")),
+            "stroke": number(read.stroke * scale("length")),
             "cycles": int(read.cycles),
-            "restitution": None if read.restitution is None else numbers(read.restitution),
-            "stiffness": numbers(k * scales["force"] / scales["length"] for k in read.stiffness),
-            "opposing_share": number(read.opposing_share),
-            "switches": [_switch(switch, scales) for switch in read.switches],
+            "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
+            "switches": [_switch(switch, scale) for switch in read.switches],
             "least_delays": _reading(read.by_ports),
             "longest_delays": _reading(read.by_delays),
         },
     }
 
 
-def _switch(switch: RecordedSwitch, scales: dict[str, float]) -> dict[str, Any]:
+def _switch(switch: RecordedSwitch, scale: Callable[[str], float]) -> dict[str, Any]:
     found = switch.found
     return {
-        "to": switch.to,
-        "side": switch.side,
-        "by_blow": bool(switch.by_blow),
-        "time": numbers(t * scales["time"] for t in switch.time),
-        "behind": numbers(x * scales["length"] for x in switch.behind),
-        "velocity": numbers(v * scales["speed"] for v in switch.velocity),
+        **picked(switch, "to side by_blow"),
+        "time": numbers(t * scale("time") for t in switch.time),
+        "behind": numbers(x * scale("length") for x in switch.behind),
+        "velocity": numbers(v * scale("speed") for v in switch.velocity),
         "told_apart": bool(found.told_apart),
-        "port": numbers(x * scales["length"] for x in found.port),
-        "delay": numbers(t * scales["time"] for t in found.delay),
+        "port": numbers(x * scale("length") for x in found.port),
+        "delay": numbers(t * scale("time") for t in found.delay),
     }
 
 
 def _reading(reading: Reading) -> dict[str, Any]:
     """One of the extreme readings: its ports, and whether and how it runs."""
     machine, cycle = reading.machine, reading.cycle
-    length, time = (machine.length_scale, machine.time_scale) if machine.is_si else (1.0, 1.0)
+    length, time = map(Teller.of(machine).scale, ("length", "time"))
     ports = [
         {
             "to": port.to,
@@ -135,37 +146,9 @@ def _reading(reading: Reading) -> dict[str, Any]:
     }
 
 
-def _scales(answer: ToldRecord) -> dict[str, float]:
-    machine = answer.read.machine
-    if not machine.is_si:
-        return dict.fromkeys(("length", "time", "speed", "force"), 1.0)
-    return {name: float(getattr(machine, f"{name}_scale")) for name in ("length", "time", "speed", "force")}
-
-
 # ---- The dispatcher's answer for a recorded load: the machine that may have made it, beside the verdict under a clock
 
 _SAME = 0.3  # rad: a root farther from the recorded blow is another motion
-
-
-@dataclass(frozen=True)
-class RecordedAnswer(ToldRecord):
-    """A recorded load read as a valve.
-
-    Attributes
-    ----------
-    read
-        The switches, ports and delays.
-    clock
-        The verdict on the recorded motion for a load that keeps time by itself.
-    answer
-        How the machine of the best reading runs.
-    warnings
-        What was found wrong with the recording, one sentence each, as `percuss steady` has it.
-    """
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The answer in plain values, as `percuss machine --json` prints it for a recorded load."""
-        return recorded_dict(self)
 
 
 def recorded_answer(
@@ -262,7 +245,7 @@ def _by_clock(read: RecordedValve) -> ByClock:
 # ---- The first sentences on a recorded load read as a valve: the verdict under a clock, and with the valve
 
 
-def recorded_headline(answer: ToldRecord) -> str:
+def recorded_headline(answer: RecordedAnswer) -> str:
     """How the machine runs, and how the two verdicts on the same motion differ."""
     cycle = answer.answer.cycle
     first = "Read as a machine whose valve the piston works, the record's machine "
@@ -274,7 +257,7 @@ def recorded_headline(answer: ToldRecord) -> str:
     return f"{first}. Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
 
 
-def by_clock(answer: ToldRecord) -> str:
+def by_clock(answer: RecordedAnswer) -> str:
     """``unstable (flip), multiplier −8.6`` of the recorded motion under a load that keeps time by itself."""
     clock = answer.clock
     if not clock.exists or clock.multiplier is None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.clock_note import CLOCKED, clock_in_short
-from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.facts import Teller
+from percuss.case.answers.numerals import counted, number, percent
 from percuss.stability import orbit_multipliers
 from percuss.steady.orbit import Reason
 
@@ -56,18 +57,15 @@ def power(end: End, system: System) -> str:
     """Power that the impacts take, and main blows, where there are any."""
     if end.delivered_power is None or end.blow_rate is None or not end.delivered_power > 0.0:
         return ""
+    rate = f"{number(end.blow_rate)} main blows per load period"
     if system.is_si and system.frequency is not None:
-        return f"{_delivered(end, system)}, {number(end.blow_rate * system.frequency)} main blows/s"
-    return f"{_delivered(end, system)}, {number(end.blow_rate)} main blows per load period"
+        rate = f"{number(end.blow_rate * system.frequency)} main blows/s"
+    return f"{_delivered(end, system)}, {rate}"
 
 
 def _delivered(end: End, system: System) -> str:
     """``10.7 kW taken by the impacts``, where anything is."""
-    if not end.delivered_power:
-        return ""
-    if not system.is_si:
-        return f"{number(end.delivered_power)} taken by the impacts"
-    return f"{quantity(end.delivered_power * system.power_scale, 'W')} taken by the impacts"
+    return f"{Teller.of(system)(end.delivered_power, 'power')} taken by the impacts" if end.delivered_power else ""
 
 
 def does(label: str, many: int, more: str = "") -> str:
@@ -150,10 +148,11 @@ def _joined(*sentences: str) -> str:
 
 
 def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
-    figures = f"phase {number(first.phase)} rad, striking speed {number(first.orbit.impact_velocity)}"
+    orbit, tell = first.orbit, Teller.of(first.orbit.system)
+    figures = f"phase {number(first.phase)} rad, striking speed {number(orbit.impact_velocity)}"
     if first.si is not None:
         rate = f"{number(first.si.blow_rate_Hz)} Hz ({number(first.si.blow_rate_per_min)} blows/min)"
-        figures = f"{quantity(first.si.blow_energy_J, 'J')} at {rate}, {number(first.si.impact_velocity_m_s)} m/s"
+        figures = f"{tell(orbit.blow_energy, 'energy')} at {rate}, {tell(orbit.impact_velocity, 'speed')}"
     return (
         f"The hammer can run with one blow {every(first.orbit.periods)}: {figures}; stable, "
         f"{_margins(first)} ({name_of(answer, first)} below)."
@@ -217,8 +216,11 @@ ENDED = "this motion does not exist when the blow takes time: it has met another
 
 def law_in_words(law: Timed, system: System) -> str:
     """The numbers of the law."""
-    text = f"{law.law}: restitution {number(law.restitution)}, contact {_time(law.duration, system)}, centroid of its "
-    text += f"force after {_time(law.force_centroid, system)}; "
+    tell = Teller.of(system)
+    lasts, centroid = (tell(time, "time", 3, plain=4) for time in (law.duration, law.force_centroid))
+    text = (
+        f"{law.law}: restitution {number(law.restitution)}, contact {lasts}, centroid of its force after {centroid}; "
+    )
     text += "the impact plane moves on from blow to blow" if law.advance_per_impulse else "the impact plane stays"
     text += f"; ringing takes {percent(law.ringing_share)} of the energy before the blow" if law.ringing_share else ""
     return f"{text}; {law.contacts} contacts, where the law holds for one" if law.contacts > 1 else text
@@ -226,38 +228,32 @@ def law_in_words(law: Timed, system: System) -> str:
 
 def timed_in_words(found: TimedAnswer, judged: Stability | None = None) -> list[str]:
     """A motion in lines: its phase, its blow, its verdict beside that on B77's motion, and what makes it impossible."""
-    orbit, system = found.orbit, found.orbit.system
+    orbit = found.orbit
     beside = "" if judged is None else f" (B77's rhythm {number(judged.margin_rhythm, 3)})"
     margin = f"{_verdict(found)}; margin {number(found.stability.margin, 3)}{beside}"
     lines = [_phase(found), _blow(found), _timed_delivered(found), margin]
     if orbit.obstacle is Reason.NO_BLOW:
         lines.append("not possible: at the start of the contact the bar would be moving away from the wall")
     elif orbit.violation is not None:
-        depth = orbit.violation.depth
-        told = quantity(depth * system.length_scale, "m") if system.is_si else number(depth)
+        told = Teller.of(orbit.system)(orbit.violation.depth, "length")
         lines.append(f"not possible: between the blows the bar would be {told} beyond the place of the next one")
     return lines
 
 
 def _phase(found: TimedAnswer) -> str:
-    orbit, system = found.orbit, found.orbit.system
+    orbit = found.orbit
     text = f"force centred at {number(orbit.phase, 5)} rad = {number(math.degrees(orbit.phase))}°"
     shift = orbit.phase_shift
     if shift is None:
         return f"{text}; no motion of B77's law corresponds to it"
     when = "later" if shift >= 0.0 else "earlier"
-    how = quantity(abs(shift) * system.time_scale, "s", 3) if system.is_si else f"{number(abs(shift), 3)} rad"
-    return f"{text}, {how} {when} than B77's impact"
+    return f"{text}, {Teller.of(orbit.system)(abs(shift), 'time', 3)} {when} than B77's impact"
 
 
 def _blow(found: TimedAnswer) -> str:
-    orbit, system = found.orbit, found.orbit.system
-    if system.is_si:
-        speed = f"{number(orbit.rigid_velocity * system.speed_scale)} m/s"
-        energy = quantity(orbit.blow_energy * system.energy_scale, "J")
-        advance = quantity(orbit.advance * system.length_scale, "m", 3)
-    else:
-        speed, energy, advance = number(orbit.rigid_velocity, 6), number(orbit.blow_energy, 6), number(orbit.advance)
+    orbit, tell = found.orbit, Teller.of(found.orbit.system)
+    speed, energy = tell(orbit.rigid_velocity, "speed", plain=6), tell(orbit.blow_energy, "energy", plain=6)
+    advance = tell(orbit.advance, "length", 3, plain=4)
     change = orbit.energy_change
     beside = "" if change is None else f" ({'+' if change >= 0.0 else ''}{percent(change)} against B77's rigid motion)"
     text = f"speed {speed}, energy {energy}{beside}"
@@ -265,22 +261,15 @@ def _blow(found: TimedAnswer) -> str:
 
 
 def _timed_delivered(found: TimedAnswer) -> str:
-    orbit, system = found.orbit, found.orbit.system
-
-    def told(energy: float) -> str:
-        return quantity(energy * system.energy_scale, "J") if system.is_si else number(energy, 6)
-
-    text = f"{told(orbit.delivered_energy)} delivered to what is struck"
-    return f"{text}; {told(orbit.ringing_energy)} ring on in the bar" if orbit.ringing_energy else text
+    orbit, tell = found.orbit, Teller.of(found.orbit.system)
+    text = f"{tell(orbit.delivered_energy, 'energy', plain=6)} delivered to what is struck"
+    ringing = f"; {tell(orbit.ringing_energy, 'energy', plain=6)} ring on in the bar"
+    return text + ringing if orbit.ringing_energy else text
 
 
 def _verdict(found: TimedAnswer) -> str:
     reason, verdict = found.stability.reason, "stable" if found.stability.stable else "unstable"
     return reason if reason.startswith(verdict) else f"{verdict}: {reason}"
-
-
-def _time(radians: float, system: System) -> str:
-    return quantity(radians * system.time_scale, "s", 3) if system.is_si else f"{number(radians)} rad"
 
 
 # ---- The orbit that a simulated motion has settled on, in a line

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.numerals import counted, heading_dict, numbers, plain
+from percuss.case.answers.numerals import counted, heading_dict, numbers, picked, plain
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.orbits_answer import orbit_dict
 from percuss.case.case import checked_case
@@ -56,21 +56,9 @@ def held_down_dict(shares: Array) -> dict[str, Any] | None:
 
 
 def motion_dict(motion: Trajectory, warnings: Sequence[str], last: int | None = None) -> dict[str, Any]:
-    """The JSON object of a motion: a tree of dict, list, str, bool, int, finite float and None.
-
-    Parameters
-    ----------
-    last
-        The number of last events to keep; None keeps all.
-    """
+    """The JSON object of a motion, with so many last events, or all."""
     return {
-        "outcome": motion.outcome,
-        "label": motion.label,
-        "modes": int(motion.modes),
-        "begin_time": number(motion.begin_time),
-        "end_time": number(motion.end_time),
-        "transient": number(motion.transient),
-        "period_unresolved": motion.period_unresolved,
+        **picked(motion, "outcome label modes begin_time end_time transient period_unresolved"),
         "held_down": held_down_dict(motion.events.held_down),
         "warnings": list(warnings),
         "events": _events(motion, last),
@@ -82,18 +70,9 @@ def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
     events, system = motion.events, motion.system
     part = events if last is None else events[max(len(events) - last, 0) :]
     seconds = system.time_scale if system.is_si else None
+    names = "kind time phase impact_velocity rebound_velocity energy_lost resolved"
     return [
-        {
-            "kind": event.kind,
-            "time": number(event.time),
-            "time_s": None if seconds is None else number(event.time * seconds),
-            "phase": number(event.phase),
-            "impact_velocity": number(event.impact_velocity),
-            "rebound_velocity": number(event.rebound_velocity),
-            "energy_lost": number(event.energy_lost),
-            "resolved": int(event.resolved),
-        }
-        for event in part
+        {**picked(event, names), "time_s": None if seconds is None else number(event.time * seconds)} for event in part
     ]
 
 
@@ -169,11 +148,7 @@ class MachineMotion(ToldMotion):
             "case": self.name,
             "title": self.title,
             "notes": list(self.notes),
-            "outcome": motion.outcome,
-            "label": motion.label,
-            "modes": int(motion.modes),
-            "begin_time": number(motion.begin_time),
-            "end_time": number(motion.end_time),
+            **picked(motion, "outcome label modes begin_time end_time"),
             "cycle": None if cycle is None else plain(asdict(cycle)),
             "pressure": _pressure(motion),
             "held_down": held_down_dict(motion.events.held_down),
@@ -231,16 +206,10 @@ def _machine_events(motion: MachineTrajectory, last: int | None) -> list[dict[st
     seconds = machine.time_scale if machine.is_si else None
     return [
         {
-            "kind": event.kind,
-            "time": number(event.time),
+            **picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved"),
             "time_s": None if seconds is None else number(event.time * seconds),
             "speed": number(event.velocity),
-            "rebound_velocity": number(event.rebound_velocity),
-            "energy_lost": number(event.energy_lost),
-            "kinetic_energy": number(event.kinetic_energy),
-            "port": event.port,
             "to": event.state,
-            "resolved": int(event.resolved),
         }
         for event in list(events)[first:]
     ]

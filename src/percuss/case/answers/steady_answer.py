@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
 from percuss.case.answers.ends import Ends, ends_of, not_followed
-from percuss.case.answers.numerals import contact_dict, heading_dict, numbers, plain
+from percuss.case.answers.numerals import contact_dict, heading_dict, picked, plain, plain_value
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.reach_in_words import reach_dict
 from percuss.case.case import checked_case
@@ -46,47 +46,28 @@ class TimedAnswer(Shown):
 
     def to_json_dict(self, judged: Stability | None = None) -> dict[str, Any]:
         """The motion in plain values; with the verdict on the motion of B77's law, if it continues one."""
-        orbit, verdict = self.orbit, self.stability
-        violation = orbit.violation
-        return plain(
-            {
-                "phase": orbit.phase,
-                "phase_b77": orbit.phase_b77,
-                "phase_shift": orbit.phase_shift,
-                "rigid_velocity": orbit.rigid_velocity,
-                "contact_velocity": orbit.contact_velocity,
-                "impulse": orbit.impulse,
-                "blow_energy": orbit.blow_energy,
-                "energy_change": orbit.energy_change,
-                "delivered_energy": orbit.delivered_energy,
-                "ringing_energy": orbit.ringing_energy,
-                "advance": orbit.advance,
-                "contact_start": orbit.contact[0],
-                "contact_end": orbit.contact[1],
-                "ringing_left": orbit.ringing_left,
-                "admissible": orbit.admissible,
-                "passage_time": None if violation is None else violation.time,
-                "passage_depth": None if violation is None else violation.depth,
-                "stable": verdict.stable,
-                "reason": verdict.reason,
-                "margin": verdict.margin,
-                "margin_b77": None if judged is None else judged.margin_rhythm,
-                "multipliers": self.multipliers,
-                "warnings": list(orbit.warnings),
-            }
-        )
+        orbit, violation = self.orbit, self.orbit.violation
+        return {
+            **picked(
+                orbit,
+                "phase phase_b77 phase_shift rigid_velocity contact_velocity impulse blow_energy energy_change "
+                "delivered_energy ringing_energy advance ringing_left admissible warnings",
+            ),
+            "contact_start": number(orbit.contact[0]),
+            "contact_end": number(orbit.contact[1]),
+            "passage_time": None if violation is None else number(violation.time),
+            "passage_depth": None if violation is None else number(violation.depth),
+            **picked(self.stability, "stable reason margin multipliers"),
+            "margin_b77": None if judged is None else number(judged.margin_rhythm),
+        }
 
     @property
     def in_orbit(self) -> dict[str, Any]:
         """What stands in the motion of B77's law: both multipliers, and the advance in m or lengths of the bar."""
         orbit = self.orbit
         length = orbit.system.length_scale if orbit.system.is_si else 1.0
-        return {"blow_multipliers": self.multipliers, "advance_per_blow": number(orbit.advance * length)}
-
-    @property
-    def multipliers(self) -> list[list[float]]:
-        """Both multipliers as pairs [re, im]."""
-        return [[value.real, value.imag] for value in self.stability.multipliers]
+        advance = number(orbit.advance * length)
+        return {"blow_multipliers": plain_value(self.stability.multipliers), "advance_per_blow": advance}
 
 
 @dataclass(frozen=True)
@@ -165,15 +146,8 @@ def rest_note(rest: Rest, contact: Contact) -> str:
 
 def rest_dict(rest: Rest, contact: Contact) -> dict[str, Any]:
     """Whether the bar can lie on the wall for all time."""
-    return {
-        "possible": bool(rest.possible),
-        "least_contact_force": number(rest.least_contact_force),
-        "phase": number(rest.phase),
-        "quasi_static": number(rest.quasi_static),
-        "lifted_by_waves": bool(rest.lifted_by_waves),
-        "held_by_waves": bool(rest.held_by_waves),
-        "note": rest_note(rest, contact),
-    }
+    told = picked(rest, "possible least_contact_force phase quasi_static lifted_by_waves held_by_waves")
+    return {**told, "note": rest_note(rest, contact)}
 
 
 def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_drag: float | None) -> dict[str, Any]:
@@ -181,56 +155,27 @@ def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_dra
     nearest = states.nearest
     return {
         "m": int(states.periods),
-        "level": number(states.level),
-        "level_max": number(states.level_max),
-        "exists": bool(states.exists),
+        **picked(states, "level level_max exists note"),
         "orbits": orbits,
         "nearest": None
         if nearest is None
-        else {
-            "load_factor": number(nearest.load_factor),
-            "restitution": number(nearest.restitution),
-            "d": number(greatest_drag),
-        },
-        "note": states.note,
+        else {**picked(nearest, "load_factor restitution"), "d": number(greatest_drag)},
     }
 
 
 def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None) -> dict[str, Any]:
     """One steady motion: the orbit, its stability, its drag and, for a case in SI, its figures."""
-    violation, energy = orbit.violation, orbit.energy
     return {
         **plain({name: FIGURES[name].value(orbit) for name in ("phase", "impact_velocity", "rigid_velocity")}),
-        "modes": int(orbit.modes),
-        "error_bound": number(orbit.error_bound),
-        "proven": bool(orbit.proven),
-        "admissible": bool(orbit.admissible),
-        "violation": None if violation is None else {"time": number(violation.time), "depth": number(violation.depth)},
-        "stable": bool(judged.stable),
-        "reason": judged.reason,
-        "margin": number(judged.margin),
-        "margin_rhythm": number(judged.margin_rhythm),
-        "margin_ringing": number(judged.margin_ringing),
+        **picked(orbit, "modes error_bound proven admissible warnings"),
+        "violation": None if orbit.violation is None else picked(orbit.violation, "time depth"),
+        **picked(judged, "stable reason margin margin_rhythm margin_ringing disagreement"),
         "reduced": reduced_dict(judged.reduced),
-        "multipliers": {
-            "modes": int(judged.multipliers.modes),
-            "largest": number(judged.multipliers.largest),
-            "moduli": numbers(judged.multipliers.moduli),
-            "dominant_mode": int(judged.multipliers.dominant_mode),
-            "rigid": list(judged.multipliers.rigid),
-            "ringing_mode": int(judged.multipliers.ringing_mode),
-        },
-        "disagreement": judged.disagreement,
+        "multipliers": picked(judged.multipliers, "modes largest moduli dominant_mode rigid ringing_mode"),
         "waveform": waveform_dict(judged.waveform),
-        "energy": {
-            "input": number(energy.input),
-            "damping": number(energy.damping),
-            "impact": number(energy.impact),
-            "imbalance": number(energy.imbalance),
-        },
+        "energy": picked(orbit.energy, "input damping impact imbalance"),
         "drag": plain(asdict(drag)),
         "si": None if si is None else plain(asdict(si)),
-        "warnings": list(orbit.warnings),
     }
 
 
@@ -241,24 +186,14 @@ def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]
     return {**told, "phase": phase, "phase_b77": told["phase"], **blow}
 
 
-_WAVEFORM = ("ratio", "lower", "upper", "stable", "force", "force_lower", "force_upper", "restitution_needed")
-
-
 def waveform_dict(waveform: Waveform) -> dict[str, Any]:
     """The waveform criterion (theory §11)."""
-    return plain({name: getattr(waveform, name) for name in _WAVEFORM})
+    return picked(waveform, "ratio lower upper stable force force_lower force_upper restitution_needed")
 
 
 def reduced_dict(reduced: Reduced) -> dict[str, Any]:
     """B77's reduced criterion, with the other side of a jump of the load where there is one."""
-    other = reduced.other_side
-    found = {
-        "sigma": number(reduced.sigma),
-        "a": numbers(reduced.a),
-        "schur": numbers(reduced.schur),
-        "moduli": numbers(reduced.moduli),
-        "stable": bool(reduced.stable),
-    }
+    found, other = picked(reduced, "sigma a schur moduli stable"), reduced.other_side
     return found if other is None else {**found, "other_side": reduced_dict(other)}
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.numerals import heading_dict
+from percuss.case.answers.numerals import heading_dict, picked, plain_value
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.reach_in_words import reach_dict
 from percuss.case.case import checked_case
@@ -39,17 +39,12 @@ class StructureMotion(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The motion in plain values."""
-        orbit, values = self.orbit, self.multipliers.values
+        orbit = self.orbit
         found = {
-            "phase": number(orbit.phase),
-            "impact_velocity": number(orbit.impact_velocity),
-            "rebound_velocity": number(orbit.rebound_velocity),
-            "blow_energy": number(orbit.blow_energy),
-            "energy": {name: number(getattr(orbit.energy, name)) for name in ("input", "damping", "impact")},
-            "admissible": orbit.admissible,
+            **picked(orbit, "phase impact_velocity rebound_velocity blow_energy admissible fold"),
+            "energy": picked(orbit.energy, "input damping impact"),
             "reason": None if orbit.obstacle is None else orbit.obstacle.value,
-            "fold": orbit.fold,
-            "multipliers": [[number(value.real), number(value.imag)] for value in values.tolist()],
+            "multipliers": plain_value(self.multipliers.values),
             "stable": self.stable,
         }
         if orbit.system.is_si:

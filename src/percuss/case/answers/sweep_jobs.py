@@ -13,7 +13,7 @@ from percuss.explore.quantities import checked, known_quantities, needs
 from percuss.model.checks import instance, several
 
 if TYPE_CHECKING:
-    from percuss.explore.sweeps import SweepJob
+    from percuss.explore.cells import SweepJob
 
 
 def sweep_job_of(

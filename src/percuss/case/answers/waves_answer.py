@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.numerals import heading_dict, number, numbers, percent, plain
+from percuss.case.answers.facts import Fact, Teller, json_of
+from percuss.case.answers.numerals import heading_dict, number, numbers, percent, picked, plain, plain_value
 from percuss.case.answers.numerals import json_number as json_values_number
 from percuss.case.answers.simulation_answer import ToldMotion
 from percuss.case.case import checked_case
@@ -34,28 +35,14 @@ if TYPE_CHECKING:
 def waves_dict(
     motion: WaveMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
 ) -> dict[str, Any]:
-    """The JSON object of a motion by waves.
-
-    Parameters
-    ----------
-    beside
-        What the laws say, in plain values.
-    last
-        The number of last impacts to keep; None keeps all.
-    """
+    """The JSON object of a motion by waves, beside what the laws say; with so many last impacts, or all."""
     return {
         "outcome": motion.outcome,
         "label": motion.label,
         "begin_time": json_values_number(motion.start.time),
         "end_time": json_values_number(motion.end_time),
-        "grazes": motion.grazes,
-        "pushed_back": motion.pushed_back,
-        "quiet": motion.quiet,
-        "lattice": {
-            "steps": motion.lattice.steps,
-            "cells": list(motion.lattice.cells),
-            "rounding": json_values_number(motion.lattice.rounding),
-        },
+        **picked(motion, "grazes pushed_back quiet"),
+        "lattice": picked(motion.lattice, "steps cells rounding"),
         "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
         "warnings": list(warnings),
         "settled": _settled(motion),
@@ -67,57 +54,50 @@ def waves_dict(
 
 def _settled(motion: WaveMotion) -> dict[str, Any]:
     """The figures of a cycle, or of the last half of the impacts."""
-    own, system = motion.settled, motion.system
-    found: dict[str, Any] = {
-        "impacts": own.size,
-        "phases": numbers(own.phase),
-        "velocities": numbers(own.velocity),
-        "restitutions": numbers(own.restitution),
-        "ringing_shares": numbers(own.ringing_share),
-        "blow_rate": json_values_number(motion.blow_rate),
-        "impulse_per_period": json_values_number(motion.impulse_per_period),
-        "delivered_power": json_values_number(motion.delivered_power),
-        "rock_power": json_values_number(motion.rock_power),
-        "si": None,
-    }
-    if system.is_si and system.frequency is not None:
-        found["si"] = {
-            "velocities_m_s": numbers(own.velocity * system.speed_scale),
-            "durations_s": numbers(own.duration * system.time_scale),
-            "peak_forces_N": numbers(own.peak_force * system.force_scale),
-            "given_J": numbers(own.given * system.energy_scale),
-            "rock_work_J": numbers(own.rock_work * system.energy_scale),
-            "fed_m": numbers(own.fed * system.length_scale),
-            "blow_rate_Hz": json_values_number(motion.blow_rate * system.frequency),
-            "delivered_power_kW": json_values_number(1e-3 * motion.delivered_power * system.power_scale),
-        }
-    return found
+    figures = json_of(motion, _SETTLED, Teller.of(motion.system))
+    return {**figures, "si": None} if motion.system.frequency is None else figures
+
+
+_SETTLED: tuple[Fact[WaveMotion], ...] = (
+    Fact("impacts", "", "in a cycle", "", lambda motion: motion.settled.size),
+    Fact("phases", "", "of the impacts", "", lambda motion: motion.settled.phase),
+    Fact("velocities velocities_m_s", "", "of the impacts", "speed", lambda motion: motion.settled.velocity),
+    Fact("restitutions", "", "of the impacts", "", lambda motion: motion.settled.restitution),
+    Fact("ringing_shares", "", "energy that rings on", "", lambda motion: motion.settled.ringing_share),
+    Fact("durations_s", "", "of the impacts", "time", lambda motion: motion.settled.duration),
+    Fact("peak_forces_N", "", "of the impacts", "force", lambda motion: motion.settled.peak_force),
+    Fact("given_J", "", "energy given by the impacts", "energy", lambda motion: motion.settled.given),
+    Fact("rock_work_J", "", "work on the rock", "energy", lambda motion: motion.settled.rock_work),
+    Fact("fed_m", "", "how far what is struck is fed", "length", lambda motion: motion.settled.fed),
+    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, and per second", "cycles", lambda one: one.blow_rate),
+    Fact("impulse_per_period", "", "of the impacts", "", lambda motion: motion.impulse_per_period),
+    Fact("delivered_power delivered_power_kW", "", "of the impacts", "power", lambda one: one.delivered_power),
+    Fact("rock_power", "", "work on the rock over time", "power", lambda motion: motion.rock_power),
+)
+"""What a cycle by waves is."""
 
 
 def _impacts(motion: WaveMotion, last: int | None) -> list[dict[str, Any]]:
     every = motion.impacts
     part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
     seconds = motion.system.time_scale if motion.system.is_si else None
-    return [
-        {
-            "start": json_values_number(part.start[i]),
-            "start_s": None if seconds is None else json_values_number(part.start[i] * seconds),
-            "end": json_values_number(part.end[i]),
-            "contacts": int(part.contacts[i]),
-            "phase": json_values_number(part.phase[i]),
-            "impulse": json_values_number(part.impulse[i]),
-            "velocity": json_values_number(part.velocity[i]),
-            "mean_velocity_before": json_values_number(part.mean_before[i]),
-            "mean_velocity_after": json_values_number(part.mean_after[i]),
-            "restitution": json_values_number(part.restitution[i]),
-            "peak_force": json_values_number(part.peak_force[i]),
-            "ringing_share": json_values_number(part.ringing_share[i]),
-            "given": json_values_number(part.given[i]),
-            "rock_work": json_values_number(part.rock_work[i]),
-            "fed": json_values_number(part.fed[i]),
-        }
-        for i in range(part.size)
-    ]
+    columns = {name: plain_value(getattr(part, of)) for name, of in _IMPACT.items()}
+    columns["start_s"] = [None] * part.size if seconds is None else numbers(part.start * seconds)
+    return [{name: values[i] for name, values in columns.items()} for i in range(part.size)]
+
+
+_IMPACT = {
+    **{
+        name: name
+        for name in (
+            "start", "end", "contacts", "phase", "impulse", "velocity", "restitution", "peak_force", "ringing_share",
+            "given", "rock_work", "fed",
+        )
+    },
+    "mean_velocity_before": "mean_before",
+    "mean_velocity_after": "mean_after",
+}  # fmt: skip
+"""What is told of an impact, and where it stands."""
 
 
 # ---- What a case says of its machine by waves: what is struck, where the striker starts, when to end
@@ -135,13 +115,7 @@ class Struck(NamedTuple):
 
 
 def struck_by(case: Case) -> Struck:
-    """The tool of a case as a machine by waves can have it.
-
-    Raises
-    ------
-    CaseError
-        When the tables of the tool cannot be used.
-    """
+    """The tool of a case as a machine by waves can have it."""
     from percuss.blow import Wall
 
     tables, system = case.tables, case.system()

@@ -1,4 +1,7 @@
-"""From the tables [bar] and [system] of a case to the body that strikes."""
+"""From the tables [bar] and [system] of a case to the body that strikes.
+
+Whatever is refused is a `ParameterError` by the key of its table.
+"""
 
 from __future__ import annotations
 
@@ -41,13 +44,7 @@ DEFAULT_RATIO = 1e-3
 
 
 def sized_body(table: BarTable) -> SizedBody:
-    """The body that the table [bar] describes.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The body that the table [bar] describes."""
     if table.sections is not None:
         return _sectioned(table)
     if (table.area is None) == (table.diameter is None):
@@ -102,13 +99,7 @@ def _damping(table: BarTable) -> dict[str, Any]:
 
 
 def plain_body(table: SystemTable) -> Body:
-    """The body that the table [system] describes.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The body that the table [system] describes."""
     damping = plain_damping(table)
     assert table.s is not None
     if table.impedances is None and table.transit_times is None:
@@ -151,11 +142,6 @@ def modes_in(path: Path, name: str) -> dict[str, tuple[float, ...]]:
     ----------
     path, name
         The file, and what the case calls it.
-
-    Raises
-    ------
-    ParameterError
-        For a file that cannot be read; by line and column where something is no number.
     """
     try:
         if path.stat().st_size > _MOST_BYTES:
@@ -212,13 +198,7 @@ _OF_KIND = {"modes": ("file", *COLUMNS), "mounted": ("spring", "dashpot", "mass"
 
 
 def held_body(table: BodyTable, tables: PlainCase, folder: Path) -> HeldBody:
-    """The structure of a dimensionless case.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The structure of a dimensionless case."""
     _check_keys(table)
     gap = _number(table, "gap", 0.0)
     if table.kind == "modes":
@@ -234,13 +214,7 @@ def held_body(table: BodyTable, tables: PlainCase, folder: Path) -> HeldBody:
 
 
 def sized_structure(table: BodyTable, tables: PhysicalCase, folder: Path) -> SizedBody:
-    """The structure of a case in SI.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The structure of a case in SI."""
     _check_keys(table)
     gap = 0.0 if table.gap is None else _si(table, "gap", "length")
     if table.kind == "modes":
@@ -375,13 +349,7 @@ class BlowQuestion:
 
 
 def rock_of(table: RockTable) -> Rock:
-    """The rock that the table [rock] describes.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The rock that the table [rock] describes."""
     from percuss.blow import Rock
 
     ratio = 1.0 if table.unloading_ratio is None else table.unloading_ratio
@@ -389,13 +357,7 @@ def rock_of(table: RockTable) -> Rock:
 
 
 def sized_target(tool: ToolTable | None, rock: Rock | None, contact: ContactTable | None, bar: SizedBody) -> Rod | Wall:
-    """What a bar in SI strikes; without a table [tool] the rod of `receiving_area`, or a rigid wall.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table [tool].
-    """
+    """What a bar in SI strikes; without a table [tool] the rod of `receiving_area`, or a rigid wall."""
     from percuss.blow import Rod, Wall
 
     if tool is None:
@@ -465,13 +427,7 @@ def _end(tool: ToolTable, sections: tuple[Section, ...], rock: Rock | None) -> E
 
 
 def plain_target(tool: PlainTool | None, body: Body) -> Rod | Wall:
-    """What a dimensionless body strikes; without a table [tool] a rigid wall.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """What a dimensionless body strikes; without a table [tool] a rigid wall."""
     from percuss.blow import Rod, Wall
 
     if tool is None:
@@ -497,13 +453,7 @@ def _tool_si(table: ToolTable | RockTable, key: str, dimension: str) -> float:
 
 
 def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Rod | Wall) -> BlowQuestion:
-    """The blow that the table [blow] asks for; without the table from the steady motion until it is over.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The blow that the table [blow] asks for; without the table from the steady motion until it is over."""
     if table is None:
         return BlowQuestion(striker, target)
     until = None if table.until is None else _tool_number(table.until, "time", "until")

@@ -89,11 +89,6 @@ def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Dampin
     damping, drag
         The law of damping, or without one the force per velocity and per metre of bar in N·s/m²: spread over the bar
         as its mass is.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
     """
     sections = sections_of("sections", tables, common)
     try:
@@ -104,13 +99,7 @@ def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Dampin
 
 
 def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple[Section, ...]:
-    """The sections of a list under a key; what `common` says of the material holds where a section says nothing.
-
-    Raises
-    ------
-    ParameterError
-        By the key and the number of the section.
-    """
+    """The sections of a list under a key; what `common` says of the material holds where a section says nothing."""
     return tuple(_section(f"{name}[{i}].", table, common) for i, table in enumerate(tables))
 
 
@@ -175,13 +164,7 @@ class DampingTable(Table):
 
 
 def damping_law(table: DampingTable, units: bool) -> Damping:
-    """The law that a table describes; with the time in seconds for a bar in SI, which `units` tells.
-
-    Raises
-    ------
-    ParameterError
-        For a value that is none of the law.
-    """
+    """The law that a table describes; with the time in seconds for a bar in SI, which `units` tells."""
     try:
         return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
     except ParameterError as error:
@@ -207,13 +190,7 @@ def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
 
 
 def drag_in(table: DampingTable) -> float | None:
-    """The drag in N·s/m² of an external damping that is written as one, else None.
-
-    Raises
-    ------
-    ParameterError
-        For text that is none.
-    """
+    """The drag in N·s/m² of an external damping that is written as one, else None."""
     if table.kind != "external" or not isinstance(table.value, str):
         return None
     if not (drag := si(table.value, "damping", "damping.value")) >= 0.0:

@@ -1,4 +1,7 @@
-"""From the tables of a case to the objects of the model, with every refusal translated to its key."""
+"""From the tables of a case to the objects of the model, with every refusal translated to its key.
+
+Laws are refused by a `ParameterError` with the key of their table, which `Parts` gathers as one `CaseError`.
+"""
 
 from __future__ import annotations
 
@@ -48,11 +51,6 @@ def contact_of(table: ContactTable, bar: SizedBody | None, tool: bool) -> Contac
     ----------
     tool
         Whether the case says what the bar strikes.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
     """
     rod = table.receiving_area is not None
     if rod and table.restitution is not None:
@@ -82,13 +80,7 @@ def si_law(table: ContactTable, bar: SizedBody | None) -> type[Contact]:
 
 
 def plain_contact(table: SystemTable, tool: bool) -> Contact | None:
-    """The law of the table [system]; None where its restitution is that of the blow.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The law of the table [system]; None where its restitution is that of the blow."""
     _check_law(table, tool)
     return None if table.restitution == FROM_THE_BLOW else plain_law(table)(_number(table.restitution))
 
@@ -104,13 +96,7 @@ def plain_law(table: SystemTable) -> type[Contact]:
 
 
 def check_body(table: ContactTable | SystemTable, law: type[Contact], body: Body) -> None:
-    """Refuse a body that the laws of the table do not hold for.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """Refuse a body that the laws of the table do not hold for."""
     law(0.0).check(body)
     if table.law == "b77-tau" and not body.is_harmonic:
         remedy = 'take law = "b77-blow", which holds for any bar'
@@ -149,11 +135,6 @@ def blow_of(question: BlowQuestion) -> EffectiveBlow:
 
     Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
     ends with `until`, where that is given.
-
-    Raises
-    ------
-    ParameterError
-        By a key of [contact], for a gap in front of the rock and no speed in [blow].
     """
     from percuss.blow import effective_blow
 
@@ -171,13 +152,7 @@ def blow_of(question: BlowQuestion) -> EffectiveBlow:
 
 
 def restitution_of(question: BlowQuestion) -> float:
-    """The restitution of a blow as B77's law takes it.
-
-    Raises
-    ------
-    ParameterError
-        For one that is none of a rebound, and of a blow that is not over.
-    """
+    """The restitution of a blow as B77's law takes it."""
     from percuss.blow import BlowOutcome
 
     blow = blow_of(question)
@@ -218,13 +193,7 @@ def law_note(table: ContactTable | SystemTable | None) -> str:
 
 
 def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
-    """The law of a blow that takes time, as the table names it; None for B77's.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The law of a blow that takes time, as the table names it; None for B77's."""
     if table.law == "b77-tau":
         advance = table.advance or "kept"
         if advance == "residual penetration":
@@ -266,17 +235,9 @@ def _advance(table: ContactTable | SystemTable, target: Rod | Wall, blow: Effect
 
 # ---- From the tables of a case to the objects of the model, with every refusal translated to its key
 
-"""The load of a recording, and what was assumed in reading it."""
-
 
 class Parts:
-    """The objects behind the tables of a case, as far as they can be made without reading a recording.
-
-    Raises
-    ------
-    CaseError
-        With the problems of all tables together.
-    """
+    """The objects behind the tables of a case, as far as they can be made without reading a recording."""
 
     def __init__(self, tables: PhysicalCase | PlainCase, file: str, folder: Path = Path(".")) -> None:
         self.bar: SizedBody | None = None
@@ -381,13 +342,7 @@ class Parts:
         return None if tables.contact is None else si_law(tables.contact, self.bar)
 
     def contact_of_blow(self, tables: PhysicalCase | PlainCase) -> Contact:
-        """The contact whose restitution is that of the blow, which is resolved by waves.
-
-        Raises
-        ------
-        CaseError
-            When the blow gives none.
-        """
+        """The contact whose restitution is that of the blow, which is resolved by waves."""
         law, question = self._law(tables), self.blow
         assert law is not None and question is not None
         name, table = _contact_table(tables)
@@ -397,13 +352,7 @@ class Parts:
         return found
 
     def timed(self, tables: PhysicalCase | PlainCase, system: System) -> Timed | None:
-        """The law of a blow that takes time, where the case names one.
-
-        Raises
-        ------
-        CaseError
-            When the blow gives none.
-        """
+        """The law of a blow that takes time, where the case names one."""
         question = self.blow
         assert question is not None
         name, table = _contact_table(tables)
@@ -442,37 +391,19 @@ def _some_body(bar: SizedBody) -> Body | None:
 
 
 def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> ReadHistory | None:
-    """The load of the recording that a case names, or None when its load is a formula.
-
-    Raises
-    ------
-    CaseError
-        When the recording cannot be read or used.
-    """
+    """The load of the recording that a case names, or None when its load is a formula."""
     return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryForce) else None
 
 
 def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
-    """Refuse a case that describes one blow and no load or contact, when a motion is asked for.
-
-    Raises
-    ------
-    CaseError
-        With the tables that are missing, and the command that works without them.
-    """
+    """Refuse a case that describes one blow and no load or contact, when a motion is asked for."""
     missing = [name for name in ("load", "contact") if getattr(tables, name, ...) is None]
     if missing:
         raise_all([without_blow(file, name) for name in missing])
 
 
 def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
-    """The system of a case.
-
-    Raises
-    ------
-    CaseError
-        When the load does not fit the case.
-    """
+    """The system of a case."""
     contact = parts.contact or parts.contact_of_blow(tables)
     try:
         if parts.bar is None:
@@ -516,13 +447,7 @@ def extreme(file: str, key: str) -> CaseError:
 
 
 def check_clock(tables: PhysicalCase | PlainCase, file: str) -> None:
-    """Refuse a machine that switches itself, where a load that keeps time by itself is asked for.
-
-    Raises
-    ------
-    CaseError
-        With the commands that answer for such a machine.
-    """
+    """Refuse a machine that switches itself, where a load that keeps time by itself is asked for."""
     check_motion(tables, file)
     if isinstance(tables.load, ValveForce | ValveLoad):
         remedy = "'percuss machine' answers for a valve that the piston switches, and 'percuss simulate' from a start"
@@ -530,13 +455,7 @@ def check_clock(tables: PhysicalCase | PlainCase, file: str) -> None:
 
 
 def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Machine:
-    """The machine of a case whose load the piston switches.
-
-    Raises
-    ------
-    CaseError
-        When the load is another, or does not fit the case.
-    """
+    """The machine of a case whose load the piston switches."""
     check_motion(tables, file)
     table = tables.load
     if not isinstance(table, ValveForce | ValveLoad):

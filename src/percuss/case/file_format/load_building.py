@@ -1,4 +1,7 @@
-"""From the table [load] of a case to a load, except recordings."""
+"""From the table [load] of a case to a load, except recordings.
+
+Whatever is refused is a `ParameterError` by the key of the table; of a recording a `CaseError`.
+"""
 
 from __future__ import annotations
 
@@ -74,11 +77,6 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
     """The load of a recorded history.
 
     Its file is looked for in `folder`, that of the case file.
-
-    Raises
-    ------
-    CaseError
-        When the recording cannot be read or used, or does not fit the case.
     """
     try:
         recording, force = _recorded(table, file, folder)
@@ -184,13 +182,7 @@ _Formula = HarmonicForce | SquareForce | StepsForce | FourierForce
 
 
 def load_of(table: AnyLoad) -> Load:
-    """The load that a formula describes: in N with its frequency, or dimensionless.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The load that a formula describes: in N with its frequency, or dimensionless."""
     return _formula(table).acting_at(table.at)
 
 
@@ -244,13 +236,7 @@ _PRESSURE = "give pressure, that of the supply, or the forces of the states"
 
 
 def valve_of(table: ValveForce | ValveLoad) -> Valve:
-    """The valve that a table describes: in N, m and s, or dimensionless; what else the table says is checked, too.
-
-    Raises
-    ------
-    ParameterError
-        By the key of the table.
-    """
+    """The valve that a table describes: in N, m and s, or dimensionless; what else the table says is checked, too."""
     pressure = pressure_of(table)
     room = room_of(table)
     states = {name: _state_force(name, given, pressure) for name, given in table.states.items()}

@@ -18,7 +18,7 @@ from percuss.errors import CaseError
 from percuss.model import External, Kept
 
 if TYPE_CHECKING:
-    from percuss.model import Load, System
+    from percuss.model import Load, Machine, System
 
 MAX_HARMONICS = 1024
 """The highest harmonic of a case that is taken from tables, unless the caller knows better."""
@@ -118,8 +118,8 @@ def fourier_table(load: Load) -> dict[str, Any]:
     return table if load.frequency is None else {**table, "unit": "N", "frequency": f"{load.frequency!r} Hz"}
 
 
-def system_table(system: System) -> dict[str, Any]:
-    """The table [system] of a system.
+def system_table(hammer: System | Machine) -> dict[str, Any]:
+    """The table [system] of a system or a machine.
 
     Examples
     --------
@@ -127,13 +127,10 @@ def system_table(system: System) -> dict[str, Any]:
     >>> system_table(System(UniformBar(20.0, Ratio(0.001)), Load.harmonic(0.9, 1.0), Kept(0.6)))
     {'s': 20.0, 'restitution': 0.6, 'damping': {'kind': 'ratio', 'value': 0.001}}
     """
-    table: dict[str, Any] = {"s": system.s, "restitution": system.restitution, **body_table(system.body)}
-    law = system.body.damping
-    if isinstance(law, External):
-        table["d"] = system.d
-    else:
-        table["damping"] = damping_table(law)
-    return table if isinstance(system.contact, Kept) else {**table, "strain": system.contact.kind}
+    body, law, contact = hammer.body, hammer.body.damping, hammer.contact
+    table: dict[str, Any] = {"s": body.s, "restitution": contact.restitution, **body_table(body)}
+    table |= {"d": law.rigid} if isinstance(law, External) else {"damping": damping_table(law)}
+    return table if isinstance(contact, Kept) else {**table, "strain": contact.kind}
 
 
 def without_files(case: Case) -> Case:

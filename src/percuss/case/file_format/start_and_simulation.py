@@ -73,13 +73,7 @@ class _Scales:
 
 
 def checked_simulation(table: SimulationTable) -> Simulation:
-    """What the table says, with times in any unit; only checks whether the table must be refused.
-
-    Raises
-    ------
-    ParameterError
-        For numbers out of range.
-    """
+    """What the table says, with times in any unit; only checks whether the table must be refused."""
     return _simulation(table, _Scales())
 
 
@@ -101,13 +95,7 @@ def _simulation(table: SimulationTable, scales: _Scales, usual: int = DEFAULT_MO
 
 
 def checked_start(table: StartTable) -> None:
-    """Refuse a table that describes no start.
-
-    Raises
-    ------
-    ParameterError
-        When kinds of starts are mixed, something is missing, or a number is out of range.
-    """
+    """Refuse a table that describes no start."""
     kind = _kind(table)
     with _by_its_key(table):
         if kind in ("rigid", "modal"):
@@ -124,13 +112,7 @@ def checked_start(table: StartTable) -> None:
 
 
 def start_of(table: StartTable | None, system: System | Machine, modes: int, file: str) -> Start:
-    """The start that a table describes.
-
-    Raises
-    ------
-    CaseError
-        When there is no steady motion of that number, or the start does not fit the simulation's modes.
-    """
+    """The start that a table describes."""
     if table is None:
         return Start.rigid(_place_without(system))
     kind = _kind(table)

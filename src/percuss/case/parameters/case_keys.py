@@ -78,11 +78,6 @@ def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, f
     ----------
     keys
         Value and unit of each.
-
-    Raises
-    ------
-    ParameterError, UnitError
-        For a unit that the key does not have, or none where it has one.
     """
     found, machine = {}, case.machine()
     for key, (value, unit) in keys.items():
@@ -297,11 +292,6 @@ def check_same_law(case: Case, name: str, key: str) -> None:
     ----------
     name, key
         Of the axis: as it was given, and as a dotted key.
-
-    Raises
-    ------
-    ParameterError
-        With the key that varies the law of the case, where one does.
     """
     table, _, word = key.partition(".")
     tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping

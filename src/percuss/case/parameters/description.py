@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.answers.numerals import body_dict, contact_dict, numbers, plain, system_dict
 from percuss.case.answers.numerals import json_number as number
-from percuss.case.file_format.body_building import body_table
-from percuss.case.file_format.body_tables import damping_table
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
@@ -28,12 +26,12 @@ from percuss.case.parameters.moves import MOVES, can_move, parsed_quantity
 from percuss.errors import PercussError
 from percuss.explore.cells import AXES
 from percuss.explore.parameters import PARAMETERS
-from percuss.model import External, Kept
+from percuss.model import Machine
 from percuss.model.body import HeldBody, Mounted
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import Load, Machine, Port, SizedBody, System
+    from percuss.model import Load, Port, SizedBody, System
     from percuss.model.body import Body
     from percuss.model.parameter import Parameter
 
@@ -161,50 +159,65 @@ def _row(name: str, unit: str, value: float | None, low: float, high: float) -> 
     }
 
 
-# ---- What is known of a case whose load the piston switches before its cycle is computed; see `description`
+# ---- What is known of a case before anything is computed: its form in SI and in plain numbers, its scales
 
 _MODES = 8
-"""Elastic modes that are told of the body."""
+"""Elastic modes that are told of the body of a machine."""
+
+_SCALES = {
+    "length_m": "length_scale",
+    "time_s": "time_scale",
+    "speed_m_s": "speed_scale",
+    "force_N": "force_scale",
+    "energy_J": "energy_scale",
+    "power_W": "power_scale",
+}
 
 
-def machine_case_dict(case: Case) -> dict[str, Any]:
-    """A checked case as JSON, with the keys of `percuss.case.parameters.description.case_dict`; it has no system.
+def case_dict(case: Case) -> dict[str, Any]:
+    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
+
+    A machine that switches itself has the same keys, and no system; a second is the unit of time of its dimensionless
+    form. A structure that is held has no form in plain numbers.
 
     Raises
     ------
     CaseError
-        When its parts make no machine.
+        When its recording cannot be used, or its parts make no system and no machine.
     """
-    machine = case.machine()
-    body, bar = machine.body, machine.bar
-    modes = body.modes(_MODES, machine.at)
-    described = {name: numbers(getattr(modes, key)) for name, key in _OF_MODES.items()}
+    hammer = case.machine() if case.is_machine else case.system()
+    body, bar, report = hammer.body, hammer.bar, case.history_report
+    scales: dict[str, Any] = (
+        {name: number(getattr(hammer, key)) for name, key in _SCALES.items()} if hammer.is_si else {}
+    )
+    sized = bar is not None and bool(bar.pieces)  # of a structure that is held only where a bar is on its spring
+    if isinstance(hammer, Machine):
+        modes, rate, system = body.modes(_MODES, hammer.at), 0.5 / (math.pi * hammer.time_scale) if sized else 0.0, None
+        arrays = {"frequencies": modes.omega, "gamma": modes.gamma, "damping": modes.damping}
+        about = {"kind": body.kind, **{name: numbers(array) for name, array in arrays.items()}}
+    else:
+        rate, system, about = hammer.frequency or 0.0, system_dict(hammer), body_dict(hammer)
+        if scales:
+            scales["stress_Pa"] = number(hammer.stress_scale) if sized else None
+            scales["frequency_Hz"] = number(hammer.frequency)
     return {
         "title": case.title,
         "si": case.is_si,
         "tables": json_tables(case),
         "toml": case.to_toml(),
-        "system": None,
-        "body": {"kind": body.kind, **described},
-        "contact": contact_dict(machine),
-        "laws": laws_dict(machine),
-        "plain": _plain_tables(case, machine),
-        "scales": _machine_scales(machine) if machine.is_si else None,
-        "bar": None if bar is None else bar_dict(bar, 0.5 / (math.pi * machine.time_scale), body),
+        "system": system,
+        "body": about,
+        "contact": contact_dict(hammer),
+        "laws": {"damping": body.damping.words, "contact": hammer.contact.sentence},
+        "plain": None if case.tables.body is not None else plain_tables(case),
+        "scales": scales or None,
+        "bar": None if bar is None or not sized else bar_dict(bar, rate, body),
         "first_mode": number(body.frequencies(1)[0]),
-        "history": None,
+        "history": None if report is None else plain(asdict(report)),
         "notes": list(case.notes),
-        "clock": "",
+        "clock": "" if case.is_machine else clock_note(case.load()),
         "parameters": parameters(case),
     }
-
-
-_OF_MODES = {"frequencies": "omega", "gamma": "gamma", "damping": "damping"}
-
-
-def laws_dict(system: System | Machine) -> dict[str, str]:
-    """The laws of damping and contact in words."""
-    return {"damping": system.body.damping.words, "contact": system.contact.sentence}
 
 
 def bar_dict(bar: SizedBody, rate: float, body: Body) -> dict[str, Any]:
@@ -231,95 +244,13 @@ def bar_dict(bar: SizedBody, rate: float, body: Body) -> dict[str, Any]:
     }
 
 
-def _machine_scales(machine: Machine) -> dict[str, Any]:
-    return {
-        "length_m": number(machine.length_scale),
-        "time_s": number(machine.time_scale),
-        "speed_m_s": number(machine.speed_scale),
-        "force_N": number(machine.force_scale),
-        "energy_J": number(machine.energy_scale),
-        "power_W": number(machine.power_scale),
-    }
-
-
-def _plain_tables(case: Case, machine: Machine) -> dict[str, Any]:
-    """The dimensionless form of a case, without start and simulation; a second is the unit of time of one in SI."""
-    body, law, contact = machine.body, machine.body.damping, machine.contact
-    system: dict[str, Any] = {"s": body.s, "restitution": contact.restitution, **body_table(body)}
-    system |= {"d": law.rigid} if isinstance(law, External) else {"damping": damping_table(law)}
-    system |= {} if isinstance(contact, Kept) else {"strain": contact.kind}
-    title = {} if case.tables.title is None else {"title": case.tables.title}
-    return {**title, "system": system, "load": _plain_valve(case, machine)}
-
-
-def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
-    valve, room = machine.valve, case.room()
-    gas = valve.chamber
-    table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": [_port(one) for one in valve.ports]}
-    table |= {"start_state": valve.start}
-    table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
-    if valve.supply is not None:
-        supply = valve.supply
-        table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
-    table |= {} if room is None else {"room": room}
-    return table | ({"at": machine.at} if machine.at else {})
-
-
-def _port(port: Port) -> dict[str, Any]:
-    place = {"on": "impact"} if port.on == "impact" else {"behind": port.behind, "side": port.side}
-    reads = {} if port.reads == "centre" else {"reads": port.reads}
-    return {"to": port.to, **place, **({"delay": port.delay} if port.delay else {}), **reads}
-
-
-# ---- What is known of a case before anything is computed: its form in SI and in plain numbers, its scales
-
-
-def case_dict(case: Case) -> dict[str, Any]:
-    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
-
-    A machine that switches itself has the same keys, and no system; a structure that is held has no form in plain
-    numbers.
-
-    Raises
-    ------
-    CaseError
-        When its recording cannot be used, or its parts make no system and no machine.
-    """
-    if case.is_machine:
-        return machine_case_dict(case)
-    system = case.system()
-    report = case.history_report
-    return {
-        "title": case.title,
-        "si": case.is_si,
-        "tables": json_tables(case),
-        "toml": case.to_toml(),
-        "system": system_dict(system),
-        "body": body_dict(system),
-        "contact": contact_dict(system),
-        "laws": laws_dict(system),
-        "plain": None if case.tables.body is not None else plain_tables(case),
-        "scales": _scales(system),
-        "bar": _bar(system),
-        "first_mode": number(system.body.frequencies(1)[0]),
-        "history": None if report is None else plain(asdict(report)),
-        "notes": list(case.notes),
-        "clock": clock_note(case.load()),
-        "parameters": parameters(case),
-    }
-
-
-def _bar(system: System) -> dict[str, Any] | None:
-    """The bar with its sizes; of a structure that is held only where a bar is on its spring."""
-    if system.bar is None or not system.bar.pieces:
-        return None
-    return bar_dict(system.bar, system.frequency or 0.0, system.body)
-
-
 def plain_tables(case: Case) -> dict[str, Any]:
     """The dimensionless form of a case, without start and simulation."""
-    system = case.system()
     title = {} if case.tables.title is None else {"title": case.tables.title}
+    if case.is_machine:
+        machine = case.machine()
+        return {**title, "system": system_table(machine), "load": _plain_valve(case, machine)}
+    system = case.system()
     load = _plain_load(case, system.load)
     own = {**system_table(system), **_plain_law(case)}
     return {**title, "system": own, "load": {**load, "at": system.load.at} if system.load.at else load}
@@ -357,16 +288,20 @@ def _plain_load(case: Case, load: Load) -> dict[str, Any]:
     return {"kind": "fourier", "coefficients": found["coefficients"]}
 
 
-def _scales(system: System) -> dict[str, Any] | None:
-    if not system.is_si:
-        return None
-    return {
-        "length_m": number(system.length_scale),
-        "time_s": number(system.time_scale),
-        "speed_m_s": number(system.speed_scale),
-        "force_N": number(system.force_scale),
-        "energy_J": number(system.energy_scale),
-        "power_W": number(system.power_scale),
-        "stress_Pa": number(system.stress_scale) if system.bar is not None and system.bar.pieces else None,
-        "frequency_Hz": number(system.frequency),
-    }
+def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
+    valve, room = machine.valve, case.room()
+    gas = valve.chamber
+    table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": [_port(one) for one in valve.ports]}
+    table |= {"start_state": valve.start}
+    table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
+    if valve.supply is not None:
+        supply = valve.supply
+        table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
+    table |= {} if room is None else {"room": room}
+    return table | ({"at": machine.at} if machine.at else {})
+
+
+def _port(port: Port) -> dict[str, Any]:
+    place = {"on": "impact"} if port.on == "impact" else {"behind": port.behind, "side": port.side}
+    reads = {} if port.reads == "centre" else {"reads": port.reads}
+    return {"to": port.to, **place, **({"delay": port.delay} if port.delay else {}), **reads}

@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.file_format.reading import value_at, with_value
 from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
@@ -76,25 +78,6 @@ def can_move(name: str, case: Case, system: System) -> bool:
     return isinstance(system.bar, Bar) if name == "s" else bool(value)
 
 
-_PARTS = {"harmonic": ("mean", "amplitude"), "square": ("amplitude",), "steps": ("values",)}
-
-
-def scale_load(load: Tables, name: str, factor: float, keys: tuple[str, ...] | None = None) -> None:
-    """The numbers of a load times a factor: all of them, or those of some keys."""
-    for key in keys or _PARTS.get(load["kind"], ("coefficients",)):
-        given = load.get(key)
-        if key == "values" and given is not None:
-            load[key] = [factor * x for x in given]
-            continue
-        if key == "coefficients" and given is not None:
-            load[key] = [[factor * re, factor * im] for re, im in given]
-            continue
-        number, _ = parsed_quantity(given)
-        if number is None:
-            raise ParameterError(name, given, "a load that is given in numbers")
-        load[key] = like(given, factor * number)
-
-
 def _restitution(tables: Tables, value: float, now: System) -> None:
     table = tables["system" if "system" in tables else "contact"]
     table.pop("receiving_area", None)
@@ -104,22 +87,46 @@ def _restitution(tables: Tables, value: float, now: System) -> None:
     table["restitution"] = value
 
 
-def _load_factor(tables: Tables, value: float, now: System) -> None:
-    load = tables["load"]
-    if load["kind"] == "square":
-        load["kappa"] = _kappa_of(value)
-    elif load["kind"] == "fourier":
-        pairs = load["coefficients"]
-        first = next((math.hypot(*pair) for pair in pairs[1:] if any(pair)), 0.0)
-        load["coefficients"] = [[value * first, 0.0], *pairs[1:]]
-    elif load["kind"] == "steps":
-        steps = _steps(load)
-        _shift(load, value * abs(complex(steps.coefficients[int(steps.harmonics[0])])))
-    elif now.load.mean != 0.0:
-        scale_load(load, "load_factor", value / now.load.load_factor, ("mean",))
+def _of_load(name: str) -> Callable[[Tables, float, System], None]:
+    """By what the parameter makes of the load; of a square load the load factor moves κ."""
+
+    def move(tables: Tables, value: float, now: System) -> None:
+        load, square = tables["load"], tables["load"]["kind"] == "square"
+        if name == "mean" and (square or now.load.mean == 0.0):
+            raise ParameterError(name, value, "a load with a mean of its own", "move the load factor")
+        if name == "kappa" and not square:
+            raise ParameterError(name, value, "a square load")
+        if name == "amplitude" and now.load.is_constant:
+            raise ParameterError(name, value, "a load with an alternating part")
+        if square and name in ("kappa", "load_factor"):
+            load["kappa"] = value if name == "kappa" else _kappa_of(value)
+        else:
+            put_load(load, now.load, PARAMETERS[name].put(now, value).load, name)
+
+    return move
+
+
+def put_load(table: Tables, old: Load, new: Load, name: str) -> None:
+    """Write another load into a table that described an old one, in the units of the table; `name`: what is moved."""
+    if table["kind"] == "steps":
+        unit = max(map(abs, table["values"])) / (max(map(abs, old.values)) or 1.0)
+        table["values"] = [unit * value for value in new.values]
+    elif table["kind"] == "fourier":
+        pairs, was, found = table["coefficients"], old.coefficients.tolist(), new.coefficients.tolist()
+        unit = max(math.hypot(*pair) for pair in pairs) / (max(map(abs, was)) or 1.0)
+        for k, (before, now) in enumerate(zip(was, found, strict=True)):
+            if now != before:
+                ratio = (now / before).real if before else 0.0
+                pairs[k] = [ratio * one for one in pairs[k]] if before else [unit * now.real, unit * now.imag]
     else:
-        number, _ = parsed_quantity(load["amplitude"])
-        load["mean"] = like(load["amplitude"], value * abs(number or 0.0))
+        first, now_first = (float(np.abs(load.coefficients[1:]).max(initial=0.0)) for load in (old, new))
+        for key, before, now in (("amplitude", first, now_first), ("mean", old.mean, new.mean)):
+            if now != before:
+                of = key if before else "amplitude"
+                number, _ = parsed_quantity(table.get(of))
+                if number is None:
+                    raise ParameterError(name, table.get(of), "a load that is given in numbers")
+                table[key] = like(table[of], number * (now / before) if before else abs(number) * now / first)
 
 
 def _kappa_of(load_factor: float) -> float:
@@ -132,51 +139,6 @@ def _kappa_of(load_factor: float) -> float:
         else:
             high = middle
     return 0.5 * (low + high)
-
-
-def _mean(tables: Tables, value: float, now: System) -> None:
-    load = tables["load"]
-    if load["kind"] == "square" or now.load.mean == 0.0:
-        raise ParameterError("mean", value, "a load with a mean of its own", "move the load factor")
-    ratio = value / now.load.mean
-    if load["kind"] == "fourier":
-        load["coefficients"] = [[ratio * load["coefficients"][0][0], 0.0], *load["coefficients"][1:]]
-    elif load["kind"] == "steps":
-        _shift(load, ratio * _steps(load).mean)
-    else:
-        scale_load(load, "mean", ratio, ("mean",))
-
-
-def _amplitude(tables: Tables, value: float, now: System) -> None:
-    load = tables["load"]
-    present = PARAMETERS["amplitude"].get(now)
-    if present is None:
-        raise ParameterError("amplitude", value, "a load with an alternating part")
-    ratio = value / present
-    if load["kind"] == "fourier":
-        rest = [[ratio * re, ratio * im] for re, im in load["coefficients"][1:]]
-        load["coefficients"] = [load["coefficients"][0], *rest]
-    elif load["kind"] == "steps":
-        mean = _steps(load).mean
-        load["values"] = [mean + ratio * (x - mean) for x in load["values"]]
-    else:
-        scale_load(load, "amplitude", ratio, ("amplitude",))
-
-
-def _steps(load: Tables) -> Load:
-    """A load of steps, in the unit of its values."""
-    return Load.steps(load["breaks"], load["values"], load.get("harmonics", 64))
-
-
-def _shift(load: Tables, mean: float) -> None:
-    """The same steps about another mean."""
-    load["values"] = list(_steps(load).with_mean(mean).values)
-
-
-def _kappa(tables: Tables, value: float, now: System) -> None:
-    if tables["load"]["kind"] != "square":
-        raise ParameterError("kappa", value, "a square load")
-    tables["load"]["kappa"] = value
 
 
 def _s(tables: Tables, value: float, now: System) -> None:
@@ -227,10 +189,7 @@ def _of_body(key: str) -> Callable[[Tables, float, System], None]:
 
 MOVES: dict[str, Callable[[Tables, float, System], None]] = {
     "restitution": _restitution,
-    "load_factor": _load_factor,
-    "kappa": _kappa,
-    "mean": _mean,
-    "amplitude": _amplitude,
+    **{name: _of_load(name) for name in _OF_LOAD},
     "s": _s,
     "d": _damping("d"),
     "damping_ratio": _damping("damping_ratio"),
@@ -239,7 +198,7 @@ MOVES: dict[str, Callable[[Tables, float, System], None]] = {
 }
 """How each dimensionless parameter is moved: in tables, to a value, from the system that they make now."""
 
-RELATIVE = ("amplitude", "mean", "load_factor", "s", "d", "damping_ratio", "eta")
+RELATIVE = (*_OF_LOAD, "s", "d", "damping_ratio", "eta")
 """What is moved by its ratio to the value now."""
 
 
@@ -285,7 +244,7 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
         raise ParameterError(fixed[0], values[fixed[0]], f"one of {', '.join(MOVES)}")
     now, stale = case.system(), False
     for name in [*keys, *numbers]:
-        if stale and name in RELATIVE:
+        if stale and name in (*RELATIVE, LOAD_SCALE):
             now, stale = case_of(tables).system(), False
         _move(tables, name, values[name], now)
         stale = stale or name != "restitution"
@@ -298,7 +257,7 @@ def _move(tables: Tables, name: str, value: float, now: System) -> None:
     if name in MOVES:
         MOVES[name](tables, value, now)
     elif name == LOAD_SCALE:
-        scale_load(tables["load"], name, value)
+        put_load(tables["load"], now.load, now.load.scaled(value), name)
     else:
         given = value_at(tables, name)
         if given is None:

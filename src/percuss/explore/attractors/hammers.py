@@ -78,8 +78,8 @@ class Hammer(ABC):
     """What is kept of every motion."""
     units: ClassVar[Mapping[str, tuple[str, str]]]
     """By which of its scales columns are multiplied for SI, and their unit then."""
-    periodic: ClassVar[int]
-    """The least key of a motion with a cycle."""
+    named_by: ClassVar[tuple[str, ...]]
+    """The columns that the label of a motion follows from."""
 
     what: System | Machine
 
@@ -123,18 +123,13 @@ class Hammer(ABC):
 
     @classmethod
     @abstractmethod
-    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
-        """A whole number for each label: equal keys, equal labels."""
-
-    @classmethod
-    @abstractmethod
-    def label(cls, columns: Columns, i: int) -> str:
-        """What one motion is at its end."""
+    def label(cls, *named_by: int) -> str:
+        """What a motion with these numbers is at its end."""
 
     @classmethod
     @abstractmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
-        """The numbers that tell motions of one label apart, shape (motions, numbers)."""
+        """The numbers that tell motions of one label apart, shape (motions, numbers); NaN of those that have none."""
 
     @abstractmethod
     def figures(
@@ -161,8 +156,9 @@ class Hammer(ABC):
     @classmethod
     def labels(cls, columns: Columns) -> npt.NDArray[np.str_]:
         """What motion each is at its end, as `Trajectory.label` or `MachineTrajectory.label`."""
-        _, first, which = np.unique(cls.keys(columns), return_index=True, return_inverse=True)
-        return np.array([cls.label(columns, int(i)) for i in first], dtype=str)[which.reshape(-1)]
+        rows = np.stack([columns[name].astype(np.int64) for name in cls.named_by], axis=-1)
+        kinds, which = np.unique(rows, axis=0, return_inverse=True)
+        return np.array([cls.label(*kind) for kind in kinds.tolist()], dtype=str)[which.reshape(-1)]
 
     @classmethod
     def matched(cls, columns: Columns, speed: float, distance: float = DISTANCE) -> npt.NDArray[np.int64]:
@@ -182,7 +178,22 @@ class Hammer(ABC):
         distance
             In radians, relative periods, and in speeds relative to the scale plus the speed; dimensionless.
         """
-        return grouped(cls.keys(columns), cls.tells_apart(columns, speed), cls.periodic, distance)
+        values = cls.tells_apart(columns, speed)
+        values = np.where(np.isfinite(values), values, 1e9)
+        names, key = np.unique(cls.labels(columns), return_inverse=True)
+        todo, groups = [np.flatnonzero(key == i) for i in range(names.size)], []
+        while todo:
+            part = todo.pop()
+            pieces = _cut(part, values[part], distance)
+            if len(pieces) == 1:
+                groups.append(part)
+            else:
+                todo.extend(pieces)
+        groups.sort(key=lambda part: (-part.size, int(part.min())))
+        number = np.empty(key.size, dtype=np.int64)
+        for i, part in enumerate(groups):
+            number[part] = i
+        return number
 
     def attractors(
         self, columns: Columns, number: npt.NDArray[np.int64], starts: Any, modes: int, stop: Stop
@@ -198,39 +209,6 @@ class Hammer(ABC):
         told = self.figures(columns, first, starts, modes, stop)
         rows = zip(names.tolist(), members.tolist(), first.tolist(), told, strict=True)
         return tuple(Attractor(i, name, many, row, *own) for i, (name, many, row, own) in enumerate(rows))
-
-
-def grouped(key: npt.NDArray[np.int64], values: Array, periodic_from: int, distance: float) -> npt.NDArray[np.int64]:
-    """The number of the group of each motion, 0 for the greatest; see `Hammer.matched`.
-
-    Parameters
-    ----------
-    key
-        Equal for motions that may be of one group, shape (motions,).
-    values
-        The numbers that tell motions of one key apart, shape (motions, numbers).
-    periodic_from
-        The least key of motions that have such numbers.
-    distance
-        The least gap between two groups.
-    """
-    values = np.where(np.isfinite(values), values, 1e9)
-    order = np.argsort(key, kind="stable")
-    cuts = np.flatnonzero(np.diff(key[order])) + 1
-    groups: list[npt.NDArray[np.intp]] = []
-    todo = [(part, bool(key[part[0]] >= periodic_from)) for part in np.split(order, cuts) if part.size]
-    while todo:
-        part, periodic = todo.pop()
-        pieces = _cut(part, values[part], distance) if periodic else [part]
-        if len(pieces) == 1:
-            groups.append(part)
-        else:
-            todo.extend((piece, True) for piece in pieces)
-    groups.sort(key=lambda part: (-part.size, int(part.min())))
-    number = np.empty(key.size, dtype=np.int64)
-    for i, part in enumerate(groups):
-        number[part] = i
-    return number
 
 
 def _cut(part: npt.NDArray[np.intp], values: Array, distance: float) -> list[npt.NDArray[np.intp]]:
@@ -270,7 +248,6 @@ _PORTION = 1_000_000  # impacts between two looks at whether the answer is still
 _WINDOW = 256  # last impacts kept; the engine classifies by as many
 _LONGEST = 1 << 16  # impacts of the longest cycle whose impacts are looked at
 _KEPT = 1 << 20  # impacts kept at once, some tens of MB
-_FINITE = {"rest": 0, "departed": 1, "aperiodic": 2, "undecided": 3, "rest/?": 4, "chatter/?": 5}
 
 COLUMNS: dict[str, Column] = {
     "code": Column("int8", meaning="how the simulation ended, its number in percuss.simulate.OUTCOMES"),
@@ -308,7 +285,7 @@ class ClockedHammer(Hammer):
             ("time", "interval_mean", "interval_std", "main_interval_mean", "main_interval_std"), ("time_scale", "s")
         ),
     }
-    periodic = 6
+    named_by = ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders")
 
     def __init__(self, what: System) -> None:
         self.what: System = what
@@ -371,26 +348,12 @@ class ClockedHammer(Hammer):
         return found
 
     @classmethod
-    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
+    def label(cls, *named_by: int) -> str:
         from percuss.simulate import OUTCOMES
+        from percuss.simulate.events import Cycle, label_of
 
-        code, n = columns["code"].astype(np.int64), columns["cycle_periods"].astype(np.int64)
-        kind, p = columns["cycle_kind"].astype(np.int64), columns["cycle_impacts"].astype(np.int64)
-        key = np.where(columns["wanders"], _FINITE["aperiodic"], _FINITE["undecided"])
-        key = np.where(kind > 0, _FINITE["rest/?"] + kind - 1, key)
-        several = n * (int(p.max(initial=0)) + 1) + np.where(kind == 0, p, 0)
-        key = np.where(n > 0, cls.periodic + kind + 3 * several, key)
-        for name in ("rest", "departed"):
-            key = np.where(code == OUTCOMES.index(name), _FINITE[name], key)
-        return np.asarray(key, dtype=np.int64)
-
-    @classmethod
-    def label(cls, columns: Columns, i: int) -> str:
-        (key,) = cls.keys({name: values[i : i + 1] for name, values in columns.items()}).tolist()
-        if key < cls.periodic:
-            return next(name for name, number in _FINITE.items() if number == key)
-        p, n, kind = (int(columns[name][i]) for name in ("cycle_impacts", "cycle_periods", "cycle_kind"))
-        return (f"z={p}/{n}", f"rest/{n}", f"chatter/{n}")[kind]
+        code, p, n, kind, wanders = named_by
+        return label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
 
     @classmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
@@ -516,7 +479,7 @@ class SwitchingHammer(Hammer):
         "energy_lost": ("energy_scale", "J"),
         **dict.fromkeys(("end_time", "period"), ("time_scale", "s")),
     }
-    periodic = 8
+    named_by = ("stall", "blows", "valve_cycles", "cycle_kind", "wanders")
 
     def __init__(self, what: Machine) -> None:
         self.what: Machine = what
@@ -581,32 +544,21 @@ class SwitchingHammer(Hammer):
         return _of_blocks(MACHINE_COLUMNS, starts, _BLOCK // 2, stopped, simulated)
 
     @classmethod
-    def keys(cls, columns: Columns) -> npt.NDArray[np.int64]:
-        from percuss.simulate import STALLS
-
-        blows, turns = columns["blows"].astype(np.int64), columns["valve_cycles"].astype(np.int64)
-        rests = np.minimum(columns["cycle_kind"].astype(np.int64), 1)
-        key = np.where(columns["wanders"], len(STALLS), len(STALLS) + 1)
-        key = np.where(turns > 0, cls.periodic + rests + 2 * (blows + (int(blows.max(initial=0)) + 1) * turns), key)
-        return np.asarray(np.where(columns["stall"] >= 0, columns["stall"].astype(np.int64), key), dtype=np.int64)
-
-    @classmethod
-    def label(cls, columns: Columns, i: int) -> str:
+    def label(cls, *named_by: int) -> str:
         from percuss.simulate import STALLS, MachineCycle
         from percuss.simulate.machine.machine_events import machine_label
 
-        stall, turns = int(columns["stall"][i]), int(columns["valve_cycles"][i])
-        cycle = None
-        if turns:
-            numbers = (float(columns[name][i]) for name in ("period", "energy_lost", "blow_speed"))
-            cycle = MachineCycle(0, int(columns["blows"][i]), turns, int(columns["cycle_kind"][i]), *numbers)
-        return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(columns["wanders"][i]))
+        stall, blows, turns, kind, wanders = named_by
+        cycle = MachineCycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
+        return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
 
     @classmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
         with np.errstate(divide="ignore", invalid="ignore"):
             speeds = columns["blow_speed"], np.sqrt(columns["energy_lost"])
-            return np.column_stack([np.log(columns["period"]), *(np.arcsinh(one / speed) for one in speeds)])
+            values = np.column_stack([np.log(columns["period"]), *(np.arcsinh(one / speed) for one in speeds)])
+        values[columns["stall"] >= 0] = np.nan
+        return values
 
     def figures(
         self, columns: Columns, which: npt.NDArray[np.intp], starts: MachineStarts, modes: int, stop: Stop

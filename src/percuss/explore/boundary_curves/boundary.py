@@ -24,7 +24,7 @@ from percuss.explore.boundary_curves.crossings import (
     reduced_crossings,
 )
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Halted, Line
+from percuss.explore.boundary_curves.plane_lines import Line
 from percuss.explore.family import Axis, Family, family_of
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.parameters import PARAMETERS, PERIODS
@@ -286,9 +286,10 @@ def boundaries(
 
     def line(value: float) -> Line:
         fixed, m = ({}, int(value)) if x_name == PERIODS else ({x_name: value}, periods)
-        return Line(family, fixed, y_name, low, high, m, modes, halt=given_up, told=meter.within)
+        return Line(family, fixed, y_name, low, high, m, modes, told=meter.within)
 
-    rows, failed = _line_by_line(line, values, meter, lambda one: _on_line(one, criterion, tuple(kinds), samples))
+    with halting(given_up):
+        rows, failed = _line_by_line(line, values, meter, lambda one: _on_line(one, criterion, tuple(kinds), samples))
     curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
     return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
 
@@ -303,12 +304,11 @@ def _line_by_line(
     for value in values.tolist():
         one, row = line(value), []
         try:
-            with halting(one.halt):
-                row = found_on(one)
+            row = found_on(one)
         except Interrupted:
             failed.append((value, "given up"))
-        except (PercussError, Halted) as error:
-            failed.append((value, str(error) or "given up"))
+        except PercussError as error:
+            failed.append((value, str(error)))
         rows.append(row)
         meter.add(1)
     meter.tell()

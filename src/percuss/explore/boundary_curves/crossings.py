@@ -16,11 +16,12 @@ from percuss.explore.boundary_curves.plane_lines import (
     EXACT_SAMPLES,
     GRAZING_SAMPLES,
     Function,
-    Stretch,
+    MotionArc,
     bracketed_roots,
     orbit_on,
     roots_on,
 )
+from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.stability.multipliers import LinearMap, linear_map
 from percuss.steady import Orbit
@@ -51,7 +52,7 @@ class Crossing(NamedTuple):
     speed: float = math.nan
 
 
-def _found(stretch: Stretch, kind: str, f: Function, places: Array) -> list[Crossing]:
+def _found(stretch: MotionArc, kind: str, f: Function, places: Array) -> list[Crossing]:
     """The crossings at roots of f, with the step that Newton's method would still make in y as their residual."""
     found = []
     for t in places.tolist():
@@ -68,7 +69,7 @@ def _found(stretch: Stretch, kind: str, f: Function, places: Array) -> list[Cros
 # -- B77's reduced criterion --
 
 
-def reduced_crossings(stretch: Stretch, samples: int | None, spirals: bool = True) -> list[Crossing]:
+def reduced_crossings(stretch: MotionArc, samples: int | None, spirals: bool = True) -> list[Crossing]:
     """Flips, where −1 is a root of B77's quadratic, and spirals, where a pair of its roots is on the circle."""
     nodes = stretch.nodes(samples, _INSIDE)
 
@@ -97,7 +98,7 @@ def reduced_crossings(stretch: Stretch, samples: int | None, spirals: bool = Tru
 
 
 def exact_crossings(
-    stretch: Stretch,
+    stretch: MotionArc,
     samples: int | None,
     modes: int,
     spirals: bool = True,
@@ -118,7 +119,7 @@ def exact_crossings(
         return linear_map(orbit, modes, side)
 
     def matrix(t: float) -> LinearMap:
-        stretch.line.go_on()  # its multipliers are solved for again each time
+        look()  # its multipliers are solved for again each time
         return made(t)
 
     def flip(t: Array) -> Array:
@@ -158,7 +159,7 @@ def _outside(matrix: LinearMap) -> float:
 
 
 def _spirals(
-    stretch: Stretch, matrix: Callable[[float], LinearMap], low: float, high: float, depth: int
+    stretch: MotionArc, matrix: Callable[[float], LinearMap], low: float, high: float, depth: int
 ) -> list[Crossing]:
     """Pairs of multipliers that cross the circle between two places, one pair after the other."""
     outside = [int(np.count_nonzero(_moduli(matrix(t))[0] > 1.0)) for t in (low, high)]
@@ -223,23 +224,16 @@ _HALVES = 5  # before a touch is solved for
 _STEPS = 80  # halves, or touches that are not the first
 
 
-def grazings(stretch: Stretch, samples: int | None, told: Callable[[float], None] | None = None) -> list[Crossing]:
+def grazings(stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None) -> list[Crossing]:
     """Where the motion begins or ceases to be possible: the bar touches the wall between two impacts.
 
     At R = 0, where the bar starts from rest, also where it would start into the wall; and where the striking speed
     vanishes.
-
-    Parameters
-    ----------
-    samples
-        Motions that are asked at first; None for 25 and more for many harmonics.
-    told
-        Called with the share of these that is done, 0 to 1.
     """
     return [crossing for _, crossing in _switches(stretch, samples, told)[1]]
 
 
-def admissible_on(stretch: Stretch, t: Array, samples: int | None = None) -> npt.NDArray[np.bool_]:
+def admissible_on(stretch: MotionArc, t: Array, samples: int | None = None) -> npt.NDArray[np.bool_]:
     """Whether the motions at many places of a branch are possible, from the places where that changes."""
     first, switches = _switches(stretch, samples)
     turned = np.searchsorted(np.array([place for place, _ in switches]), np.asarray(t))
@@ -247,13 +241,13 @@ def admissible_on(stretch: Stretch, t: Array, samples: int | None = None) -> npt
 
 
 def _switches(
-    stretch: Stretch, samples: int | None, told: Callable[[float], None] | None = None
+    stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
 ) -> tuple[bool, list[tuple[float, Crossing]]]:
     """Whether the first motion is possible, and every place where that changes."""
 
     @lru_cache(maxsize=4096)
     def orbit(t: float) -> Orbit:
-        stretch.line.go_on()
+        look()
         return orbit_on(stretch, t)[0]
 
     nodes = stretch.nodes(samples, _AWAY, GRAZING_SAMPLES)
@@ -275,7 +269,7 @@ def _possible(motion: Orbit) -> bool:
     return motion.impact_velocity > 0.0 and stays_off(motion)
 
 
-def _grazing(stretch: Stretch, orbit: Callable[[float], Orbit], good: float, bad: float) -> tuple[float, Crossing]:
+def _grazing(stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, bad: float) -> tuple[float, Crossing]:
     """The root of what makes the bad motion impossible; where another touch comes first, the root of that; else halves.
 
     A few halves first: a motion that hardly passes the wall does so at one place. The motion a hair nearer to the good
@@ -307,7 +301,7 @@ class _Touch(NamedTuple):
     off: float
 
 
-def _crossing(stretch: Stretch, touch: _Touch) -> Crossing:
+def _crossing(stretch: MotionArc, touch: _Touch) -> Crossing:
     y, phase = stretch.place(np.array([touch.place]))
     ys = stretch.place(np.array([max(touch.place - _SLOPE, 0.0), min(touch.place + _SLOPE, 1.0)]))[0]
     slope = abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)

@@ -20,9 +20,8 @@ from percuss.explore.boundary_curves.plane_lines import (
     Fold,
     Function,
     Line,
-    Stretch,
+    MotionArc,
     phase_at,
-    places,
     roots_on,
 )
 from percuss.explore.family import SystemFamily
@@ -38,17 +37,13 @@ _MODES, _PEAKS = 64, 40  # modes whose resonances with the load are looked at, a
 
 
 @dataclass(frozen=True)
-class ParameterStretch:
+class ParameterArc(MotionArc):
     """A branch between two values of y, which crowd toward both ends, where it may turn back in a fold."""
 
-    line: Line
-    branch: int
-    start: float
-    stop: float
     _rows: dict[float, tuple[float, float, float]] = field(default_factory=dict, repr=False)
 
     def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
-        even = np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
+        even = super().nodes(samples, inside, least)
         near = _near_resonances(self.line) if self.line.name == "s" and samples is None else np.empty(0)
         near = near[(near > self.start) & (near < self.stop)]
         t = 2.0 / np.pi * np.arcsin(np.sqrt((near - self.start) / (self.stop - self.start)))
@@ -97,9 +92,9 @@ def _near_resonances(line: Line) -> Array:
     return np.asarray(np.concatenate([places * (1.0 + sign * 10.0**-j) for j in range(1, 6) for sign in (-1.0, 1.0)]))
 
 
-def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[Stretch]]:
+def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[MotionArc]]:
     folds: list[Fold] = []
-    stretches: list[Stretch] = []
+    stretches: list[MotionArc] = []
     for low, high, form in _same_form(line, _crowded(line.low, line.high, samples)):
         excess, count = _Excess(line, form), abs(form)
         nodes = _crowded(low, high, samples)
@@ -111,7 +106,7 @@ def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold
             for start, stop in pairwise(both.tolist()):
                 middle = np.array([0.5 * (start + stop)])
                 if float((excess.at(j)(middle) * excess.at((j + 1) % count)(middle))[0]) < 0.0:
-                    stretches.append(ParameterStretch(line, j, start, stop))
+                    stretches.append(ParameterArc(line, j, start, stop))
     return folds, stretches
 
 
@@ -245,18 +240,11 @@ def heights_of(line: Line) -> Heights | None:
 
 
 @dataclass(frozen=True)
-class PhaseStretch:
+class PhaseArc(MotionArc):
     """A part of one arc of the circle, followed by the phase from `start` to `stop`."""
 
-    line: Line
-    branch: int
-    start: float
-    stop: float
     heights: Heights = field(repr=False)
     arcs: Arcs = field(repr=False)
-
-    def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
-        return np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
 
     def place(self, t: Array) -> tuple[Array, Array]:
         phase = self.start + (self.stop - self.start) * t
@@ -284,12 +272,12 @@ def _factor(line: Line) -> float:
     return line.condition_of(system.with_load(system.load.with_mean(1.0))).level
 
 
-def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[Stretch]]:
+def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[MotionArc]]:
     system = line.middle
     arcs = line.condition(0.5 * (line.low + line.high)).arcs
     low = line.low if line.low > 0.0 or line.name == "restitution" else _FIRST * line.high
     folds: list[Fold] = []
-    stretches: list[Stretch] = []
+    stretches: list[MotionArc] = []
     if system.load.mean <= 0.0 and line.name in ("restitution", "amplitude"):
         return folds, stretches
     if _factor(line) == 0.0 and line.name != "restitution":
@@ -305,7 +293,7 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[Stretch]]:
         bottom, top = max(min(v[j], v[j + 1]), least), min(max(v[j], v[j + 1]), most)
         if bottom < top:
             ends = [phase_at(arcs, j, h) for h in (bottom, top)]
-            stretches.append(PhaseStretch(line, j, min(ends), max(ends), heights, arcs))
+            stretches.append(PhaseArc(line, j, min(ends), max(ends), heights, arcs))
     return folds, stretches
 
 
@@ -313,7 +301,7 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[Stretch]]:
 # way
 
 
-def folds_and_stretches(line: Line, samples: int, folds_alone: bool = False) -> tuple[list[Fold], list[Stretch]]:
+def folds_and_stretches(line: Line, samples: int, folds_alone: bool = False) -> tuple[list[Fold], list[MotionArc]]:
     """All folds on a line, and all branches between them unless only folds are wanted."""
     heights = heights_of(line)
     return by_phase(line, heights) if heights is not None else by_parameter(line, samples, folds_alone)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from percuss.explore.family import Family
+from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.load import Side
@@ -24,10 +26,6 @@ Under a load of K harmonics by `PER_HARMONIC` more for each: what happens on a b
 """
 
 PER_HARMONIC = 8
-
-
-class Halted(Exception):
-    """The result of this line is no longer wanted."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +44,6 @@ class Line:
         m.
     modes, tolerance
         Of the orbits; see `steady_states`.
-    halt
-        Asked by `go_on`, which every long search calls again and again.
     told
         Called with the share of the line's work that is done, 0 to 1.
     """
@@ -60,7 +56,6 @@ class Line:
     periods: int
     modes: int | None
     tolerance: float = 1e-11
-    halt: Callable[[], bool] | None = field(default=None, repr=False)
     told: Callable[[float], None] | None = field(default=None, repr=False)
     _systems: dict[float, System] = field(default_factory=dict, repr=False)
     _known: dict[float, PhaseCondition] = field(default_factory=dict, repr=False)
@@ -70,11 +65,6 @@ class Line:
         """T = 2πm."""
         return 2.0 * math.pi * self.periods
 
-    def go_on(self) -> None:
-        """Raise `Halted` when nobody waits any more."""
-        if self.halt is not None and self.halt():
-            raise Halted
-
     def tell(self, share: float) -> None:
         """So much of the line's work is done, 0 to 1."""
         if self.told is not None:
@@ -82,7 +72,7 @@ class Line:
 
     def system(self, y: float) -> System:
         """The system at a value of y, made once."""
-        self.go_on()
+        look()
         if y not in self._systems:
             self._systems[y] = self.family.system({**self.fixed, self.name: y})
         return self._systems[y]
@@ -119,33 +109,39 @@ class Fold(NamedTuple):
     residual: float
 
 
-class Stretch(Protocol):
-    """A part of one branch, over t in [0, 1]."""
+@dataclass(frozen=True)
+class MotionArc(ABC):
+    """A part of one branch, over t in [0, 1].
 
-    @property
-    def line(self) -> Line:
-        """What it lies on."""
-        ...
+    Parameters
+    ----------
+    line
+        What it lies on.
+    branch
+        The number of its arc.
+    start, stop
+        Where it begins and ends: values of y, or phases.
+    """
 
-    @property
-    def branch(self) -> int:
-        """The number of its arc."""
-        ...
+    line: Line
+    branch: int
+    start: float
+    stop: float
 
     def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
-        """Increasing places, `inside` the ends, at which what happens on it shows.
+        """Increasing places, `inside` the ends, at which what happens on it shows: by default as many as `places` says.
 
-        As many as `samples`, or with None as `places` says and, where resonances crowd, more.
+        Where resonances crowd there are more.
         """
-        ...
+        return np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
 
+    @abstractmethod
     def place(self, t: Array) -> tuple[Array, Array]:
         """y and phase; shapes of `t`."""
-        ...
 
+    @abstractmethod
     def quadratic(self, t: Array) -> tuple[Array, Array, Array]:
         """a_0, a_1, a_2 of B77 (29)–(31); shapes of `t`."""
-        ...
 
 
 def places(line: Line, least: int) -> int:
@@ -153,7 +149,7 @@ def places(line: Line, least: int) -> int:
     return least + PER_HARMONIC * int(line.middle.load.harmonics.max(initial=0))
 
 
-def orbit_on(stretch: Stretch, t: float) -> tuple[Orbit, Side]:
+def orbit_on(stretch: MotionArc, t: float) -> tuple[Orbit, Side]:
     """The orbit at a place of a stretch, and the side from which its load is to be taken should it jump there."""
     y, phase = (float(v[0]) for v in stretch.place(np.array([t])))
     system = stretch.line.system(y)

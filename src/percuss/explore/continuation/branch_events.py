@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from percuss.errors import LoadError, ParameterError, PercussError
+from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.load_steps import Passed, landed, lateness, steps_passed
 from percuss.explore.continuation.solution_curve import (
-    CorrectorFailed,
-    CurvePoint,
     FollowedOrbit,
-    Number,
     QuickMotion,
-    Segment,
     SolutionCurve,
     turning,
     twice,
-    unit_tangent,
     where_it_vanishes,
 )
-from percuss.model import System
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number
@@ -63,6 +57,11 @@ def indicator(orbit: PeriodicOrbit, xi: float) -> float:
     first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
     room = numbers.room(orbit.impacts)
     return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
+
+
+def indicators(orbit: PeriodicOrbit) -> Array:
+    """`indicator` of 1 and of −1."""
+    return np.array([indicator(orbit, 1.0), indicator(orbit, -1.0)])
 
 
 @lru_cache(maxsize=64)
@@ -129,7 +128,7 @@ def _height(segment: Segment, place: float) -> float:
     return max(greatest_top(segment.curve.motion(segment.at(place).x)).height, -1.0)
 
 
-def rise(segment: Segment, last: float) -> float | None:
+def inner_touch(segment: Segment, last: float) -> float | None:
     """A place within a segment at which the bar passes through the wall although it does not at either end; or None.
 
     Looked for where three values let a maximum be expected that is nearer to 0 than they are.
@@ -150,162 +149,15 @@ def rise(segment: Segment, last: float) -> float | None:
     return None
 
 
-# ---- Where an impact meets a step of the load: the curve of orbits has a corner there, with a tangent on either side
-
-Passed: TypeAlias = npt.NDArray[np.int64]
-"""How many steps of the load there are before each impact."""
-
-_ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
-_DIFFERENCE = 1e-6  # of the unit of the parameter
-_EXACT = 1e-11  # of a step of Newton's method: what is left is less by the factor _ASIDE
-_MOST_STEPS, _LONGEST = 12, 0.5
-
-
-def steps_passed(orbit: PeriodicOrbit) -> Passed:
-    """How many steps of the load there are before each impact, counted from its time 0 on; shape (p,)."""
-    breaks = np.asarray(orbit.system.load.breaks)
-    if not breaks.size:
-        return np.zeros(orbit.impacts, dtype=np.int64)
-    turns = np.floor_divide(np.array(orbit.times) - breaks[0], 2.0 * math.pi)
-    phases = np.array(orbit.times) - 2.0 * math.pi * turns
-    return np.asarray(turns * breaks.size + np.searchsorted(breaks, phases, side="right"), dtype=np.int64)
-
-
-def step_time(orbit: PeriodicOrbit, number: int) -> float:
-    """When the step of the load with a number is, counted from time 0 on."""
-    return step_of(orbit.system, number)
-
-
-def step_of(system: System, number: int) -> float:
-    """The same of a system."""
-    breaks = system.load.breaks
-    turns, which = divmod(number, len(breaks))
-    return float(breaks[which]) + 2.0 * math.pi * turns
-
-
-def step_row(curve: SolutionCurve, x: Array, which: int, number: int) -> Array:
-    """How an impact comes to be later than a step of the load, by the unknowns: some parameters move the step."""
-    row, value = np.zeros(x.size), curve.value(x)
-    here = step_time(curve.motion(x), number)
-    for h in (_DIFFERENCE, -_DIFFERENCE):
-        aside = np.array(x)
-        aside[-1] += h
-        if curve.refusal(value + h * curve.unit) is None:
-            row[-1] = -(step_time(curve.motion(aside), number) - here) / h
-            break
-    row[which] = 1.0
-    return row
-
-
-def step_ahead(curve: SolutionCurve, here: CurvePoint, which: int, passed: Passed) -> tuple[float, int] | None:
-    """How far along the tangent an impact meets the next step of the load, and the number of the impact."""
-    orbit = curve.motion(here.x)
-    if not orbit.system.load.breaks:
-        return None
-    places = []
-    for number in (int(passed[which]), int(passed[which]) - 1):  # an impact may run after a step that flees, too
-        nearing = float(step_row(curve, here.x, which, number) @ here.tangent)
-        if nearing * (number - int(passed[which]) + 0.5) > 0.0:
-            places.append((step_time(orbit, number) - float(here.x[which])) / nearing)
-    return (min(places), which) if places else None
-
-
-def landed(curve: SolutionCurve, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
-    """The point of the curve at which an impact is exactly at a step, with the tangent before it."""
-    later = is_later(curve, near, which, passed)
-    number, x = int(passed[which]) - (not later), np.array(near.x)
-    for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
-        aside = beside(curve, near._replace(x=x), which, not later)
-        matrix = np.vstack(
-            [curve.matrix(aside, curve.column(aside, curve.value(x))), step_row(curve, x, which, number)]
-        )
-        off = np.append(curve.linearised(x)[1], float(x[which]) - step_time(curve.motion(x), number))
-        try:
-            step = np.linalg.solve(matrix, -off)
-        except np.linalg.LinAlgError:
-            raise CorrectorFailed("no tangent") from None
-        if not float(np.abs(step).max()) < _LONGEST:
-            raise CorrectorFailed("a step too long")
-        x = x + step
-        if float(np.abs(step).max()) < _EXACT:
-            break
-    else:
-        raise CorrectorFailed("no convergence")
-    point = CurvePoint(x, near.tangent, near.steps)
-    orbit = beside(curve, point, which, not later)
-    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(point.x)))
-    return CurvePoint(point.x, unit_tangent(matrix, near.tangent), point.steps)
-
-
-def corner_ahead(curve: SolutionCurve, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
-    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
-
-    CorrectorFailed where none does within so much of the curve.
-    """
-    near = [one for i in range(curve.impacts) if (one := step_ahead(curve, here, i, passed))]
-    if not near:
-        raise CorrectorFailed("the load has no steps")
-    place, which = min(near)
-    if not 0.0 <= place <= reach:
-        raise CorrectorFailed("no step of the load is near")
-    start = here.x + place * here.tangent
-    return start, landed(curve, CurvePoint(start, here.tangent, 0), which, passed), which
-
-
-def beyond_corner(
-    curve: SolutionCurve, corner: CurvePoint, which: int, passed: Passed
-) -> tuple[CurvePoint, PeriodicOrbit, Passed]:
-    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way.
-
-    With it, the motion just beyond, and how many steps of the load there are before each impact there.
-    """
-    later = is_later(curve, corner, which, passed)
-    orbit = beside(curve, corner, which, later)
-    matrix = curve.matrix(orbit, curve.column(orbit, curve.value(corner.x)))
-    row = step_row(curve, corner.x, which, int(passed[which]) - (not later))
-    tangent = unit_tangent(matrix, row if later else -row)
-    after = np.array(passed)
-    after[which] += 1 if later else -1
-    return CurvePoint(corner.x, tangent, corner.steps), orbit, after
-
-
-def is_later(curve: SolutionCurve, point: CurvePoint, which: int, passed: Passed) -> bool:
-    """Whether the step that an impact has come to is the one after it, not the one before."""
-    orbit, time = curve.motion(point.x), float(point.x[which])
-    after, before = (abs(step_time(orbit, int(passed[which]) - back) - time) for back in (0, 1))
-    return after <= before
-
-
-def beside(curve: SolutionCurve, point: CurvePoint, which: int, later: bool) -> PeriodicOrbit:
-    """The motion at a corner, with the impact that meets the step moved a little to the side that is asked for."""
-    x = np.array(point.x)
-    x[which] += _ASIDE if later else -_ASIDE
-    return curve.motion(x)
-
-
 # ---- What happens within a step along a branch, and where in it the branch ends
 
 _BEFORE = 1e-6  # share of the way to a place that what holds just before it is asked at
 
 
-class Happening(NamedTuple):
-    """What happens at a place: its kind, the point, the number of the impact or flight that it happens to, or -1."""
+def end_of(segment: Segment, passed: Passed) -> LocatedEvent | None:
+    """The first thing in a step beyond which the motion is no orbit, or after which the curve has a corner.
 
-    kind: BranchEvent
-    place: float
-    point: CurvePoint
-    which: int = -1
-
-
-def end_of(segment: Segment, passed: Passed) -> Happening | None:
-    """The first thing in a segment beyond which the motion is no orbit, or after which the curve has a corner.
-
-    Parameters
-    ----------
-    segment
-        The step.
-    passed
-        How many steps of the load there were before each impact at its start.
+    `passed`: how many steps of the load there were before each impact at its start.
     """
     found = [*_deaths(segment), *_corners(segment, passed)]
     first = min(found, key=lambda one: one.place) if found else None
@@ -313,38 +165,31 @@ def end_of(segment: Segment, passed: Passed) -> Happening | None:
     last = segment.length if first is None else first.place * (1.0 - _BEFORE)
     orbit = segment.curve.motion(segment.at(last).x)
     if stays_off(orbit):
-        hidden = rise(segment, last)
+        hidden = inner_touch(segment, last)
         if hidden is None:
             return first
         last, orbit = hidden, segment.curve.motion(segment.at(hidden).x)
     return _contact(segment, orbit, last) or first
 
 
-def to_corner(segment: Segment, first: Happening | None) -> Segment:
+def to_corner(segment: Segment, first: LocatedEvent | None) -> Segment:
     """The part of a segment up to a corner: what is beyond it says nothing about the way there."""
     if first is None or first.kind is not BranchEvent.CORNER:
         return segment
     return Segment(segment.curve, segment.start, first.point)
 
 
-def happening(segment: Segment, kind: BranchEvent, place: float, which: int = -1) -> Happening:
-    """What happens at a place of a segment."""
-    return Happening(kind, place, segment.at(place), which)
-
-
-def _deaths(segment: Segment) -> list[Happening]:
+def _deaths(segment: Segment) -> list[LocatedEvent]:
     curve = segment.curve
     last = curve.motion(segment.stop.x).speeds
 
     def speed(i: int) -> Number:
         return lambda point: float(curve.motion(point.x).speeds[i])
 
-    return [
-        happening(segment, BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)
-    ]
+    return [segment.event(BranchEvent.DEATH, segment.root(speed(int(i))), int(i)) for i in np.flatnonzero(last <= 0.0)]
 
 
-def _corners(segment: Segment, passed: Passed) -> list[Happening]:
+def _corners(segment: Segment, passed: Passed) -> list[LocatedEvent]:
     curve = segment.curve
     now = steps_passed(curve.motion(segment.stop.x))
     found = []
@@ -353,17 +198,17 @@ def _corners(segment: Segment, passed: Passed) -> list[Happening]:
         number = int(passed[i]) if later else int(passed[i]) - 1
 
         def off(point: CurvePoint, i: int = i, number: int = number) -> float:
-            return float(point.x[i]) - step_time(curve.motion(point.x), number)
+            return lateness(curve, point.x, i, number)
 
         before = min(off(segment.start), -1e-300) if later else max(off(segment.start), 1e-300)
-        near = happening(segment, BranchEvent.CORNER, segment.root(off, below=before), i)
+        near = segment.event(BranchEvent.CORNER, segment.root(off, below=before), i)
         point = landed(curve, near.point, i, passed)
         place = float(segment.start.tangent @ (point.x - segment.start.x))
         found.append(near._replace(point=point, place=place))
     return found
 
 
-def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening | None:
+def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> LocatedEvent | None:
     """Where the bar first touches the wall between two impacts, or stays on it after one."""
     curve, found = segment.curve, []
 
@@ -375,11 +220,11 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
 
     if greatest_top(beyond).height > 0.0:
         place = segment.root(top, 0.0, last)
-        found.append(happening(segment, BranchEvent.TOUCH, place))
+        found.append(segment.event(BranchEvent.TOUCH, place))
     if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
         place = segment.root(pressed, 0.0, last)
         at = segment.at(place)
-        found.append(Happening(BranchEvent.STICKING, place, at, press(curve.motion(at.x))[1]))
+        found.append(LocatedEvent(BranchEvent.STICKING, place, at, press(curve.motion(at.x))[1]))
     return min(found, key=lambda one: one.place) if found else None
 
 
@@ -388,7 +233,7 @@ def _contact(segment: Segment, beyond: PeriodicOrbit, last: float) -> Happening 
 _NEAR_ZERO = 0.25  # share of the least of three values
 
 
-def may_vanish_twice(segment: Segment) -> bool:
+def double_zero(segment: Segment) -> bool:
     """Whether the speed of an impact, det K(1) or det K(−1) may vanish twice in a step.
 
     They are smooth, and looked at in the middle, too. They do if that has the other sign; they may where the three
@@ -408,7 +253,7 @@ def may_vanish_twice(segment: Segment) -> bool:
 
 def _numbers(segment: Segment, point: CurvePoint) -> Array:
     orbit = segment.curve.motion(point.x)
-    return np.append(orbit.speeds, [indicator(orbit, 1.0), indicator(orbit, -1.0)])
+    return np.append(orbit.speeds, indicators(orbit))
 
 
 # ---- The other branches that begin at a point of one: at a flip, and where an impact dies or is born
@@ -458,8 +303,7 @@ def grazing_partner(curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, 
         return None
     other, x, _ = made
     try:
-        orbit = other.motion(x)
-        tangent = np.linalg.svd(other.matrix(orbit, other.column(orbit, other.value(x))))[2][-1]
+        tangent = np.linalg.svd(other.matrix(x))[2][-1]
         for way in (tangent, -tangent):
             tried = other.motion(other.corrected(x + _TRIED * way, way).x)
             if np.all(tried.speeds > 0.0) and tried.admissible:
@@ -510,51 +354,11 @@ def other_end(
         return None
 
 
-# ---- How far the parameter of a branch may go: to the end of its range, or to where there is no system any more
-
-_ROUNDING, _EVEN = 1e-15, 1e-12  # of a limit of the parameter
-
-
-class Limit(NamedTuple):
-    """The last value of the parameter, what ends the branch there, and why it goes no further."""
-
-    value: float
-    kind: BranchEvent
-    refusal: PercussError | None
-
-
-def limit_before(curve: SolutionCurve, here: float, value: float, bounds: tuple[float, float]) -> Limit | None:
-    """The limit of the parameter between a value that it has and another one; None where there is none."""
-    found = None
-    if not bounds[0] <= value <= bounds[1]:
-        value = min(max(value, bounds[0]), bounds[1])
-        found = Limit(value, BranchEvent.LIMIT, None)
-    refusal = curve.refusal(value)
-    return found if refusal is None else Limit(_last_value(curve, here, value), refused(refusal), refusal)
-
-
 def in_words(refusal: PercussError | None) -> str:
     """What a refusal expects, without the value beyond the end that was tried; empty for none."""
     if isinstance(refusal, ParameterError):
         return f"{refusal.name}: expected {refusal.accepted}"
     return str(refusal or "")
-
-
-def refused(refusal: PercussError) -> BranchEvent:
-    """What ends a branch where there is no system, or its load does not push."""
-    return BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
-
-
-def _last_value(curve: SolutionCurve, good: float, bad: float) -> float:
-    """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
-    while abs(good - bad) > _ROUNDING * max(abs(good), abs(bad), curve.unit):
-        middle = 0.5 * (good + bad)
-        if curve.refusal(middle) is None:
-            good = middle
-        else:
-            bad = middle
-    even = round(good, 12)  # the limit itself, where that is allowed
-    return even if curve.refusal(even) is None and abs(even - good) < _EVEN else good
 
 
 # ---- The normal form of a flip: towards which side the orbit of twice the period begins, and whether it is stable

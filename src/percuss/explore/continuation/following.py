@@ -3,65 +3,62 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.errors import Interrupted, ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import (
-    Happening,
     Partner,
     Side,
-    beyond_corner,
-    corner_ahead,
+    double_zero,
     doubled,
     end_of,
     grazing_partner,
     greatest_top,
     in_words,
-    indicator,
+    indicators,
     is_joined,
-    limit_before,
-    may_vanish_twice,
     multipliers,
     other_end,
     outside,
     side_of_doubled,
-    steps_passed,
     to_corner,
     unstable,
 )
+from percuss.explore.continuation.load_steps import beyond_corner, corner_ahead, steps_passed
 from percuss.explore.continuation.missed_events import (
     BESIDE,
     crossings,
-    first_impossible,
-    hides,
-    leaps,
+    dead_end,
+    hidden_crossing,
+    narrow_end,
     resonant_points,
-    stuck,
+    sheet_jump,
     turning_back,
 )
 from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
-from percuss.explore.continuation.solution_curve import (
+from percuss.explore.continuation.solution_curve import SolutionCurve
+from percuss.explore.continuation.walk import (
     FIRST,
-    LONGEST,
-    SHORTEST,
     CorrectorFailed,
     CurvePoint,
+    LocatedEvent,
+    Look,
     Segment,
-    SolutionCurve,
-    check_next,
+    Target,
+    Walk,
+    both_ways,
+    joined,
 )
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.halting import halting
 from percuss.model import System
-from percuss.model.checks import Array, callback, count, instance, text
+from percuss.model.checks import callback, count, instance, text
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.periodic_orbit import differences, load_turn
 from percuss.steady.states import check_pushes
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
@@ -77,8 +74,7 @@ def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: 
     if not orbit.admissible:
         raise ParameterError("orbit", str(orbit), "an admissible orbit")
     x = curve.unknowns(orbit, value)
-    matrix = curve.matrix(orbit, curve.column(orbit, value))
-    tangent = np.linalg.svd(matrix)[2][-1]
+    tangent = np.linalg.svd(curve.matrix(x))[2][-1]
     tangent = tangent if tangent[-1] >= 0.0 else -tangent
     found = None
     for normal in (curve.level, tangent):  # the second at a fold
@@ -104,17 +100,12 @@ def _off(curve: SolutionCurve, start: CurvePoint) -> CurvePoint:
     """A point beside a start that is a fold or flip, which no step would pass; else the start."""
     try:
         sides = [curve.corrected(start.x + one * start.tangent, start.tangent) for one in (-_BESIDE, _BESIDE)]
-        if not np.any(np.prod([_numbers(curve, one) for one in sides], axis=0) < 0.0):
+        if not np.any(np.prod([indicators(curve.motion(one.x)) for one in sides], axis=0) < 0.0):
             return start
         beside = curve.corrected(start.x + _ASIDE * start.tangent, start.tangent)
         return beside if curve.motion(beside.x).admissible else start
     except CorrectorFailed:
         return start
-
-
-def _numbers(curve: SolutionCurve, point: CurvePoint) -> Array:
-    motion = curve.motion(point.x)
-    return np.array([indicator(motion, 1.0), indicator(motion, -1.0)])
 
 
 # ---- What lies beyond a point of a branch, in a sentence
@@ -124,18 +115,8 @@ _INTO, _SHRINK, _STEPS = 0.01, 0.25, 8  # rad, how far into a branch it is looke
 _CHANGED, _DEAD = 0.1, 1e-9  # share of the speed of an impact by which such a step may change it; of the greatest, none
 
 
-def sentence(curve: SolutionCurve, one: Happening, impact: int | None, refusal: str) -> str:
-    """What lies beyond.
-
-    Parameters
-    ----------
-    curve, one
-        The curve, and what happens.
-    impact
-        Number of the impact that it happens to, as it is told; or None.
-    refusal
-        Why the parameter goes no further.
-    """
+def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusal: str) -> str:
+    """What lies beyond; `impact`: the number, from 1 on, of that which it happens to, `refusal`: why it ends."""
     kind, name = one.kind, curve.name
     if kind is BranchEvent.FOLD:
         return f"the branch turns back; beyond {name} = {_number(curve, one.point)} neither of its two orbits exists"
@@ -238,7 +219,7 @@ def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
     return f"motions on a torus may begin, which turn by {math.degrees(float(np.angle(pair))):.4g}° in a cycle"
 
 
-def _grazing(curve: SolutionCurve, one: Happening, impact: int | None) -> str:
+def _grazing(curve: SolutionCurve, one: LocatedEvent, impact: int | None) -> str:
     touch = one.kind is BranchEvent.TOUCH
     is_free = curve.motion(one.point.x).system.body.is_free
     what = "bar" if is_free else "structure"
@@ -257,257 +238,101 @@ def _grazing(curve: SolutionCurve, one: Happening, impact: int | None) -> str:
     return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: {why}"
 
 
-# ---- Where a walk along a closed curve comes back to its start
-
-_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
-
-
-def home(first: CurvePoint, segment: Segment) -> CurvePoint | None:
-    """The start of a walk, if a step comes back to it or past it, with the times of now."""
-    curve, stop = segment.curve, segment.stop
-    if abs(first.x[-1] - stop.x[-1]) > 2.0 * segment.length:
-        return None
-    p, orbit = curve.impacts, curve.motion(first.x)
-    off = stop.x - first.x
-    off[:p] = differences(stop.x[:p], first.x[None, :p], orbit.period, load_turn(orbit.system.load))[0, 0]
-    if np.abs(off).max() > 2.0 * segment.length:
-        return None
-    ahead, along = float(off @ first.tangent), float(stop.tangent @ first.tangent)
-    if not 0.0 <= ahead <= segment.length or along <= 0.0:
-        return None
-    try:  # another sheet of the branch may be as near: only the start itself is home
-        back = curve.corrected(stop.x - ahead / along * stop.tangent, first.tangent)
-    except CorrectorFailed:
-        return None
-    place = stop.x - off
-    return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
-
-
-# ---- The walk along a curve of orbits from a point, one way, until something ends it
+# ---- The walk along a curve of orbits over one parameter
 
 _REFINED = 1e-5  # step below which none is taken again to see what its ends do not show
-_QUICK = 3  # steps of Newton's method after which the next step along the curve is longer
 _INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding decides on which side of it one is
-_FEWEST = 8  # points of a walk that can have come back to its start
 
 
-@dataclass
-class Walk:
-    """What one way along a curve gave.
+class OrbitWalk(Walk):
+    """A walk along orbits over one parameter; its marks are how many multipliers are outside the unit circle.
 
-    Parameters
-    ----------
-    points
-        The points walked through, the first of them the start.
-    unstable
-        How many multipliers are outside the unit circle at each.
-    happened
-        What happened, in order; the last of them ended the walk.
-    refusal
-        Why the parameter goes no further, where it does not.
+    `fresh`: whether it begins at a flip, where the branch has an extremum of the parameter by itself.
     """
 
-    points: list[CurvePoint]
-    unstable: list[int]
-    happened: list[Happening] = field(default_factory=list)
-    refusal: PercussError | None = None
-
-
-def walked(
-    curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], most: int, *, fresh: bool = False
-) -> Walk:
-    """Walk from a point the way its tangent points.
-
-    Parameters
-    ----------
-    curve, start
-        The curve, and where on it.
-    bounds
-        Least and greatest value of the parameter.
-    most
-        Points at most.
-    fresh
-        Whether it begins at a flip, where the branch has an extremum of the parameter by itself.
-    """
-    walker = _Walker(curve, start, bounds, fresh)
-    try:
-        while not walker.ended and len(walker.walk.points) < most:
-            walker.step()
-    except Interrupted:
-        pass
-    if not walker.ended:
-        walker.end(BranchEvent.STOPPED)
-    return walker.walk
-
-
-class _Target(NamedTuple):
-    """Where a step leads: the point, the limit of the parameter there, what happens there, where the walk goes on."""
-
-    point: CurvePoint
-    limit: BranchEvent | None
-    happening: Happening | None = None
-    beyond: CurvePoint | None = None
-
-    def at(self, segment: Segment) -> Happening | None:
-        """What happens at the end of a segment."""
-        return None if self.happening is None else self.happening._replace(place=segment.length)
-
-
-class _Walker:
-    """Where the walk is, and how long its next step will be."""
-
-    def __init__(self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], fresh: bool) -> None:
-        self.curve, self.here, self.bounds, self.fresh = curve, start, bounds, fresh
-        self.size = (BESIDE if fresh else FIRST) * math.sqrt(curve.impacts)
+    def __init__(
+        self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], *, fresh: bool = False
+    ) -> None:
+        super().__init__(curve, start, (bounds,))
+        self.fresh, self.cornered = fresh, False
         self.passed = steps_passed(curve.motion(start.x))
-        self.walk, self.ended, self.cornered = Walk([start], [unstable(curve.motion(start.x))]), False, False
+        if fresh:
+            self.size = BESIDE * self.scale
 
-    def end(self, kind: BranchEvent) -> None:
-        """End the walk here."""
-        self.walk.happened.append(Happening(kind, 0.0, self.here))
-        self.ended = True
+    def mark(self) -> int:
+        return unstable(self.curve.motion(self.here.x))
 
-    def step(self) -> None:
-        """Go on to the next point, shorter if need be, and see what happens on the way."""
-        for ahead in (self._ahead, self._at_corner):
-            try:
-                target = self._until_back(ahead())
-                segment = Segment(self.curve, self.here, target.point)
-                if not self.fresh and self.size > _REFINED and (leaps(segment) or may_vanish_twice(segment)):
-                    raise CorrectorFailed("more may happen in the step than its ends show")
-                inside = [] if self.fresh else resonant_points(segment, self.size <= _REFINED)
-                narrow = first_impossible(segment, inside)
-                if narrow is not None:
-                    target, segment = _Target(narrow, None), Segment(self.curve, self.here, narrow)
-                happening = end_of(segment, self.passed) or target.at(segment)
-                if self.size > _REFINED and happening is None and hides(segment, inside):
-                    raise CorrectorFailed("more may happen in the step than its ends show")
-                part = to_corner(segment, happening)
-                between = crossings(part, *self._smooth(part, happening), self.fresh, inside)
-            except CorrectorFailed:
-                continue
-            self._went(segment, between, happening, target)
-            return
-        self._shorter()
+    def arrive(self, point: CurvePoint) -> None:
+        super().arrive(point)
+        self.passed, self.cornered = steps_passed(self.curve.motion(point.x)), False
 
-    def _smooth(self, segment: Segment, happening: Happening | None) -> tuple[float, float]:
-        """The part of a step between corners."""
-        last = segment.length if happening is None else happening.place
-        corner = happening is not None and happening.kind is BranchEvent.CORNER
-        return _INSIDE * last if self.cornered else 0.0, last * (1.0 - _INSIDE) if corner else last
+    def ways(self) -> tuple[Callable[[], Target], ...]:
+        return self.ahead, self._corner
 
-    def _went(self, segment: Segment, between: list[Happening], happening: Happening | None, target: _Target) -> None:
-        """Keep a step with what happened in it."""
-        limit, goes_on = target.limit, happening is None and target.limit is None
-        back = home(self.walk.points[0], segment) if goes_on and len(self.walk.points) >= _FEWEST else None
-        if back is not None:
-            between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
-        for one in between:
-            self._pass(one.point)
-        self.walk.happened += between
-        if self.fresh:
-            self.fresh, self.size = False, FIRST * math.sqrt(self.curve.impacts)
-        if happening is not None:
-            self._at(happening, target)
-            return
-        self._arrive(segment.stop if back is None else back)
-        if limit is not None:
-            self.end(limit)
-        elif back is not None:
-            self.end(BranchEvent.CLOSED)
-        elif segment.stop.steps <= _QUICK:
-            self.size = min(1.5 * self.size, LONGEST * math.sqrt(self.curve.impacts))
-
-    def _pass(self, point: CurvePoint) -> None:
-        """Keep a point at which something happens; beside it a multiplier is on the unit circle."""
-        self.walk.points.append(point)
-        self.walk.unstable.append(self.walk.unstable[-1])
-
-    def _arrive(self, point: CurvePoint) -> None:
-        self.here, self.cornered = point, False
-        self.walk.points.append(point)
-        self.walk.unstable.append(unstable(self.curve.motion(point.x)))
-        self.passed = steps_passed(self.curve.motion(point.x))
-
-    def _ahead(self) -> _Target:
-        """The next point, and the limit of the parameter that it lies on."""
-        x, tangent = self.here.x, self.here.tangent
-        place, here = x + self.size * tangent, self.curve.value(x)
-        limit = limit_before(self.curve, here, self.curve.value(place), self.bounds)
-        if limit is None:
-            found = self.curve.corrected(place, tangent)
-            self._check(found, place)
-            limit = limit_before(self.curve, here, self.curve.value(found.x), self.bounds)  # the curve may bend past it
-            if limit is None:
-                return _Target(found, None)
-        self.walk.refusal = limit.refusal or self.walk.refusal
-        along = limit.value / self.curve.unit - x[-1]
-        if along == 0.0:
-            return _Target(self.here, limit.kind)
-        place = x + (along / tangent[-1] if tangent[-1] else 0.0) * tangent
-        place[-1] = limit.value / self.curve.unit
-        found = self.curve.corrected(place, self.curve.level, tangent)
-        self._check(found, place)
-        return _Target(found, limit.kind)
-
-    def _until_back(self, target: _Target) -> _Target:
-        """The same, or the place before it at which the branch turns back over its own image."""
-        back = None if self.fresh else turning_back(Segment(self.curve, self.here, target.point))
-        return target if back is None else _Target(back.before, None, back.happening, back.beyond)
-
-    def _at_corner(self) -> _Target:
+    def _corner(self) -> Target:
         """The point at which an impact meets the step of the load that it nears: the curve may turn back there."""
         start, point, which = corner_ahead(self.curve, self.here, self.passed, 2.0 * self.size)
-        self._check(point, start)
-        return _Target(point, None, Happening(BranchEvent.CORNER, math.nan, point, which))
+        self.check(point, start)
+        return Target(point, None, LocatedEvent(BranchEvent.CORNER, math.nan, point, which))
 
-    def _check(self, found: CurvePoint, place: Array) -> None:
-        before, after = (self.here.x, self.here.tangent), (found.x, found.tangent)
-        check_next(before, after, place, self.size, self.curve.impacts, self.curve.periods)
+    def look(self, target: Target) -> Look:
+        """The folds, flips, pairs and other branches in a step, and what ends it, which may be before its target."""
+        segment, beyond = Segment(self.curve, self.here, target.point), None
+        back = None if self.fresh else turning_back(segment)
+        if back is not None:
+            target, beyond = Target(back.before, None, back.event), back.beyond
+            segment = Segment(self.curve, self.here, target.point)
+        coarse = self.size > _REFINED
+        if not self.fresh and coarse and (sheet_jump(segment) or double_zero(segment)):
+            raise CorrectorFailed("more may happen in the step than its ends show")
+        inside = [] if self.fresh else resonant_points(segment, not coarse)
+        narrow = narrow_end(segment, inside)
+        if narrow is not None:
+            target, segment = Target(narrow), Segment(self.curve, self.here, narrow)
+        there = None if target.event is None else target.event._replace(place=segment.length)
+        last = end_of(segment, self.passed) or there
+        if coarse and last is None and hidden_crossing(segment, inside):
+            raise CorrectorFailed("more may happen in the step than its ends show")
+        part = to_corner(segment, last)
+        length = segment.length if last is None else last.place
+        corner = last is not None and last.kind is BranchEvent.CORNER
+        smooth = _INSIDE * length if self.cornered else 0.0, length * (1.0 - _INSIDE) if corner else length
+        between = crossings(part, *smooth, self.fresh, inside)
+        return Look(segment, between, target.limit, last, beyond if last is there else None)
 
-    def _shorter(self) -> None:
-        """Try a shorter step; where none is short enough, say why."""
-        self.size *= 0.5
-        if self.size > SHORTEST:
+    def went(self, look: Look) -> None:
+        if self.fresh:
+            self.fresh, self.size = False, FIRST * self.scale
+        super().went(look)
+
+    def at_last(self, one: LocatedEvent, look: Look) -> None:
+        if one.kind is BranchEvent.CORNER:
+            self._round(one)
             return
-        happening = stuck(self.curve, self.walk.points, self.walk.refusal)
-        if happening.kind is BranchEvent.DEATH:
-            self._at(happening, _Target(happening.point, None))
-        else:
-            self.end(happening.kind)
+        super().at_last(one, look)
+        if one.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
+            self.marks[-1] = unstable(self.curve.motion(one.point.x))
 
-    def _at(self, happening: Happening, target: _Target) -> None:
-        """Go to the place of an end, of a corner, or of another branch."""
-        if happening.kind is BranchEvent.CROSSING and target.beyond is not None:
-            self._arrive(target.point)
-            self._pass(happening.point)
-            self.walk.happened.append(happening)
-            self._arrive(target.beyond)
-            return
-        point = happening.point
-        if happening.kind is not BranchEvent.CORNER:
-            self._pass(point)
-            if happening.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
-                self.walk.unstable[-1] = unstable(self.curve.motion(point.x))
-            self.walk.happened.append(happening)
-            self.ended = True
-            return
-        self._round(happening)
-
-    def _round(self, corner: Happening) -> None:
+    def _round(self, corner: LocatedEvent) -> None:
         """Go on beyond a corner."""
         try:
-            point, orbit, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
+            point, aside, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
         except CorrectorFailed:
             self.end(BranchEvent.LOST)
             return
         turned = point.tangent[-1] * corner.point.tangent[-1] < 0.0
         kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
         self.here, self.cornered, self.passed = point, True, passed
-        self.walk.happened.append(Happening(kind, corner.place, corner.point, corner.which))
-        self.walk.points.append(point)
-        self.walk.unstable.append(unstable(orbit))
-        self.size = min(self.size, FIRST * math.sqrt(self.curve.impacts))
+        self.happened.append(corner._replace(kind=kind))
+        self.keep(point, unstable(self.curve.motion(aside)))
+        self.size = min(self.size, FIRST * self.scale)
+
+    def stuck(self) -> None:
+        found = dead_end(self.curve, self.points, self.refusal)
+        if found.kind is BranchEvent.DEATH:
+            super().at_last(found, Look(Segment(self.curve, self.here, found.point), []))
+        else:
+            self.end(found.kind)
 
 
 # ---- Orbits followed through a parameter, both ways, from one that is known
@@ -603,10 +428,8 @@ def follow(
         if between is None and here == 0.0:  # its own size tells nothing of its scale
             curve = replace(curve, unit=unit_of_turn(curve, start))
             start = beginning(curve, orbit, here, bounds)
-        forward = walked(curve, start, bounds, points)
-        closed = forward.happened[-1].kind is BranchEvent.CLOSED
-        back = None if closed else walked(curve, CurvePoint(start.x, -start.tangent, 0), bounds, points)
-    return tracer.branch(curve, back, forward, depth)
+        ways = both_ways(lambda point: OrbitWalk(curve, point, bounds), start, points)
+    return tracer.branch(curve, ways, depth)
 
 
 @dataclass
@@ -618,37 +441,27 @@ class _Tracer:
     halt: Callable[[], bool] | None
     met: list[tuple[int, int, float, float]]
 
-    def branch(self, curve: SolutionCurve, back: Walk | None, forward: Walk, depth: int) -> Branch:
-        """The branch of two walks from one point, the one backward first."""
-        ways = [] if back is None else [(back.points[:0:-1], back.unstable[:0:-1], back.happened[::-1], back)]
-        ways.append((forward.points, forward.unstable, forward.happened, forward))
-        rows = [point for points, _, _, _ in ways for point in points]
-        motions = [curve.motion(point.x) for point in rows]
-        happened = [one for _, _, happened, _ in ways for one in happened]
-        if forward.happened[-1].kind is BranchEvent.CLOSED:
-            happened.insert(0, forward.happened[-1])
-        refusals = [in_words(way.refusal) for _, _, happened, way in ways for one in happened]
-        refusals += refusals[-1:]
-        found = [branch_point(curve, one, refusal) for one, refusal in zip(happened, refusals, strict=False)]
-        for one, point in zip(happened, found, strict=True):
+    def branch(self, curve: SolutionCurve, ways: Sequence[Walk], depth: int) -> Branch:
+        """The branch of walks from one point, the one backward first."""
+        points, marks, happened = joined(ways)
+        motions = [curve.motion(point.x) for point in points]
+        found = [branch_point(curve, one, in_words(way.refusal)) for one, way in happened]
+        for (one, _), point in zip(happened, found, strict=True):
             if one.kind in _GIVEN_BACK:
                 self._is_new(curve.impacts, curve.periods, point)
         return Branch(
             parameters=(curve.name,), label=_label(curve), modes=curve.modes,
-            values=np.array([curve.value(point.x) for point in rows]),
+            values=np.array([curve.value(point.x) for point in points]),
             times=np.array([motion.times for motion in motions]),
             speeds=np.array([motion.speeds for motion in motions]),
-            unstable=np.array([number for _, numbers, _, _ in ways for number in numbers], dtype=np.int64),
-            points=tuple(found),
-            switched=self._switched(curve, list(zip(happened, found, strict=True)), depth) if depth else (),
+            unstable=np.array(marks, dtype=np.int64), points=tuple(found),
+            switched=self._switched(curve, [one for one, _ in happened], depth) if depth else (),
         )  # fmt: skip
 
-    def _switched(
-        self, curve: SolutionCurve, happened: list[tuple[Happening, BranchPoint]], depth: int
-    ) -> tuple[Branch, ...]:
+    def _switched(self, curve: SolutionCurve, happened: Sequence[LocatedEvent], depth: int) -> tuple[Branch, ...]:
         """The branches that begin at points of one, and have not been followed yet."""
         found = []
-        for one, _ in happened:
+        for one in happened:
             if one.kind is BranchEvent.FLIP:
                 partner, starts = doubled(curve, one.point), BranchEvent.HALVING
             elif one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
@@ -660,13 +473,13 @@ class _Tracer:
                 continue
             wide, start = partner
             dies = int(np.argmin(wide.motion(start.x).speeds)) if starts is BranchEvent.DEATH else -1
-            begun = Happening(starts, 0.0, start, dies)
+            begun = LocatedEvent(starts, 0.0, start, dies)
             if not self._is_new(wide.impacts, wide.periods, branch_point(wide, begun, "")):
                 continue
             with halting(self.halt):
-                walk = walked(wide, start, self.bounds, self.most, fresh=True)
+                walk = OrbitWalk(wide, start, self.bounds, fresh=True).walked(self.most)
             walk.happened.insert(0, begun)
-            found.append(self.branch(wide, None, walk, depth - 1))
+            found.append(self.branch(wide, (walk,), depth - 1))
         return tuple(found)
 
     def _is_new(self, impacts: int, periods: int, point: BranchPoint) -> bool:
@@ -677,7 +490,7 @@ class _Tracer:
         return not known
 
 
-def branch_point(curve: SolutionCurve, one: Happening, refusal: str) -> BranchPoint:
+def branch_point(curve: SolutionCurve, one: LocatedEvent, refusal: str) -> BranchPoint:
     """What is told of a point."""
     motion = curve.motion(one.point.x)
     if one.kind is BranchEvent.HALVING:

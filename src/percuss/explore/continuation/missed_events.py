@@ -14,28 +14,19 @@ from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import (
     BEYOND,
-    Happening,
     greatest_top,
-    happening,
     indicator,
+    indicators,
     multipliers,
     outside,
-    refused,
     unstable,
 )
-from percuss.explore.continuation.solution_curve import (
-    CorrectorFailed,
-    CurvePoint,
-    Number,
-    Segment,
-    SolutionCurve,
-    twice,
-    where_it_vanishes,
-)
+from percuss.explore.continuation.solution_curve import SolutionCurve, refused, twice, where_it_vanishes
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
+from percuss.mechanics.flow import propagator
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
-from percuss.steady.oscillator import propagator
 from percuss.steady.periodic.compiled_orbits import COALESCED
 
 # ---- Where another branch crosses: det K(1) vanishes there, and the parameter does not turn back
@@ -95,25 +86,11 @@ _NARROW = 2.0**-12  # share of the segment within which a pair is followed to th
 
 def crossings(
     segment: Segment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
-) -> list[Happening]:
-    """Folds, flips and pairs on the unit circle between two places of a segment, in order.
+) -> list[LocatedEvent]:
+    """Folds, flips and pairs on the unit circle between two places of a step, in order, neither of them a corner.
 
-    Parameters
-    ----------
-    segment
-        The step.
-    first, last
-        The places. A corner is none: where an impact meets a step of the load multipliers jump, and K(ξ) with them.
-    fresh
-        Whether the segment begins at a flip, where the branch has an extremum of the parameter by itself: so near to
-        it rounding decides on folds, and they are not looked for.
-    narrow
-        Places inside with their points, at which more may happen than the ends show.
-
-    Raises
-    ------
-    CorrectorFailed
-        Where the ends are not on one sheet of the branch.
+    Of a `fresh` step, that begins at a flip, folds are not looked for, as rounding decides on them; at the `narrow`
+    places inside more may happen than the ends show. CorrectorFailed where these are not on one sheet of the branch.
     """
     points = [(first, segment.at(first))]
     for place, point in narrow:
@@ -128,13 +105,13 @@ def crossings(
 
 def _signs(segment: Segment, point: CurvePoint) -> tuple[bool, bool]:
     """The signs of det K(1) and det K(−1)."""
-    motion = segment.curve.motion(point.x)
-    return indicator(motion, 1.0) > 0.0, indicator(motion, -1.0) > 0.0
+    fold, flip = indicators(segment.curve.motion(point.x)) > 0.0
+    return bool(fold), bool(flip)
 
 
 def _between(
     segment: Segment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
-) -> list[Happening]:
+) -> list[LocatedEvent]:
     """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
 
@@ -151,18 +128,18 @@ def _between(
         crossed = None if turned else crossing_point(segment, fold, low, high)
         if crossed is None:
             raise CorrectorFailed("on another sheet of the branch")
-        found.append(Happening(BranchEvent.CROSSING, *crossed))
+        found.append(LocatedEvent(BranchEvent.CROSSING, *crossed))
     if not fresh and turned and singular:
-        found.append(happening(segment, BranchEvent.FOLD, segment.root(fold, low, high)))
+        found.append(segment.event(BranchEvent.FOLD, segment.root(fold, low, high)))
     if flip(start) * flip(stop) < 0.0:
-        found.append(happening(segment, BranchEvent.FLIP, segment.root(flip, low, high)))
+        found.append(segment.event(BranchEvent.FLIP, segment.root(flip, low, high)))
     if curve.modes:
         places = sorted([low, *(one.place for one in found), high])
         found += [one for here, there in pairwise(places) for one in _pairs(segment, here, there)]
     return found
 
 
-def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
+def _pairs(segment: Segment, start: float, stop: float) -> list[LocatedEvent]:
     """Where a pair of multipliers comes to the unit circle between two places, if the number outside tells of one."""
     curve, aside = segment.curve, _ASIDE * segment.length
     low, high = start + (aside if start else 0.0), stop - (aside if stop < segment.length else 0.0)
@@ -185,7 +162,7 @@ def _pairs(segment: Segment, start: float, stop: float) -> list[Happening]:
     return _pair(segment, low, high)
 
 
-def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
+def _pair(segment: Segment, low: float, high: float) -> list[LocatedEvent]:
     """Where the pair is on the circle that is clearly outside it at one of two places, and not at the other.
 
     One that crosses slowly is on the circle further back; if not within the step, it is told where it is clearly off.
@@ -218,7 +195,7 @@ def _pair(segment: Segment, low: float, high: float) -> list[Happening]:
         place = segment.root(modulus, first, last)
         if abs(modulus(segment.at(place))) < BEYOND:
             here = place
-    return [happening(segment, BranchEvent.NEIMARK_SACKER, here)]
+    return [segment.event(BranchEvent.NEIMARK_SACKER, here)]
 
 
 def _keeps_its_energy(system: System, modes: int) -> bool:
@@ -253,7 +230,7 @@ _SINGULAR = 1e-2  # by which the equations are nearer to singular there than at 
 class TurningBack(NamedTuple):
     """What happens there, the last point before it, and the first one beyond it; None where the branch ends."""
 
-    happening: Happening
+    event: LocatedEvent
     before: CurvePoint
     beyond: CurvePoint | None
 
@@ -299,7 +276,7 @@ def _halving(segment: Segment) -> TurningBack | None:
     if not 0.0 < place < segment.length:
         place = share * segment.length
     before = segment.at(_aside(segment, place)[0])
-    return TurningBack(Happening(BranchEvent.HALVING, math.nan, point), before, None)
+    return TurningBack(LocatedEvent(BranchEvent.HALVING, math.nan, point), before, None)
 
 
 def halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
@@ -332,7 +309,7 @@ def _crossing(segment: Segment) -> TurningBack | None:
     before, beyond = (segment.at(one) for one in _aside(segment, place))
     if _fold(segment, before) * _fold(segment, beyond) <= 0.0:
         return None
-    return TurningBack(Happening(BranchEvent.CROSSING, math.nan, _top(segment, place)), before, beyond)
+    return TurningBack(LocatedEvent(BranchEvent.CROSSING, math.nan, _top(segment, place)), before, beyond)
 
 
 def _top(segment: Segment, near: float) -> CurvePoint:
@@ -366,16 +343,8 @@ _HALF = 0.5
 _RESONANT = 1e-6  # det(I − M_n) below which internal resonance does
 
 
-def stuck(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussError | None) -> Happening:
-    """What ends a branch at the last of its points, beyond which no step leads, however short; and why not, if known.
-
-    Parameters
-    ----------
-    curve, points
-        The curve, and the points walked through.
-    refusal
-        Why the parameter goes no further, where it does not.
-    """
+def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussError | None) -> LocatedEvent:
+    """What ends a branch at the last of its points, beyond which no step leads, and why the parameter does not."""
     orbit, kind = curve.motion(points[-1].x), BranchEvent.LOST
     if float(orbit.flight_times.min()) < 1e3 * COALESCED * orbit.period:
         kind = BranchEvent.COALESCENCE
@@ -383,11 +352,11 @@ def stuck(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: PercussEr
         kind = BranchEvent.RESONANCE
     elif refusal is not None:
         kind = refused(refusal)
-    elif (happening := dying(curve, points)) is not None:
-        return happening
+    elif (death := dying_impact(curve, points)) is not None:
+        return death
     elif _is_halved(curve, points[-1]):
         kind = BranchEvent.HALVING
-    return Happening(kind, 0.0, points[-1])
+    return LocatedEvent(kind, 0.0, points[-1])
 
 
 def _is_halved(curve: SolutionCurve, point: CurvePoint) -> bool:
@@ -396,7 +365,7 @@ def _is_halved(curve: SolutionCurve, point: CurvePoint) -> bool:
     return p % 2 == n % 2 == 0 and float(np.abs(halves(point, p, n)[1]).max()) < _SAME
 
 
-def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | None:
+def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedEvent | None:
     """The death of an impact just beyond the last of some points, to which they lead straight; or None.
 
     Where several impacts die at once the equations are singular, and Newton's method does not get past the place.
@@ -409,11 +378,11 @@ def dying(curve: SolutionCurve, points: Sequence[CurvePoint]) -> Happening | Non
         nearer = float(before[which] - now[which])
         share = float(now[which]) / nearer if nearer > 0.0 else 0.0
         if 0.0 < share * float(np.linalg.norm(way)) < _NEAR:
-            return Happening(BranchEvent.DEATH, 0.0, last._replace(x=last.x + share * way), which)
+            return LocatedEvent(BranchEvent.DEATH, 0.0, last._replace(x=last.x + share * way), which)
     return None
 
 
-def first_impossible(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
+def narrow_end(segment: Segment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
     """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible.
 
     Where no mode swings further than at both ends, by as much as half of what is left there between the bar and the
@@ -571,13 +540,7 @@ def resonant_points(segment: Segment, skip: bool) -> list[Place]:
 
     A mode that comes back by itself swings up without bound as the place is neared, often on one side only: there it
     is the points on both sides.
-
-    Parameters
-    ----------
-    segment
-        The step.
-    skip
-        Whether places without a point are left out; else CorrectorFailed is raised.
+    To `skip` places without a point they are left out; else CorrectorFailed is raised.
     """
     maps = mode_maps(segment)
     least = None if maps is None else _least_values(maps, segment.length)
@@ -652,7 +615,7 @@ def _closer(maps: ModeMaps, least: _Least) -> _Least:
     return least._replace(place=place, value=np.asarray(value))
 
 
-def leaps(segment: Segment) -> bool:
+def sheet_jump(segment: Segment) -> bool:
     """Whether a step leads further aside than its two tangents do, as one does that goes on on another sheet.
 
     On one sheet the chord has the mean direction of both tangents, but for the square of the step.
@@ -666,7 +629,7 @@ def leaps(segment: Segment) -> bool:
     return bool(np.linalg.norm(off) > _OFF_MEAN)
 
 
-def hides(segment: Segment, points: Sequence[Place]) -> bool:
+def hidden_crossing(segment: Segment, points: Sequence[Place]) -> bool:
     """Whether det K(1) or det K(−1) at points inside a step is so far from what the ends let expect that more may be.
 
     Beside a place where a mode comes back the curve may turn to and fro, and which of its sheets is met there is by
@@ -674,15 +637,12 @@ def hides(segment: Segment, points: Sequence[Place]) -> bool:
     """
     if not points:
         return False
-    low, high = (_numbers(segment, point) for point in (segment.start, segment.stop))
+    low, high = (indicators(segment.curve.motion(point.x)) for point in (segment.start, segment.stop))
     size = np.maximum(np.abs(low), np.abs(high))
     for place, point in points:
         share = place / segment.length
-        if np.any(np.abs(_numbers(segment, point) - (1.0 - share) * low - share * high) > _ALIKE * size):
+        if np.any(
+            np.abs(indicators(segment.curve.motion(point.x)) - (1.0 - share) * low - share * high) > _ALIKE * size
+        ):
             return True
     return False
-
-
-def _numbers(segment: Segment, point: CurvePoint) -> Array:
-    motion = segment.curve.motion(point.x)
-    return np.array([indicator(motion, 1.0), indicator(motion, -1.0)])

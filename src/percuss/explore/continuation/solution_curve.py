@@ -9,15 +9,16 @@ speed of an impact it is as smooth where an impact dies as elsewhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from percuss.errors import PercussError
-from percuss.explore.boundary_curves.plane_lines import bracketed_roots
+from percuss.errors import LoadError, PercussError
+from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit, Number
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
@@ -64,55 +65,6 @@ class FollowedOrbit(PeriodicOrbit):
     @cached_property
     def _passage(self) -> Passage:
         return self._computed[0]
-
-
-# ---- What makes the end of a step along a curve the next point of that curve, and not a point of another one
-
-FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
-"""Steps along a curve, of each impact in rad."""
-
-_TURN = math.cos(math.radians(25.0))  # of the tangent in a step
-_ASIDE = 0.5  # of a step, by which its end may be beside the tangent
-_FLIGHT = 0.5  # share of a flight by which it may change in a step
-
-
-class CorrectorFailed(Exception):
-    """Newton's method found no point of the curve, or not the one that was meant."""
-
-
-def unit_tangent(matrix: Array, along: Array) -> Array:
-    """The unit tangent that goes the same way as `along`; CorrectorFailed where it is at right angles to it."""
-    try:
-        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
-    except np.linalg.LinAlgError:
-        raise CorrectorFailed("no tangent") from None
-    return np.asarray(found / np.linalg.norm(found))
-
-
-def check_next(
-    before: tuple[Array, Array], after: tuple[Array, Array], place: Array, size: float, impacts: int, periods: int
-) -> Array:
-    """The times of the flights after a step; CorrectorFailed where its end is not the next point.
-
-    Parameters
-    ----------
-    before, after
-        Unknowns, the impact times first, and unit tangent at either end; shape (m,) each.
-    place, size
-        Where the step led along the tangent, and its length.
-    impacts, periods
-        p and n.
-    """
-    p, period = impacts, 2.0 * math.pi * periods
-    (x, tangent), (x_after, tangent_after) = before, after
-    flights, flights_after = (np.append(one[1:p], one[0] + period) - one[:p] for one in (x, x_after))
-    if float(tangent_after @ tangent) < _TURN:
-        raise CorrectorFailed("a bend")
-    if float(np.linalg.norm(x_after - place)) > _ASIDE * size:
-        raise CorrectorFailed("beside the tangent")
-    if not np.all(np.abs(flights_after / flights - 1.0) < _FLIGHT):
-        raise CorrectorFailed("a flight changes too much")
-    return np.asarray(flights_after)
 
 
 # ---- The systems of a family over one parameter as rows of numbers, and how these change with it
@@ -204,7 +156,14 @@ def _agree(one: Array, other: Array, size: Array) -> bool:
     return bool(np.all(np.abs(one - other) <= _EVEN * size))
 
 
+def refused(refusal: PercussError) -> BranchEvent:
+    """What ends a branch where there is no system, or its load does not push."""
+    return BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
+
+
 # ---- The curve of an orbit over a parameter: its equations, the way back to it, and its tangent
+
+_EVEN_LAST, _LAST = 1e-15, 1e-12  # of a limit of the parameter
 
 _MOST_STEPS, _MOST_ROWS = 12, 6
 _KEPT = 32  # systems and motions
@@ -214,17 +173,6 @@ _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
 _SEARCH_STEPS = 20
 _DIFFERENCE = 1e-6
 _ROUNDING = 1e-11
-
-
-class CurvePoint(NamedTuple):
-    """A point of the curve: its unknowns, the unit tangent there, and how many steps Newton's method took."""
-
-    x: Array
-    tangent: Array
-    steps: int
-
-
-Number: TypeAlias = Callable[[CurvePoint], float]
 
 
 @dataclass(frozen=True)
@@ -282,6 +230,40 @@ class SolutionCurve:
             self._systems[value] = self.family.system({self.name: value})
         return self._systems[value]
 
+    oriented = False
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Which of the unknowns is the parameter."""
+        return (self.impacts + 1,)
+
+    def system_at(self, x: Array) -> System:
+        """The system at a point; PercussError where there is none."""
+        return self.system(self.value(x))
+
+    def refusal_at(self, x: Array) -> PercussError | None:
+        """Why no orbit can be looked for at a point."""
+        return self.refusal(self.value(x))
+
+    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
+        """The limit of the parameter on the way from a point to another place: of its range, or of what there is."""
+        found, value = None, self.value(x)
+        if not bounds[0][0] <= value <= bounds[0][1]:
+            value = min(max(value, bounds[0][0]), bounds[0][1])
+            found = Limit(x.size - 1, value / self.unit, BranchEvent.LIMIT)
+        refusal = self.refusal(value)
+        if refusal is None:
+            return found
+        return Limit(x.size - 1, self._last_value(self.value(here), value) / self.unit, refused(refusal), refusal)
+
+    def _last_value(self, good: float, bad: float) -> float:
+        """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
+        while abs(good - bad) > _EVEN_LAST * max(abs(good), abs(bad), self.unit):
+            middle = 0.5 * (good + bad)
+            good, bad = (middle, bad) if self.refusal(middle) is None else (good, middle)
+        even = round(good, 12)  # the limit itself, where that is allowed
+        return even if self.refusal(even) is None and abs(even - good) < _LAST else good
+
     def refusal(self, value: float) -> PercussError | None:
         """Why no orbit can be looked for at a value: there is no system, or its load does not push."""
         try:
@@ -308,50 +290,35 @@ class SolutionCurve:
         """The point of an orbit."""
         return np.array([*orbit.times, orbit.rigid_rebounds[0], value / self.unit])
 
-    def matrix(self, orbit: PeriodicOrbit, column: Array) -> Array:
-        """The derivative of the equations by the unknowns; shape (p + 1, p + 2)."""
-        p, found = self.impacts, np.empty((self.impacts + 1, self.impacts + 2))
+    def matrix(self, x: Array) -> Array:
+        """The derivative of the equations by the unknowns at a point; shape (p + 1, p + 2)."""
+        p, orbit, found = self.impacts, self.motion(x), np.empty((self.impacts + 1, self.impacts + 2))
         found[:, : p + 1] = orbit.bordered().real
         found[:, 0] -= turning(orbit) * found[:, p]
-        found[:, p + 1] = column * self.unit
+        found[:, p + 1] = parameter_column(orbit, self.system, self.value(x)) * self.unit
         return found
 
-    def column(self, orbit: PeriodicOrbit, value: float) -> Array:
-        """The derivative of the equations by the parameter; shape (p + 1,)."""
-        return parameter_column(orbit, self.system, value)
+    def residual(self, x: Array) -> Array:
+        """The equations at a point; shape (p + 1,)."""
+        return self.linearised(x)[1]
 
     def corrected(
-        self, start: Array, normal: Array, along: Array | None = None, column: Array | None = None
+        self, start: Array, normal: Array, along: Array | None = None, near: CurvePoint | None = None
     ) -> CurvePoint:
-        """The point of the curve in a plane.
+        """The point of the curve in a plane with a normal, from a place of it near the curve.
 
-        Parameters
-        ----------
-        start
-            A point of the plane, near the curve; shape (p + 2,).
-        normal
-            Of the plane.
-        along
-            Which way the tangent is to point; `normal` by default.
-        column
-            The derivative by the parameter, where it is to stay; else it is computed.
-
-        Raises
-        ------
-        CorrectorFailed
-            When Newton's method does not get there.
+        The tangent is to point the way of `along`, by default of the normal. CorrectorFailed when Newton's method does
+        not get there.
         """
         look()
         x, p, way = np.array(start), self.impacts, normal if along is None else along
         derivative, tangent, steps = np.empty((p + 1, p + 3)), np.empty(p + 2), 0
-        if column is not None:
-            derivative[:, p + 1] = column * self.unit
         for _ in range(_MOST_ROWS):
             try:
                 base, numbers, rate = self.rows.near(self.value(x))
                 ended, taken = orbit_kernels().corrected(
                     numbers.row, rate, base, self.unit, self._room(numbers), 2.0 * math.pi * self.periods,
-                    x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), column is not None, derivative, tangent,
+                    x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), False, derivative, tangent,
                 )  # fmt: skip
                 if ended != _FOUND:
                     raise CorrectorFailed(_WORDS[ended])
@@ -414,68 +381,6 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
         if size < _ROUNDING:
             return x
     raise CorrectorFailed("no convergence")
-
-
-# ---- A step along a curve of orbits, and the places in it where a number of the orbit vanishes
-
-
-@dataclass(frozen=True)
-class Segment:
-    """The curve between two of its points; places in it are counted along the tangent at the first one.
-
-    Parameters
-    ----------
-    curve
-        The curve.
-    start, stop
-        Its ends.
-    """
-
-    curve: SolutionCurve
-    start: CurvePoint
-    stop: CurvePoint
-    _points: dict[float, CurvePoint] = field(default_factory=dict, repr=False, compare=False)
-
-    @property
-    def length(self) -> float:
-        """The place of the second point."""
-        return float(self.start.tangent @ (self.stop.x - self.start.x))
-
-    def at(self, place: float) -> CurvePoint:
-        """The point at a place; CorrectorFailed where there is none."""
-        if place == 0.0:
-            return self.start
-        if place == self.length:
-            return self.stop
-        if place not in self._points:
-            ahead, length = self.start.tangent, self.length
-            bend = self.stop.x - self.start.x - length * ahead
-            near = self.start.x + place * ahead + (place / length) ** 2 * bend
-            self._points[place] = self.curve.corrected(near, ahead)
-        return self._points[place]
-
-    def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
-        """Where a number vanishes that changes its sign between two places, to rounding.
-
-        Parameters
-        ----------
-        number
-            Of a point.
-        low, high
-            The places; the whole segment by default.
-        below
-            The number at `low`, where rounding would decide on its sign.
-        """
-        last = self.length if high is None else high
-        first, second = number(self.at(low)) if below is None else below, number(self.at(last))
-
-        def several(places: Array) -> Array:
-            return np.array([number(self.at(float(place))) for place in places])
-
-        if first * second >= 0.0:
-            return low if abs(first) < abs(second) else last
-        ends = (np.array([low]), np.array([last]), np.array([first]), np.array([second]))
-        return float(bracketed_roots(several, *ends, steps=60)[0])
 
 
 # ---- A motion of which only the equations, the speeds and K(ξ) are asked, many times: computed by the kernels

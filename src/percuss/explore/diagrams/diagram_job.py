@@ -96,17 +96,8 @@ def running_pass(
 ) -> Columns:
     """One motion taken along: from a system upwards and downwards, each from where the motion of the one before ended.
 
-    Parameters
-    ----------
-    systems
-        One for each value; None where there is none, which no motion passes.
-    modes, stop, seed
-        Of the simulations.
-    place, rank
-        At which share of the values it begins, and with which of the motions that random starts settle on there: 0 for
-        the most frequent. Where there are fewer there is nothing to take along.
-    stopped
-        Whether the answer is no longer wanted.
+    It begins at a share of the values, its `place`, with a motion that random starts settle on there: of rank 0 the
+    most frequent one. Where there is none of its rank, nothing is taken along, and where no system is, nothing passes.
     """
     found, first = _empty(len(systems)), min(int(place * len(systems)), len(systems) - 1)
     here = systems[first]

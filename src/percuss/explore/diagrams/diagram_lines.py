@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,8 +12,10 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, PlainMotion, event_of
+from percuss.explore.continuation.parameter_range import unit_of
 from percuss.explore.continuation.rest_following import KEPT_IMPACTS
-from percuss.explore.continuation.solution_curve import CorrectorFailed, CurvePoint, SolutionCurve
+from percuss.explore.continuation.solution_curve import SolutionCurve
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk
 from percuss.explore.family import Family
 from percuss.model import System
 from percuss.model.checks import Array
@@ -235,9 +236,7 @@ def _is_near(line: DiagramBranch, value: float, times: Array) -> bool:
 # ---- Roots of the equations beyond an end of a branch: no motions, as the bar would pass the wall or strike backwards
 
 _ENDS = {BranchEvent.TOUCH, BranchEvent.DEATH}
-_FIRST, _LONGEST, _SHORTEST = 0.02, 0.1, 1e-4  # steps, of each impact in rad
 _MOST = 150
-_UNITS = 4.0  # of the range of the parameter, which count as a step of 1 rad
 _TRIED = 1e-3
 _SHOWN = 0.1  # share of the range for which they are followed
 
@@ -263,16 +262,17 @@ def beyond_the_ends(
 
 def _beyond(branch: Branch, end: BranchPoint, family: Family, between: tuple[float, float]) -> DiagramBranch | None:
     """The roots beyond one end; None where Newton's method finds none."""
-    unit = 2.0 ** round(math.log2((between[1] - between[0]) / _UNITS))
+    unit, shown = unit_of(between, end.value), _SHOWN * (between[1] - between[0])
     curve = SolutionCurve(family, branch.parameter, branch.impacts, branch.periods, branch.modes, unit)
+    bounds = max(between[0], end.value - shown), min(between[1], end.value + shown)
     try:
         start = _leaving(curve, curve.unknowns(end.orbit, end.value))
-        points = [] if start is None else _walked(curve, start, between)
+        points = [] if start is None else Walk(curve, start, (bounds,)).walked(_MOST).points
         motions = [curve.motion(point.x) for point in points]
         energies = [float(motion.blow_energies.mean()) for motion in motions]
     except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
         return None
-    if len(points) < 2:
+    if len(points) < 2 or points[1] is points[0]:
         return None
     scales = [(one.system.speed_scale, one.system.energy_scale) for one in motions if one.system.is_si]
     return DiagramBranch(
@@ -287,8 +287,7 @@ def _beyond(branch: Branch, end: BranchPoint, family: Family, between: tuple[flo
 
 def _leaving(curve: SolutionCurve, x: Array) -> CurvePoint | None:
     """The end with the tangent that leads away from what is possible; None where neither way does."""
-    orbit = curve.motion(x)
-    tangent = np.linalg.svd(curve.matrix(orbit, curve.column(orbit, curve.value(x))))[2][-1]
+    tangent = np.linalg.svd(curve.matrix(x))[2][-1]
     for way in (tangent, -tangent):
         try:
             tried = curve.corrected(x + _TRIED * way, way)
@@ -297,27 +296,3 @@ def _leaving(curve: SolutionCurve, x: Array) -> CurvePoint | None:
         if not curve.motion(tried.x).admissible:
             return CurvePoint(x, way, 0)
     return None
-
-
-def _walked(curve: SolutionCurve, start: CurvePoint, between: tuple[float, float]) -> list[CurvePoint]:
-    """Points along the curve from a start, as far as they are shown, or as Newton's method goes."""
-    first, shown = curve.value(start.x), _SHOWN * (between[1] - between[0])
-    points, size = [start], _FIRST * math.sqrt(curve.impacts)
-    longest = _LONGEST * math.sqrt(curve.impacts)
-    while len(points) < _MOST and size > _SHORTEST:
-        here = points[-1]
-        try:
-            found = curve.corrected(here.x + size * here.tangent, here.tangent)
-        except CorrectorFailed:
-            size *= 0.5
-            continue
-        times = found.x[: curve.impacts]
-        if float(found.tangent @ here.tangent) < 0.9 or np.any(np.diff(times) <= 0.0):
-            size *= 0.5
-            continue
-        value = curve.value(found.x)
-        if abs(value - first) > shown or not between[0] <= value <= between[1]:
-            break
-        points.append(found)
-        size = min(1.5 * size, longest)
-    return points

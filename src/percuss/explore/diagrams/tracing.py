@@ -61,22 +61,7 @@ def traced(
 ) -> list[DiagramBranch]:
     """All branches on which an orbit was found at one of the values or settled on, and those that begin on them.
 
-    Parameters
-    ----------
-    family, name, between
-        The systems, and which parameter is varied in which range.
-    values
-        Of the parameter, at which orbits are searched for; in the range.
-    search
-        What finds them.
-    switch
-        As for `percuss.explore.follow`.
-    modes
-        N.
-    stopped
-        Whether the answer is no longer wanted.
-    settled
-        Motions that simulations settle on.
+    `search` finds orbits at the values; `switch` is as for `follow`, and `settled` on are those of simulations.
     """
 
     def system(value: float) -> System:
@@ -206,19 +191,7 @@ def rests_traced(
     *,
     stopped: Callable[[], bool],
 ) -> list[DiagramBranch]:
-    """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole.
-
-    Parameters
-    ----------
-    family, name, between
-        The systems, and which parameter is varied in which range.
-    values
-        Of the parameter, at which cycles are looked for; in the range.
-    modes
-        N: branches are those of rigid bars, and of structures of one mode.
-    stopped
-        Whether the answer is no longer wanted.
-    """
+    """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole."""
     found: list[DiagramBranch] = []
     for value in values:
         try:

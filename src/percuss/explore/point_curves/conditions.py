@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import step_of, steps_passed
+from percuss.explore.continuation.load_steps import step_of, steps_passed
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady import PeriodicOrbit
@@ -17,94 +17,54 @@ from percuss.steady import PeriodicOrbit
 _LATE = 1e-4  # rad, by which the acceleration of the end is asked for
 
 
-class Condition(Protocol):
-    """What is asked of an orbit, besides that it is one."""
+class Condition(ABC):
+    """What is asked of an orbit, besides that it is one; by default of its times as they are, the same all along."""
 
     @property
+    @abstractmethod
     def kind(self) -> BranchEvent:
         """What the orbit is where it holds."""
-        ...
 
-    @property
-    def extras(self) -> int:
-        """Unknowns that it brings."""
-        ...
+    @abstractmethod
+    def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
+        """By how much it does not hold; as many numbers as it brings unknowns, and one."""
 
     def placed(self, system: System, times: Array) -> Array:
         """The times of the impacts as they stand in the equations."""
-        ...
-
-    def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """By how much it does not hold; shape (1 + extras,)."""
-        ...
+        return times
 
     def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Condition:
         """The same with what belongs to a place on the curve taken anew there."""
-        ...
+        return self
 
 
 @dataclass(frozen=True)
-class Plain:
-    """A condition on the times as they are, which belongs to no place."""
-
-    @property
-    def extras(self) -> int:
-        """None."""
-        return 0
-
-    def placed(self, system: System, times: Array) -> Array:
-        """The times."""
-        return times
-
-
-@dataclass(frozen=True)
-class Death(Plain):
+class Death(Condition):
     """An impact without speed: number `which`."""
 
     which: int
-
-    @property
-    def kind(self) -> BranchEvent:
-        """The death of an impact."""
-        return BranchEvent.DEATH
+    kind = BranchEvent.DEATH
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
         """Its speed."""
         return np.array([orbit.speeds[self.which]])
 
-    def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Death:
-        """The same."""
-        return self
-
 
 @dataclass(frozen=True)
-class Touch(Plain):
+class Touch(Condition):
     """The bar touches the wall in flight `flight`, at a time after its start that is an unknown."""
 
     flight: int
-
-    @property
-    def kind(self) -> BranchEvent:
-        """A touch."""
-        return BranchEvent.TOUCH
-
-    @property
-    def extras(self) -> int:
-        """The time of the touch."""
-        return 1
+    kind = BranchEvent.TOUCH
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
         """y and y' there."""
         y, velocity = orbit.flights[self.flight].end_motion(extra, orbit.modes)
         return np.array([y[0], velocity[0]])
 
-    def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Touch:
-        """The same."""
-        return self
-
 
 @dataclass(frozen=True)
-class Corner:
+class Corner(Condition):
     """Impact `which` falls on step `number` of the load, counted from time 0 on.
 
     The impact is put on the step before anything else is computed, so that the step may move with the parameters: as a
@@ -113,6 +73,7 @@ class Corner:
 
     which: int
     number: int
+    kind = BranchEvent.CORNER
 
     @staticmethod
     def of(orbit: PeriodicOrbit, which: int) -> Corner:
@@ -123,16 +84,6 @@ class Corner:
         numbers = (last - 1, last)
         return Corner(which, min(numbers, key=lambda n: abs(step_of(orbit.system, n) - orbit.times[which])))
 
-    @property
-    def kind(self) -> BranchEvent:
-        """A corner."""
-        return BranchEvent.CORNER
-
-    @property
-    def extras(self) -> int:
-        """None."""
-        return 0
-
     def placed(self, system: System, times: Array) -> Array:
         """The times with the impact on the step."""
         found = np.array(times)
@@ -142,10 +93,6 @@ class Corner:
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
         """The time from the step to the impact."""
         return np.array([times[self.which] - orbit.times[self.which]])
-
-    def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Corner:
-        """The same."""
-        return self
 
 
 def curvature(orbit: PeriodicOrbit, condition: Condition, extra: Array) -> float:
@@ -171,7 +118,7 @@ _VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 
 @dataclass(frozen=True)
-class Multiplier(Plain):
+class Multiplier(Condition):
     """A multiplier 1, a fold, or −1, a flip.
 
     Parameters
@@ -213,28 +160,19 @@ class Multiplier(Plain):
 
 
 @dataclass(frozen=True)
-class Pair(Plain):
+class Pair(Condition):
     """A pair of multipliers on the unit circle; cos θ is an unknown.
 
     g(ξ) + g(1/ξ) and (g(ξ) − g(1/ξ))/(ξ − 1/ξ) are real and smooth where the two meet at 1 or at −1, too.
     """
 
     border: tuple[Array, Array, Array]
+    kind = BranchEvent.NEIMARK_SACKER
 
     @staticmethod
     def of(orbit: PeriodicOrbit, cosine: float) -> Pair:
         """With the borders of an orbit."""
         return Pair(_border(orbit.bordered(_on_circle(cosine))))
-
-    @property
-    def kind(self) -> BranchEvent:
-        """Neimark–Sacker."""
-        return BranchEvent.NEIMARK_SACKER
-
-    @property
-    def extras(self) -> int:
-        """cos θ."""
-        return 1
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
         """Mean and difference quotient of g at ξ and 1/ξ; both are analytic in cos θ, also where ξ = 1/ξ."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,23 +12,23 @@ from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint, PointCurve
 from percuss.explore.continuation.branch_events import in_words
 from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
-from percuss.explore.continuation.solution_curve import CorrectorFailed
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Walk, both_ways, joined
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
-from percuss.explore.point_curves.curve_happenings import CurveHappening
-from percuss.explore.point_curves.curve_walk import CurveWalk, walked_curve
-from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
-from percuss.explore.point_curves.plane_walk import PlaneWalk, RestPlane, RestWalk, root_on_line
-from percuss.explore.point_curves.rest_conditions import TURN, Held, rest_condition
+from percuss.explore.point_curves.curve_walk import PointWalk
+from percuss.explore.point_curves.differenced import TwoParameters
+from percuss.explore.point_curves.extended_curve import ExtendedCurve
+from percuss.explore.point_curves.rest_conditions import TURN, rest_condition
+from percuss.explore.point_curves.rest_walk import RestEndCurve, RestEndWalk, rest_end_start
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
 
-# ---- Ends of cycles with rest followed through two parameters: onsets, touches, deaths, the last release
+Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+"""Those of both parameters."""
 
-_LAST = {"restitution": (0.0, 1.0), "contact.restitution": (0.0, 1.0)}  # the values that there are
-_SAME_REST, _BESIDE = 1e-6, 1e-2  # of a unit, by which the start may be off, and where the bar is held before
+# ---- Ends of cycles with rest followed through two parameters: onsets, touches, deaths, the last release
 
 
 def followed_rest_point(
@@ -36,69 +36,32 @@ def followed_rest_point(
     family: Family,
     names: tuple[str, str],
     here: tuple[float, float],
-    bounds: tuple[tuple[float, float], tuple[float, float]],
+    bounds: Ranges,
     most: int,
     halt: Callable[[], bool] | None,
 ) -> PointCurve:
     """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
-    units = np.array([unit_of(*one) for one in zip(bounds, here, strict=True)])
-    low, high = zip(*(_LAST.get(name, (-math.inf, math.inf)) for name in names), strict=True)
-    condition, side = rest_condition(point)
-    plane = RestPlane(family, names, units, condition)
-    box = np.clip(np.array(bounds).T, low, high) / units
-    start, slopes = _rest_curve_start(plane, point, np.array(here) / units, box)
-    steep = float(np.linalg.norm(slopes))
-    left = np.array([slopes[1], -slopes[0]]) / steep  # the number grows to the left of this direction
-    condition, parts = plane.condition, []
-    for way, slope in ((left, steep), (-left, -steep)):
-        walk = PlaneWalk(replace(plane, condition=condition), start, way, slope, box)
-        with halting(halt):
-            parts.append(RestWalk(point.cycle, walk, math.copysign(side, slope * side)).walked(most))
-        ended = parts[-1].happened[-1]
-        if ended.kind is BranchEvent.LIMIT and np.any(np.isinf(np.array(bounds).T) & (ended.place == box)):
-            last = BranchEvent.NO_SYSTEM
-            parts[-1].happened[-1] = ended._replace(kind=last, beyond=last.words)
-        if walk.end is BranchEvent.CLOSED:
-            break
-    return _rest_curve_told(point, plane, parts)
-
-
-def _rest_curve_start(plane: RestPlane, point: BranchPoint, here: Array, box: Array) -> tuple[Array, Array]:
-    """The point of the curve, and the derivatives of the number there."""
+    units = unit_of(bounds[0], here[0]), unit_of(bounds[1], here[1])
+    (condition, side), cycle = rest_condition(point), point.cycle
     try:
-        reach = _BESIDE if isinstance(plane.condition, Held) else _SAME_REST
-        for _ in range(2):
-            slopes = plane.slopes(here, box)
-            axis = np.zeros(2)
-            inside = np.abs(slopes) * np.where((here == box[0]) | (here == box[1]), 1e-9, 1.0)
-            axis[int(np.argmax(inside))] = 1.0  # not off the edge of the plane
-            here, _ = root_on_line(plane.number, here, axis, float(slopes @ axis) or math.inf, reach)
-            plane.arrived(here)
+        curve, start = rest_end_start(
+            RestEndCurve(family, names, units, condition), np.array(here) / np.array(units), bounds
+        )
     except Interrupted:
         raise
     except (CorrectorFailed, PercussError) as error:
-        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(plane.names, plane.values(here), strict=True))
+        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
         raise ParameterError("point", str(point), f"a point of the systems with {told}", str(error)) from None
-    return here, slopes
-
-
-def _rest_curve_told(point: BranchPoint, plane: RestPlane, parts: list[RestWalk]) -> PointCurve:
-    """The curve of one walk that closes, or of two from one place, the second of them backward."""
-    passed, happened = list(parts[0].passed), list(parts[0].happened)
-    if len(parts) > 1:
-        passed = [*parts[1].passed[:0:-1], *passed]
-        happened = [*parts[1].happened[::-1], *happened]
-    else:
-        happened.insert(0, happened[-1])
-    known = getattr(plane.family, "units", {})
+    with halting(halt):
+        walks = both_ways(lambda begin: RestEndWalk(curve, begin, bounds, cycle, side), start, most)
+    _, marks, happened = joined(walks)
+    *backward, forward = walks
+    seen = [one for way in backward for one in way.seen[:0:-1]] + forward.seen
+    values, releases, phases = zip(*seen, strict=True)
     return PointCurve(
-        event=point.kind, label=point.cycle.label, modes=point.cycle.modes, parameters=plane.names,
-        values=np.array([plane.values(one.place) for one in passed]),
-        releases=np.array([one.release for one in passed]),
-        event_phases=np.mod([one.time for one in passed], TURN),
-        is_orbit=np.array([one.is_cycle for one in passed], dtype=bool),
-        units=(known.get(plane.names[0], ""), known.get(plane.names[1], "")),
-        points=tuple(BranchPoint(one.kind, plane.values(one.place), None, one.beyond) for one in happened),
+        event=point.kind, label=cycle.label, modes=cycle.modes, parameters=names, values=np.array(values),
+        releases=np.array(releases), event_phases=np.mod(phases, TURN), is_orbit=np.array(marks, dtype=bool),
+        units=_units(family, names), points=tuple(_point(curve, one, way, most) for one, way in happened),
     )  # fmt: skip
 
 
@@ -235,11 +198,8 @@ def follow_point(
         return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways, halt)
     with halting(halt):
         curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
-        forward = walked_curve(curve, start, bounds, ways)
-        back = None
-        if forward.happened[-1].kind is not BranchEvent.CLOSED:
-            back = walked_curve(curve, start._replace(tangent=-start.tangent), bounds, ways)
-    return _told(curve, back, forward, ways)
+        walks = both_ways(lambda point: PointWalk(curve, point, bounds), start, ways)
+    return _told(curve, walks, ways)
 
 
 def _start(
@@ -247,8 +207,8 @@ def _start(
     family: Family,
     names: tuple[str, str],
     here: tuple[float, float],
-    bounds: tuple[tuple[float, float], tuple[float, float]],
-) -> tuple[ExtendedCurve, ExtendedPoint]:
+    bounds: Ranges,
+) -> tuple[ExtendedCurve, CurvePoint]:
     """The curve of a point, and the point on it."""
     orbit = point.orbit
     condition, extra = point_condition(point)
@@ -269,23 +229,17 @@ def _start(
 # -- the answer -------------------------------------------------------------------------------------------------------
 
 
-def _told(curve: ExtendedCurve, back: CurveWalk | None, forward: CurveWalk, most: int) -> PointCurve:
-    """The curve of two walks from one point, the one backward first."""
-    points, real = list(forward.points), list(forward.is_orbit)
-    happened = [(one, forward) for one in forward.happened]
-    if back is None:
-        happened.insert(0, happened[-1])
-    else:
-        points, real = [*back.points[:0:-1], *points], [*back.is_orbit[:0:-1], *real]
-        happened = [*((one, back) for one in back.happened[::-1]), *happened]
-    p, known = curve.impacts, getattr(curve.family, "units", {})
+def _told(curve: ExtendedCurve, walks: Sequence[Walk], most: int) -> PointCurve:
+    """The curve of walks from one point, the one backward first."""
+    points, marks, happened = joined(walks)
     rows = np.array([point.x for point in points])
     return PointCurve(
-        event=curve.condition.kind, label=f"z={p}/{curve.periods}", modes=curve.modes, parameters=curve.names,
+        event=curve.condition.kind, label=f"z={curve.impacts}/{curve.periods}", modes=curve.modes,
+        parameters=curve.names,
         values=np.array([curve.values(x) for x in rows]),
         times=np.array([curve.motion(x).times for x in rows]),
-        is_orbit=np.array(real, dtype=bool), angles=_angles(curve, rows),
-        units=(known.get(curve.names[0], ""), known.get(curve.names[1], "")),
+        is_orbit=np.array(marks, dtype=bool), angles=_angles(curve, rows),
+        units=_units(curve.family, curve.names),
         points=tuple(_point(curve, one, walk, most) for one, walk in happened),
     )  # fmt: skip
 
@@ -298,10 +252,16 @@ def _angles(curve: ExtendedCurve, rows: Array) -> Array:
     return np.full(len(rows), angle)
 
 
-def _point(curve: ExtendedCurve, one: CurveHappening, walk: CurveWalk, most: int) -> BranchPoint:
+def _units(family: Family, names: tuple[str, str]) -> tuple[str, str]:
+    known = getattr(family, "units", {})
+    return known.get(names[0], ""), known.get(names[1], "")
+
+
+def _point(curve: TwoParameters, one: LocatedEvent, walk: Walk, most: int) -> BranchPoint:
     beyond = one.kind.words
     if one.kind in (BranchEvent.NO_PUSH, BranchEvent.NO_SYSTEM) and walk.refusal is not None:
         beyond = in_words(walk.refusal)
     if one.kind is BranchEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"
-    return BranchPoint(one.kind, curve.values(one.point.x), curve.motion(one.point.x).orbit, beyond)
+    motion = curve.motion(one.point.x).orbit if isinstance(curve, ExtendedCurve) else None
+    return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond)

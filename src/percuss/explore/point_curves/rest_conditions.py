@@ -7,16 +7,16 @@ Here are touches, deaths of impacts and the last release.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol, Self
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint
 from percuss.explore.continuation.rest_following import short_rest
-from percuss.explore.continuation.solution_curve import CorrectorFailed
+from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.model import System
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import set_at_wall, wall_load
@@ -125,34 +125,27 @@ class RestWay:
 _STEPS, _CLOSE, _ASIDE = 30, 1e-12, 0.3
 
 
-class RestCondition(Protocol):
-    """What ends the cycles."""
+class RestCondition(ABC):
+    """What ends the cycles on a way of the bar, and how: its `kind`."""
 
-    @property
-    def kind(self) -> BranchEvent:
-        """How they end."""
-        ...
+    way: RestWay
+    kind: BranchEvent
 
-    @property
-    def way(self) -> RestWay:
-        """The way of the bar."""
-        ...
-
+    @abstractmethod
     def number(self, system: System) -> float:
         """What vanishes; CorrectorFailed where it is not known."""
-        ...
 
-    def renewed(self, system: System) -> Self:
+    @abstractmethod
+    def renewed(self, system: System) -> RestCondition:
         """The same with what belongs to a place on the curve taken anew."""
-        ...
 
+    @abstractmethod
     def phase(self, system: System) -> float:
         """When it happens, in rad of the load."""
-        ...
 
 
 @dataclass(frozen=True)
-class Grazing:
+class Grazing(RestCondition):
     """The bar just reaches the wall in the flight after the impacts of the way: a touch, or an impact without speed.
 
     Parameters
@@ -211,15 +204,11 @@ def _leg_at(leg: Leg, time: float) -> Leg:
 
 
 @dataclass(frozen=True)
-class Pulling:
+class Pulling(RestCondition):
     """A load that just no longer pulls: the number is how hard it does."""
 
     way: RestWay
-
-    @property
-    def kind(self) -> BranchEvent:
-        """No release."""
-        return BranchEvent.RELEASE_LOST
+    kind = BranchEvent.RELEASE_LOST
 
     def _deepest(self, system: System) -> tuple[float, float]:
         """The phase of the least load near the release, and that load."""
@@ -270,7 +259,7 @@ class Endless(CorrectorFailed):
 
 
 @dataclass(frozen=True)
-class Vanishing:
+class Vanishing(RestCondition):
     """A chatter that piles up just as the push that presses the bar on the wall is gone.
 
     The number is the push that is missing at the last of the impacts of the way: negative where the chatter does not
@@ -279,11 +268,7 @@ class Vanishing:
     """
 
     way: RestWay
-
-    @property
-    def kind(self) -> BranchEvent:
-        """An onset."""
-        return BranchEvent.ONSET
+    kind = BranchEvent.ONSET
 
     def number(self, system: System) -> float:
         """The missing push, in the unit of the load."""
@@ -349,18 +334,14 @@ def _followed(course: Course, first: Struck, limit: FallingPush) -> Iterator[tup
 
 
 @dataclass(frozen=True)
-class Late:
+class Late(RestCondition):
     """A bar that comes to rest just as the load lets go, still pressed on the wall by its strain, or by a step.
 
     The number is the time from the rest to the release.
     """
 
     way: RestWay
-
-    @property
-    def kind(self) -> BranchEvent:
-        """An onset."""
-        return BranchEvent.ONSET
+    kind = BranchEvent.ONSET
 
     def _rest(self, system: System) -> tuple[float, Course]:
         course = self.way.course(system)

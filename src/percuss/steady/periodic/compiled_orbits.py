@@ -13,9 +13,10 @@ import numpy.typing as npt
 
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
+from percuss.mechanics.flow import Propagator
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady.oscillator import Propagator, refuse_resonance
+from percuss.steady.oscillator import refuse_resonance
 from percuss.steady.periodic.impact_chain import Blocks, ImpactChain, Passage
 
 

@@ -26,11 +26,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from percuss.mechanics.flow import Propagator, phi1, phi2, propagator
 from percuss.model import Contact, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load import Side
 from percuss.steady.harmonic import Response
-from percuss.steady.oscillator import Propagator, comes_back, phi1, phi2, propagator
+from percuss.steady.oscillator import comes_back
 from percuss.steady.phases import forced_response
 
 # ---- The motion through p impacts as arrays, and the 2×2 solve by which a mode comes back after a cycle

@@ -17,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.halting import look
+from percuss.mechanics.flow import phi1, phi2
 from percuss.model import System
 from percuss.model.checks import Array
-from percuss.steady.oscillator import phi1, phi2
 from percuss.steady.periodic.periodic_orbit import SAME
 
 # ---- Numbers with a bound of their error, in rows: midpoint-radius arithmetic, whose rounding goes into the radius

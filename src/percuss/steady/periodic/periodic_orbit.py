@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
+from percuss.mechanics.flow import phi1, phi2
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
@@ -20,7 +21,7 @@ from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.harmonic import Response
 from percuss.steady.orbit import Reason
-from percuss.steady.oscillator import ModalState, free_sum, phi1, phi2
+from percuss.steady.oscillator import ModalState, free_sum
 from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
 from percuss.steady.periodic.impact_chain import ImpactChain, ManyNumbers, Passage, bordered, eliminated
 from percuss.steady.phases import forced_response

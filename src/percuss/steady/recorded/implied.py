@@ -18,9 +18,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from percuss.mechanics.flow import phi1
 from percuss.model.checks import Array
 from percuss.steady.orbit import Orbit
-from percuss.steady.oscillator import phi1
 
 _POINTS = 4096
 _STEPS = 40

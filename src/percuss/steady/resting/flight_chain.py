@@ -16,35 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.halting import look
+from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator
 from percuss.model import Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.system import half_swing
 from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.oscillator import phi1, phi2, propagator, refuse_resonance
+from percuss.steady.oscillator import refuse_resonance
 from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
-
-# ---- The sine of x less x, exact for small x
-
-
-def excess_of(x: float) -> float:
-    """Of a number."""
-    if abs(x) >= 1.0:
-        return math.sin(x) - x
-    y, series = x * x, 1.0
-    for j in range(19, 3, -2):
-        series = 1.0 - y * series / ((j - 1.0) * j)
-    return -x * y / 6.0 * series
-
-
-def excess(x: Array) -> Array:
-    """Of an array."""
-    small = np.abs(x) < 1.0
-    y = np.where(small, x, 0.0) ** 2
-    series = np.ones_like(y)
-    for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule
-        series = 1.0 - y * series / ((j - 1.0) * j)
-    return np.asarray(np.where(small, -x * y / 6.0 * series, np.sin(x) - x))
-
 
 # ---- A stretch of free flight under a load without jumps, told by how far the striking end has come since its start
 #
@@ -226,7 +204,11 @@ class Leg:
             known, (z, rate), time = swing.known, self.free, t[:, None]
             step, half = propagator(known.omega, known.damping, time), 0.5 * known.damping
             lost = np.expm1(-half * time) - step.versine
-            y = y + ((lost + half * step.b) * z + self._bent(step.b, time) * rate) @ known.gamma
+            y = (
+                y
+                + ((lost + half * step.b) * z + beyond_time(known.omega, known.damping, step.b, time) * rate)
+                @ known.gamma
+            )
             v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
         return np.asarray(self.start.gap + y), np.asarray(v)
 
@@ -243,23 +225,13 @@ class Leg:
         for k, amplitude in self._waves:
             angle = k * t
             even = 2.0 * math.sin(0.5 * angle) ** 2
-            height -= amplitude.imag * excess_of(angle) + amplitude.real * even
+            height -= amplitude.imag * excess(angle) + amplitude.real * even
             speed -= k * (amplitude.real * math.sin(angle) - amplitude.imag * even)
         return self.start.gap + height, speed
 
     @cached_property
     def _waves(self) -> list[tuple[float, complex]]:
         return list(zip(self.swing.harmonics.tolist(), (self.swing.end * self.turned).tolist(), strict=True))
-
-    def _bent(self, b: Array, time: Array) -> Array:
-        """Φ's b − t, without cancellation where the modes ring; shape (len(t), N)."""
-        known = self.swing.known
-        half = 0.5 * known.damping
-        square = known.omega**2 - half**2
-        rate = np.sqrt(np.abs(square))
-        angle = np.where(square > 0.0, rate, 1.0) * time
-        exact = np.expm1(-half * time) * b / np.exp(-half * time) + excess(angle) / np.where(square > 0.0, rate, 1.0)
-        return np.asarray(np.where((square > 0.0) & (half * time < 1.0), exact, b - time))
 
     def at(self, t: float) -> Motion:
         """The motion a time after the start."""

@@ -17,7 +17,15 @@ from percuss.model import Cushion
 from percuss.model.checks import instance
 from percuss.shown import Shown
 from percuss.steady.self_excited.margins import mean_pressure
-from percuss.steady.self_excited.piston_flight import Flight
+from percuss.steady.self_excited.piston_flight import (
+    Flight,
+    acceleration,
+    at,
+    first_crossing,
+    last_place,
+    turning_places,
+    turning_time,
+)
 from percuss.steady.self_excited.piston_legs import Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import RigidCycle, under_pressure
 from percuss.steady.self_excited.self_switching import SelfExcited, piston_of
@@ -214,7 +222,7 @@ class _Blank:
         flight = self._flight()
         if self.where == "free":
             self._fly_free(flight, until)
-        elif self.where == "in" and self.v >= 0.0 and flight.acceleration >= 0.0:
+        elif self.where == "in" and self.v >= 0.0 and acceleration(flight) >= 0.0:
             self._hold(until)
         elif self.where == "in":
             self._fly_in(flight, until)
@@ -223,7 +231,7 @@ class _Blank:
 
     def _went(self, flight: Flight, duration: float, place: float | None = None) -> None:
         """To where a flight is after a time, or to a place."""
-        x, v = flight.at(duration)
+        x, v = at(flight, duration)
         self.x, self.v, self.time = x if place is None else place, v, self.time + duration
         self.reach = max(self.reach, -self.x)
 
@@ -234,45 +242,46 @@ class _Blank:
 
     def _fly_free(self, flight: Flight, until: float) -> None:
         """Beside no cushion: to a port, to the place of the blow, or into the cushion."""
-        places, ports = self.piston.places
-        edge = [] if self.cushion is None else [(-self.cushion.beyond, -1)]
-        found = flight.first_crossing([*places, *edge], until * (1.0 + _TOGETHER))
-        if found is None and until == math.inf:
-            self.reach = max([self.reach, *(-x for x in flight.turning_places())])
-            goes = flight.last_place == -math.inf
+        edges, ways = self.piston.numbers[1][:2]
+        front = None if self.cushion is None else -self.cushion.beyond
+        places = [edges, ways] if front is None else [[*edges, front], [*ways, -1.0]]
+        time, place, way = first_crossing(flight, places, until * (1.0 + _TOGETHER))
+        if way == 0 and until == math.inf:
+            self.reach = max([self.reach, *(-x for x in turning_places(flight))])
+            goes = last_place(flight) == -math.inf
             self.ending = "leaves" if goes else "stops"
-            self.reach = math.inf if goes else max(self.reach, -flight.last_place)
+            self.reach = math.inf if goes else max(self.reach, -last_place(flight))
             return
-        duration = until if found is None else found.time
-        self.reach = max([self.reach, *(-x for x in flight.turning_places(duration))])
-        if found is None:
+        duration = time if way else until
+        self.reach = max([self.reach, *(-x for x in turning_places(flight, duration))])
+        if way == 0:
             self._due(flight, until)
             return
-        self._went(flight, duration, [*places, *edge][found.which[0]][0])
-        for which in found.which:
-            if which == 0:
-                self.passes.append((self.time, -self.v))
-                self.reaches.append(self.reach)
-                self.reach = 0.0
-            elif which <= len(ports):
-                self._demand(ports[which - 1])
-            else:
-                self.where = "in"
+        self._went(flight, duration, place)
+        if way < 0 and place == 0.0:
+            self.passes.append((self.time, -self.v))
+            self.reaches.append(self.reach)
+            self.reach = 0.0
+        for number, passed in enumerate(zip(edges, ways, strict=True)):
+            if passed == (place, way):
+                self._demand(number)
+        if way < 0 and place == front:
+            self.where = "in"
 
     def _fly_in(self, flight: Flight, until: float) -> None:
         """Into the cushion, until it turns, or to the front end."""
         assert self.cushion is not None
         end = math.inf if self.cushion.length is None else self.cushion.beyond + self.cushion.length
-        turning = flight.turning_time
+        turning = turning_time(flight)
         stop = min(turning, until)
-        found = flight.first_crossing([(-end, -1)], stop * (1.0 + _TOGETHER)) if end < math.inf else None
-        if found is not None:
-            self._went(flight, found.time, -end)
+        time, _, way = first_crossing(flight, [[-end], [-1.0]], stop * (1.0 + _TOGETHER))
+        if way:
+            self._went(flight, time, -end)
             self.ending, self.front_speed = "strikes the front end", -self.v
         elif stop == math.inf:
-            goes = flight.last_place == -math.inf
+            goes = last_place(flight) == -math.inf
             self.ending = "leaves" if goes else "stops in the cushion"
-            self.reach = math.inf if goes else max(self.reach, -flight.last_place)
+            self.reach = math.inf if goes else max(self.reach, -last_place(flight))
         elif turning <= until:
             self._went(flight, turning)
             self.v = 0.0
@@ -282,7 +291,7 @@ class _Blank:
     def _hold(self, until: float) -> None:
         """At rest in the cushion, or going back where more pulls than pushes."""
         self.where = "out"
-        if self.v > 0.0 or self._flight().acceleration > 0.0:
+        if self.v > 0.0 or acceleration(self._flight()) > 0.0:
             return
         self.where = "in"
         if until == math.inf:
@@ -293,14 +302,14 @@ class _Blank:
     def _fly_out(self, flight: Flight, until: float) -> None:
         """Out of the cushion, until it turns in it, or leaves it."""
         assert self.cushion is not None
-        if self.v <= 0.0 and flight.acceleration <= 0.0:  # the valve has changed
+        if self.v <= 0.0 and acceleration(flight) <= 0.0:  # the valve has changed
             self.where = "in"
             return
-        turning = flight.turning_time
+        turning = turning_time(flight)
         stop = min(turning, until)
-        found = flight.first_crossing([(-self.cushion.beyond, 1)], stop * (1.0 + _TOGETHER))
-        if found is not None:
-            self._went(flight, found.time, -self.cushion.beyond)
+        time, _, way = first_crossing(flight, [[-self.cushion.beyond], [1.0]], stop * (1.0 + _TOGETHER))
+        if way:
+            self._went(flight, time, -self.cushion.beyond)
             self.where = "free"
         elif stop == math.inf:
             self.ending = "stops in the cushion"

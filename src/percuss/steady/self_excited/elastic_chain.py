@@ -17,50 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.mechanics.flow import propagated, rates, response_of
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array, count, finite, instance, numbers, several, text
 from percuss.model.load.valve import MOST_PORTS, Orders
-from percuss.steady.oscillator import propagator
-from percuss.steady.self_excited.piston_flight import response, responses
 from percuss.steady.self_excited.rigid_cycle import RigidCycle
 
-# ---- The flight of an elastic body under a constant force: every coordinate of the machine by itself, in closed form
-
-
-def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
-    """s′, s and q of every coordinate (see `piston_flight.response`) at the times t; each of shape (N + 1, len(t)).
-
-    The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
-    """
-    ds, s, q = np.empty((3, modes.omega.size, t.size))
-    square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
-    one = t.size == 1  # Newton's method asks for one time after the other, which need no arrays
-    ds[0], s[0], q[0] = (
-        response(float(t[0]), square, drag) if one else responses(t, float(t.max(initial=0.0)), square, drag)
-    )
-    if modes.size:
-        omega, damping = modes.omega[1:, None], modes.damping[1:, None]
-        step = propagator(omega, damping, t[None, :])
-        one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
-        ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
-    return ds, s, q
-
-
-def propagated(modes: MachineModes, state: Array, force: float, response: tuple[Array, Array, Array]) -> Array:
-    """The state (N + 1, 2) after a time whose response is given, or the columns of (N + 1, 2, C) without force."""
-    ds, s, q = response
-    square = modes.omega**2
-    if state.ndim == 3:
-        ds, s, q, square = ds[:, None], s[:, None], q[:, None], square[:, None]
-    u, v = state[:, 0], state[:, 1]
-    pull = -square * u if force == 0.0 else force * modes.driven - square * u
-    return np.stack([u + v * s + pull * q, v * ds + pull * s], axis=1)
-
-
-def rates(modes: MachineModes, state: Array, force: float) -> Array:
-    """Velocity and acceleration of a state (N + 1, 2)."""
-    u, v = state[:, 0], state[:, 1]
-    return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1)
+# ---- The flight of an elastic body under a constant force: every coordinate of the machine by itself
 
 
 def energy_of(modes: MachineModes, state: Array) -> float:

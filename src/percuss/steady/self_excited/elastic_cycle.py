@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from percuss.mechanics.flow import propagated, rates, response_of
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load.valve import Orders
@@ -24,9 +25,6 @@ from percuss.steady.self_excited.elastic_chain import (
     first_entering,
     orders_after,
     place_row,
-    propagated,
-    rates,
-    response_of,
     rhythm_of,
     steps_of,
 )

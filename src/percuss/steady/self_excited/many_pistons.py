@@ -75,18 +75,16 @@ def rigid_cycles(
     """
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed
-    from percuss.steady.self_excited import cycle_kernels as lk
-    from percuss.steady.self_excited import cycle_kernels as nk
 
     pistons = [piston_of(machine) for machine in machines]
     fed = np.array([machine.valve.supply is not None for machine in machines], dtype=bool)
     n = len(pistons)
-    does, told = np.full(n, kn.UNKNOWN, dtype=np.int64), np.full((n, lk.TOLD), np.nan)
-    derivatives, begun = np.zeros((n, lk.NUMBERS, lk.NUMBERS)), np.zeros(n, dtype=np.bool_)
+    does, told = np.full(n, kn.UNKNOWN, dtype=np.int64), np.full((n, kn.TOLD), np.nan)
+    derivatives, begun = np.zeros((n, kn.NUMBERS, kn.NUMBERS)), np.zeros(n, dtype=np.bool_)
     if n:
-        rows, slopes = np.zeros((nk.ROWS, lk.ROW)), np.zeros((lk.SLOPES, lk.NUMBERS))
-        matrices, tells = np.zeros((nk.MATRICES, lk.NUMBERS, lk.NUMBERS + 1)), np.zeros((nk.TELLING, lk.TOLD))
-        step = np.zeros(lk.NUMBERS)
+        rows, slopes = np.zeros((kn.ROWS, kn.ROW)), np.zeros((kn.SLOPES, kn.NUMBERS))
+        matrices, tells = np.zeros((kn.MATRICES, kn.NUMBERS, kn.NUMBERS + 1)), np.zeros((kn.ROWS, kn.TOLD))
+        step = np.zeros(kn.NUMBERS)
         kn.cycles_of(*_packed(pistons), starts, rows, slopes, matrices, tells, step, does, told, derivatives, begun)
     does[fed] = kn.UNKNOWN
     limits = np.array([math.inf] * n if rooms is None else [math.inf if room is None else room for room in rooms])
@@ -119,7 +117,7 @@ def _judged(
     begun: npt.NDArray[np.bool_],
     limits: Array,
 ) -> RigidCycles:
-    from percuss.steady.self_excited import cycle_kernels as lk
+    from percuss.steady.self_excited import piston_kernels as kn
 
     factor = np.array([machine.contact.velocity_factor for machine in machines])
     lossless = np.array(
@@ -128,8 +126,8 @@ def _judged(
     does, told, begun = np.where(lossless, -1, does), np.where(lossless, np.nan, told), begun & ~lossless
     answered = does < len(_OBSTACLES)
     obstacles = [_OBSTACLES[code] if known else None for code, known in zip(does, answered, strict=True)]
-    period, speed, stroke, rise = told[lk.DURATION], told[lk.SPEED], told[lk.FARTHEST], told[lk.RISE]
-    multipliers = np.full((does.size, lk.NUMBERS), np.nan, dtype=complex)
+    period, speed, stroke, rise = told[kn.DURATION], told[kn.SPEED], told[kn.FARTHEST], told[kn.RISE]
+    multipliers = np.full((does.size, derivatives.shape[1]), np.nan, dtype=complex)
     there = np.flatnonzero(does == 0)
     multipliers[there] = np.linalg.eigvals(derivatives[there])
     for i in range(len(machines)):
@@ -144,5 +142,5 @@ def _judged(
     taken = (1.0 - factor**2) * energy
     duty = np.where(rise < 0.0, 0.0, (period - rise) / period)
     return RigidCycles(
-        tuple(obstacles), answered, period, speed, energy, stroke, told[lk.WORK], taken, duty, multiplier, begun
+        tuple(obstacles), answered, period, speed, energy, stroke, told[kn.WORK], taken, duty, multiplier, begun
     )

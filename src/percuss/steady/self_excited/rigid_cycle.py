@@ -7,16 +7,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from itertools import islice
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
+from percuss.halting import look
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.shown import Shown
+from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.piston_flight import distances
 from percuss.steady.self_excited.piston_legs import (
+    MOST,
     Leg,
     Piston,
     Rebound,
@@ -26,6 +29,9 @@ from percuss.steady.self_excited.piston_legs import (
     leg_after,
     leg_from,
     pressure_integral,
+    rebound_of,
+    row_of,
+    table,
 )
 
 # ---- Which multipliers of an elastic machine belong to its rhythm and which to its ringing, and to which mode
@@ -288,15 +294,6 @@ class ValveCycle(Shown, ABC):
 
 # ---- A periodic motion of a rigid piston that switches its own valve, found by Newton's method, and its figures
 
-_STEPS = 40
-_SHRINKING = 16  # steps after which each is shorter than the one before, or there is no cycle near
-_CLOSELY = 3  # the same for a start close to the cycle
-_SHRUNK = 0.9  # of the step before: at a fold it is 0.5
-_CLOSED = 1e-13  # of the speed and of the period
-_MEETS = 1e-9  # … of the rebound and the one that follows: at a grazing the slope is so great that no step is long
-_HALVINGS = 6
-_TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
-
 
 @dataclass(frozen=True)
 class RigidCycle(ValveCycle):
@@ -421,8 +418,51 @@ class RigidCycle(ValveCycle):
         found = np.empty(within.shape)
         for i in np.unique(which).tolist():
             there = which == i
-            found[there] = segments[i].flight.distances(within[there] - begins[i])
+            found[there] = distances(segments[i].flight, within[there] - begins[i])
         return -found
+
+
+@dataclass(frozen=True)
+class _Search:
+    """A piston, and room to look for its cycle."""
+
+    piston: Piston
+    most: int = 0  # legs that are followed
+    room: int = MOST  # for pending orders
+
+    @cached_property
+    def work(self) -> kn.Tables:
+        """What the functions work on."""
+        forces, ports, law, _ = self.piston.numbers
+        rows, size = kn.FIRST + self.most, 2 + self.room
+        matrices = [table(size, size + 1) for _ in range(kn.MATRICES)]
+        slopes, tells = table(kn.BY_ORDER + self.room, size), table(rows, kn.TOLD)
+        return kn.Tables(forces, ports, law, table(rows, kn.DUE + 2 * self.room), slopes, matrices, tells, [0.0] * size)
+
+    def near(self, rebound: Rebound, blows: int, shrinking: int) -> RigidCycle | None:
+        """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
+        look()
+        begin, supply = row_of(self.piston, rebound, self.room), self.piston.numbers[-1]
+        return self.found(blows if kn.cycle_near(begin, blows, shrinking, self.work, supply) else 0)
+
+    def after(self, rebound: Rebound) -> RigidCycle | None:
+        """The cycle that one of the blows after a rebound is near."""
+        look()
+        kn.copied(row_of(self.piston, rebound, self.room), self.work.rows[kn.NOW])
+        supply = self.piston.numbers[-1]
+        number, ending = kn.followed(self.most, self.work, supply)
+        return self.found(kn.cycle_at(0, number if ending == kn.BLOW else number - 1, self.work, supply))
+
+    def found(self, blows: int) -> RigidCycle | None:
+        """The cycle of so many blows that was found, with its longest flight first; none of 0."""
+        if blows == 0:
+            return None
+        rebound = rebound_of(self.piston, self.work.rows[kn.NEXT])
+        legs = tuple(_followed(self.piston, leg_after(self.piston, rebound), blows))
+        longest = int(np.argmax([leg.duration for leg in legs]))
+        begins = [rebound, *(leg.rebound for leg in legs)][longest]
+        assert begins is not None
+        return RigidCycle(legs[longest:] + legs[:longest], begins, self.piston)
 
 
 def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = False) -> RigidCycle | None:
@@ -430,101 +470,22 @@ def cycle_near(piston: Piston, rebound: Rebound, blows: int, *, close: bool = Fa
 
     With `close` the rebound is so near it that the steps soon get shorter.
     """
-    now, legs, before = rebound, _legs(piston, rebound, blows), math.inf
-    for number in range(_STEPS):
-        if legs is None or _is_idle(now, legs):
-            return None
-        error = _error(now, legs)
-        slope: Array = reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size))
-        try:
-            step: Array = np.linalg.solve(np.eye(slope.shape[0]) - slope, error).astype(float)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.all(np.isfinite(step)):
-            return None
-        scale = np.array([max(leg.blow_speed for leg in legs), *[sum(leg.duration for leg in legs)] * (step.size - 1)])
-        if now.pressure is not None:
-            scale[-1] = now.pressure
-        size = float(np.max(np.abs(step) / scale))
-        if size <= _CLOSED:
-            closes = np.all(np.abs(error) <= _MEETS * scale) and _strikes(piston, legs)
-            return _made(piston, now, legs) if closes else None
-        if number >= (_CLOSELY if close else _SHRINKING) and size > _SHRUNK * before:
-            return None
-        before = size
-        now, legs = _stepped(piston, now, step, blows)
-    return None
+    return _Search(piston, 0, _room(rebound)).near(rebound, blows, kn.CLOSELY if close else kn.SHRINKING)
 
 
-def _legs(piston: Piston, rebound: Rebound, blows: int) -> tuple[Leg, ...] | None:
-    """The flights of so many blows, when they lead to a rebound of the same kind."""
-    legs: list[Leg] = []
-    now = rebound
-    for _ in range(blows):
-        legs.append(leg_after(piston, now))
-        following = legs[-1].rebound
-        if following is None:
-            return None
-        now = following
-    return tuple(legs) if now.label == rebound.label else None
-
-
-def _is_idle(rebound: Rebound, legs: tuple[Leg, ...]) -> bool:
-    """Whether no demand was accepted, or the wall is only touched.
-
-    A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
-    """
-    if not any(leg.blow_speed > 0.0 for leg in legs):
-        return True
-    return not rebound.orders.pending and not any(leg.switches or leg.dropped for leg in legs)
-
-
-def _strikes(piston: Piston, legs: tuple[Leg, ...]) -> bool:
-    """Whether it does more than touch the wall, so that rounding makes a blow of a swing that ends there."""
-    force = max(abs(piston.valve.force(name)) for name, _ in piston.valve.pairs)
-    speed, stroke = max(leg.blow_speed for leg in legs), max(leg.farthest for leg in legs)
-    return speed * speed > _TOUCHES * force * stroke
-
-
-def _error(rebound: Rebound, legs: tuple[Leg, ...]) -> Array:
-    last = legs[-1].rebound
-    assert last is not None
-    return last.numbers - rebound.numbers
-
-
-def _stepped(piston: Piston, rebound: Rebound, step: Array, blows: int) -> tuple[Rebound, tuple[Leg, ...] | None]:
-    """The rebound after a step, or after a part of it where the whole one leads to another kind of motion."""
-    for halving in range(_HALVINGS):
-        numbers = rebound.numbers + 0.5**halving * step
-        if np.all(numbers >= 0.0):
-            following = rebound.with_numbers(numbers)
-            legs = _legs(piston, following, blows)
-            if legs is not None:
-                return following, legs
-    return rebound, None
-
-
-def _made(piston: Piston, rebound: Rebound, legs: tuple[Leg, ...]) -> RigidCycle:
-    """The cycle, with its longest flight first."""
-    longest = int(np.argmax([leg.duration for leg in legs]))
-    begins = [rebound, *(leg.rebound for leg in legs)][longest]
-    assert begins is not None
-    return RigidCycle(legs[longest:] + legs[:longest], begins, piston)
+def _room(rebound: Rebound) -> int:
+    return MOST + 2 * len(rebound.orders.pending)
 
 
 # ---- The cycle in which a machine that switches itself ends: some blows from a fast start, then Newton's method
 
-_FEW = 4
-_MOST_BLOWS = 80  # in which a machine settles, or is given up
-_MOST_IN_CYCLE = 8
-_ALIKE = 0.1  # speeds so near each other, as a part, are worth a try with several blows in a cycle
-_CHATTER = 1e-10  # of the greatest speed: a slower rebound at a wall to which the valve pushes is at rest
-_TRIES = 12
-_TRIES_IN_CYCLE = 3  # for each number of blows in a cycle
 _LAST = 5  # rebounds + 1
+_MOST_ROOM = 400  # for pending orders: a leg has no more events
 
 
-def followed_legs(piston: Piston, behind: float = 0.0, velocity: float = 0.0, most: int = 6 * _MOST_BLOWS) -> list[Leg]:
+def followed_legs(
+    piston: Piston, behind: float = 0.0, velocity: float = 0.0, most: int = kn.STARTED_BLOWS
+) -> list[Leg]:
     """The flights from a start, blow by blow, until nothing follows; the valve begins in its starting state."""
     return _followed(piston, leg_from(piston, behind, velocity), most)
 
@@ -533,7 +494,7 @@ def _followed(piston: Piston, first: Leg, most: int) -> list[Leg]:
     legs, greatest = [first], 0.0
     while len(legs) < most and (rebound := legs[-1].rebound) is not None:
         greatest = max(greatest, rebound.speed)
-        if rebound.speed < _CHATTER * greatest and piston.after(replace(rebound, speed=0.0)).push < 0.0:
+        if rebound.speed < kn.CHATTER * greatest and piston.after(replace(rebound, speed=0.0)).push < 0.0:
             rebound = replace(rebound, speed=0.0)
         legs.append(leg_after(piston, rebound))
     return legs
@@ -545,22 +506,18 @@ def followed_from(piston: Piston, rebound: Rebound, most: int) -> list[Leg]:
 
 
 def settled(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
-    """The cycle in which a fast start ends, and the flights of the fastest start."""
-    first: list[Leg] = []
-    starts = (
-        (1.0, _FEW, 0),
-        (1.0, _MOST_BLOWS, _FEW),
-        (0.5, _MOST_BLOWS, 0),
-        (0.25, _MOST_BLOWS, 0),
-        (2.0, _MOST_BLOWS, 0),
-    )
-    for part, most, tried in starts:
-        legs = _followed(piston, leg_after(piston, _fast(piston, part)), most)
-        first = first if len(first) > _FEW else legs
-        cycle = cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None], tried)
-        if cycle is not None:
-            return cycle, legs
-    return None, first
+    """The cycle in which a fast start ends, and without one the flights of the fastest start."""
+    look()
+    room, why, part = MOST, kn.UNKNOWN, 1.0
+    while why == kn.UNKNOWN and room <= _MOST_ROOM:
+        search = _Search(piston, kn.MOST_BLOWS, room)
+        why, blows, part = kn.settled(search.work, piston.numbers[-1])
+        room *= 2
+    if blows:
+        return search.found(blows), []
+    row = search.work.rows[kn.NOW]
+    kn.fast(*piston.numbers[:3], part, row)
+    return None, followed_from(piston, rebound_of(piston, row), kn.MOST_BLOWS)
 
 
 def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
@@ -568,43 +525,10 @@ def continued(piston: Piston, cycle: RigidCycle) -> RigidCycle | None:
     found = cycle_near(piston, cycle.rebound, 1, close=True)
     if found is not None:
         return found
-    legs = _followed(piston, leg_after(piston, cycle.rebound), _FEW)
+    legs = _followed(piston, leg_after(piston, cycle.rebound), kn.FEW)
     rebounds = [leg.rebound for leg in legs if leg.rebound is not None]
     tried = (cycle_near(piston, rebound, 1, close=True) for rebound in rebounds[:-_LAST:-1])
     return next((one for one in tried if one is not None and one.switches), None)
-
-
-def _fast(piston: Piston, part: float) -> Rebound:
-    """A rebound at a part of the speed that the valve could give at most, in the state that pulls most."""
-    valve = piston.valve
-    forces = {name: force for name, force in valve.pairs}
-    difference = max(forces.values()) - min(forces.values())
-    farthest = max((port.behind for port in valve.ports if port.behind is not None), default=0.0)
-    latest = max(port.delay for port in valve.ports)
-    most = 2.0 * difference * farthest + (difference * latest) ** 2
-    lost = max(0.05, piston.contact.energy_taken(1.0, 0.0))
-    back = min(forces, key=lambda name: forces[name])
-    speed = -piston.factor * math.sqrt(most / lost) * part
-    return Rebound(speed, back, replace(valve.orders, last=back))
-
-
-def cycle_at(piston: Piston, rebounds: list[Rebound], tried: int = 0) -> RigidCycle | None:
-    """The cycle that one of the rebounds is near, with few blows rather than many; the first ones were tried before."""
-    for rebound in rebounds[tried:_TRIES]:
-        cycle = cycle_near(piston, rebound, 1)
-        if cycle is not None and cycle.switches:
-            return cycle
-    for blows in range(1, _MOST_IN_CYCLE + 1):
-        pairs = zip(rebounds[:-_TRIES:-1], rebounds[-1 - blows : -_TRIES - blows : -1], strict=False)
-        for now in islice((now for now, before in pairs if _alike(now, before)), _TRIES_IN_CYCLE):
-            cycle = cycle_near(piston, now, blows)
-            if cycle is not None and cycle.switches:
-                return cycle
-    return None
-
-
-def _alike(now: Rebound, before: Rebound) -> bool:
-    return now.label == before.label and abs(now.speed - before.speed) <= _ALIKE * max(now.speed, before.speed)
 
 
 # ---- The cycle of a machine that a pump and an accumulator feed: first the pressure that results, then Newton's method
@@ -634,8 +558,9 @@ def fed(piston: Piston) -> tuple[RigidCycle | None, list[Leg]]:
     cycle = None if rebound is None or balance is None else _with_less_oil(piston, rebound, *balance)
     if cycle is not None:
         return cycle, []
-    legs = followed_from(piston, rebound or _start(piston), _MOST_FED_BLOWS)
-    return cycle_at(piston, [leg.rebound for leg in legs if leg.rebound is not None]), legs
+    rebound = rebound or _start(piston)
+    cycle = _Search(piston, _MOST_FED_BLOWS, _room(rebound)).after(rebound)
+    return cycle, [] if cycle is not None else followed_from(piston, rebound, _MOST_FED_BLOWS)
 
 
 def _start(piston: Piston) -> Rebound:

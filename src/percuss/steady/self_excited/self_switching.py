@@ -16,6 +16,7 @@ from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited.elastic_chain import Rhythm
 from percuss.steady.self_excited.elastic_cycle import ElasticCycle, settled_from
+from percuss.steady.self_excited.piston_flight import NO_PORTS, at, first_crossing, turning_places, turning_time
 from percuss.steady.self_excited.piston_legs import Leg, Piston, Rebound
 from percuss.steady.self_excited.rigid_cycle import (
     RigidCycle,
@@ -166,7 +167,7 @@ def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
         state = last.switches[-1].to if last.switches else _state_before(piston, legs)
         return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
     if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
-        nearest = min(min([s.behind, *s.flight.turning_places(s.duration)]) for s in last.segments[1:])
+        nearest = min(min([s.behind, *turning_places(s.flight, s.duration)]) for s in last.segments[1:])
         return {"obstacle": Obstacle.NO_BLOW, "found": nearest, "needed": 0.0}
     if last.ending == "nothing follows":
         reached, ports = last.farthest, piston.valve.ports
@@ -213,17 +214,17 @@ def latest_return(piston: Piston, rebound: Rebound, to: str) -> float | None:
     from scipy.optimize import brentq  # slow to import
 
     falling = piston.flight(rebound.state, 0.0, rebound.speed)
-    back = falling.first_crossing([(0.0, -1)], math.inf)
-    if back is None:
+    late, _, way = first_crossing(falling, NO_PORTS, math.inf)
+    if way == 0:
         return math.inf if rebound.speed > 0.0 else 0.0
 
     def nearest(due: float) -> float:
-        x, v = falling.at(due)
+        x, v = at(falling, due)
         pulled = piston.flight(to, x, v)
-        turn = pulled.turning_time
-        return pulled.at(turn)[0] if math.isfinite(turn) else math.copysign(x, v)
+        turn = turning_time(pulled)
+        return at(pulled, turn)[0] if math.isfinite(turn) else math.copysign(x, v)
 
-    early, late = falling.turning_time, back.time
+    early = turning_time(falling)
     return float(brentq(nearest, early, late)) if nearest(early) > 0.0 >= nearest(late) else None
 
 

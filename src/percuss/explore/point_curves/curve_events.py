@@ -11,8 +11,10 @@ import numpy as np
 
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import FlipForm, Passed, indicator, press, step_of, steps_passed
-from percuss.explore.continuation.solution_curve import CorrectorFailed, twice
+from percuss.explore.continuation.branch_events import FlipForm, indicator, press
+from percuss.explore.continuation.load_steps import Passed, step_of, steps_passed
+from percuss.explore.continuation.solution_curve import twice
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Number, Segment
 from percuss.explore.point_curves.conditions import (
     Condition,
     Corner,
@@ -22,7 +24,7 @@ from percuss.explore.point_curves.conditions import (
     Touch,
     curvature,
 )
-from percuss.explore.point_curves.extended_curve import ExtendedCurve, ExtendedPoint
+from percuss.explore.point_curves.extended_curve import ExtendedCurve
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit
@@ -34,16 +36,8 @@ _ALIKE = 1e-6  # of a step, within which two things happen at one place
 _FOLLOW = {BranchEvent.WITH_FOLD, BranchEvent.WITH_FLIP, BranchEvent.RESONANCE_1, BranchEvent.RESONANCE_2}
 
 
-class CurveHappening(NamedTuple):
-    """What happens at a share of the way between two points."""
-
-    kind: BranchEvent
-    share: float
-    point: ExtendedPoint
-
-
-def without_what_follows(found: list[CurveHappening], condition: Condition) -> list[CurveHappening]:
-    """What happens, a resonant grazing as one thing, and corners without what jumps there.
+def without_what_follows(found: list[LocatedEvent], condition: Condition, alike: float) -> list[LocatedEvent]:
+    """What happens, a resonant grazing as one thing, and corners without what jumps there; places may be `alike`.
 
     At a resonant grazing K(ξ) is singular for every ξ, and so for 1 and −1, which says no more. On a curve of folds or
     flips it is seen as an impact without speed.
@@ -51,16 +45,16 @@ def without_what_follows(found: list[CurveHappening], condition: Condition) -> l
     grazing = isinstance(condition, Death | Touch)
     sign = BranchEvent.RESONANT_GRAZING if grazing else BranchEvent.WITH_DEATH
     for one in [one for one in found if one.kind is sign]:
-        here = [other for other in found if other.kind in _FOLLOW and _is_near(other.share, [one.share])]
+        here = [other for other in found if other.kind in _FOLLOW and _is_near(other.place, [one.place], alike)]
         if here:
             found = [other for other in found if not any(other is gone for gone in (one, *here))]
             found.append(one._replace(kind=BranchEvent.RESONANT_GRAZING))
-    corners = [one.share for one in found if one.kind is BranchEvent.WITH_CORNER]  # where K(ξ) jumps
-    return [one for one in found if one.kind not in _FOLLOW or not _is_near(one.share, corners)]
+    corners = [one.place for one in found if one.kind is BranchEvent.WITH_CORNER]  # where K(ξ) jumps
+    return [one for one in found if one.kind not in _FOLLOW or not _is_near(one.place, corners, alike)]
 
 
-def _is_near(share: float, others: list[float]) -> bool:
-    return any(abs(share - other) < _ALIKE for other in others)
+def _is_near(place: float, others: list[float], alike: float) -> bool:
+    return any(abs(place - other) < alike for other in others)
 
 
 # ---- Whether a motion that fulfils a condition is an orbit otherwise: its impacts strike, and it stays off the wall
@@ -131,26 +125,18 @@ def maxima(flight: Flight, modes: int) -> tuple[Array, Array]:
 
 # ---- Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs
 
-Tests: TypeAlias = list[tuple[BranchEvent, Callable[[ExtendedPoint], float]]]
+Tests: TypeAlias = list[tuple[BranchEvent, Number]]
 """Kinds of points, and of each the number that vanishes there."""
 
 _APART = 1e-4  # of ξ from 1 or −1, for the derivative of g
 _FAR = 1e4  # ξ at which the multipliers that are finite count no more
 
 
-def tests_of(curve: ExtendedCurve, first: ExtendedPoint) -> Tests:
-    """What is looked at between a point of a curve and the next one.
-
-    Parameters
-    ----------
-    curve
-        The curve.
-    first
-        The point.
-    """
+def tests_of(curve: ExtendedCurve, first: CurvePoint) -> Tests:
+    """What is looked at between a point of a curve and the next one."""
     condition = curve.condition
 
-    def of_orbit(number: Callable[[PeriodicOrbit, Array], float]) -> Callable[[ExtendedPoint], float]:
+    def of_orbit(number: Callable[[PeriodicOrbit, Array], float]) -> Number:
         return lambda point: number(curve.motion(point.x), curve.extra(point.x))
 
     fold = BranchEvent.WITH_FOLD, of_orbit(lambda orbit, _: indicator(orbit, 1.0))
@@ -189,7 +175,7 @@ def _turn(degrees: int) -> Callable[[PeriodicOrbit, Array], float]:
     return lambda _, extra: float(extra[0]) - cosine
 
 
-def _resonant(condition: Condition, of_orbit: Callable[..., Callable[[ExtendedPoint], float]]) -> Tests:
+def _resonant(condition: Condition, of_orbit: Callable[..., Number]) -> Tests:
     def number(orbit: PeriodicOrbit, extra: Array) -> float:
         if isinstance(condition, Death):
             return growing(orbit)
@@ -232,12 +218,12 @@ def growing(orbit: PeriodicOrbit) -> float:
 # ---- What happens between two points of a curve over two parameters
 
 
-def clearance_at(curve: ExtendedCurve, point: ExtendedPoint) -> Clearance:
+def clearance_at(curve: ExtendedCurve, point: CurvePoint) -> Clearance:
     """How far the orbit at a point of the curve is from being none."""
     return clearance(curve.motion(point.x), curve.condition, curve.extra(point.x))
 
 
-def passed_at(curve: ExtendedCurve, point: ExtendedPoint) -> Passed:
+def passed_at(curve: ExtendedCurve, point: CurvePoint) -> Passed:
     """How many steps of the load each impact has passed; of that on a step all along, the number of the step."""
     found = steps_passed(curve.motion(point.x))
     if isinstance(curve.condition, Corner):
@@ -245,21 +231,19 @@ def passed_at(curve: ExtendedCurve, point: ExtendedPoint) -> Passed:
     return found
 
 
-def happenings(
-    curve: ExtendedCurve, here: ExtendedPoint, point: ExtendedPoint, clear: Clearance, passed: Passed
-) -> list[CurveHappening]:
-    """What happens on the way from a point to the next, in order; of the first, its clearance and steps passed."""
+def events_between(segment: Segment, clear: Clearance, passed: Passed) -> list[LocatedEvent]:
+    """What happens on a step, in order; of its start the clearance, and how many steps of the load are passed."""
+    curve, here, point = segment.curve, segment.start, segment.stop
 
-    def located(kind: BranchEvent, number: Callable[[ExtendedPoint], float]) -> CurveHappening:
-        share, there = curve.root(here, point, number)
-        return CurveHappening(kind, share, there)
+    def located(kind: BranchEvent, number: Number) -> LocatedEvent:
+        return segment.event(kind, segment.root(number))
 
     found = [located(kind, number) for kind, number in tests_of(curve, here) if number(here) * number(point) < 0.0]
     now = clearance_at(curve, point)
     for i in range(len(now)):
         if clear[i] * now[i] < 0.0:
 
-            def margin(at: ExtendedPoint, i: int = i) -> float:
+            def margin(at: CurvePoint, i: int = i) -> float:
                 return clearance_at(curve, at)[i]
 
             found.append(located(Clearance.lost(i), margin))
@@ -267,12 +251,13 @@ def happenings(
     for i in np.flatnonzero(after != passed).tolist():
         number = int(passed[i]) - (after[i] < passed[i])
 
-        def off(at: ExtendedPoint, i: int = i, number: int = number) -> float:
+        def off(at: CurvePoint, i: int = i, number: int = number) -> float:
             orbit = curve.motion(at.x)
             return float(orbit.times[i]) - step_of(orbit.system, number)
 
         found.append(located(BranchEvent.WITH_CORNER, off))
-    return sorted(without_what_follows(found, curve.condition), key=lambda one: one.share)
+    found = without_what_follows(found, curve.condition, _ALIKE * segment.length)
+    return sorted(found, key=lambda one: one.place)
 
 
 # ---- Where a curve of orbits of twice the period comes to an end: the two halves of their cycle become one orbit
@@ -297,7 +282,7 @@ def halves_differ(curve: ExtendedCurve, x: Array) -> Array:
     return x[half : 2 * half] - x[:half] - math.pi * curve.periods
 
 
-def halved(curve: ExtendedCurve, near: Array) -> ExtendedPoint:
+def halved(curve: ExtendedCurve, near: Array) -> CurvePoint:
     """The point at which both halves are one orbit, from unknowns near it; or CorrectorFailed."""
     p, half = curve.impacts, curve.impacts // 2
     start = np.concatenate([near[:half] + 0.5 * halves_differ(curve, near), near[p : p + 3]])
@@ -312,18 +297,18 @@ def halved(curve: ExtendedCurve, near: Array) -> ExtendedPoint:
     if float(np.abs(found.x - start).max()) > _REACH:
         raise CorrectorFailed("another flip")
     x = np.concatenate([twice(found.x[: half + 1], half, narrow.periods), found.x[half + 1 :], curve.extra(near)])
-    return ExtendedPoint(x, np.zeros(x.size), np.zeros((0, x.size)), 0)
+    return CurvePoint(x, np.zeros(x.size), 0)
 
 
-def _bent_to_neither_side(narrow: ExtendedCurve, start: ExtendedPoint) -> ExtendedPoint:
+def _bent_to_neither_side(narrow: ExtendedCurve, start: CurvePoint) -> CurvePoint:
     """The point of a curve of flips at which the doubled orbit begins towards neither side, by the secant method."""
 
-    def bend(point: ExtendedPoint) -> float:
+    def bend(point: CurvePoint) -> float:
         return FlipForm.of(narrow.motion(point.x)).bend
 
     found, last, before, along = start, bend(start), 0.0, _HALVED_ASIDE
     for _ in range(_STEPS):
-        found = narrow.corrected(start.x + along * start.tangent, start.tangent, start.tangent, start.matrix)
+        found = narrow.corrected(start.x + along * start.tangent, start.tangent, start.tangent, start)
         here = bend(found)
         if here == last or abs(along) > _REACH:
             break

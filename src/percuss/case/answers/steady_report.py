@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.facts import Fact, Teller, rows_of
+from percuss.case.answers.numerals import as_typed, counted, number, percent
 from percuss.case.answers.reach_in_words import ends_in_words
+from percuss.case.answers.report_parts import BAD, GOOD, Report, Section, system_section
 from percuss.case.answers.sentences import ENDED, does, every, name_of, power, summary_of, timed_in_words
 from percuss.case.answers.steady_answer import rest_note
-from percuss.cli.arguments import as_typed
-from percuss.cli.report_parts import BAD, GOOD, Report, Section, system_section
+from percuss.steady.figures import FIGURES
 from percuss.steady.orbit import Reason
 
 if TYPE_CHECKING:
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.structure_answer import StructureAnswer, StructureMotion
     from percuss.model import System, Timed
     from percuss.stability import Stability
-    from percuss.steady import Drag, SIReport, SteadyStates
+    from percuss.steady import Orbit, SteadyStates
 
 
 # ---- What a law that knows the duration of the blow says, as lines of the report beside those of B77's law
@@ -79,11 +81,11 @@ MOST_WARNINGS = 3
 
 def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> Section:
     """The card of an orbit, with what a law of blows that take time makes of it."""
-    orbit, judged, system = answer.orbit, answer.stability, answer.orbit.system
+    orbit, judged, tell = answer.orbit, answer.stability, Teller.of(answer.orbit.system)
     verdict = "stable" if judged.stable else "unstable"
     possible = "possible" if orbit.admissible else "not possible"
     rows = [
-        ("phase", _phase(orbit.phase, system)),
+        ("phase", _phase(orbit.phase, tell)),
         ("possible", _possible(answer)),
         ("verdict", _verdict(judged)),
         ("margins", _margins(judged)),
@@ -91,12 +93,11 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> S
     ]
     if judged.disagreement:
         rows.append(("note", judged.disagreement))
-    rows.append(("force at impact", _waveform(judged, system)))
+    rows.append(("force at impact", _waveform(judged, tell)))
     if orbit.impact_velocity > 0.0:
-        rows += _si_rows(answer.si, answer.drag) if answer.si is not None else _plain_rows(answer)
-        rows.append(("energy", _energy(answer)))
+        rows += rows_of(answer, _BLOW, tell)
     else:
-        rows.append(("blow", _no_blow(answer)))
+        rows.append(("blow", _no_blow(orbit, tell)))
     rows += timed_rows(answer, law)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
     if len(orbit.warnings) > MOST_WARNINGS:
@@ -106,25 +107,20 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> S
     return Section(heading, tuple(rows), tone, level=2)
 
 
-def _phase(phase: float, system: System) -> str:
+def _phase(phase: float, tell: Teller) -> str:
     text = f"{number(phase, 5)} rad = {number(math.degrees(phase))}°"
-    return f"{text} = {quantity(phase * system.time_scale, 's')} into the load period" if system.is_si else text
+    return f"{text} = {tell(phase, 'time')} into the load period" if tell.is_si else text
 
 
 def _possible(answer: OrbitAnswer) -> str:
-    orbit, system = answer.orbit, answer.orbit.system
+    orbit, tell = answer.orbit, Teller.of(answer.orbit.system)
     if orbit.admissible and not orbit.proven:
         return "yes, as far as the sums over modes tell, but not proved: a touch between the blows cannot be ruled out"
     if orbit.admissible:
         return "yes: the bar strikes forward and stays clear of the wall between the blows"
     if orbit.violation is None or orbit.obstacle is Reason.NO_BLOW:
         return "no: at the moment of impact the striking end would be moving away from the wall"
-    time, depth = number(orbit.violation.time), number(orbit.violation.depth)
-    if system.is_si:
-        time = quantity(orbit.violation.time * system.time_scale, "s")
-        depth = quantity(orbit.violation.depth * system.length_scale, "m")
-    else:
-        time += " rad"
+    time, depth = tell(orbit.violation.time, "time"), tell(orbit.violation.depth, "length")
     return f"no: {time} after the impact the striking end would be inside the wall, {depth} deep"
 
 
@@ -158,14 +154,11 @@ def _multipliers(judged: Stability) -> str:
     return text
 
 
-def _waveform(judged: Stability, system: System) -> str:
+def _waveform(judged: Stability, tell: Teller) -> str:
     """The waveform criterion (theory §11) in words, and what to change."""
     criterion = judged.waveform
     values = (criterion.force, criterion.force_lower, criterion.force_upper)
-    if system.is_si:
-        force, lower, upper = (quantity(value * system.force_scale, "N") for value in values)
-    else:
-        force, lower, upper = (number(value) for value in values)
+    force, lower, upper = (tell(value, "force") for value in values)
     text = f"{force}; a stable blow of a rigid, undamped bar needs a force between {lower} and {upper} (the mean)"
     if criterion.stable:
         return text
@@ -178,82 +171,90 @@ def _waveform(judged: Stability, system: System) -> str:
     return f"{text}, or, with this force, strike with a restitution below {number(needed, 3)}"
 
 
-def _no_blow(answer: OrbitAnswer) -> str:
-    speed = -answer.orbit.impact_velocity
-    told = number(speed, 6) if answer.si is None else f"{number(-answer.si.impact_velocity_m_s)} m/s"
+def _no_blow(orbit: Orbit, tell: Teller) -> str:
+    speed = -orbit.impact_velocity
+    told = tell(speed, "speed", plain=6)
     return f"none: the striking end would be leaving the wall at {told}" if speed else "none: the end would stand still"
 
 
-def _si_rows(si: SIReport, drag: Drag) -> list[tuple[str, str]]:
-    end, rigid = f"{number(si.impact_velocity_m_s)} m/s", f"{number(si.rigid_velocity_m_s)} m/s"
-    apart = abs(si.rigid_velocity_m_s - si.impact_velocity_m_s) > 0.01 * abs(si.impact_velocity_m_s)
-    speed = f"{end} at the striking end, {rigid} on average" if apart else end
-    blow, taken = quantity(si.blow_energy_J, "J"), quantity(si.delivered_energy_J, "J")
-    peak = "" if si.peak_stress_MPa is None else f"{number(si.peak_stress_MPa)} MPa peak, "
-    momentum = f"momentum {number(si.momentum_N_s)} N·s per blow"
-    return [
-        ("blow", f"{blow}, of which {taken} taken by the impact (R); {speed}"),
-        ("rate", f"{number(si.blow_rate_Hz)} Hz = {number(si.blow_rate_per_min)} blows/min"),
-        ("power", _power(si)),
-        ("stroke", f"{number(si.stroke_mm)} mm"),
-        (
-            "stress",
-            f"{peak}for a contact of {number(si.contact_time_us)} µs",
-        ),
-        ("mean force", f"{quantity(1e3 * si.mean_force_kN, 'N')}; {momentum}"),
-        *([("drag", _drag(si, drag))] if si.drag_N_s_m else []),
-    ]
+def _blow(answer: OrbitAnswer, tell: Teller) -> str:
+    orbit = answer.orbit
+    end, rigid = (tell(value, "speed", plain=6) for value in (orbit.impact_velocity, orbit.rigid_velocity))
+    apart = abs(orbit.rigid_velocity - orbit.impact_velocity) > 0.01 * abs(orbit.impact_velocity)
+    speed = f"{end} at the striking end, {rigid} on average" if apart or not tell.is_si else end
+    blow, taken = (tell(value, "energy", plain=6) for value in (orbit.blow_energy, orbit.delivered_energy))
+    return f"{blow}, of which {taken} taken by the impact (R); {speed}"
 
 
-def _power(si: SIReport) -> str:
+def _power(answer: OrbitAnswer, tell: Teller) -> str:
     """Where the power goes; the blows carry more than is put in where the rebound keeps much."""
-    rate = si.blow_rate_Hz
-    taken = si.delivered_energy_J * rate
-    kept = 1e3 * si.percussive_power_kW - taken
-    efficiency = "" if si.efficiency is None else f"; efficiency {percent(si.efficiency)} of the input"
+    orbit = answer.orbit
+    blow, taken = orbit.blow_energy / orbit.period, orbit.delivered_energy / orbit.period
+    share = FIGURES["efficiency"].value(orbit)
+    efficiency = "" if share is None else f"; efficiency {percent(share)} of the input"
     return (
-        f"input {quantity(1e3 * si.input_power_kW, 'W')}; percussive {quantity(1e3 * si.percussive_power_kW, 'W')} "
-        f"(energy before the impact times rate) = {quantity(taken, 'W')} taken by the impact + "
-        f"{quantity(kept, 'W')} kept by the rebound{efficiency}"
+        f"input {tell(orbit.energy.input / orbit.period, 'power')}; percussive {tell(blow, 'power')} "
+        f"(energy before the impact times rate) = {tell(taken, 'power')} taken by the impact + "
+        f"{tell(blow - taken, 'power')} kept by the rebound{efficiency}"
     )
 
 
-def _drag(si: SIReport, drag: Drag) -> str:
-    text = f"c = {number(si.drag_N_s_m)} N·s/m: {quantity(1e3 * si.drag_force_kN, 'N')} at the striking speed, "
-    text += f"{percent(drag.of_mean)} of the mean push"
+def _stress(answer: OrbitAnswer, _: Teller) -> str | None:
+    si = answer.si
+    if si is None:
+        return None
+    peak = "" if si.peak_stress_MPa is None else f"{number(si.peak_stress_MPa)} MPa peak, "
+    return f"{peak}for a contact of {number(si.contact_time_us)} µs"
+
+
+def _mean_force(answer: OrbitAnswer, tell: Teller) -> str | None:
+    si = answer.si
+    text = None if si is None else f"momentum {number(si.momentum_N_s)} N·s per blow"
+    return text and f"{tell(FIGURES['mean_force'].value(answer.orbit) or 0.0, 'force')}; {text}"
+
+
+def _drag(answer: OrbitAnswer, tell: Teller) -> str | None:
+    si, drag = answer.si, answer.drag
+    if not answer.orbit.system.d:
+        return None
+    head = "" if si is None else f"c = {number(si.drag_N_s_m)} N·s/m: "
+    text = f"{head}{tell(drag.force, 'force')} at the striking speed, {percent(drag.of_mean)} of the mean push"
     return text if drag.of_input is None else f"{text}; damping takes {percent(drag.of_input)} of the input"
 
 
-def _plain_rows(answer: OrbitAnswer) -> list[tuple[str, str]]:
-    orbit = answer.orbit
-    speed = f"{number(orbit.impact_velocity, 6)} at the striking end, {number(orbit.rigid_velocity, 6)} on average"
-    return [
-        ("striking speed", speed),
-        (
-            "blow energy",
-            f"{number(orbit.blow_energy, 6)}, of which {number(orbit.delivered_energy, 6)} taken by the impact (R)",
-        ),
-        ("stroke", number(orbit.stroke, 6)),
-        *([("drag", _plain_drag(answer.drag))] if orbit.system.d else []),
-    ]
-
-
-def _plain_drag(drag: Drag) -> str:
-    text = f"{number(drag.force)} at the striking speed, {percent(drag.of_mean)} of the mean push"
-    return text if drag.of_input is None else f"{text}; damping takes {percent(drag.of_input)} of the input"
-
-
-def _energy(answer: OrbitAnswer) -> str:
-    orbit, system = answer.orbit, answer.orbit.system
-    energy = orbit.energy
-    values = (energy.input, energy.impact, energy.damping)
-    if system.is_si:
-        texts = [quantity(value * system.energy_scale, "J") for value in values]
-    else:
-        texts = [number(value, 5) for value in values]
+def _energy(answer: OrbitAnswer, tell: Teller) -> str:
+    energy = answer.orbit.energy
+    put_in, impact, damping = (
+        tell(value, "energy", plain=5) for value in (energy.input, energy.impact, energy.damping)
+    )
     misses = abs(energy.imbalance) / max(abs(energy.input), abs(energy.impact), 1e-300)
-    closing = f"closes to {number(misses, 2)} ({counted(orbit.modes, 'mode')})"
-    return f"{texts[0]} in per impact = {texts[1]} to the impact + {texts[2]} to damping; {closing}"
+    closing = f"closes to {number(misses, 2)} ({counted(answer.orbit.modes, 'mode')})"
+    return f"{put_in} in per impact = {impact} to the impact + {damping} to damping; {closing}"
+
+
+def _rate(answer: OrbitAnswer, _: Teller) -> str | None:
+    si = answer.si
+    return None if si is None else f"{number(si.blow_rate_Hz)} Hz = {number(si.blow_rate_per_min)} blows/min"
+
+
+def _about(
+    label: str, name: str, dimension: str, words: Callable[[OrbitAnswer, Teller], str | None]
+) -> Fact[OrbitAnswer]:
+    """A line about a figure of an orbit."""
+    return Fact("", label, FIGURES[name].meaning, dimension, lambda one: FIGURES[name].value(one.orbit), words)
+
+
+_BLOW = (
+    _about("blow", "blow_energy", "energy", _blow),
+    _about("rate", "blow_rate", "rate", _rate),
+    _about("power", "power", "power", _power),
+    _about("stroke", "stroke", "length", lambda one, tell: tell(one.orbit.stroke, "length", plain=6)),
+    _about("stress", "stress", "stress", _stress),
+    _about("mean force", "mean_force", "force", _mean_force),
+    _about("drag", "drag_force", "force", _drag),
+    _about("energy", "input_power", "energy", _energy),
+)
+"""What a blow is, of a motion that strikes."""
 
 
 # ---- Where random starts end, as a section of the report
@@ -319,9 +320,9 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
         now, then = system.load.load_factor, nearest.load_factor
         text = f"load factor {number(then)} (now {number(now)})"
         if system.is_si:
-            mean = system.load.mean * system.force_scale
+            mean, tell = system.load.mean, Teller.of(system)
             text += (
-                f": a mean force of {quantity(mean * then / now, 'N')} instead of {quantity(mean, 'N')} "
+                f": a mean force of {tell(mean * then / now, 'force')} instead of {tell(mean, 'force')} "
                 "with the same alternating part"
             )
         rows.append(("nearest", text))
@@ -361,17 +362,14 @@ def _reach_section(answer: SteadyAnswer) -> Section:
 
 def _rest_section(answer: SteadyAnswer) -> Section:
     rest, system = answer.rest, answer.system
-
-    def force(value: float) -> str:
-        return quantity(value * system.force_scale, "N") if system.is_si else number(value)
-
-    least, load = force(rest.least_contact_force), force(rest.quasi_static)
+    tell = Teller.of(system)
+    least, load = tell(rest.least_contact_force, "force"), tell(rest.quasi_static, "force")
     if not math.isfinite(rest.least_contact_force):
         text = f"not possible: a bar at rest is driven at resonance (the load itself never falls below {load})"
     elif rest.held_by_waves:
         text = (
             f"possible only with every wave in the bar: with them the contact force never falls below {least}, but the "
-            f"load itself pulls with up to {force(-rest.quasi_static)}. A simulation, which leaves these waves "
+            f"load itself pulls with up to {tell(-rest.quasi_static, 'force')}. A simulation, which leaves these waves "
             "out at rest, lets the bar go there, so that random starts do not stay"
         )
     elif rest.possible:
@@ -428,11 +426,8 @@ def _existence(states: SteadyStates) -> Section:
 
 
 def _motion(one: StructureMotion, heading: str) -> Section:
-    orbit, system = one.orbit, one.orbit.system
-    speed, energy = number(orbit.impact_velocity, 6), number(orbit.blow_energy, 4)
-    if system.is_si:
-        speed = f"{number(orbit.impact_velocity * system.speed_scale)} m/s"
-        energy = quantity(orbit.blow_energy * system.energy_scale, "J")
+    orbit, tell = one.orbit, Teller.of(one.orbit.system)
+    speed, energy = tell(orbit.impact_velocity, "speed", plain=6), tell(orbit.blow_energy, "energy")
     possible = "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"
     largest = one.multipliers.largest
     rows = (

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.clock_note import clock_in_short
+from percuss.case.answers.facts import Teller
 from percuss.case.answers.numerals import counted, number, percent, quantity
+from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section, system_section
 from percuss.case.answers.sentences import orbit_in_words
 from percuss.case.answers.simulation_answer import held_down_in_words
-from percuss.cli.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section, system_section
 from percuss.model.system import rests
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def _motion_section(answer: SimulationAnswer) -> Section:
     length = motion.end_time - motion.begin_time
     span = f"{number(length / _TURN, 6)} load periods"
     if system.is_si:
-        span += f" = {quantity(length * system.time_scale, 's')}"
+        span += f" = {Teller.of(system)(length, 'time')}"
     counts = [counted(motion.impacts, "impact")]
     mode = "elastic mode" if system.body.is_free else "mode"
     modes = counted(motion.modes, mode) if motion.modes else "no elastic modes"
@@ -153,11 +154,9 @@ def _start(answer: SimulationAnswer) -> str:
     y = float(motion.gap([motion.begin_time])[0])
     velocity = float(motion.bar_velocity(1.0, [motion.begin_time], "left")[0, 0])
     velocity = velocity if abs(velocity) > 1e-15 else 0.0  # the sum of the modes rounds
-    where, speed = number(y), number(velocity)
-    end = "striking end" if system.body.is_free else "contact"
-    if system.is_si:
-        where, speed = quantity(y * system.length_scale, "m"), f"{number(velocity * system.speed_scale)} m/s"
-    return f"load phase {number(motion.begin_time)} rad, {end} at {where} with velocity {speed}"
+    tell, end = Teller.of(system), "striking end" if system.body.is_free else "contact"
+    start = f"{end} at {tell(y, 'length')} with velocity {tell(velocity, 'speed')}"
+    return f"load phase {number(motion.begin_time)} rad, {start}"
 
 
 def _tolerance(motion: Trajectory) -> str:
@@ -178,40 +177,25 @@ def _figures_section(answer: SimulationAnswer) -> Section:
     if figures.impacts == 0:
         return Section("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
     shown = f"Figures (impacts {figures.first + 1} to {figures.last + 1})"
-    return Section(shown, tuple(_plain_rows(answer, figures) if figures.si is None else _si_rows(answer, figures)))
+    return Section(shown, tuple(_figure_rows(answer, figures)))
 
 
-def _plain_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
-    rows = []
+def _figure_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
+    tell, si, rows = Teller.of(answer.system), figures.si, []
     if figures.blow_rate is not None:
-        rows.append(("blow rate", _rates(figures.blow_rate, figures.main_blow_rate, "per load period")))
-        rows.append(("interval", _interval(answer, figures)))
+        rows.append(("blow rate", _rates(answer.system, figures.blow_rate, figures.main_blow_rate)))
+        rows.append(("interval", _interval(tell, figures)))
     if figures.impact_velocity is not None and figures.blow_energy is not None:
-        which = _which(figures)
-        speed = _values(figures.impact_velocity, figures.cycle_velocities, lambda v: number(v, 6))
-        energy = _values(figures.blow_energy, figures.cycle_energies, lambda e: number(e, 6))
-        rows += [("striking speed", f"{speed}{which}"), ("blow energy", f"{energy}{which}")]
+        which, share = _which(figures), ""
+        speed = _values(figures.impact_velocity, figures.cycle_velocities, lambda v: tell(v, "speed", plain=6))
+        blow = _values(figures.blow_energy, figures.cycle_energies, lambda e: tell(e, "energy", plain=6))
+        if si is not None and si.delivered_energy_J is not None and si.blow_energy_J:
+            share = f", of which the impact takes {number(100.0 * si.delivered_energy_J / si.blow_energy_J)} %"
+        rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}{share}")]
     if figures.energy_lost_per_period is not None:
-        rows.append(("energy lost", f"{number(figures.energy_lost_per_period, 6)} per load period, to the wall"))
-    return rows
-
-
-def _si_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
-    si, rows = figures.si, []
-    assert si is not None
-    if si.blow_rate_Hz is not None:
-        rows.append(("blow rate", _rates(si.blow_rate_Hz, si.main_blow_rate_Hz, "Hz")))
-        rows.append(("interval", _interval(answer, figures)))
-    if si.impact_velocity_m_s is not None and si.blow_energy_J is not None and si.delivered_energy_J is not None:
-        which = _which(figures)
-        speed = _values(si.impact_velocity_m_s, si.cycle_velocities_m_s, lambda v: f"{number(v)} m/s")
-        taken = si.delivered_energy_J / si.blow_energy_J if si.blow_energy_J else 0.0
-        share = f"of which the impact takes {number(100.0 * taken)} %"
-        blow = _values(si.blow_energy_J, si.cycle_energies_J, lambda e: quantity(e, "J"))
-        rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}, {share}")]
-    if si.delivered_power_kW is not None and si.delivered_energy_per_period_J is not None:
-        each = f"{quantity(si.delivered_energy_per_period_J, 'J')} per load period"
-        rows.append(("taken", f"by the impacts {each}, {quantity(1e3 * si.delivered_power_kW, 'W')}"))
+        each = f"by the impacts {tell(figures.energy_lost_per_period, 'energy', plain=6)} per load period"
+        power = f", {tell(figures.energy_lost_per_period / _TURN, 'power')}" if tell.is_si else ""
+        rows.append(("taken", each + power))
     return rows
 
 
@@ -230,24 +214,19 @@ def _which(figures: Summary) -> str:
     return f" (the {blows} of one cycle)" if many > 1 else f" (the {blows[:-1]})" if _chatters(figures) else ""
 
 
-def _rates(all_blows: float, main: float | None, unit: str) -> str:
-    text = f"{number(all_blows, 6)} {unit}"
+def _rates(system: System, all_blows: float, main: float | None) -> str:
+    scale, unit = (1.0, "per load period") if system.frequency is None else (system.frequency, "Hz")
+    text = f"{number(all_blows * scale, 6)} {unit}"
     if main is None or math.isclose(main, all_blows, rel_tol=1e-9):
         return text
-    return f"{text}, all impacts; {number(main, 6)} {unit}, main blows (each chatter counted once)"
+    return f"{text}, all impacts; {number(main * scale, 6)} {unit}, main blows (each chatter counted once)"
 
 
-def _interval(answer: SimulationAnswer, figures: Summary) -> str:
+def _interval(tell: Teller, figures: Summary) -> str:
     mean, std = figures.interval_mean or 0.0, figures.interval_std or 0.0
-
-    def shown(value: float) -> str:
-        if answer.system.is_si:
-            return quantity(value * answer.system.time_scale, "s")
-        return f"{number(value, 6)} rad"
-
     if std <= 1e-9 * mean:
-        return f"{shown(mean)}, the same every time to 1e-9"
-    return f"{shown(mean)} (mean), {shown(std)} (standard deviation)"
+        return f"{tell(mean, 'time', plain=6)}, the same every time to 1e-9"
+    return f"{tell(mean, 'time', plain=6)} (mean), {tell(std, 'time', plain=6)} (standard deviation)"
 
 
 # -- events ---------------------------------------------------------------------------------------------------------
@@ -263,10 +242,7 @@ def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
 
 
 def _row(answer: SimulationAnswer, event: Event) -> tuple[str, ...]:
-    system = answer.system
-    time, speed, energy = 1.0, 1.0, 1.0
-    if system.is_si:
-        time, speed, energy = system.time_scale, system.speed_scale, system.energy_scale
+    time, speed, energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
     kind = f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind
     return (
         kind,
@@ -410,7 +386,7 @@ def _laws_grid(answer: WavesAnswer) -> Grid:
         "waves",
         motion.label,
         _each(motion.phases[:_FEW_WAVES], 5),
-        _plain_or_si(motion, motion.velocities[:_FEW_WAVES]),
+        _scaled_speeds(motion, motion.velocities[:_FEW_WAVES]),
         number(motion.blow_rate, 5),
         "",
         "",
@@ -425,15 +401,15 @@ def _law_row(motion: WaveMotion, one: Beside) -> tuple[str, ...]:
         one.law,
         one.label or "",
         _each(one.phases[:_FEW_WAVES], 5),
-        _plain_or_si(motion, one.velocities[:_FEW_WAVES]),
+        _scaled_speeds(motion, one.velocities[:_FEW_WAVES]),
         "" if one.blow_rate is None else number(one.blow_rate, 5),
         "" if one.phase_difference is None else f"{one.phase_difference:+.2g}",
         "" if one.velocity_difference is None else f"{100.0 * one.velocity_difference:+.2g} %",
     )
 
 
-def _plain_or_si(motion: WaveMotion, velocities: object) -> str:
-    scale = motion.system.speed_scale if motion.system.is_si else 1.0
+def _scaled_speeds(motion: WaveMotion, velocities: object) -> str:
+    scale = Teller.of(motion.system).scale("speed")
     return _each([float(v) * scale for v in velocities], 4)  # type: ignore[attr-defined]
 
 
@@ -450,8 +426,7 @@ def _impacts_grid(motion: WaveMotion, last: int | None) -> Grid:
 
 
 def _waves_row(motion: WaveMotion, part: Impacts, i: int) -> tuple[str, ...]:
-    system = motion.system
-    time, speed = (system.time_scale, system.speed_scale) if system.is_si else (1.0, 1.0)
+    time, speed = map(Teller.of(motion.system).scale, ("time", "speed"))
     return (
         f"{part.start[i] * time:.6f}",
         f"{part.phase[i]:.6f}",

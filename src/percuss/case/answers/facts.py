@@ -1,0 +1,179 @@
+"""What is told of an answer, each figure once: its keys, what it is called and means, and how it is found.
+
+Answers hold tables of `Fact`. JSON (`json_of`), the lines of text and HTML reports (`rows_of`) and the reference
+(`reference_of`) are made from them; a `Teller` says a value with the unit of its hammer, so that no line is written
+twice, with units and without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from percuss.case.answers.numerals import number, plain_value, quantity
+from percuss.model import Machine
+
+if TYPE_CHECKING:
+    from percuss.model import System
+
+S = TypeVar("S")
+
+_UNITS = {
+    "Hz": ("rate", 1.0, "Hz"), "per_min": ("rate", 60.0, "blows/min"),
+    "s": ("time", 1.0, "s"), "us": ("time", 1e6, "µs"),
+    "m": ("length", 1.0, "m"), "mm": ("length", 1e3, "mm"), "m_s": ("speed", 1.0, "m/s"), "N": ("force", 1.0, "N"),
+    "kN": ("force", 1e-3, "kN"), "J": ("energy", 1.0, "J"), "kW": ("power", 1e-3, "kW"),
+    "cm3": ("volume", 1e6, "cm³"), "l_per_min": ("flow", 6e4, "l/min"), "Pa": ("pressure", 1.0, "Pa"),
+}  # fmt: skip
+"""Endings of keys: the dimension, the factor from its SI unit, and how the unit is written."""
+
+_PREFIXED = {"length": "m", "time": "s", "force": "N", "energy": "J", "power": "W", "stress": "Pa"}
+_AS_IT_IS = {"speed": "m/s", "momentum": "N·s", "rate": "Hz"}
+
+
+@dataclass(frozen=True)
+class Teller:
+    """Says values with their units; those of a hammer without scales as plain numbers.
+
+    Attributes
+    ----------
+    hammer
+        Whose values they are, dimensionless; None for values that are in SI, or have no scales at all.
+    is_si
+        Whether they have units.
+
+    Examples
+    --------
+    >>> Teller(None, True)(0.0021, "time"), Teller(None, False)(0.0021, "time"), Teller(None, True)(9.1, "speed")
+    ('2.1 ms', '0.0021 rad', '9.1 m/s')
+    """
+
+    hammer: System | Machine | None
+    is_si: bool
+
+    @classmethod
+    def of(cls, hammer: System | Machine) -> Teller:
+        """That of a system or a machine."""
+        return cls(hammer, hammer.is_si)
+
+    def scale(self, dimension: str) -> float:
+        """What a value is multiplied by for SI; 1 where there are no scales."""
+        hammer = self.hammer
+        if not dimension or hammer is None or not self.is_si:
+            return 1.0
+        if dimension == "rate":
+            return 1.0 / hammer.time_scale
+        if dimension == "cycles":
+            return float(getattr(hammer, "frequency", None) or 1.0)
+        if dimension in ("pressure", "volume", "flow"):  # of oil: 1 is the pressure for which the forces hold
+            pressure = getattr(hammer, "pressure", None) or 1.0
+            work = {"volume": hammer.energy_scale, "flow": hammer.power_scale}.get(dimension)
+            return pressure if work is None else work / pressure
+        return float(getattr(hammer, f"{dimension}_scale"))
+
+    def __call__(self, value: float, dimension: str, digits: int = 4, plain: int | None = None) -> str:
+        """A value in words; a plain number has `plain` digits, if it is to have others."""
+        if not self.is_si or not dimension:
+            radians = dimension == "time" and not isinstance(self.hammer, Machine)
+            return number(value, plain or digits) + (" rad" if radians else "")
+        value *= self.scale(dimension)
+        if dimension in _PREFIXED:
+            return quantity(value, _PREFIXED[dimension], digits)
+        return f"{number(value, digits)} {_AS_IT_IS[dimension]}"
+
+    def given(self, value: float, unit: str) -> str:
+        """A value in a unit as keys end in it, such as "per_min"."""
+        dimension, factor, name = _UNITS[unit]
+        return f"{number(value * self.scale(dimension) * factor)} {name}"
+
+
+class Fact(NamedTuple, Generic[S]):
+    """A figure of an answer.
+
+    Attributes
+    ----------
+    keys
+        Its names in JSON, with spaces between: one that ends in a unit, such as ``stroke_mm``, or begins with ``si.``
+        stands under ``si``, any other is dimensionless. "" where it is told in reports alone.
+    label
+        What it is called before its value; "" where it is told in JSON alone.
+    meaning
+        One sentence, for the reference.
+    dimension
+        "length", "time", "speed", "force", "energy", "power", "volume" or "flow"; "rate" per unit of time, "cycles" per
+        load period; "" for a number.
+    value
+        Of the subject, dimensionless; None where there is no such figure.
+    words
+        The text behind the label, where value and unit do not say it; None for no line.
+    """
+
+    keys: str
+    label: str
+    meaning: str
+    dimension: str
+    value: Callable[[S], Any]
+    words: Callable[[S, Teller], str | None] | None = None
+
+    @property
+    def plain_key(self) -> str | None:
+        """The key of the dimensionless value."""
+        return next((key for key in self.keys.split() if not self.unit(key) and not key.startswith("si.")), None)
+
+    def unit(self, key: str) -> str:
+        """The unit that a key of it ends in, as in `_UNITS`; "" for none."""
+        of = "rate" if self.dimension == "cycles" else self.dimension
+        endings = (unit for unit, (known, _, _) in _UNITS.items() if known == of and key.endswith(f"_{unit}"))
+        return max(endings, key=len, default="")
+
+
+def plain_of(subject: S | None, facts: Iterable[Fact[S]]) -> dict[str, Any]:
+    """The dimensionless figures as JSON has them; null without a subject."""
+    keyed = ((fact.plain_key, fact) for fact in facts)
+    return {key: None if subject is None else plain_value(fact.value(subject)) for key, fact in keyed if key}
+
+
+def si_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any] | None:
+    """The figures with units as JSON has them; None without a subject, or scales."""
+    if subject is None or not tell.is_si:
+        return None
+    found = {}
+    for fact in facts:
+        value = fact.value(subject)
+        for key in fact.keys.split():
+            if key != fact.plain_key:
+                unit = fact.unit(key)
+                factor = tell.scale(fact.dimension) * (_UNITS[unit][1] if unit else 1.0)
+                found[key.removeprefix("si.")] = None if value is None else plain_value(value * factor)
+    return found
+
+
+def json_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any]:
+    """The figures without units, and those with them under `si`."""
+    facts = tuple(facts)
+    return {**plain_of(subject, facts), "si": si_of(subject, facts, tell)}
+
+
+def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[str, str]]:
+    """The lines of a report: label and text."""
+    rows = []
+    for fact in (fact for fact in facts if fact.label):
+        if fact.words is not None:
+            text = fact.words(subject, tell)
+        else:
+            value = fact.value(subject)
+            text = None if value is None else tell(value, fact.dimension)
+        if text is not None:
+            rows.append((fact.label, text))
+    return rows
+
+
+def reference_of(facts: Iterable[Fact[Any]]) -> str:
+    """The figures as a table of the reference: keys and meanings."""
+    lines = [f"| {_listed(fact)} | {fact.meaning} |" for fact in facts if fact.keys]
+    return "\n".join(["| key | value |", "|---|---|", *lines])
+
+
+def _listed(fact: Fact[Any]) -> str:
+    return ", ".join(f"`{key.removeprefix('si.')}`" for key in fact.keys.split())

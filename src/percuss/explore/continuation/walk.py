@@ -1,0 +1,464 @@
+"""The walk along a curve of motions, over one parameter or two, one way, until something ends it.
+
+A problem has one equation less than unknowns, so that its solutions are a curve, which is walked by its arclength
+(Keller, in: Rabinowitz, ed., Applications of Bifurcation Theory, 1977, 359–384). What happens in a step is told by what
+is asked of its problem: see `OrbitWalk` for branches of orbits, `PointWalk` for their points over two parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+
+import numpy as np
+
+from percuss.errors import Interrupted, PercussError
+from percuss.explore.boundary_curves.plane_lines import bracketed_roots
+from percuss.explore.continuation.branch import BranchEvent
+from percuss.model import System
+from percuss.model.checks import Array
+from percuss.steady.periodic.periodic_orbit import differences, load_turn
+
+# ---- Problems, and points of their curves
+
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
+"""Steps along a curve, of each impact in rad."""
+
+
+class CorrectorFailed(Exception):
+    """Newton's method found no point of the curve, or not the one that was meant."""
+
+
+class CurvePoint(NamedTuple):
+    """A point of a curve.
+
+    Its unknowns, the unit tangent there, how many steps Newton's method took, and where it was asked for the
+    derivatives of the equations.
+    """
+
+    x: Array
+    tangent: Array
+    steps: int
+    matrix: Array | None = None
+
+
+Number: TypeAlias = Callable[[CurvePoint], float]
+
+
+class Limit(NamedTuple):
+    """Where an unknown that is a parameter goes no further: its number, the last value, what is there, and why."""
+
+    unknown: int
+    value: float
+    kind: BranchEvent
+    refusal: PercussError | None = None
+
+
+class Problem(Protocol):
+    """Equations whose solutions are a curve: one less than unknowns, the impact times first among these."""
+
+    @property
+    def impacts(self) -> int:
+        """How many of the unknowns are impact times."""
+        ...
+
+    @property
+    def periods(self) -> int:
+        """Load periods of a cycle."""
+        ...
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        """Which of the unknowns are parameters."""
+        ...
+
+    @property
+    def oriented(self) -> bool:
+        """Whether the equations stay the same along the curve: then their derivatives keep its sense."""
+        ...
+
+    def motion(self, x: Array) -> Any:
+        """The motion at a point."""
+        ...
+
+    def system_at(self, x: Array) -> System:
+        """The system at a point; PercussError where there is none."""
+        ...
+
+    def refusal_at(self, x: Array) -> PercussError | None:
+        """Why there can be no orbit at a point: there is no system, or its load does not push."""
+        ...
+
+    def residual(self, x: Array) -> Array:
+        """The equations."""
+        ...
+
+    def matrix(self, x: Array) -> Array:
+        """Their derivatives by the unknowns."""
+        ...
+
+    def corrected(self, start: Array, normal: Array, along: Array | None = None, near: Any = None) -> CurvePoint:
+        """The point of the curve in a plane, its tangent the way of `along`; CorrectorFailed where there is none."""
+        ...
+
+    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
+        """The limit of a parameter on the way from a point to another place."""
+        ...
+
+
+def unit_tangent(matrix: Array, along: Array) -> Array:
+    """The unit tangent that goes the same way as `along`; CorrectorFailed where it is at right angles to it."""
+    try:
+        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
+    except np.linalg.LinAlgError:
+        raise CorrectorFailed("no tangent") from None
+    return np.asarray(found / np.linalg.norm(found))
+
+
+# ---- A step along a curve, and the places in it where a number vanishes
+
+
+@dataclass(frozen=True)
+class Segment:
+    """The curve between two of its points; places in it are counted along the tangent at the first one.
+
+    Parameters
+    ----------
+    curve
+        The problem.
+    start, stop
+        Its ends.
+    """
+
+    curve: Any
+    start: CurvePoint
+    stop: CurvePoint
+    _points: dict[float, CurvePoint] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def length(self) -> float:
+        """The place of the second point."""
+        return float(self.start.tangent @ (self.stop.x - self.start.x))
+
+    def at(self, place: float) -> CurvePoint:
+        """The point at a place; CorrectorFailed where there is none."""
+        if place == 0.0:
+            return self.start
+        if place == self.length:
+            return self.stop
+        if place not in self._points:
+            ahead, length = self.start.tangent, self.length
+            bend = self.stop.x - self.start.x - length * ahead
+            start = self.start.x + place * ahead + (place / length) ** 2 * bend
+            near = self.start if place < 0.5 * length else self.stop
+            self._points[place] = self.curve.corrected(start, ahead, ahead, near)
+        return self._points[place]
+
+    def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
+        """Where a number that changes its sign between two places vanishes, to rounding; by default in the whole.
+
+        `below`: the number at `low`, where rounding would decide on its sign.
+        """
+        last = self.length if high is None else high
+        first, second = number(self.at(low)) if below is None else below, number(self.at(last))
+
+        def several(places: Array) -> Array:
+            return np.array([number(self.at(float(place))) for place in places])
+
+        if first * second >= 0.0:
+            return low if abs(first) < abs(second) else last
+        ends = (np.array([low]), np.array([last]), np.array([first]), np.array([second]))
+        return float(bracketed_roots(several, *ends, steps=60)[0])
+
+    def event(self, kind: BranchEvent, place: float, which: int = -1) -> LocatedEvent:
+        """What happens at a place."""
+        return LocatedEvent(kind, place, self.at(place), which)
+
+
+class LocatedEvent(NamedTuple):
+    """What happens at a place: its kind, the point, the number of the impact or flight that it happens to, or -1."""
+
+    kind: BranchEvent
+    place: float
+    point: CurvePoint
+    which: int = -1
+
+
+_TURN = math.cos(math.radians(25.0))  # of the tangent in a step
+_ASIDE = 0.5  # of a step, by which its end may be beside the tangent
+_FLIGHT = 0.5  # share of a flight by which it may change in a step
+_HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
+
+
+def flights_of(curve: Problem, x: Array) -> Array:
+    """The times of the flights."""
+    p = curve.impacts
+    return np.append(x[1:p], x[0] + 2.0 * math.pi * curve.periods) - x[:p] if p else np.empty(0)
+
+
+def check_next(curve: Problem, here: CurvePoint, found: CurvePoint, place: Array, size: float) -> None:
+    """CorrectorFailed where the end of a step of a length, that led to a place, is not the next point of the curve."""
+    if float(found.tangent @ here.tangent) < _TURN:
+        raise CorrectorFailed("a bend")
+    if float(np.linalg.norm(found.x - place)) > _ASIDE * size:
+        raise CorrectorFailed("beside the tangent")
+    if not np.all(np.abs(flights_of(curve, found.x) / flights_of(curve, here.x) - 1.0) < _FLIGHT):
+        raise CorrectorFailed("a flight changes too much")
+    before, after = here.matrix, found.matrix
+    if not curve.oriented or before is None or after is None:
+        return
+    sides = [np.linalg.det(np.vstack(pair)) for pair in ((before, here.tangent), (after, found.tangent))]
+    if sides[0] * sides[1] < 0.0:
+        raise CorrectorFailed("on another part of the curve")
+
+
+def closed_at(first: CurvePoint, segment: Segment) -> CurvePoint | None:
+    """The start of a walk, if a step comes back to it or past it, with the times of now."""
+    curve, stop, p = segment.curve, segment.stop, segment.curve.impacts
+    reach, off = 2.0 * segment.length, stop.x - first.x
+    if np.abs(off[p:]).max() > reach:
+        return None
+    if p:
+        orbit = curve.motion(first.x)
+        off[:p] = differences(stop.x[:p], first.x[None, :p], orbit.period, load_turn(orbit.system.load))[0, 0]
+    if np.abs(off).max() > reach:
+        return None
+    ahead, along = float(off @ first.tangent), float(stop.tangent @ first.tangent)
+    if not 0.0 <= ahead <= reach or along <= 0.0:
+        return None
+    try:  # another part of the curve may be as near: only the start itself is home
+        back = curve.corrected(stop.x - ahead / along * stop.tangent, first.tangent, first.tangent, stop)
+    except CorrectorFailed:
+        return None
+    place = stop.x - off
+    return first._replace(x=place) if float(np.abs(back.x - place).max()) < _HOME else None
+
+
+# ---- The walk
+
+_FEWEST = 8  # points of a walk that can have come back to its start
+
+
+class Target(NamedTuple):
+    """Where a step leads: the point, the limit of a parameter that it lies on, and what else happens there."""
+
+    point: CurvePoint
+    limit: BranchEvent | None = None
+    event: LocatedEvent | None = None
+
+
+class Look(NamedTuple):
+    """What is seen of a step: the part of the curve that is gone, what happens on it, and what ends it.
+
+    That is a limit of a parameter, or something after which the walk goes on at a point beyond, or nowhere.
+    """
+
+    segment: Segment
+    between: list[LocatedEvent]
+    limit: BranchEvent | None = None
+    last: LocatedEvent | None = None
+    beyond: CurvePoint | None = None
+
+
+class Walk:
+    """A walk from a point of a curve, the way its tangent points.
+
+    Parameters
+    ----------
+    curve, start
+        The problem, and where on its curve.
+    bounds
+        The range of each parameter.
+
+    Attributes
+    ----------
+    points, marks
+        The points walked through, the first of them the start, and what is known of each: see the kinds of walks.
+    happened
+        What happened, in order; the last of them ended the walk.
+    refusal
+        Why a parameter goes no further, where it does not.
+    """
+
+    quick = 3
+    """Steps of Newton's method after which the next step along the curve is longer."""
+
+    def __init__(self, curve: Any, start: CurvePoint, bounds: Sequence[tuple[float, float]]) -> None:
+        self.curve, self.here, self.bounds = curve, start, bounds
+        self.size = FIRST * self.scale
+        self.points: list[CurvePoint] = []
+        self.marks: list[int] = []
+        self.happened: list[LocatedEvent] = []
+        self.refusal: PercussError | None = None
+        self.ended = False
+
+    @property
+    def scale(self) -> float:
+        """What steps are counted in."""
+        return math.sqrt(max(self.curve.impacts, 1))
+
+    def walked(self, most: int) -> Self:
+        """The same after so many points at most, or when it has come to its end."""
+        try:
+            self.arrive(self.here)
+            while not self.ended and len(self.points) < most:
+                self.step()
+        except Interrupted:
+            pass
+        if not self.points:
+            self.keep(self.here, 1)
+        if not self.ended:
+            self.end(BranchEvent.STOPPED)
+        return self
+
+    # -- what differs between kinds of walks --
+
+    def mark(self) -> int:
+        """What is known of the point at which the walk has arrived."""
+        return 1
+
+    def look(self, target: Target) -> Look:
+        """What happens on a step; CorrectorFailed where a shorter one is needed to tell."""
+        return Look(Segment(self.curve, self.here, target.point), [], target.limit)
+
+    def ends_at(self, one: LocatedEvent) -> bool:
+        """Whether the curve has no other side of a point."""
+        return False
+
+    def at_last(self, one: LocatedEvent, look: Look) -> None:
+        """Go to the place of what ends a step, and on from there."""
+        if look.beyond is not None:
+            self.arrive(look.segment.stop)
+        self.keep(one.point, self.marks[-1])
+        self.happened.append(one)
+        self.ended = look.beyond is None
+        if look.beyond is not None:
+            self.arrive(look.beyond)
+
+    def end_here(self) -> BranchEvent | None:
+        """What ends the walk at the point at which it has arrived."""
+        return None
+
+    def stuck(self) -> None:
+        """End the walk where no step is short enough, and say why."""
+        self.end(BranchEvent.LOST)
+
+    # -- what is common --
+
+    def end(self, kind: BranchEvent) -> None:
+        """End the walk here."""
+        self.happened.append(LocatedEvent(kind, 0.0, self.here))
+        self.ended = True
+
+    def keep(self, point: CurvePoint, mark: int) -> None:
+        """Keep a point."""
+        self.points.append(point)
+        self.marks.append(mark)
+
+    def arrive(self, point: CurvePoint) -> None:
+        """Be at the next point."""
+        self.here = point
+        self.keep(point, self.mark())
+
+    def ways(self) -> tuple[Callable[[], Target], ...]:
+        """What is tried, one after the other, before the step is made shorter."""
+        return (self.ahead,)
+
+    def step(self) -> None:
+        """Go on to the next point, shorter if need be, and see what happens on the way."""
+        for way in self.ways():
+            try:
+                look = self.look(way())
+            except CorrectorFailed as failed:
+                self.failed(failed)
+                continue
+            self.went(look)
+            return
+        self.shorten()
+
+    def failed(self, failed: CorrectorFailed) -> None:
+        """Note why a step failed."""
+        if isinstance(failed.__cause__, PercussError):
+            self.refusal = failed.__cause__
+
+    def shorten(self) -> None:
+        """Try a shorter step."""
+        self.size *= 0.5
+        if self.size <= SHORTEST:
+            self.stuck()
+
+    def went(self, look: Look) -> None:
+        """Keep a step with what happened in it."""
+        segment, between, limit, last, _ = look
+        goes_on = last is None and limit is None and len(self.points) >= _FEWEST
+        back = closed_at(self.points[0], segment) if goes_on else None
+        if back is not None:
+            between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
+        for one in between:
+            self.keep(one.point, self.marks[-1])  # beside what happens the number of multipliers outside changes
+            self.happened.append(one)
+            if self.ends_at(one):
+                self.ended = True
+                return
+        if last is not None:
+            self.at_last(last, look)
+            return
+        self.arrive(segment.stop if back is None else back)
+        end = limit or (None if back is None else BranchEvent.CLOSED) or self.end_here()
+        if end is not None:
+            self.end(end)
+        elif segment.stop.steps <= self.quick:
+            self.size = min(1.5 * self.size, LONGEST * self.scale)
+
+    def ahead(self) -> Target:
+        """The next point, and the limit of a parameter that it lies on."""
+        x, tangent = self.here.x, self.here.tangent
+        place = x + self.size * tangent
+        limit = self.curve.limit(x, place, self.bounds)
+        if limit is None:
+            found = self.curve.corrected(place, tangent, tangent, self.here)
+            self.check(found, place)
+            limit = self.curve.limit(x, found.x, self.bounds)  # the curve may bend past it
+            if limit is None:
+                return Target(found)
+        self.refusal = limit.refusal or self.refusal
+        along, i = limit.value - x[limit.unknown], limit.unknown
+        if along == 0.0:
+            return Target(self.here, limit.kind)
+        place = x + (along / tangent[i] if tangent[i] else 0.0) * tangent
+        place[i] = limit.value
+        found = self.curve.corrected(place, np.eye(x.size)[i], tangent, self.here)
+        self.check(found, place, last=True)
+        return Target(found, limit.kind)
+
+    def check(self, found: CurvePoint, place: Array, last: bool = False) -> None:
+        """CorrectorFailed where a point is not the next one of the curve, or the last one, at a limit."""
+        check_next(self.curve, self.here, found, place, self.size)
+
+
+OneWay = TypeVar("OneWay", bound=Walk)
+
+Joined: TypeAlias = tuple[list[CurvePoint], list[int], list[tuple[LocatedEvent, Walk]]]
+"""The points of several ways as one, what is known of each, and what happened, with the way on which it did."""
+
+
+def both_ways(walk: Callable[[CurvePoint], OneWay], start: CurvePoint, most: int) -> tuple[OneWay, ...]:
+    """The walks from a point backward and forward, of so many points at most; one where the curve is closed."""
+    forward = walk(start).walked(most)
+    if forward.happened[-1].kind is BranchEvent.CLOSED:
+        return (forward,)
+    return walk(start._replace(tangent=-start.tangent)).walked(most), forward
+
+
+def joined(ways: Sequence[Walk]) -> Joined:
+    """Ways from one point, the last of them forward, as one; a closed one begins where it ends."""
+    *backward, forward = ways
+    points = [point for way in backward for point in way.points[:0:-1]] + forward.points
+    marks = [mark for way in backward for mark in way.marks[:0:-1]] + forward.marks
+    happened = [(one, way) for way in backward for one in way.happened[::-1]]
+    happened += [(one, forward) for one in forward.happened]
+    if forward.happened[-1].kind is BranchEvent.CLOSED:
+        happened.insert(0, happened[-1])
+    return points, marks, happened

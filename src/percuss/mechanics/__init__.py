@@ -1,0 +1,1 @@
+"""What finds motions in every way shares: how coordinates flow between events, in closed form."""

@@ -1,0 +1,205 @@
+"""The flow between events: u'' + d u' + ω² u = force + ramp·t of every coordinate, in closed form.
+
+All of it is told as increments, so that short times keep their digits, and broadcasts over coordinates, each with its
+own damping, and times; overdamped and critically damped ones are no special case for the caller. `response` and
+`series` are compiled as well (`percuss.compiled.twin`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.model import MachineModes
+from percuss.model.checks import Array
+
+_NEAR = 0.1  # below this the differences in phi2 would lose digits and the series takes over
+_SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
+_TINY = 0.01  # … and are short where they are no greater than this
+_TERMS, _FEW_TERMS = 18, 8
+
+
+# ---- Of one oscillator, κ = ω² and d down to 0: after a unit velocity, under a unit force and under a unit ramp
+
+
+def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float, float]:
+    """s′, s, q and w at the time t: velocity and place after a unit velocity, place under a unit force, under a ramp.
+
+    A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
+    """
+    square = stiffness - 0.25 * drag * drag
+    if not (stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t):
+        return series(t, t, stiffness, drag)
+    rate = math.sqrt(square)
+    left, more = math.exp(-0.5 * drag * t), 0.5 * drag / rate
+    sine, half = math.sin(rate * t), math.sin(0.5 * rate * t)
+    s = left * sine / rate
+    q = (2.0 * left * half * half - left * more * sine - math.expm1(-0.5 * drag * t)) / stiffness
+    return left * (math.cos(rate * t) - more * sine), s, q, (t - s - drag * q) / stiffness
+
+
+def series(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, Any, Any, Any]:
+    """The same of a time, or of an array of times, the longest of which tells how often it is halved."""
+    doublings = 0
+    while stiffness * longest * longest > _SMALL or drag * longest > _SMALL:
+        longest *= 0.5
+        doublings += 1
+    t = t * 0.5**doublings
+    z, b = stiffness * t * t, drag * t
+    terms = _TERMS if max(stiffness * longest * longest, drag * longest) > _TINY else _FEW_TERMS
+    terms = 1 if stiffness == 0.0 and drag == 0.0 else terms
+    before, now = 0.0 * t, 1.0 + 0.0 * t  # coefficients of the series of s(t)/t, one after the other
+    ds, s, q, w = now, now, 0.5 * now, now / 6.0
+    for n in range(1, terms):
+        before, now = now, -(b * n * now + z * before) / (n * (n + 1))
+        ds = ds + (n + 1) * now
+        s = s + now
+        q = q + now / (n + 2)
+        w = w + now / ((n + 2) * (n + 3))
+    s, q, w = s * t, q * t * t, w * t * t * t
+    for _ in range(doublings):
+        w, t = 2.0 * w + q * s + (t - stiffness * w) * q, 2.0 * t
+        ds, s, q = ds * ds - stiffness * s * s, s * (1.0 - stiffness * q + ds), 2.0 * q + s * s - stiffness * q * q
+    return ds, s, q, w
+
+
+# ---- Of many oscillators and times together: functions that stay exact as d → 0, and the propagator
+
+
+def phi1(x: npt.ArrayLike) -> Array:
+    """(1 − exp(−x))/x, with its limit 1 at x = 0."""
+    x = np.asarray(x, dtype=float)
+    safe = np.where(x == 0.0, 1.0, x)
+    return np.asarray(np.where(x == 0.0, 1.0, -np.expm1(-safe) / safe))
+
+
+def phi2(x: npt.ArrayLike) -> Array:
+    """(exp(−x) − 1 + x)/x², with its limit 1/2 at x = 0."""
+    x = np.asarray(x, dtype=float)
+    small = np.abs(x) < _NEAR
+    everywhere = bool(small.all())
+    y = np.asarray(x if everywhere else np.where(small, x, 0.0), dtype=np.float64)
+    series = np.full(y.shape, 1.0 / 11.0)
+    for j in range(10, 1, -1):  # 1/2 − x/6 + x²/24 − …, by Horner's rule
+        series = (1.0 - y * series) / j
+    if everywhere:
+        return np.asarray(series)
+    safe = np.where(small, 1.0, x)
+    return np.asarray(np.where(small, series, (np.expm1(-safe) + safe) / safe**2))
+
+
+def one_for_all(d: npt.ArrayLike) -> Array:
+    """Damping, as a single number where all modes have the same: then it is turned into exponentials only once."""
+    d = np.asarray(d, dtype=float)
+    return d.reshape(-1)[0] if d.size and np.all(d == d.reshape(-1)[0]) else d
+
+
+class Propagator(NamedTuple):
+    """Φ(t) = [[a, b], [c, e]] of (u, u'), and numbers of it that would cancel if taken from a … e.
+
+    `half` is exp(−dt/2); `versine` is exp(−dt/2)(1 − cos λt).
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    e: Array
+    half: Array
+    versine: Array
+
+
+def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Propagator:
+    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d` ≥ 0.
+
+    Parameters
+    ----------
+    omega, d, t
+        Broadcast against each other; dimensionless.
+    """
+    omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
+    half_d = 0.5 * one_for_all(d)
+    square = omega**2 - half_d**2
+    half = np.exp(-half_d * t)
+    if np.all(square > 0.0):
+        angle = np.sqrt(square) * t
+        cosine, b = half * np.cos(angle), half * t * np.sinc(angle / np.pi)
+        versine = half * 2.0 * np.sin(0.5 * angle) ** 2
+    else:
+        rate = np.sqrt(np.abs(square))
+        over = square < 0.0
+        angle = np.where(over, 0.0, rate) * t
+        # exp(−dt/2) cosh and sinh without overflow: the slow decay is ω²/(d/2 + μ)
+        slow = np.exp(-np.where(over, omega**2 / (half_d + rate), 0.0) * t)
+        spread = np.where(over, 2.0 * rate, 0.0) * t
+        cosine = np.where(over, 0.5 * slow * (1.0 + np.exp(-spread)), half * np.cos(angle))
+        b = np.where(over, slow * t * phi1(spread), half * t * np.sinc(angle / np.pi))
+        versine = np.where(over, half - cosine, half * 2.0 * np.sin(0.5 * angle) ** 2)
+    return Propagator(cosine + half_d * b, b, -(omega**2) * b, cosine - half_d * b, half, versine)
+
+
+@overload
+def excess(x: float) -> float: ...
+@overload
+def excess(x: Array) -> Array: ...
+def excess(x: Any) -> Any:
+    """The sine of x less x, exact for small x, of a number or an array."""
+    one = isinstance(x, float)
+    if one and abs(x) >= 1.0:
+        return math.sin(x) - x
+    small = one or np.abs(x) < 1.0
+    y = x * x if one else np.where(small, x, 0.0) ** 2
+    sum_of = 1.0 + 0.0 * y
+    for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule
+        sum_of = 1.0 - y * sum_of / ((j - 1.0) * j)
+    short = -x * y / 6.0 * sum_of
+    return short if one else np.where(small, short, np.sin(x) - x)
+
+
+def beyond_time(omega: Array, d: Array, b: Array, t: Array) -> Array:
+    """Φ's b − t, without cancellation where the modes ring."""
+    half = 0.5 * d
+    square = omega**2 - half**2
+    rate = np.where(square > 0.0, np.sqrt(np.abs(square)), 1.0)
+    exact = np.expm1(-half * t) * b / np.exp(-half * t) + excess(rate * t) / rate
+    return np.asarray(np.where((square > 0.0) & (half * t < 1.0), exact, b - t))
+
+
+# ---- Of the coordinates of a machine, of which the first may be no oscillator
+
+
+def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
+    """s′, s and q of every coordinate at the times t; each of shape (N + 1, len(t)).
+
+    The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
+    """
+    ds, s, q = np.empty((3, modes.omega.size, t.size))
+    square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
+    one = t.size == 1  # Newton's method asks for one time after the other, which need no arrays
+    found = response(float(t[0]), square, drag) if one else series(t, float(t.max(initial=0.0)), square, drag)
+    ds[0], s[0], q[0] = found[:3]
+    if modes.size:
+        omega, damping = modes.omega[1:, None], modes.damping[1:, None]
+        step = propagator(omega, damping, t[None, :])
+        one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
+        ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
+    return ds, s, q
+
+
+def propagated(modes: MachineModes, state: Array, force: float, response: tuple[Array, Array, Array]) -> Array:
+    """The state (N + 1, 2) after a time whose response is given, or the columns of (N + 1, 2, C) without force."""
+    ds, s, q = response
+    square = modes.omega**2
+    if state.ndim == 3:
+        ds, s, q, square = ds[:, None], s[:, None], q[:, None], square[:, None]
+    u, v = state[:, 0], state[:, 1]
+    pull = -square * u if force == 0.0 else force * modes.driven - square * u
+    return np.stack([u + v * s + pull * q, v * ds + pull * s], axis=1)
+
+
+def rates(modes: MachineModes, state: Array, force: float) -> Array:
+    """Velocity and acceleration of a state (N + 1, 2)."""
+    u, v = state[:, 0], state[:, 1]
+    return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1)
