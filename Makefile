@@ -94,7 +94,7 @@ $(DEV): requirements/dev.txt $(RUN)
 # Once, beside the installation above: else each process of the suite would compile them for itself.
 $(KERNELS): $(wildcard src/percuss/blow/kernels/*.py src/percuss/simulate/kernels/*.py src/percuss/stability/*_kernels.py src/percuss/steady/periodic/kernels/*.py src/percuss/steady/self_excited/*_kernels.py) src/percuss/explore/tangent.py $(RUN)
 	@echo "compiling the kernels"
-	@if $(BIN)/python -c 'import sys; from percuss.cli.app import run; from percuss.web.kernel_loading import load; \
+	@if $(BIN)/python -c 'import sys; from percuss.cli.app import run; from percuss.web.workers import load; \
 	    drifter = ["valve-drifter", "--modes"]; sys.exit(not load() or run(["simulate", *drifter, "2"]) \
 	    or run(["sweep", *drifter, "0", "--x", "restitution=0:0.4:2"]))' > $(VENV)/kernels.log 2>&1; then touch $@; \
 	  else echo "the kernels could not be compiled; the tests will say more" >&2; fi

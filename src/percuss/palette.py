@@ -26,7 +26,7 @@ __all__ = [
     "STRAIN",
     "VERDICTS",
     "Colour",
-    "Family",
+    "ColourFamily",
     "family_of",
     "palette_dict",
 ]
@@ -41,7 +41,7 @@ class Colour:
 
 
 @dataclass(frozen=True)
-class Family:
+class ColourFamily:
     """A family of found motions, with the look that it has in every map.
 
     Attributes
@@ -83,13 +83,13 @@ AREAS = (
 """Twelve colours of areas, no two of which are near each other, for things that have no meaning of their own."""
 
 FAMILIES = (
-    Family("at rest for good", r"rest$", Colour("#4b5663", "#b6c1cd"), ""),
-    Family("z=1/1, one blow a period", r"z=1/1$", Colour("#0072b2", "#2f8fd0"), ""),
-    Family("other z=1/n", r"z=1/", Colour("#7fc1ea", "#9fd8fa"), "/"),
-    Family("other z=p/n", r"z=", Colour("#eeb33b", "#d99b1f"), "\\"),
-    Family("chatter or rest, released again", r"(chatter|rest)/", Colour("#cc79a7", "#c06a9a"), "x"),
-    Family("aperiodic", r"aperiodic", Colour("#d55e00", "#e0702a"), "."),
-    Family("undecided, or gone from the wall", r"", Colour("#9aa3ad", "#5d6b79"), "-"),
+    ColourFamily("at rest for good", r"rest$", Colour("#4b5663", "#b6c1cd"), ""),
+    ColourFamily("z=1/1, one blow a period", r"z=1/1$", Colour("#0072b2", "#2f8fd0"), ""),
+    ColourFamily("other z=1/n", r"z=1/", Colour("#7fc1ea", "#9fd8fa"), "/"),
+    ColourFamily("other z=p/n", r"z=", Colour("#eeb33b", "#d99b1f"), "\\"),
+    ColourFamily("chatter or rest, released again", r"(chatter|rest)/", Colour("#cc79a7", "#c06a9a"), "x"),
+    ColourFamily("aperiodic", r"aperiodic", Colour("#d55e00", "#e0702a"), "."),
+    ColourFamily("undecided, or gone from the wall", r"", Colour("#9aa3ad", "#5d6b79"), "-"),
 )
 """The seven families of motions that a simulation finds."""
 

@@ -642,9 +642,9 @@ def test_a_title_steers_neither_a_picture_nor_a_page() -> None:
 def test_the_report_is_that_of_the_workbench() -> None:
     """One maker for both: the workbench's own, from the same answer."""
     from percuss.html_report import report_html
-    from percuss.web import report_routes
+    from percuss.web import case_routes
 
-    assert report_routes.report_html is report_html
+    assert case_routes.report_html is report_html
 
 
 def test_a_report_that_cannot_be_written_is_refused_before_anything_is_computed(tmp_path, capsys) -> None:

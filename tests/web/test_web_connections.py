@@ -34,13 +34,12 @@ from percuss.stability import exact_plane, stability_plane
 from percuss.steady import steady_states
 from percuss.units import known_dimension, si
 from percuss.web import Limits, Settings
-from percuss.web.access_checks import CONTENT_SECURITY_POLICY
 from percuss.web.application import create_app
-from percuss.web.client_limits import Crowd, neighbourhood, protocol
-from percuss.web.lanes import Lane
-from percuss.web.request_bodies import Refusal
+from percuss.web.connections import Crowd, neighbourhood, protocol
+from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import bound, to_open
 from percuss.web.shared_by_routes import Memory, _cases
+from percuss.web.workers import Lane
 from web_client import Client, answered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -555,7 +554,7 @@ def test_what_looks_at_the_clock_itself_is_told_as_late() -> None:
 
 @pytest.mark.parametrize("path", ["/api/steady", "/api/report"])
 def test_motions_that_nobody_would_wait_for_are_refused(path: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for room in ("steady_routes", "report_routes"):
+    for room in ("orbit_routes", "case_routes"):
         monkeypatch.setattr(f"percuss.web.{room}.steady_answer", lambda *_: pytest.fail("it was begun"))
     asked = {"case": _hard(1024), "modes": 256, "periods": list(range(1, 9))}
     problem = Client().problems(path, asked)[0]
@@ -572,7 +571,7 @@ def test_many_periods_of_a_usual_load_are_answered() -> None:
 
 def test_without_the_kernels_the_rest_is_answered(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
     """As where nothing can be written and there is no home to keep them in: no failure, but a refusal in words."""
-    monkeypatch.setattr("percuss.web.kernel_loading._loaded", lambda part: False)
+    monkeypatch.setattr("percuss.web.workers._loaded", lambda part: False)
 
     async def ask() -> dict[str, int]:
         async with serving() as served:

@@ -18,7 +18,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from percuss.web import Settings, create_app
-from percuss.web import kernel_loading as kernels
+from percuss.web import workers as kernels
 from percuss.web.shared_by_routes import compiled
 from web_client import BASE
 

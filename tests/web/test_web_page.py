@@ -20,7 +20,7 @@ from playwright.sync_api import Browser, Page, Route, expect
 from percuss.case import Case, steady_answer
 from percuss.case.catalogue.sample_cases import machine_text
 from percuss.case.file_format.plain_tables import case_of
-from percuss.web.page_files import Shelf
+from percuss.web.application import Shelf
 from web_desk import (
     PANELS,
     Desk,

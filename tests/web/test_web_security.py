@@ -39,13 +39,12 @@ from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
 from percuss.web import Limits, Settings
-from percuss.web.access_checks import CONTENT_SECURITY_POLICY
 from percuss.web.application import create_app
-from percuss.web.client_limits import protocol
-from percuss.web.lanes import Gate, Lane
-from percuss.web.request_bodies import Refusal
+from percuss.web.connections import protocol
+from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
+from percuss.web.workers import Gate, Lane
 from web_client import BASE, Client, answered, offered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -264,12 +263,12 @@ def test_packed_recordings_cannot_do_harm(client: Client, tmp_path: Any) -> None
 
 def test_what_a_reader_dies_of_is_a_refusal(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
     """As is what it takes too long over, or is stopped in."""
-    from percuss.recordings.separate_process import Bounds
+    from percuss.recordings.separate_process import ReaderBounds
 
     data = hdf5(tmp_path, lambda content: content.create_dataset("force", data=np.ones(4000)))
     with pytest.raises(Interrupted):
         uploaded_history(data, "recording.h5", {}, lambda: True)
-    for bounds in (Bounds(seconds=0.0), Bounds(answer=5), Bounds(memory=2**20)):
+    for bounds in (ReaderBounds(seconds=0.0), ReaderBounds(answer=5), ReaderBounds(memory=2**20)):
         with monkeypatch.context() as changed:
             changed.setattr("percuss.case.uploads.upload.BOUNDS", bounds)
             with pytest.raises(CaseError, match="memory and the time"):
@@ -564,7 +563,7 @@ def test_what_takes_too_long_is_given_up_and_keeps_its_place(caplog: pytest.LogC
 def test_a_client_that_leaves_before_the_stream_begins_frees_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     """But not before its computation has ended."""
     client, ended = Client(), threading.Event()
-    monkeypatch.setattr("percuss.web.experiment_routes._follow", lambda *_: ended.wait(10.0))
+    monkeypatch.setattr("percuss.web.motion_routes._follow", lambda *_: ended.wait(10.0))
     body = json.dumps({**MACHINE, "starts": 10}).encode()
     headers = [(b"host", b"127.0.0.1:8321"), (b"content-type", b"application/json")]
     scope = {"type": "http", "asgi": {"spec_version": "2.3"}, "http_version": "1.1", "method": "POST"}
@@ -684,7 +683,7 @@ def test_an_unforeseen_failure_tells_nothing(client: Client, monkeypatch: Any, c
     def broken(*_: object) -> None:
         raise KeyError("a secret of somebody")
 
-    monkeypatch.setattr("percuss.web.steady_routes.steady_answer", broken)
+    monkeypatch.setattr("percuss.web.orbit_routes.steady_answer", broken)
     with caplog.at_level(logging.ERROR, "percuss.web"):
         found = client.post("/api/steady", MACHINE)
     assert found.status_code == 500 and "secret" not in found.text and "Traceback" not in found.text

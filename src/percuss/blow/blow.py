@@ -10,9 +10,9 @@ import numpy as np
 
 from percuss.blow.bodies import Sections, Striker, Target
 from percuss.blow.gauges import GaugeWaves, first_pulse
-from percuss.blow.kernels.wave_records import ENDLESS, FREE, ROCK
+from percuss.blow.kernels.wave_records import ROCK
 from percuss.blow.parts import BlowOutcome, ContactInterval, Peak, Pulse
-from percuss.blow.question import Question
+from percuss.blow.question import Question, Scales
 from percuss.blow.stresses import AlongBody, Extreme, StringState, along, force_extremes
 from percuss.blow.wave_history import Trace, WaveHistory, centroid, contacts, gap
 from percuss.errors import ParameterError
@@ -69,7 +69,8 @@ def balance(course: WaveHistory, rock: RockState | None) -> Balance:
     if course.has_rod:
         through = _through_face(course)
         rod, rod_momentum = course.energy(striker, size, end), course.momentum(striker, size, end)
-        lumped, bit = _lumped(course)
+        joints, bits = course.lumped_energy([course.end])
+        lumped, bit = float(joints[0]), float(bits[0])
     taken = 0.0 if rock is None else rock.work
     scale = max(before, abs(load_work), abs(through), 1e-300)
     errors = before + load_work - after - through, through - rod - lumped - bit - taken
@@ -112,24 +113,6 @@ def _load(course: WaveHistory) -> tuple[float, float]:
     return impulse, work
 
 
-def _lumped(course: WaveHistory) -> tuple[float, float]:
-    """Kinetic energy of the masses at the joints, and of the bit."""
-    problem, joints = course.held.problem, 0.0
-    for node in range(course.striker + 1, course.size):
-        if problem.joint_mass[node] > 0.0:
-            joints += 0.5 * problem.joint_mass[node] * course.node_velocity(node, course.end) ** 2
-    bit = 0.5 * float(problem.joint_mass[-1]) * bit_velocity(course) ** 2 if problem.joint_mass[-1] > 0.0 else 0.0
-    return joints, bit
-
-
-def bit_velocity(course: WaveHistory) -> float:
-    """Velocity of the far end at the end of the window."""
-    if course.held.problem.end == ENDLESS:
-        return 0.0
-    row = 2 * course.size - 2
-    return course.value(row, course.end - course.transit[-1]) + course.value(row + 1, course.end)
-
-
 def rock_state(course: WaveHistory) -> RockState | None:
     """What the bit has done to the rock; None without one."""
     problem = course.held.problem
@@ -155,11 +138,6 @@ def _greatest_penetration(course: WaveHistory) -> float:
         return float(course.held.state.now[0].greatest)
     trace = course.trace(2 * course.size + 1)
     return max(0.0, float(trace.before(trace.times[1:]).max()))
-
-
-def has_moving_end(course: WaveHistory) -> bool:
-    """Whether a bit is at the far end."""
-    return course.held.problem.end in (FREE, ROCK)
 
 
 # ---- One blow: contacts, forces, energies, stresses, each computed from the waves when it is asked for
@@ -198,18 +176,18 @@ class Blow:
     @cached_property
     def face_force(self) -> Trace:
         """The force between the faces."""
-        return self._scaled(self._course.trace(2 * self._course.size), self._force)
+        return self._scaled(self._course.trace(2 * self._course.size), self._scales.force)
 
     @cached_property
     def _contacts(self) -> tuple[tuple[ContactInterval, ...], int]:
         found, grazes = contacts(self._course, self._course.trace(2 * self._course.size))
-        time, scales = self._time, self._course.held.scales
+        time, scales = self._scales.time, self._scales
         return tuple(
             ContactInterval(
                 time * one.start,
                 None if one.end is None else time * one.end,
                 scales.momentum * one.impulse,
-                self._force * one.peak_force,
+                self._scales.force * one.peak_force,
             )
             for one in found
         ), grazes
@@ -239,7 +217,7 @@ class Blow:
     @property
     def impulse(self) -> float:
         """∫ N dt over the window."""
-        return self._balance.impulse * self._course.held.scales.momentum
+        return self._balance.impulse * self._scales.momentum
 
     # -- velocities of the striker as a whole --
 
@@ -251,17 +229,17 @@ class Blow:
     @property
     def mean_velocity_before(self) -> float:
         """V_0, momentum over mass."""
-        return self._balance.momentum_before / self._course.mass * self._velocity
+        return self._balance.momentum_before / self._course.mass * self._scales.velocity
 
     @property
     def mean_velocity_after(self) -> float:
         """V_1, likewise at the end of the window."""
-        return self._balance.momentum_after / self._course.mass * self._velocity
+        return self._balance.momentum_after / self._course.mass * self._scales.velocity
 
     @property
     def striker_momentum_after(self) -> float:
         """M V_1."""
-        return self._balance.momentum_after * self._course.held.scales.momentum
+        return self._balance.momentum_after * self._scales.momentum
 
     @property
     def effective_restitution(self) -> float | None:
@@ -278,7 +256,7 @@ class Blow:
     @property
     def gap_after(self) -> float:
         """Distance between the faces."""
-        return 0.0 if self._course.in_contact else gap(self._course) * self._length
+        return 0.0 if self._course.in_contact else gap(self._course) * self._scales.length
 
     # -- energies --
 
@@ -293,7 +271,7 @@ class Blow:
     @property
     def energy_before(self) -> float:
         """Kinetic and strain energy of the striker before the blow."""
-        return self._balance.energy_before * self._energy
+        return self._balance.energy_before * self._scales.energy
 
     @cached_property
     def kinetic_energy_before(self) -> float:
@@ -308,42 +286,42 @@ class Blow:
             turned = Trace(-right.times[::-1] - back * self._course.tick, _mirrored(right.coefficients))
             left = self._course.trace(2 * i + 1, 0, -back, 0)
             found += float(self._course.impedance[i]) * turned.product_integral(left)
-        return 0.5 * self.energy_before + found * self._energy
+        return 0.5 * self.energy_before + found * self._scales.energy
 
     @property
     def load_work(self) -> float:
         """Work of the load."""
-        return self._balance.load_work * self._energy
+        return self._balance.load_work * self._scales.energy
 
     @property
     def rigid_energy_after(self) -> float:
         """M V_1²/2: given back to the machine where the striker rebounds."""
-        return self._balance.rigid_after * self._energy
+        return self._balance.rigid_after * self._scales.energy
 
     @property
     def vibration_energy_after(self) -> float:
         """The ringing of the striker."""
-        return self._balance.vibration_after * self._energy
+        return self._balance.vibration_after * self._scales.energy
 
     @property
     def work_through_face(self) -> float:
         """∫ N v dt of the rod's face: what rod, bit and rock have got."""
-        return self._balance.through_face * self._energy
+        return self._balance.through_face * self._scales.energy
 
     @property
     def rod_energy(self) -> float:
         """Kinetic and strain energy of the rod after the blow, with masses at its joints; what an endless one took."""
-        return self._balance.rod_energy * self._energy
+        return self._balance.rod_energy * self._scales.energy
 
     @property
     def rod_momentum(self) -> float:
         """Momentum of the rod after the blow."""
-        return self._balance.rod_momentum * self._course.held.scales.momentum
+        return self._balance.rod_momentum * self._scales.momentum
 
     @property
     def bit_kinetic_energy_after(self) -> float:
         """Of the mass lumped at the far end."""
-        return self._balance.bit_energy * self._energy
+        return self._balance.bit_energy * self._scales.energy
 
     @property
     def momentum_error(self) -> float:
@@ -360,12 +338,12 @@ class Blow:
     @property
     def rock_work(self) -> float:
         """Work done on the rock; 0 without one."""
-        return 0.0 if self._rock is None else self._rock.work * self._energy
+        return 0.0 if self._rock is None else self._rock.work * self._scales.energy
 
     @property
     def rock_dissipated(self) -> float:
         """What of it is not given back, (1 − γ) K_1 u_m²/2 (Lundberg 1973)."""
-        return 0.0 if self._rock is None else self._rock.dissipated * self._energy
+        return 0.0 if self._rock is None else self._rock.dissipated * self._scales.energy
 
     @property
     def rock_stored(self) -> float:
@@ -387,31 +365,31 @@ class Blow:
     @property
     def greatest_penetration(self) -> float | None:
         """u_m, from the original surface of the rock; None without rock, as for the next ones."""
-        return None if self._rock is None else self._rock.greatest * self._length
+        return None if self._rock is None else self._rock.greatest * self._scales.length
 
     @property
     def residual_penetration(self) -> float | None:
         """u_r = (1 − γ) u_m."""
-        return None if self._rock is None else self._rock.residual * self._length
+        return None if self._rock is None else self._rock.residual * self._scales.length
 
     @property
     def penetration_after(self) -> float | None:
         """Where the bit is at the end, from the original surface of the rock."""
-        return None if self._rock is None else self._rock.after * self._length
+        return None if self._rock is None else self._rock.after * self._scales.length
 
     @cached_property
     def penetration(self) -> Trace | None:
         """Where the bit is, from the original surface of the rock."""
         if self._rock is None:
             return None
-        return self._scaled(self._course.trace(2 * self._course.size + 1), self._length)
+        return self._scaled(self._course.trace(2 * self._course.size + 1), self._scales.length)
 
     @cached_property
     def bit_force(self) -> Trace | None:
         """The force on the rock."""
         if self._rock is None:
             return None
-        return self._scaled(self._course.trace(2 * self._course.size + 2), self._force)
+        return self._scaled(self._course.trace(2 * self._course.size + 2), self._scales.force)
 
     # -- waves --
 
@@ -432,8 +410,8 @@ class Blow:
             raise ParameterError("x", x, f"a place on the rod, from 0 to {starts[-1]:g}")
         number = min(int(np.searchsorted(starts, x, side="right")) - 1, rod.length.size - 1)
         section = self._course.striker + number
-        delay = round((x - starts[number]) / rod.speed[number] / (self._time * self._course.tick))
-        z = float(rod.impedance[number]) * self._velocity
+        delay = round((x - starts[number]) / rod.speed[number] / (self._scales.time * self._course.tick))
+        z = float(rod.impedance[number]) * self._scales.velocity
         back = 0 if self._course.endless(section) else self._course.transit[section] - delay
         return GaugeWaves(
             self._scaled(self._course.trace(2 * section, delay), z),
@@ -463,13 +441,13 @@ class Blow:
         found = []
         starts = np.append(0.0, np.cumsum(sections.length))
         for i in range(sections.impedance.size):
-            factor = self._force / (1.0 if sections.area is None else float(sections.area[i]))
+            factor = self._scales.force / (1.0 if sections.area is None else float(sections.area[i]))
             told: list[Any] = []
             for extreme in self._extremes[first + i]:
                 told.append(factor * extreme.force)
-                along = None if extreme.place is None else extreme.place * self._time * float(sections.speed[i])
+                along = None if extreme.place is None else extreme.place * self._scales.time * float(sections.speed[i])
                 told.append(None if along is None else float(starts[i]) + along)
-                told.append(None if extreme.time is None else extreme.time * self._time)
+                told.append(None if extreme.time is None else extreme.time * self._scales.time)
             found.append(Peak(*told))
         return tuple(found)
 
@@ -483,7 +461,7 @@ class Blow:
         """
         if not 0.0 <= finite("time", time) <= self.until:
             raise ParameterError("time", time, f"a time in the window, from 0 to {self.until:g}")
-        tick = min(round(time / (self._time * self._course.tick)), self._course.end)
+        tick = min(round(time / (self._scales.time * self._course.tick)), self._course.end)
         rod = self._question.rod
         return StringState(
             float(time),
@@ -492,33 +470,17 @@ class Blow:
         )
 
     def _along(self, first: int, sections: Sections, tick: int) -> AlongBody:
-        places, force, velocity, section = along(self._course, first, sections, tick, self._time)
-        return AlongBody(places, force * self._force, velocity * self._velocity, section)
+        places, force, velocity, section = along(self._course, first, sections, tick, self._scales.time)
+        return AlongBody(places, force * self._scales.force, velocity * self._scales.velocity, section)
 
     # -- scales --
 
-    @property
-    def _time(self) -> float:
-        return self._course.held.scales.time
-
-    @property
-    def _velocity(self) -> float:
-        return self._course.held.scales.velocity
-
-    @property
-    def _force(self) -> float:
-        return self._course.held.scales.force
-
-    @property
-    def _length(self) -> float:
-        return self._course.held.scales.length
-
-    @property
-    def _energy(self) -> float:
-        return self._course.held.scales.energy
+    @cached_property
+    def _scales(self) -> Scales:
+        return self._course.held.scales
 
     def _scaled(self, trace: Trace, factor: float) -> Trace:
-        return trace.scaled(factor, self._time)
+        return trace.scaled(factor, self._scales.time)
 
 
 def _mirrored(coefficients: Array) -> Array:

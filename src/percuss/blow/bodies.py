@@ -256,13 +256,7 @@ class Sections:
 
 
 def striker_sections(striker: Striker) -> Sections:
-    """The sections of a striker from the driven end on.
-
-    Raises
-    ------
-    ParameterError
-        For anything that is no chain of sections.
-    """
+    """The sections of a striker from the driven end on."""
     if isinstance(striker, SizedBody):
         return _of_pieces(striker.pieces)
     if isinstance(striker, SteppedBar):
@@ -276,13 +270,7 @@ def striker_sections(striker: Striker) -> Sections:
 
 
 def rod_sections(rod: Rod, striker: Striker) -> Sections:
-    """The sections of a rod from the struck face on, in the units of the striker.
-
-    Raises
-    ------
-    ParameterError
-        For a rod with sizes in front of a striker without.
-    """
+    """The sections of a rod from the struck face on, in the units of the striker."""
     if rod.impedance is not None:
         endless = np.array([np.inf])
         return Sections(np.array([rod.impedance]), endless, endless, np.ones(1), None)

@@ -50,11 +50,6 @@ def uniform_blow(impedance: float, transit: float, velocity: float, rod: float =
     rod
         Z_2 in N·s/m; inf for a rigid wall.
 
-    Raises
-    ------
-    ParameterError
-        For numbers that are not positive.
-
     Examples
     --------
     >>> z = 3.14e-4 * (210e9 * 7800) ** 0.5
@@ -78,11 +73,6 @@ def staircase_force(impedance: float, rod: float, velocity: float, step: int) ->
 
     v Z Z_2/(Z + Z_2) μ^k with μ = (Z − Z_2)/(Z + Z_2): the contact never ends (Fischer 1959).
 
-    Raises
-    ------
-    ParameterError
-        For a striker that is not stiffer than the rod: its contact ends after the first step.
-
     Examples
     --------
     >>> staircase_force(2.0, 1.0, 3.0, 1)
@@ -94,11 +84,6 @@ def staircase_force(impedance: float, rod: float, velocity: float, step: int) ->
 
 def staircase_velocity(impedance: float, rod: float, velocity: float, steps: int) -> float:
     """Velocity of the same striker after so many round trips, v μ^k: all of it moves as one then.
-
-    Raises
-    ------
-    ParameterError
-        As `staircase_force`.
 
     Examples
     --------
@@ -116,11 +101,6 @@ def _steps(first: UniformBlow, impedance: float, steps: int) -> float:
 
 def two_section_restitution(rear: float, head: float) -> float:
     """R of a striker of two sections with equal transit times on a rigid wall: 1 − 2ρ², ρ = (Z_1 − Z_2)/(Z_1 + Z_2).
-
-    Raises
-    ------
-    ParameterError
-        Outside −1/2 < ρ ≤ (√5 − 1)/4, where the blow is more than one contact of two round trips.
 
     Examples
     --------
@@ -147,11 +127,6 @@ def matched_efficiency(beta: float, unloading_ratio: float) -> float:
     unloading_ratio
         γ of the rock.
 
-    Raises
-    ------
-    ParameterError
-        For a β that is not positive, or γ outside (0, 1].
-
     Examples
     --------
     >>> round(matched_efficiency(BEST_BETA, 1e-300), 10)
@@ -162,11 +137,6 @@ def matched_efficiency(beta: float, unloading_ratio: float) -> float:
 
 def best_efficiency(beta: float, unloading_ratio: float) -> float:
     """The same of the best wave of this duration, which grows like e^{K_1 t/Z}: (1 − γ)(1 − e^{−2β}).
-
-    Raises
-    ------
-    ParameterError
-        As `matched_efficiency`.
 
     Examples
     --------

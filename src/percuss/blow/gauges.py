@@ -161,12 +161,6 @@ def fitted_record(
     sign
         1 or −1 if known; otherwise the one that fits better is taken.
 
-    Raises
-    ------
-    ParameterError
-        For a record that is too short or constant, of which nothing resembles the computed force, and where no force
-        reaches the gauge in the window.
-
     Examples
     --------
     >>> from percuss.blow import Rod, strike

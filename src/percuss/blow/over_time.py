@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.blow.bodies import Sections
-from percuss.blow.kernels.wave_records import ENDLESS, ROCK
+from percuss.blow.kernels.wave_records import ROCK
 from percuss.blow.wave_history import Trace, WaveHistory
 from percuss.model.checks import Array, count, positive
 
@@ -78,33 +78,40 @@ def cells_over_time(blow: Blow, times: Array, cells: int, reach: float) -> tuple
     >>> own.force.round(9).tolist(), rod
     ([[0.0, 0.0, 1.0, 1.0]], None)
     """
-    ticks = np.clip(times / (blow._time * blow._course.tick), 0.0, blow._course.end)
+    ticks = np.clip(times / (blow._scales.time * blow._course.tick), 0.0, blow._course.end)
     rod = blow._question.rod
     own = _cells(blow, 0, blow._question.sections, ticks, cells, reach)
     return own, None if rod is None else _cells(blow, blow._course.striker, rod, ticks, cells, reach)
 
 
 def _cells(blow: Blow, first: int, sections: Sections, ticks: Array, cells: int, reach: float) -> CellsOverTime:
-    course = blow._course
-    lengths = np.where(np.isfinite(sections.length), sections.length, reach)
-    edges, section, force, velocity = [np.zeros(1)], [], [], []
-    for number, length in enumerate(lengths):
+    course, force, velocity = blow._course, [], []
+    edges, section, shares = _grid(sections, cells, reach)
+    for number, (length, share) in enumerate(shares):
         i = first + number
-        count = max(2, round(cells * length / lengths.sum()))
-        share = (np.arange(count) + 0.5) / count
         if course.endless(i):
-            delay = share * length / (sections.speed[number] * blow._time * course.tick)
+            delay = share * length / (sections.speed[number] * blow._scales.time * course.tick)
         else:
             delay = share * course.transit[i]
         right, left = _waves(course, i, ticks[:, None], delay)
         z = course.impedance[i]
+        force.append(blow._scales.force * z * (right - left))
+        velocity.append(blow._scales.velocity * (right + left))
+    return CellsOverTime(edges, section, np.concatenate(force, axis=1), np.concatenate(velocity, axis=1))
+
+
+def _grid(
+    sections: Sections, cells: int, reach: float
+) -> tuple[Array, npt.NDArray[np.intp], list[tuple[float, Array]]]:
+    """Edges and sections of about so many cells; of each section its length, and where in it the cells' middles are."""
+    lengths = np.where(np.isfinite(sections.length), sections.length, reach)
+    edges, section, shares = [np.zeros(1)], [], []
+    for number, length in enumerate(lengths.tolist()):
+        count = max(2, round(cells * length / float(lengths.sum())))
+        shares.append((length, (np.arange(count) + 0.5) / count))
         edges.append(edges[-1][-1] + length * np.arange(1, count + 1) / count)
         section.append(np.full(count, number))
-        force.append(blow._force * z * (right - left))
-        velocity.append(blow._velocity * (right + left))
-    return CellsOverTime(
-        np.concatenate(edges), np.concatenate(section), np.concatenate(force, axis=1), np.concatenate(velocity, axis=1)
-    )
+    return np.concatenate(edges), np.concatenate(section), shares
 
 
 def _waves(course: WaveHistory, section: int, ticks: Array, delay: Array) -> tuple[Array, Array]:
@@ -145,7 +152,7 @@ def energy_over_time(blow: Blow, times: Array) -> EnergyOverTime:
     ([0.5, 0.0, 0.5], [0.0, 0.5, 0.0])
     """
     course = blow._course
-    t = np.clip(times / blow._time, 0.0, course.end * course.tick)
+    t = np.clip(times / blow._scales.time, 0.0, course.end * course.tick)
     striker, momentum = np.zeros(t.size), np.zeros(t.size)
     for i in range(course.striker):
         energy, own = _section_sums(course, i, t)
@@ -153,11 +160,13 @@ def energy_over_time(blow: Blow, times: Array) -> EnergyOverTime:
     rod = np.zeros(t.size)
     for i in range(course.striker, course.size if course.has_rod else course.striker):
         rod = rod + _section_sums(course, i, t)[0]
-    rod = rod + (_lumped(course, t) if course.has_rod else 0.0)
+    if course.has_rod:
+        joints, bit = course.lumped_energy([min(round(time / course.tick), course.end) for time in t.tolist()])
+        rod = rod + (joints + bit)
     rigid = 0.5 * momentum**2 / course.mass
     dissipated, stored = _rock(course, t)
     parts = (rigid, np.maximum(striker - rigid, 0.0), rod, dissipated, stored)
-    return EnergyOverTime(*(blow._energy * part for part in parts))
+    return EnergyOverTime(*(blow._scales.energy * part for part in parts))
 
 
 def _section_sums(course: WaveHistory, section: int, t: Array) -> tuple[Array, Array]:
@@ -185,21 +194,6 @@ def _cumulated(trace: Trace, times: Array) -> tuple[Array, Array]:
     place = np.searchsorted(edges, np.clip(times, edges[0], edges[-1]))
     plain, square = (np.append(0.0, np.cumsum(np.sum(half * weights * v, axis=1))) for v in (values, values**2))
     return plain[place], square[place]
-
-
-def _lumped(course: WaveHistory, t: Array) -> Array:
-    """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
-    masses, found = course.held.problem.joint_mass, np.zeros(t.size)
-    ticks = [min(round(time / course.tick), course.end) for time in t.tolist()]
-    for node in range(course.striker + 1, course.size):
-        if masses[node] > 0.0:
-            speeds = np.array([course.node_velocity(node, tick) for tick in ticks])
-            found += 0.5 * float(masses[node]) * speeds**2
-    if masses[-1] > 0.0 and course.held.problem.end != ENDLESS:
-        row, back = 2 * course.size - 2, course.transit[-1]
-        speeds = np.array([course.value(row, tick - back) + course.value(row + 1, tick) for tick in ticks])
-        found += 0.5 * float(masses[-1]) * speeds**2
-    return found
 
 
 def _rock(course: WaveHistory, t: Array) -> tuple[Array, Array]:
@@ -256,11 +250,6 @@ def force_envelope(blow: Blow, cells: int, reach: float) -> tuple[ForceEnvelope,
     reach
         How far an endless section is told of, in the units of the rod's places.
 
-    Raises
-    ------
-    ParameterError
-        For values out of range.
-
     Examples
     --------
     >>> from percuss.blow import Wall, strike
@@ -278,20 +267,15 @@ def force_envelope(blow: Blow, cells: int, reach: float) -> tuple[ForceEnvelope,
 
 
 def _envelope(blow: Blow, first: int, sections: Sections, cells: int, reach: float) -> ForceEnvelope:
-    course = blow._course
-    lengths = np.where(np.isfinite(sections.length), sections.length, reach)
-    edges, section, extremes = [np.zeros(1)], [], []
-    for number, length in enumerate(lengths.tolist()):
+    course, extremes = blow._course, []
+    edges, section, shares = _grid(sections, cells, reach)
+    for number, (length, share) in enumerate(shares):
         i = first + number
-        size = max(2, round(cells * length / float(lengths.sum())))
-        share = (np.arange(size) + 0.5) / size
-        span = length / float(sections.speed[number]) / blow._time
-        factor = blow._force * float(course.impedance[i])
+        span = length / float(sections.speed[number]) / blow._scales.time
+        factor = blow._scales.force * float(course.impedance[i])
         extremes.append(factor * _extremes(course, i, share * span))
-        edges.append(edges[-1][-1] + length * np.arange(1, size + 1) / size)
-        section.append(np.full(size, number))
     high, low = np.concatenate(extremes, axis=1)
-    return ForceEnvelope(np.concatenate(edges), np.concatenate(section), np.maximum(high, 0.0), np.maximum(-low, 0.0))
+    return ForceEnvelope(edges, section, np.maximum(high, 0.0), np.maximum(-low, 0.0))
 
 
 def _extremes(course: WaveHistory, section: int, delays: Array) -> Array:

@@ -143,11 +143,6 @@ def initial_waves(question: Question) -> list[list[WavePiece]]:
     """For each section of the striker the wave to the right and the wave to the left, in the order of their leaving.
 
     What is at the share y of a section left its start at −y τ to the right, and its end at −(1 − y) τ to the left.
-
-    Raises
-    ------
-    ParameterError
-        For a field whose values are not numbers.
     """
     sections = question.sections
     if question.velocity is not None:

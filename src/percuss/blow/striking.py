@@ -24,13 +24,7 @@ _AT_ONCE = 1 << 14  # steps between two looks whether anybody still waits
 
 
 def carried_to(held: Tables, target: int, most_pieces: int) -> tuple[Tables, bool]:
-    """The blow with every node at least at the tick `target`; whether it got there.
-
-    Raises
-    ------
-    Interrupted
-        When the computation was told to stop.
-    """
+    """The blow with every node at least at the tick `target`; whether it got there."""
     while True:
         code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
         if code == REACHED:

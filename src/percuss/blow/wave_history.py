@@ -276,6 +276,18 @@ class WaveHistory:
         """Velocity of the left end of a section."""
         return self.value(2 * section, time) + self.value(2 * section + 1, time - self.transit[section])
 
+    def lumped_energy(self, ticks: list[int]) -> tuple[Array, Array]:
+        """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
+        masses, joints, bit = self.held.problem.joint_mass, np.zeros(len(ticks)), np.zeros(len(ticks))
+        for node in range(self.striker + 1, self.size):
+            if masses[node] > 0.0:
+                joints += 0.5 * float(masses[node]) * np.array([self.node_velocity(node, t) for t in ticks]) ** 2
+        if masses[-1] > 0.0 and self.held.problem.end != ENDLESS:
+            row, back = 2 * self.size - 2, self.transit[-1]
+            speeds = np.array([self.value(row, t - back) + self.value(row + 1, t) for t in ticks])
+            bit = 0.5 * float(masses[-1]) * speeds**2
+        return joints, bit
+
     def travelled(self, section: int, begin: int, end: int) -> float:
         """How far the left end of a section moves."""
         back = self.transit[section]

@@ -69,13 +69,7 @@ class PaperFigure:
         return "\n".join(lines) + "\n"
 
     def draw(self) -> Picture:
-        """The picture.
-
-        Raises
-        ------
-        MissingExtraError
-            When matplotlib is not installed.
-        """
+        """The picture."""
         from percuss.plot.canvas import new_figure, style
 
         picture = new_figure(self.width, self.height)
@@ -85,13 +79,7 @@ class PaperFigure:
         return picture
 
     def write_csv(self, path: str | Path) -> Path:
-        """Write the table.
-
-        Raises
-        ------
-        PercussError
-            When the file cannot be written.
-        """
+        """Write the table."""
         target = Path(path)
         write_whole(target, self.csv())
         return target

@@ -465,11 +465,6 @@ def recorded_phases(time: Array, values: Array, frequency: float | None) -> Arra
         Shape (n,): the record, s and any unit.
     frequency
         Of the fundamental, Hz, as `analyse` found it; None to find it.
-
-    Raises
-    ------
-    HistoryError
-        When the record holds no two cycles of that frequency.
     """
     t = time - time[0]
     middle, scale = 0.5 * (np.max(values) + np.min(values)), 0.5 * float(np.ptp(values))

@@ -15,14 +15,14 @@ import numpy.typing as npt
 
 from percuss.errors import HistoryError, MissingExtraError
 from percuss.recordings.separate_process import Found, bounds_of, need, read_apart
-from percuss.recordings.table import Array, Table
+from percuss.recordings.table import Array, RecordedTable
 from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
 from percuss.units import split_header
 
 
 def _arrays_table(
     file: str, arrays: Iterable[tuple[str, str | None, npt.NDArray[Any]]], sample_rate: float | None = None
-) -> Table:
+) -> RecordedTable:
     """A table of the one-dimensional numeric arrays, and of the columns of two-dimensional ones."""
     names: list[str] = []
     units: list[str | None] = []
@@ -47,7 +47,7 @@ def _arrays_table(
             data.append(row.astype(float))
     if not data:
         raise HistoryError("holds no array of numbers", "save time and force or pressure as plain arrays", file)
-    return Table(
+    return RecordedTable(
         file, names, units, [True] * len(data), lambda columns: [data[i] for i in columns], sample_rate=sample_rate
     )
 
@@ -76,7 +76,7 @@ def _read(path: Path, kind: str) -> Iterator[None]:
         raise _damaged(path, kind, error) from None
 
 
-def _read_mat(path: Path) -> Table:
+def _read_mat(path: Path) -> RecordedTable:
     try:
         from scipy.io import loadmat
     except ImportError:
@@ -94,7 +94,7 @@ def _read_mat(path: Path) -> Table:
     )
 
 
-def _read_h5(path: Path) -> Table:
+def _read_h5(path: Path) -> RecordedTable:
     need("h5py")
     told, arrays = read_apart("percuss.recordings.file_formats:h5_content", path, {}, bounds_of(path))
     rates = told["rates"]
@@ -125,7 +125,7 @@ def h5_content(path: Path, _: Mapping[str, Any]) -> Found:
     return {"units": units, "rates": rates}, arrays
 
 
-def _read_tdms(path: Path) -> Table:
+def _read_tdms(path: Path) -> RecordedTable:
     try:
         from nptdms import TdmsFile
     except ImportError:
@@ -142,7 +142,7 @@ def _read_tdms(path: Path) -> Table:
     return _arrays_table(str(path), found, 1.0 / steps[0] if steps and steps[0] > 0 else None)
 
 
-def _read_wav(path: Path) -> Table:
+def _read_wav(path: Path) -> RecordedTable:
     try:
         from scipy.io import wavfile
     except ImportError:
@@ -156,7 +156,7 @@ def _read_wav(path: Path) -> Table:
     return _arrays_table(str(path), [("channel", None, data)], float(rate))
 
 
-READERS: dict[str, Callable[[Path], Table]] = {
+READERS: dict[str, Callable[[Path], RecordedTable]] = {
     ".mat": _read_mat,
     ".h5": _read_h5,
     ".hdf5": _read_h5,

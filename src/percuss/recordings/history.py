@@ -155,20 +155,6 @@ def analyse(
         Keep exactly this many. None keeps those that stand out from the scatter of the cycles (3.5 standard
         errors) and are not negligible (1/1000 of the largest), 64 at most; those between that do not are zero.
 
-    Returns
-    -------
-    coefficients
-        Shape (K + 1,), in the unit of `values`: p(t) = Re Σ_k p_k exp(ikt), where t is 0 at the first sample and
-        grows by 2π in every cycle; p_0 is the mean.
-    report
-        What was found.
-
-    Raises
-    ------
-    HistoryError
-        When the data are unusable, constant, do not repeat, hold fewer than two whole cycles or fewer than 8
-        samples in a cycle, or when more harmonics are asked for than the sampling allows.
-
     Examples
     --------
     >>> time = np.arange(2000) / 1e4

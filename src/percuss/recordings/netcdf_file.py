@@ -18,17 +18,7 @@ if TYPE_CHECKING:
 
 
 def netcdf_content(path: Path) -> xarray.Dataset:
-    """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers.
-
-    Raises
-    ------
-    FileNotFoundError
-        When there is no such file.
-    HistoryError
-        When it is damaged, holds too much or refers to other files.
-    MissingExtraError
-        Without xarray or h5netcdf.
-    """
+    """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers."""
     try:
         import xarray
     except ImportError:
@@ -43,13 +33,7 @@ def netcdf_content(path: Path) -> xarray.Dataset:
 
 
 def read_netcdf(path: Path, _: Mapping[str, Any]) -> Found:
-    """Dimensions and attributes of the variables, and their numbers.
-
-    Raises
-    ------
-    HistoryError, MissingExtraError
-        As `netcdf_content`.
-    """
+    """Dimensions and attributes of the variables, and their numbers."""
     import h5netcdf
     import h5py
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from percuss.errors import HistoryError, ParameterError, UnitError
 from percuss.recordings.file_formats import READERS
-from percuss.recordings.table import RATE_REMEDY, SOUGHT, Array, Table, as_rate, without_gaps
+from percuss.recordings.table import RATE_REMEDY, SOUGHT, Array, RecordedTable, as_rate, without_gaps
 from percuss.recordings.text_table import (
     Column,
     against_clock,
@@ -34,13 +34,7 @@ from percuss.units import si
 
 
 def file_path(value: object) -> Path:
-    """The path of a file; bytes and the numbers of open files are none.
-
-    Raises
-    ------
-    ParameterError
-        When `value` is neither text nor a path.
-    """
+    """The path of a file; bytes and the numbers of open files are none."""
     try:
         found = os.fspath(value)  # type: ignore[call-overload]  # whatever is no path is refused below
     except TypeError:
@@ -51,25 +45,13 @@ def file_path(value: object) -> Path:
 
 
 def check_column(name: str, key: object) -> None:
-    """Refuse what can name no column; None leaves the choice to the reader.
-
-    Raises
-    ------
-    ParameterError
-        When `key` is neither text nor a whole number.
-    """
+    """Refuse what can name no column; None leaves the choice to the reader."""
     if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
         raise ParameterError(name, key, "the heading of a column, or its number from 1")
 
 
 def in_hertz(sample_rate: float | str) -> float:
-    """A sample rate in Hz, from a number in Hz or from text such as "50 kHz".
-
-    Raises
-    ------
-    UnitError
-        When it is not such a quantity, or not greater than 0.
-    """
+    """A sample rate in Hz, from a number in Hz or from text such as "50 kHz"."""
     rate = si(sample_rate, "frequency" if isinstance(sample_rate, str) else "dimensionless", "sample_rate")
     if rate <= 0.0:
         raise UnitError("sample_rate", sample_rate, 'a frequency greater than 0, such as "50 kHz"')
@@ -77,13 +59,7 @@ def in_hertz(sample_rate: float | str) -> float:
 
 
 def in_seconds(value: float | str, name: str) -> float:
-    """A moment in s, from a number in s or from text such as "0.2 s".
-
-    Raises
-    ------
-    UnitError
-        When it is not such a quantity.
-    """
+    """A moment in s, from a number in s or from text such as "0.2 s"."""
     return si(value, "time" if isinstance(value, str) else "dimensionless", name)
 
 
@@ -92,45 +68,38 @@ def in_seconds(value: float | str, name: str) -> float:
 MIN_SAMPLES = 16
 
 
-def check_sizes(table: Table, time: Array, values: list[Array], clock: int, value: int) -> None:
+def check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: int, value: int) -> None:
     if time.size != values[0].size:
         remedy = f"name the time that belongs to it, time_column = …, or {RATE_REMEDY}"
-        raise HistoryError(
-            f"{table.heading(value)} has {values[0].size} samples and {table.heading(clock)} {time.size}",
-            remedy,
-            table.file,
+        raise table.refused(
+            f"{table.heading(value)} has {values[0].size} samples and {table.heading(clock)} {time.size}", remedy
         )
 
 
-def check_values(table: Table, values: list[Array], faces: list[int]) -> None:
+def check_values(table: RecordedTable, values: list[Array], faces: list[int]) -> None:
     sizes = [v.size for v in values]
     if len(set(sizes)) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"{table.heading(faces[0])} has {sizes[0]} samples, {table.heading(faces[1])} {sizes[1]}",
             "name two columns recorded together",
-            table.file,
         )
     if sizes[0] < MIN_SAMPLES:
-        raise HistoryError(
-            f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed", table.file
-        )
+        raise table.refused(f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed")
     for data, face in zip(values, faces, strict=True):
         bad = np.flatnonzero(np.isinf(data))
         if bad.size:
-            raise HistoryError(
+            raise table.refused(
                 f"{table.where(int(bad[0]))}: {table.heading(face)} is {data[bad[0]]} ({bad.size} such values)",
                 "an infinite value cannot be used: cut the record there (from, to), or empty the cell",
-                table.file,
             )
 
 
-def check_time(table: Table, time: Array, clock: int) -> None:
+def check_time(table: RecordedTable, time: Array, clock: int) -> None:
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
-        raise HistoryError(
+        raise table.refused(
             f"{table.where(int(bad[0]))}: {table.heading(clock)} is {time[bad[0]]} ({bad.size} such values)",
             f"a time is needed for every sample: fix or delete these lines, or {RATE_REMEDY}",
-            table.file,
         )
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0.0)
@@ -142,15 +111,13 @@ def check_time(table: Table, time: Array, clock: int) -> None:
             coarse = 2 * steps.size < time.size and not np.any(np.diff(time) < 0.0)
             rate = (time.size - 1) / (time[-1] - time[0]) if coarse else 1.0 / float(np.median(steps))
             remedy = f"sort the record, or ignore its time with sample_rate = {as_rate(rate)}, if that is right"
-        raise HistoryError(
-            f"{table.where(i)}: the time does not increase ({time[i - 1]:.9g} s, then {time[i]:.9g} s)",
-            remedy,
-            table.file,
+        raise table.refused(
+            f"{table.where(i)}: the time does not increase ({time[i - 1]:.9g} s, then {time[i]:.9g} s)", remedy
         )
 
 
 def cut(
-    table: Table, time: Array, values: list[Array], start: float | str | None, end: float | str | None
+    table: RecordedTable, time: Array, values: list[Array], start: float | str | None, end: float | str | None
 ) -> tuple[Array, list[Array]]:
     """The part of the record from `start` to `end`."""
     if start is None and end is None:
@@ -159,11 +126,10 @@ def cut(
     last = np.inf if end is None else in_seconds(end, "to")
     used = (time >= first) & (time <= last)
     if not first < last or not np.any(used):
-        raise HistoryError(
+        raise table.refused(
             f"nothing lies between {first:.9g} s and {last:.9g} s: "
             f"the record goes from {time[0]:.9g} s to {time[-1]:.9g} s",
             "give from and to inside the record, from before to",
-            table.file,
         )
     return time[used], [v[used] if v.size == time.size else v for v in values]
 
@@ -276,10 +242,9 @@ def read_recording(
     clock, faces = meant_columns(table, (column, time_column, opposing_column), rate, given is not None, notes)
     scales = scales_of(table, faces, unit, given, notes)
     if rate is None and clock is None and (rate := table.sample_rate) is None:
-        raise HistoryError(
+        raise table.refused(
             f"no column of time among {table.listing(range(len(table.names)))}",
             f'give time_column = "…", or {RATE_REMEDY}',
-            table.file,
         )
     values = table.read(faces)
     if sample_rate is not None or clock is None:

@@ -44,7 +44,7 @@ class Died(HistoryError):
 
 
 @dataclass(frozen=True)
-class Bounds:
+class ReaderBounds:
     """What a reader may take: bytes of memory, seconds, bytes of its answer."""
 
     memory: int = _MEMORY
@@ -52,26 +52,20 @@ class Bounds:
     answer: int = _MEMORY
 
 
-def bounds_of(path: Path) -> Bounds:
+def bounds_of(path: Path) -> ReaderBounds:
     """What a file of one's own may take, which can be large."""
     size = path.stat().st_size
-    return Bounds(_MEMORY + _COPIES * size, _SECONDS + size / 2**22, _MEMORY + _COPIES * size)
+    return ReaderBounds(_MEMORY + _COPIES * size, _SECONDS + size / 2**22, _MEMORY + _COPIES * size)
 
 
 def need(package: str) -> None:
-    """Refuse, before a process is started, what cannot be read without a package that is not installed.
-
-    Raises
-    ------
-    MissingExtraError
-        Which says how to install it.
-    """
+    """Refuse, before a process is started, what cannot be read without a package that is not installed."""
     if find_spec(package) is None:
         raise MissingExtraError(package, "io")
 
 
 def read_apart(
-    reader: str, path: Path, options: Mapping[str, Any], bounds: Bounds, halt: Callable[[], bool] | None = None
+    reader: str, path: Path, options: Mapping[str, Any], bounds: ReaderBounds, halt: Callable[[], bool] | None = None
 ) -> Found:
     """What a function finds in a file, called by another process; Ctrl-C ends it.
 
@@ -85,15 +79,6 @@ def read_apart(
         What it may take.
     halt
         Asked meanwhile; the file is given up once it returns true.
-
-    Raises
-    ------
-    PercussError
-        What the function raised.
-    Died
-        When it did not end within its bounds, or the process died.
-    Interrupted
-        When `halt` returned true, or the computation was told to stop.
     """
     if inside:
         return _called(reader, path, options)
@@ -131,7 +116,7 @@ def read_apart(
 
 
 def _answer(
-    process: subprocess.Popen[bytes], asked: bytes, bounds: Bounds, halt: Callable[[], bool] | None
+    process: subprocess.Popen[bytes], asked: bytes, bounds: ReaderBounds, halt: Callable[[], bool] | None
 ) -> bytes | None:
     """All that the process writes; None when it takes too long."""
     until = time.monotonic() + bounds.seconds

@@ -88,7 +88,7 @@ RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz
 
 
 @dataclass(frozen=True)
-class Table:
+class RecordedTable:
     """What a file holds, before a column is chosen."""
 
     file: str
@@ -101,6 +101,10 @@ class Table:
     stamped: tuple[int, ...] = ()  # columns of dates and times of day, …
     stamps: Callable[[int], list[str]] = lambda i: []  # … and their cells
     sought: Sought = LOAD
+
+    def refused(self, message: str, remedy: str) -> HistoryError:
+        """An error that names the file."""
+        return HistoryError(message, remedy, self.file)
 
     def heading(self, i: int) -> str:
         name = f'"{self.names[i]}"' if self.names[i] else f"column {i + 1}"
@@ -127,24 +131,17 @@ MOST_MISSING = 0.1
 """The share of the samples that may be missing."""
 
 
-def without_gaps(time: Array, values: list[Array], table: Table, notes: list[str]) -> tuple[Array, list[Array]]:
-    """The samples of which all values are there; nothing is filled in, as the cycles are fitted to samples as they lie.
-
-    Raises
-    ------
-    HistoryError
-        When more than `MOST_MISSING` of the samples are missing.
-    """
+def without_gaps(time: Array, values: list[Array], table: RecordedTable, notes: list[str]) -> tuple[Array, list[Array]]:
+    """The samples of which all values are there; nothing is filled in: cycles are fitted to samples as they lie."""
     there = np.all(np.isfinite(values), axis=0)
     missing = int(time.size - np.count_nonzero(there))
     if missing == 0:
         return time, values
     first = int(np.argmin(there))
     if missing > MOST_MISSING * time.size:
-        raise HistoryError(
+        raise table.refused(
             f"{missing} of {time.size} samples have no value, the first at {time[first]:.6g} s",
             f"at most {100.0 * MOST_MISSING:.0f} % may be missing: cut the record (from, to), or record again",
-            table.file,
         )
     kept = time[there]
     gaps = np.flatnonzero(np.diff(np.concatenate([[1], there.astype(int), [1]])) == -1).size

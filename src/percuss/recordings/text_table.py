@@ -16,7 +16,7 @@ from typing import cast
 import numpy as np
 
 from percuss.errors import HistoryError, UnitError
-from percuss.recordings.table import RATE_REMEDY, Array, Table, as_rate, dimension
+from percuss.recordings.table import RATE_REMEDY, Array, RecordedTable, as_rate, dimension
 from percuss.units import TIME_WORDS, known_dimension, split_header, unit_scale
 
 # ---- Stamps of date and time of day, as loggers write them, turned into seconds from the first one
@@ -41,11 +41,6 @@ def seconds_of(cells: Sequence[str]) -> Array:
 
     A time of day that falls back by more than half a day has passed midnight. The time zone is left alone: it is that
     of one recorder. The date counts only where it changes.
-
-    Raises
-    ------
-    ValueError
-        With the number of the first cell that is not a stamp, or whose date is ambiguous, and why.
     """
     seconds = np.empty(len(cells))
     days: dict[str, int] = {}
@@ -94,7 +89,7 @@ LONGEST_LINE = 20_000
 """Characters of one line: millions of columns would be looked at one by one."""
 
 
-def read_text(path: Path) -> Table:
+def read_text(path: Path) -> RecordedTable:
     """The table in a file of text."""
     file = str(path)
     lines = _decode(path, file).replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -125,7 +120,9 @@ def read_text(path: Path) -> Table:
 
     where = "line {}".format
     stamped = tuple(j for j, stamp in enumerate(form.stamped) if stamp)
-    return Table(file, names, units, form.numeric, read, lambda i: where(data[i] + 1), stamped=stamped, stamps=cells)
+    return RecordedTable(
+        file, names, units, form.numeric, read, lambda i: where(data[i] + 1), stamped=stamped, stamps=cells
+    )
 
 
 def _decode(path: Path, file: str) -> str:
@@ -283,7 +280,7 @@ def _numbers(form: _Form, lines: list[str], data: list[int], columns: list[int],
 Column = str | int
 
 
-def _find(table: Table, key: Column, option: str) -> int:
+def _find(table: RecordedTable, key: Column, option: str) -> int:
     """The column that `key` names."""
     every = range(len(table.names))
     if isinstance(key, str):
@@ -297,10 +294,9 @@ def _find(table: Table, key: Column, option: str) -> int:
             if len(matches) == 1:
                 return matches[0]
             if matches:
-                raise HistoryError(
+                raise table.refused(
                     f'{option} = "{key}" fits more than one column: {table.listing(matches)}',
                     f"give the number of the column instead, {option} = {matches[0] + 1}",
-                    table.file,
                 )
     number = int(key) if isinstance(key, int) or (key.strip().isdecimal() and len(key) < 9) else 0
     if isinstance(key, bool) or not 1 <= number <= len(table.names):
@@ -308,22 +304,22 @@ def _find(table: Table, key: Column, option: str) -> int:
         hint = (
             f'did you mean "{near[0]}"?' if near else f"{option} is a heading or a number from 1 to {len(table.names)}"
         )
-        raise HistoryError(f"no column {key!r}; the columns are {table.listing(every)}", hint, table.file)
+        raise table.refused(f"no column {key!r}; the columns are {table.listing(every)}", hint)
     return number - 1
 
 
-def _time_like(table: Table, i: int) -> bool:
+def _time_like(table: RecordedTable, i: int) -> bool:
     words = re.split(r"[\W\d_]+", table.names[i].lower())
     named = table.names[i] != "T" and any(word in TIME_WORDS for word in words)
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
-def _is_sought(table: Table, i: int) -> bool:
+def _is_sought(table: RecordedTable, i: int) -> bool:
     unit = table.units[i]
     return unit is not None and known_dimension(unit, table.sought.dimensions) is not None
 
 
-def find_time(table: Table, key: Column | None, column: Column | None) -> int | None:
+def find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
     """The column of time: the one that `key` names, else the only one like a time; None when there is none."""
     if key is not None:
         found = [_find(table, key, "time_column")]
@@ -335,28 +331,26 @@ def find_time(table: Table, key: Column | None, column: Column | None) -> int | 
         named = [i for i in found if table.names[i].lower() in TIME_WORDS]
         found = named if len(named) == 1 else found
     if len(found) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"more than one column could be the time: {table.listing(found)}",
             f'give time_column = "{table.names[found[0]]}", or the one that is meant',
-            table.file,
         )
     if found and not table.numeric[found[0]] and found[0] not in table.stamped:
-        raise HistoryError(
+        raise table.refused(
             f"the time in {table.heading(found[0])} is given neither as numbers nor as times of day",
             f"write the time in seconds, or {RATE_REMEDY}",
-            table.file,
         )
     return found[0] if found else None
 
 
-def find_values(table: Table, key: Column | None, clock: int | None, unit_given: bool) -> int:
+def find_values(table: RecordedTable, key: Column | None, clock: int | None, unit_given: bool) -> int:
     """The column of values: the one that `key` names, else the only one that could be meant."""
     if key is not None:
         value = _find(table, key, "column")
         if value == clock:
-            raise HistoryError(f"{table.heading(value)} is both column and time_column", "name two columns", table.file)
+            raise table.refused(f"{table.heading(value)} is both column and time_column", "name two columns")
         if not table.numeric[value]:
-            raise HistoryError(f"{table.heading(value)} does not hold numbers", "give another column", table.file)
+            raise table.refused(f"{table.heading(value)} does not hold numbers", "give another column")
         return value
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
@@ -369,14 +363,13 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
         if fits and not any(table.names) and len(fits) == 2 and clock is None:
             return fits[1]  # two columns without headings: `first_of_two` checks that the first is a time
         if fits:
-            raise HistoryError(
+            raise table.refused(
                 f"more than one column could be the {table.sought.named}: {table.listing(fits)}",
                 f"give column = {_key(table, fits[0])}, or the one that is meant",
-                table.file,
             )
     seen = table.listing(free) or "none but the time"
     if len(free) == 1:
-        raise HistoryError(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy, table.file)
+        raise table.refused(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy)
     what = (
         f"no column is a {table.sought.named} by its name and unit"
         if any(table.names)
@@ -385,28 +378,26 @@ def find_values(table: Table, key: Column | None, clock: int | None, unit_given:
     remedy = f"the file must hold a column of {table.sought.named}"
     if free:
         remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "{table.sought.unit}"'
-    raise HistoryError(f"{what}; the columns of numbers are: {seen}", remedy, table.file)
+    raise table.refused(f"{what}; the columns of numbers are: {seen}", remedy)
 
 
-def find_opposing(table: Table, key: Column, value: int, clock: int | None) -> int:
+def find_opposing(table: RecordedTable, key: Column, value: int, clock: int | None) -> int:
     """The column of the force or pressure on the opposing face."""
     found = _find(table, key, "opposing_column")
     if found in (value, clock):
         other = "column" if found == value else "time_column"
-        raise HistoryError(
-            f"{table.heading(found)} is both opposing_column and {other}", "name two columns", table.file
-        )
+        raise table.refused(f"{table.heading(found)} is both opposing_column and {other}", "name two columns")
     if not table.numeric[found]:
-        raise HistoryError(f"{table.heading(found)} does not hold numbers", "give another column", table.file)
+        raise table.refused(f"{table.heading(found)} does not hold numbers", "give another column")
     return found
 
 
-def _key(table: Table, i: int) -> str:
+def _key(table: RecordedTable, i: int) -> str:
     unique = table.names[i] and table.names.count(table.names[i]) == 1
     return f'"{table.names[i]}"' if unique else str(i + 1)
 
 
-def first_of_two(table: Table, value: int, notes: list[str]) -> int | None:
+def first_of_two(table: RecordedTable, value: int, notes: list[str]) -> int | None:
     """Of two columns without headings the first is the time when it increases like one."""
     if len(table.names) != 2 or value != 1:
         return None
@@ -417,37 +408,32 @@ def first_of_two(table: Table, value: int, notes: list[str]) -> int | None:
     return 0
 
 
-def value_scale(table: Table, value: int) -> tuple[float, str]:
+def value_scale(table: RecordedTable, value: int) -> tuple[float, str]:
     """What 1 in the column is in SI units, and the quantity."""
     unit = table.units[value]
     if unit is None:
-        raise HistoryError(
-            f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy, table.file
-        )
+        raise table.refused(f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy)
     try:
         return unit_scale(unit, table.sought.dimensions, "unit")
     except UnitError as error:
-        raise HistoryError(
+        raise table.refused(
             f'{table.heading(value)}: "{unit}" is not a unit of {table.sought.named}',
             "; ".join(filter(None, [error.remedy, f'give unit = "{table.sought.unit}", or the one that is meant'])),
-            table.file,
         ) from None
 
 
-def seconds(table: Table, clock: int, notes: list[str]) -> Array:
+def seconds(table: RecordedTable, clock: int, notes: list[str]) -> Array:
     """The column of time in seconds; stamps of date and time of day count from the first."""
     if clock in table.stamped:
         try:
             return seconds_of(table.stamps(clock))
         except ValueError as error:
             row, what = error.args
-            raise HistoryError(
-                f"{table.where(row)}: {what}", f"write the time in seconds, or {RATE_REMEDY}", table.file
-            ) from None
+            raise table.refused(f"{table.where(row)}: {what}", f"write the time in seconds, or {RATE_REMEDY}") from None
     return table.read([clock])[0] * _time_scale(table, clock, notes)
 
 
-def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
+def _time_scale(table: RecordedTable, clock: int, notes: list[str]) -> float:
     """What 1 in the column of time is in seconds."""
     unit = table.units[clock]
     if unit is None:
@@ -456,10 +442,8 @@ def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
     try:
         return unit_scale(unit, ("time",), "unit")[0]
     except UnitError as error:
-        raise HistoryError(
-            f'{table.heading(clock)}: "{unit}" is not a unit of time',
-            error.remedy or RATE_REMEDY,
-            table.file,
+        raise table.refused(
+            f'{table.heading(clock)}: "{unit}" is not a unit of time', error.remedy or RATE_REMEDY
         ) from None
 
 
@@ -468,20 +452,18 @@ def _time_scale(table: Table, clock: int, notes: list[str]) -> float:
 Scale = tuple[float, str]  # what 1 in a column stands for, in SI, and of which quantity
 
 
-def given_scale(table: Table, unit: str | None, path: Path) -> Scale | None:
+def given_scale(table: RecordedTable, unit: str | None, path: Path) -> Scale | None:
     """What the option `unit` says; a .wav file cannot do without."""
     found = None if unit is None else unit_scale(unit, table.sought.dimensions, "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
-        raise HistoryError(
-            "a .wav file holds fractions of full scale, without a unit",
-            'say what full scale is: unit = "12 MPa"',
-            table.file,
+        raise table.refused(
+            "a .wav file holds fractions of full scale, without a unit", 'say what full scale is: unit = "12 MPa"'
         )
     return found
 
 
 def meant_columns(
-    table: Table,
+    table: RecordedTable,
     options: tuple[Column | None, Column | None, Column | None],
     rate: float | None,
     has_unit: bool,
@@ -499,21 +481,22 @@ def meant_columns(
     return clock, faces
 
 
-def scales_of(table: Table, faces: list[int], unit: str | None, given: Scale | None, notes: list[str]) -> list[Scale]:
+def scales_of(
+    table: RecordedTable, faces: list[int], unit: str | None, given: Scale | None, notes: list[str]
+) -> list[Scale]:
     """What 1 stands for in each column of values."""
     scales = [given or value_scale(table, face) for face in faces]
     if len({quantity for _, quantity in scales}) > 1:
-        raise HistoryError(
+        raise table.refused(
             f"{table.heading(faces[0])} is a {scales[0][1]}, {table.heading(faces[1])} a {scales[1][1]}",
             "name two columns of the same quantity",
-            table.file,
         )
     if given is not None:
         notes += [f for face in faces if (f := _against_heading(table, face, cast(str, unit), given))]
     return scales
 
 
-def _against_heading(table: Table, value: int, unit: str, given: tuple[float, str]) -> str:
+def _against_heading(table: RecordedTable, value: int, unit: str, given: tuple[float, str]) -> str:
     """What to say of a `unit` that differs from that of the heading."""
     try:
         own = value_scale(table, value)
@@ -525,7 +508,7 @@ def _against_heading(table: Table, value: int, unit: str, given: tuple[float, st
     return f'unit = "{unit}" is used for {table.heading(value)}: {differs} the heading'
 
 
-def against_clock(table: Table, column: Column | None, rate: float) -> list[str]:
+def against_clock(table: RecordedTable, column: Column | None, rate: float) -> list[str]:
     """What to say of a sample rate that differs from that of a column of time."""
     try:
         clock = find_time(table, None, column)

@@ -55,11 +55,6 @@ def plain_mat(data: bytes, most: int = MOST_NUMBERS) -> bytes:
         The file.
     most
         Numbers that it may hold.
-
-    Raises
-    ------
-    HistoryError
-        When it is damaged, of another version, or holds too much.
     """
     if data[512:520] == b"\x89HDF\r\n\x1a\n":  # version 7.3
         return data
@@ -152,13 +147,6 @@ def vetted(path: Path, most: int = MOST_NUMBERS) -> None:
         The file; its suffix says what it is.
     most
         Numbers that it may hold.
-
-    Raises
-    ------
-    HistoryError
-        When it is damaged, or does so.
-    MissingExtraError
-        When the package that reads it is not installed.
     """
     with path.open("rb") as file:
         head = file.read(520)
@@ -176,15 +164,7 @@ def vetted(path: Path, most: int = MOST_NUMBERS) -> None:
 
 
 def vetted_hdf5(path: Path, most: int) -> None:
-    """Refuse a file of HDF5 that would unpack to too much, or whose arrays lie in other files.
-
-    Raises
-    ------
-    HistoryError
-        When it does so; a damaged one raises whatever the library finds.
-    MissingExtraError
-        Without h5py.
-    """
+    """Refuse a file of HDF5 that would unpack to too much, or whose arrays lie in other files."""
     os.environ["HDF5_PLUGIN_PRELOAD"] = "::"  # no filters but those of the library
     try:
         import h5py

@@ -1,27 +1,35 @@
-"""The catalogue, the check of a case, the upload of a recording."""
+"""The catalogue, the check of a case, the upload of a recording, and the report as a download."""
 
 from __future__ import annotations
 
+import threading
 from dataclasses import asdict
-from typing import Annotated, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from fastapi import APIRouter, Path, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss._version import __version__
-from percuss.case import MACHINES
+from percuss.case import MACHINES, steady_answer
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.body_tables import MATERIALS
 from percuss.case.file_format.plain_tables import without_files
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
+from percuss.html_report import report_html
 from percuss.palette import palette_dict
-from percuss.web.kernel_loading import Part
-from percuss.web.questions import CaseAsked, PlaceAsked
-from percuss.web.request_bodies import StrictRoute, bounded_body, refused
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, gate_of, limits_of, plain_json
+from percuss.web.motion_routes import simulated
+from percuss.web.questions import CaseAsked, PlaceAsked, ReportAsked
+from percuss.web.requests import StrictRoute, bounded_body, refused
+from percuss.web.shared_by_routes import PROBLEMS, answer_of, attachment, check_steady, gate_of, limits_of, plain_json
+from percuss.web.workers import Part
+
+if TYPE_CHECKING:
+    from percuss.case import Case
+    from percuss.web.workers import Halt
+
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -237,3 +245,34 @@ async def history(
 
 def _column(text: str) -> int | str:
     return int(text) if text.isascii() and text.isdigit() and len(text) < 6 else text
+
+
+# ---- The report as a download
+
+_drawing = threading.Lock()
+"""matplotlib's settings belong to the whole process: one picture at a time."""
+
+
+@router.post(
+    "/api/report",
+    summary="A report in one HTML file",
+    response_class=Response,
+    responses={200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS},
+)
+async def report(request: Request, asked: ReportAsked) -> Response:
+    """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""
+    limits = limits_of(request)
+
+    def work(case: Case, halt: Halt) -> bytes:
+        periods = tuple(sorted(set(asked.periods)))
+        check_steady(case.system(), periods, asked.modes, limits)
+        answer = steady_answer(case, periods, asked.modes)
+        motion = simulated(case, asked, None, None, limits, halt) if asked.simulate else None
+        with _drawing:
+            return report_html(case, answer, motion).encode()
+
+    return attachment(
+        await answer_of(request, asked, work, kernels="motions" if asked.simulate else None),
+        "report.html",
+        "text/html; charset=utf-8",
+    )

@@ -60,13 +60,7 @@ def address(settings: Settings) -> str:
 
 
 def bound(host: str, port: int) -> socket.socket:
-    """A socket that listens there; port 0 takes a free one.
-
-    Raises
-    ------
-    PercussError
-        When there is no such address, or the port is taken.
-    """
+    """A socket that listens there; port 0 takes a free one."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     # with its protocol: asyncio turns off the waiting for small packets only where it is said to be TCP
     found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
@@ -144,7 +138,7 @@ def _work(settings: Settings, listening: socket.socket) -> None:
 def _run(settings: Settings, listening: socket.socket, ready: Callable[[], None] | None = None) -> None:
     """Serve in this process."""
     from percuss.web.application import create_app
-    from percuss.web.client_limits import protocol
+    from percuss.web.connections import protocol
 
     sys.setswitchinterval(_TURN)
     config = uvicorn.Config(

@@ -24,18 +24,17 @@ from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError, PercussError
 from percuss.halting import halting
-from percuss.web.lanes import Halt
-from percuss.web.request_bodies import problem, problems_of, refused
+from percuss.web.requests import problem, problems_of, refused
+from percuss.web.workers import Halt
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
     from percuss.case import Case
     from percuss.model import System
-    from percuss.web.kernel_loading import Kernels, Part
-    from percuss.web.lanes import Gate, Lane
     from percuss.web.questions import CaseAsked
     from percuss.web.settings import Limits
+    from percuss.web.workers import Gate, Kernels, Lane, Part
 
 
 # ---- From a request to its case; a case that was asked for a moment ago is not read again
@@ -111,15 +110,7 @@ def case_key(asked: CaseAsked) -> str:
 
 
 def case_asked(asked: CaseAsked, harmonics: int) -> Case:
-    """The case of a request.
-
-    Raises
-    ------
-    Refusal
-        When it names none or several.
-    CaseError
-        When it is not a case.
-    """
+    """The case of a request."""
     given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
     if len(given) != 1:
         raise refused(422, "expected exactly one of case, toml and machine", "", given[1] if given else "case")
@@ -186,6 +177,20 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
 """The answers of every route when it does not answer, for the schema."""
 
 
+def bytes_of(what: str, *kinds: str) -> dict[str, Any]:
+    """The answer of a route that is not JSON, for the schema."""
+    return {
+        "description": what,
+        "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in kinds},
+    }
+
+
+BINARY: dict[int | str, dict[str, Any]] = {
+    200: bytes_of("a JSON header and arrays", "application/octet-stream"),
+    **PROBLEMS,
+}
+
+
 def limits_of(request: Request) -> Limits:
     """The limits of the server."""
     found: Limits = request.app.state.settings.limits
@@ -210,11 +215,6 @@ async def answer_of(
 
     A quick one on a small case that needs no kernels is computed at once: handing it to a thread and back would take as
     long again.
-
-    Raises
-    ------
-    Refusal, PercussError
-        See `percuss.web.lanes.Lane.run`, and what the work raises.
     """
     limits = limits_of(request)
     if kernels is not None and not request.app.state.kernels.work(kernels):
@@ -235,13 +235,7 @@ async def answer_of(
 
 
 async def compiled(request: Request, part: Part) -> None:
-    """Until the kernels of a question are loaded: before it takes a place, and before its time begins.
-
-    Raises
-    ------
-    Refusal
-        503 when the server stops, when the client has left, and when the kernels cannot be had.
-    """
+    """Until the kernels of a question are loaded: before it takes a place, and before its time begins."""
     kernels: Kernels = request.app.state.kernels
     async with gate_of(request).waiting():
         while not await kernels.wait(part, _LOOK):
@@ -276,13 +270,7 @@ def is_light(system: System) -> bool:
 
 
 def check_steady(system: System, periods: Sequence[int], modes: int | None, limits: Limits) -> None:
-    """Refuse steady motions that nobody would wait for: each of them costs a sum over harmonics and modes per period.
-
-    Raises
-    ------
-    Refusal
-        When harmonics × modes × load periods are more than a request may ask for.
-    """
+    """Refuse steady motions that nobody would wait for: each costs a sum over harmonics and modes per period."""
     load = system.load
     waves = len(load.breaks) if load.is_piecewise else int(load.harmonics.max(initial=1))
     work = max(waves, 1) * ((_UNASKED if modes is None else modes) + 1) * sum(periods)
@@ -314,15 +302,7 @@ def attachment(data: bytes, name: str, kind: str) -> Response:
 def simulated_case(
     case: Case, start: Mapping[str, Any] | None, simulation: Mapping[str, Any] | None, limits: Limits
 ) -> Case:
-    """The case with another start and other keys of [simulation], within the limits.
-
-    Raises
-    ------
-    Refusal
-        When it would take more modes or impacts than one request may.
-    CaseError
-        When the tables are wrong.
-    """
+    """The case with another start and other keys of [simulation], within the limits."""
     begin = None if start is None else {key: value for key, value in start.items() if value is not None}
     keys = None if simulation is None else {key: value for key, value in simulation.items() if value is not None}
     changed = case.changed(begin, keys) if begin is not None or keys else case
@@ -399,13 +379,7 @@ STREAM: dict[int | str, dict[str, Any]] = {
 
 
 async def streamed(request: Request, lane: Lane, seconds: float, work: Callable[[Halt, Tell], object]) -> _Stream:
-    """The events that a piece of work tells, the last of them ``done`` or ``error``; it stops when the client leaves.
-
-    Raises
-    ------
-    Refusal
-        As `percuss.web.lanes.Lane.place`, before the stream begins.
-    """
+    """The events that a piece of work tells, the last one ``done`` or ``error``; it stops when the client leaves."""
     place = lane.place(seconds)
     halt = await place.__aenter__()  # a refusal must come before the stream begins
     events: asyncio.Queue[tuple[str, Any]] = asyncio.Queue()

@@ -67,11 +67,6 @@ def lattice_of(impedances: Array, transit_times: Array, striker: int, cells: int
         How many are the striker's.
     cells
         In the striker, at least.
-
-    Raises
-    ------
-    ParameterError
-        When a load period would need too many steps, or a section gets no cell.
     """
     whole = float(transit_times[:striker].sum())
     least = math.ceil(_TURN / whole * cells)
@@ -204,13 +199,7 @@ _WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its
 
 
 def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
-    """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless.
-
-    Raises
-    ------
-    ParameterError
-        For masses between the sections, or a rod in SI before a striker that is not.
-    """
+    """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless."""
     none = np.zeros(0)
     if isinstance(target, Wall):
         return none, none, math.inf

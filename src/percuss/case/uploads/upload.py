@@ -13,7 +13,7 @@ from percuss.case.file_format.reading import parsed
 from percuss.case.parameters.description import case_dict
 from percuss.case.uploads.uploaded_file import FILE, PACKED, history_table, read_here
 from percuss.errors import CaseError, HistoryError
-from percuss.recordings.separate_process import Bounds, Died, read_apart
+from percuss.recordings.separate_process import Died, ReaderBounds, read_apart
 from percuss.recordings.text_table import LONGEST_LINE
 from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
 
@@ -22,7 +22,7 @@ _PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
 SUFFIXES = (*_PLAIN, *PACKED)
 """What an uploaded recording may be called; the suffix says how it is read."""
 
-BOUNDS = Bounds(answer=4_000_000)
+BOUNDS = ReaderBounds(answer=4_000_000)
 """What reading an upload may take; a thousand harmonics are an answer of 50 000 characters."""
 
 _DIED = "it could not be read within the memory and the time allowed for an upload"

@@ -162,13 +162,7 @@ def recorded_cycles(
 
 
 def load_phases(system: System, record: ForceRecord) -> Array:
-    """The phase of the load (rad) at every sample of the record that it was made from.
-
-    Raises
-    ------
-    HistoryError
-        When the record does not hold two cycles of the load.
-    """
+    """The phase of the load (rad) at every sample of the record that it was made from."""
     report = system.load.report
     frequency = system.frequency if report is None else report.frequency
     return recorded_phases(record.time, record.force, frequency)

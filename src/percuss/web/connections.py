@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
-from percuss.web.access_checks import overcrowded, plain_refusal
+from percuss.web.requests import overcrowded, plain_refusal
 
 if TYPE_CHECKING:
     from percuss.web.settings import Limits
@@ -235,7 +235,7 @@ def protocol(limits: Limits) -> type[asyncio.Protocol]:
     uvicorn bounds none of this: a header without an end would fill the memory, and silent connections would take all
     places before anything looks at a token; one byte between two requests puts off its time for the next one for good,
     and a client that does not read holds its connection as long as it likes. `head_bytes` also bounds what is sent
-    around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.request_bodies`.
+    around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.requests`.
     """
     look = min(1.0, limits.head_seconds / 4.0, limits.idle_seconds / 4.0, limits.write_seconds / 4.0)
     return type("BoundedConnection", (BoundedConnection,), {"limits": limits, "crowd": Crowd(limits), "look": look})
