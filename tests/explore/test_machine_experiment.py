@@ -133,7 +133,7 @@ def test_own_starts(tmp_path):
     assert np.allclose(ringing.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
     found = experiment(GAS, None, tmp_path / "m.npz", modes=3, workers=1)
     assert len(found) == 2 and found.columns["start_displacement"].shape == (2, 3)
-    assert [start.state for start in found.starts] == ["power", "return"]
+    assert [start.valve_state for start in found.starts] == ["power", "return"]
     usual = own_machines(GAS, Starts.rigid([-0.5, -0.1]), 0)
     assert usual.state.tolist() == [0, 0]
     assert own_machines(GAS, lambda seed: starts, 0) is starts
