@@ -344,8 +344,6 @@ def test_what_is_no_longer_wanted_ends_early():
     assert len(calls) < 10 and len(found["code"]) < 200
 
 
-
-
 def test_the_ask_tells_all_that_matters():
     asks = [
         experiment_job(*args, **kwargs).ask

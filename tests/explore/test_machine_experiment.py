@@ -11,7 +11,6 @@ from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, named,
 from percuss.explore.attractors.experiments import experiment_job, wilson
 from percuss.explore.attractors.hammers import MACHINE_COLUMNS
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, UniformBar, Valve
-from percuss.model.described import describe_machine, machine_from
 from percuss.simulate import STALLS, Start, Starts, Stop, run
 
 PORTS = (Port("power", behind=1.0, side="back"), Port("return", on="impact"))
@@ -125,7 +124,7 @@ def test_own_starts(tmp_path):
     assert np.allclose(ringing.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
     found = experiment(GAS, None, tmp_path / "m.npz", modes=3, workers=1)
     assert len(found) == 2 and found.columns["start_displacement"].shape == (2, 3)
-    assert [start.state for start in found.starts] == ["power", "return"]
+    assert [start.valve_state for start in found.starts] == ["power", "return"]
     usual = own(GAS, Starts.rigid([-0.5, -0.1]), 0)
     assert usual.state.tolist() == [0, 0]
     assert own(GAS, lambda seed: starts, 0) is starts

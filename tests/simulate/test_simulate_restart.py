@@ -153,6 +153,35 @@ def test_in_a_new_process(tmp_path):
         assert np.array_equal(went_on.gap(times), whole.gap(times))
 
 
+def as_written_before(data):
+    """A file as older versions wrote it: of a system in format 3, of a machine in one of its own."""
+    if "machine" not in data.attrs:
+        old = data.drop_vars("port").assign_attrs(format="percuss trajectory 3")
+        return old.assign_attrs(sha256=motion_files.digest(old))
+    about = json.loads(data.attrs["description"])
+    del about["start_phase"]
+    about["first_state"] = about.pop("start_piece")
+    if about["cycle"] is not None:
+        about["cycle"] |= {"blows": about["cycle"].pop("impacts"), "valve_cycles": about["cycle"].pop("periods")}
+    rows = np.vstack([data["start_state"].values, data["state"].values])
+    old = data.drop_vars(["start_state", "state", "period", "time", "displacement", "velocity", "mode"])
+    old = old.rename({"impact_velocity": "velocity", "piece": "state", "phase": "time"})
+    old = old.assign(bar_state=(("event_and_start", "state_number"), rows))
+    old = old.assign_attrs(format="percuss machine trajectory 1", description=json.dumps(about))
+    return old.assign_attrs(sha256=motion_files.digest(old))
+
+
+@pytest.mark.parametrize(("name", "stop"), [("chatter", {}), ("valve", {}), ("valve", {"impacts": 500})])
+def test_files_of_older_formats_are_read(name, stop, tmp_path):
+    hammer, modes, first, _ = HAMMERS[name]
+    part = run(hammer, start(hammer, modes), modes=modes, stop=Stop(**(stop or first)))
+    assert (part.cycle is not None) == bool(stop)
+    as_written_before(part.to_xarray().load()).to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    read = Trajectory.load(tmp_path / "old.nc")
+    same(read, part)
+    same(read.continued(), part.continued())
+
+
 # ---- Files of machines that no simulation has left; for those of systems see `test_simulate_damage`
 
 

@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 
 from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.cli import main
-from percuss.explore import BranchEvent, RestEvent
+from percuss.explore import BranchEvent
 from percuss.model import Load, System
 from percuss.stability import waveform_criterion
 from percuss.steady import steady_states

@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
     from percuss.simulate.events import STALLS, Cycle, Event, Events, SISummary, Summary
     from percuss.simulate.running import run
+    from percuss.simulate.simulated_motion import EnergyBalance
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.trajectory import EnergyBalance, Trajectory
+    from percuss.simulate.trajectory import Trajectory
 
 ensure_cache()  # before anything here is compiled
 
@@ -44,7 +45,7 @@ _HOME = {
     "OUTCOMES": "stop",
     "STALLS": "events",
     "Cycle": "events",
-    "EnergyBalance": "trajectory",
+    "EnergyBalance": "simulated_motion",
     "Ensemble": "ensemble",
     "EnsembleProgress": "ensemble",
     "Event": "events",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.model import HeldBody, Load, System
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
-from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, joined, label_of
+from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, joined, label_of, unresolved
 from percuss.simulate.flights import Anchor
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.motion import follow as follow_compiled
@@ -37,9 +37,7 @@ from percuss.simulate.kernels.motion_records import (
     Log,
     Rules,
     Table,
-    ValveLog,
 )
-from percuss.simulate.motion_files import restored
 from percuss.simulate.spectrum import Spectrum, shifted
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -55,10 +53,6 @@ from percuss.simulate.tables import (
     to_change,
     turns_to_pull,
 )
-from percuss.simulate.trajectory import unresolved
-
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
 
 STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
@@ -112,7 +106,7 @@ class Stretch:
 
 
 def gathered(
-    log: Log | ValveLog,
+    log: Log,
     count: Any,
     step: Callable[[], tuple[str, bool]],
     gone: Callable[[], tuple[int, float]],
@@ -191,21 +185,19 @@ def follow(
         return state.impacts, state.time - begin_time
 
     events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
-    return Stretch(_events(events), states, state, outcome, bool(found["wanders"][0]))
+    return Stretch(events_of(events), states, state, outcome, bool(found["wanders"][0]))
 
 
-def _events(log: npt.NDArray[Any]) -> Events:
+def events_of(log: npt.NDArray[Any]) -> Events:
+    """The kernels' events as columns, in the kernels' units."""
+    columns: dict[str, Any] = {name: log[name].copy() for name in ("period", "phase", "resolved", "piece", "port")}
     return Events(
         code=log["kind"].astype(np.int8),
-        period=log["period"].copy(),
-        phase=log["phase"].copy(),
         impact_velocity=log["before"].copy(),
         rebound_velocity=log["after"].copy(),
         energy_lost=log["lost"].copy(),
         kinetic_energy=log["kinetic"].copy(),
-        resolved=log["resolved"].copy(),
-        piece=log["piece"].copy(),
-        port=np.full(log.size, -1),
+        **columns,
     )
 
 
@@ -418,11 +410,6 @@ class Clocked:
         row = np.concatenate([[now["gap"], now["rigid_rate"]], snapshot.z.reshape(-1)])
         anchor = Anchor(float(now["phase"]), int(count["piece"]), row)
         return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == RESTING
-
-    @classmethod
-    def restored(cls, motion: Trajectory) -> Clocked:
-        """A motion that goes on."""
-        return cls(*prepared(motion.system, motion.modes), restored(motion))
 
     def followed(
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None

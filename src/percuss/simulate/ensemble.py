@@ -52,12 +52,12 @@ from percuss.simulate.tables import (
     table_of,
     to_change,
 )
-from percuss.simulate.valve import Switching, mechanism, outcome_of
 
 if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.trajectory import Trajectory
+    from percuss.simulate.valve import Switching
 
 _MOST_TOLD = 5
 
@@ -489,29 +489,19 @@ class _Systems(_Job):
         found = self.found
         codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
         kept = self.last > 0
+        same = [name for name in MEMBER.names or () if name not in ("ended", "strikes", "cycle_kind", "wanders")]
+        columns: dict[str, Any] = {name: found[name].copy() for name in same}
         return Ensemble(
             modes=self.modes,
             code=codes[found["ended"]],  # −1, not begun, is the last one
             impacts=found["strikes"].copy(),
-            end_time=found["end_time"].copy(),
-            first=found["first"].copy(),
-            cycle_impacts=found["cycle_impacts"].copy(),
-            cycle_periods=found["cycle_periods"].copy(),
             cycle_kind=found["cycle_kind"].astype(np.int8),
             wanders=found["wanders"].astype(bool) & self._has_period(),
-            blow_rate=found["blow_rate"].copy(),
-            main_blow_rate=found["main_blow_rate"].copy(),
-            interval_mean=found["interval_mean"].copy(),
-            interval_std=found["interval_std"].copy(),
-            main_interval_mean=found["main_interval_mean"].copy(),
-            main_interval_std=found["main_interval_std"].copy(),
-            impact_velocity=found["impact_velocity"].copy(),
-            blow_energy=found["blow_energy"].copy(),
-            energy_lost_per_period=found["energy_lost_per_period"].copy(),
             last_time=self.tail["period"] * TURN + self.tail["phase"] if kept else None,
             last_phase=self.tail["phase"].copy() if kept else None,
             last_velocity=self.tail["speed"].copy() if kept else None,
             trajectories=tuple(motion for motion in self.motions if motion is not None),
+            **columns,
         )
 
     def _has_period(self) -> npt.NDArray[np.bool_]:
@@ -546,6 +536,8 @@ class _Machines(_Job):
 
     def portion(self, first: int, last: int) -> None:
         """See `_Job`."""
+        from percuss.simulate.valve import Switching, mechanism  # more kernels
+
         for i in range(first, last):
             if self.stopped[0]:
                 return
@@ -553,6 +545,8 @@ class _Machines(_Job):
             self._member(Switching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
 
     def _member(self, moved: Switching, i: int) -> None:
+        from percuss.simulate.valve import outcome_of
+
         ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
         valve, found, cycle = moved.plant.controls.now, self.found, moved.cycle
         place = "in the chamber" if valve["stalled"] else ended

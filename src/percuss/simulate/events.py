@@ -12,6 +12,7 @@ import numpy.typing as npt
 from percuss.model import System
 from percuss.model.checks import Array, choice
 from percuss.shown import Shown
+from percuss.simulate.kernels.motion_records import LOST_CYCLE
 
 KINDS = ("impact", "grazing", "chatter", "rest", "release", "port", "valve")
 """Kinds of events, in the order of their numbers; the last two are those of a machine."""
@@ -393,25 +394,23 @@ def _si(
 ) -> SISummary | None:
     if system.frequency is None:
         return None
-    f, energy = system.frequency, system.energy_scale
-
-    def times(value: float | None, factor: float) -> float | None:
-        return None if value is None else value * factor
-
-    def each(values: Each, factor: float) -> Each:
-        return None if values is None else tuple(value * factor for value in values)
-
-    return SISummary(
-        blow_rate_Hz=times(rate, f),
-        main_blow_rate_Hz=times(main_rate, f),
-        impact_velocity_m_s=times(speed, system.speed_scale),
-        blow_energy_J=times(blow, energy),
-        delivered_energy_J=times(lost, energy),
-        delivered_power_kW=times(taken, 1e-3 * energy * f),
-        cycle_velocities_m_s=each(speeds, system.speed_scale),
-        cycle_energies_J=each(energies, energy),
-        delivered_energy_per_period_J=times(taken, energy),
-    )
+    f, pace, energy = system.frequency, system.speed_scale, system.energy_scale
+    scaled: dict[str, tuple[float | Each, float]] = {
+        "blow_rate_Hz": (rate, f),
+        "main_blow_rate_Hz": (main_rate, f),
+        "impact_velocity_m_s": (speed, pace),
+        "blow_energy_J": (blow, energy),
+        "delivered_energy_J": (lost, energy),
+        "delivered_power_kW": (taken, 1e-3 * energy * f),
+        "cycle_velocities_m_s": (speeds, pace),
+        "cycle_energies_J": (energies, energy),
+        "delivered_energy_per_period_J": (taken, energy),
+    }
+    found: dict[str, Any] = {
+        name: tuple(one * factor for one in value) if isinstance(value, tuple) else value and value * factor
+        for name, (value, factor) in scaled.items()
+    }
+    return SISummary(**found)
 
 
 # ---- A machine's motion in short: where it stalls, and its label
@@ -449,3 +448,8 @@ def machine_label(ended: str, cycle: Cycle | None, wanders: bool) -> str:
     if cycle.kind:
         return f"runs with rest {numbers}"
     return f"double blow {numbers}" if blows >= 2.0 else f"runs {numbers}"
+
+
+def unresolved(count: npt.NDArray[Any]) -> int:
+    """The kind of a cycle with rest whose number of load periods is lost, by the engine's whole numbers; else 0."""
+    return int(count["cycle_kind"][0]) if count["verdict"][0] == LOST_CYCLE else 0

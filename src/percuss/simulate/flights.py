@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,9 +12,6 @@ import numpy.typing as npt
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.simulate.spectrum import Spectrum
-
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
 
 _TURN = 2.0 * np.pi
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -46,6 +43,14 @@ class Modes:
     velocity: Array
 
 
+class Moved(Protocol):
+    """What is asked of a simulated motion."""
+
+    def state(self, t: npt.ArrayLike) -> npt.NDArray[np.int64]: ...
+    def pressure(self, t: npt.ArrayLike) -> Array: ...
+    def modal(self, t: npt.ArrayLike) -> Modes: ...
+
+
 class Flights(Protocol):
     """What moves between two events, and what drives it: a system under a clock, or a machine."""
 
@@ -57,15 +62,15 @@ class Flights(Protocol):
         """The modes at the times `tau` ≥ 0, ascending, after an anchor, as long as the bar touches nothing."""
         ...
 
-    def force(self, motion: Trajectory, t: Array) -> Array:
+    def force(self, motion: Moved, t: Array) -> Array:
         """The force on the driven end."""
         ...
 
-    def put_in(self, motion: Trajectory, t: Array, velocity: Array) -> Array:
+    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """The power that is put in, from the velocities of the modes."""
         ...
 
-    def stored(self, motion: Trajectory, t: Array, displacement: Array) -> Array | float:
+    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
         """Energy beside that of the bar."""
         ...
 
@@ -157,7 +162,7 @@ class ClockedFlights:
         z = spectrum.amplitudes(u, v, phase, spectrum.mean(piece))
         return Anchor(phase, piece, np.concatenate([[float(u[0] + spectrum.unit @ u[1:]), v[0]], z.reshape(-1)]))
 
-    def force(self, motion: Trajectory, t: Array) -> Array:
+    def force(self, motion: Moved, t: Array) -> Array:
         """See `Flights`."""
         return np.asarray(self.system.load.value(t))
 
@@ -165,11 +170,11 @@ class ClockedFlights:
     def _at_load(self) -> Array:
         return self.spectrum.elastic.at_load * self.spectrum.unit
 
-    def put_in(self, motion: Trajectory, t: Array, velocity: Array) -> Array:
+    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """See `Flights`."""
         return np.asarray(self.force(motion, t) * (velocity[0] + self._at_load @ velocity[1:]))
 
-    def stored(self, motion: Trajectory, t: Array, displacement: Array) -> Array | float:
+    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
         """See `Flights`."""
         return 0.0
 

@@ -6,10 +6,10 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,8 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 from percuss.recordings.netcdf_file import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
-from percuss.simulate.events import IMPACT, KINDS, Cycle, Events
+from percuss.shown import watched
+from percuss.simulate.events import IMPACT, KINDS, Cycle, Events, joined
 from percuss.simulate.flights import Anchor
 from percuss.simulate.kernels.motion_records import (
     COUNT,
@@ -36,14 +37,18 @@ from percuss.simulate.kernels.motion_records import (
     VALVE_NOW,
     WINDOW,
 )
+from percuss.simulate.plausible import numbers, shaped, true, within
+from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.trajectory import Trajectory
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
     import xarray
 
+    from percuss.simulate.engine import Clocked, Progress
+    from percuss.simulate.supply import Fed
     from percuss.simulate.tables import Snapshot
+    from percuss.simulate.valve import Switching
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
 
@@ -156,7 +161,31 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 """Type and number of the records of a snapshot."""
 
 
-def restored(motion: Trajectory) -> Snapshot:
+def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
+    """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
+    machine = motion.hammer if isinstance(motion.hammer, Machine) else None
+    moved: Clocked | Switching | Fed
+    if machine is None:
+        from percuss.simulate.engine import Clocked
+        from percuss.simulate.tables import prepared
+
+        moved = Clocked(*prepared(motion.system, motion.modes), restored(motion))
+    elif machine.valve.supply is None:
+        from percuss.simulate.valve import Switching
+
+        moved = Switching.restored(motion.mechanism, motion.snapshot, stop)
+    else:
+        from percuss.simulate.supply import Fed
+
+        moved = Fed.restored(machine, motion.snapshot)
+    with watched(progress) as watch:
+        made = moved.followed(stop, motion.begin_time, watch)
+    made["events"] = joined([motion.events, made["events"]])
+    made["states"] = np.concatenate([motion.states, made["states"]])
+    return made | {"stop": stop}
+
+
+def restored(motion: SimulatedMotion) -> Snapshot:
     """The state at the end of a motion, in arrays as the kernels want them.
 
     Raises
@@ -175,7 +204,7 @@ def restored(motion: Trajectory) -> Snapshot:
     return Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in names})
 
 
-def _check(motion: Trajectory) -> None:
+def _check(motion: SimulatedMotion) -> None:
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
     for name in ("z", "now", "count", "cycle", "past", "sums"):
         if name not in snapshot:
@@ -225,6 +254,8 @@ def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> 
 
 # ---- A trajectory as an xarray dataset and as a NetCDF file
 
+Kind = TypeVar("Kind", bound=SimulatedMotion)
+
 FORMAT = "percuss trajectory 4"
 _READ = ("percuss trajectory 3", "percuss machine trajectory 1")  # older ones that are still read
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
@@ -247,7 +278,7 @@ _COLUMNS = {
 """Of the event table: types, units and meanings."""
 
 
-def to_dataset(motion: Trajectory) -> xarray.Dataset:
+def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
     package = xarray_package()
     units, hammer = _CLOCKED if motion.is_clocked else _OWN, motion.hammer
@@ -301,12 +332,12 @@ def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xar
     return dataset
 
 
-def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
+def write(motion: SimulatedMotion, path: str | os.PathLike[str]) -> None:
     """Write the file: whole, or not at all."""
     write_dataset(to_dataset(motion), checked_path("path", path))
 
 
-def motion_from(name: str, dataset: xarray.Dataset) -> Trajectory:
+def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     """The motion in the content of a file of this name."""
     found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
     if found in _OLDER:
@@ -317,7 +348,7 @@ def motion_from(name: str, dataset: xarray.Dataset) -> Trajectory:
         raise PercussError(f"{name}: {found}", f"this version reads '{FORMAT}'")
     try:
         if dataset.attrs["sha256"] == digest(dataset):
-            motion = _from_dataset(dataset if found == FORMAT else _in_this_format(dataset))
+            motion = _from_dataset(dataset if found == FORMAT else _in_this_format(dataset), kind)
             sound(motion)
             return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
@@ -340,14 +371,14 @@ def _in_this_format(dataset: xarray.Dataset) -> xarray.Dataset:
     ).assign_attrs(description=json.dumps(about))
 
 
-def _from_dataset(dataset: xarray.Dataset) -> Trajectory:
+def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     about = json.loads(dataset.attrs["description"])
     clocked = "system" in dataset.attrs
     hammer = (system_from if clocked else machine_from)(json.loads(dataset.attrs[_DESCRIBED[not clocked]]))
     modes = count("modes", about["modes"], least=0, most=MAX_MODES)
     engine = [str(key).removeprefix("engine_") for key in dataset.variables if str(key).startswith("engine_")]
     states = tuple(name for name, _ in hammer.valve.pairs) if isinstance(hammer, Machine) else ()
-    return Trajectory(
+    return kind(
         hammer=hammer,
         modes=modes,
         events=Events(**{name: dataset[name].values for name in _COLUMNS}, states=states),
@@ -375,15 +406,12 @@ def _width(hammer: System | Machine, modes: int) -> int:
 # number of modes; whole numbers that are used as places in an array must be places in it; all others must be finite,
 # and where they count something, no less than 0. Impacts must obey the impact law.
 
-_MOST = 1e100
-"""No number of a motion is greater: its square must not overflow."""
-
 MOST_PERIODS = 2**53
 _ROUNDING = 1e-9
 TURN = 2.0 * math.pi
 
 
-def sound(motion: Trajectory) -> None:
+def sound(motion: SimulatedMotion) -> None:
     """Refuse a motion of which not all can be what a simulation has left.
 
     Raises
@@ -411,30 +439,6 @@ def sound(motion: Trajectory) -> None:
     _cycle(motion.cycle, motion.impacts)
 
 
-def true(good: object, what: str) -> None:
-    """Refuse what does not hold."""
-    if not good:
-        raise ValueError(f"{what} is impossible")
-
-
-def shaped(name: str, values: npt.NDArray[Any], dtype: npt.DTypeLike, shape: tuple[int, ...]) -> None:
-    """Refuse another type or shape."""
-    true(isinstance(values, np.ndarray) and values.dtype == np.dtype(dtype), f"the type of {name}")
-    true(values.shape == shape, f"the shape {values.shape} of {name}")
-
-
-def numbers(name: str, values: npt.NDArray[Any], shape: tuple[int, ...]) -> None:
-    """Refuse what is not an array of finite numbers of this shape."""
-    shaped(name, values, np.float64, shape)
-    true(np.all(np.abs(values) <= _MOST), f"a value of {name}")  # false of NaN too
-
-
-def within(name: str, values: npt.ArrayLike, low: float, high: float) -> None:
-    """Refuse numbers outside of an interval, and NaN."""
-    array = np.asarray(values)
-    true(np.all((array >= low) & (array <= high)), f"a value of {name}")
-
-
 def _events(events: Events, pieces: int, ports: int) -> None:
     shape = np.shape(events.code)
     true(len(shape) == 1, "the shape of code")
@@ -455,7 +459,7 @@ def _events(events: Events, pieces: int, ports: int) -> None:
     true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
 
 
-def _impacts(motion: Trajectory) -> None:
+def _impacts(motion: SimulatedMotion) -> None:
     """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
     contact, events, at = motion.hammer.contact, motion.events, motion.events.code == IMPACT
     beta = contact.velocity_factor

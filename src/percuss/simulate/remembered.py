@@ -13,17 +13,17 @@ import numpy.typing as npt
 
 from percuss.simulate.events import IMPACT
 from percuss.simulate.kernels.bounds import bounded
-from percuss.simulate.kernels.motion_records import NOW, STATE_NUMBERS, SUMS, WINDOW
-from percuss.simulate.motion_files import TURN, true, within
+from percuss.simulate.kernels.motion_records import NOW, STATE_NUMBERS, SUMS, TURN, WINDOW
+from percuss.simulate.plausible import true, within
+from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.tables import prepared
-from percuss.simulate.trajectory import Trajectory
 
 _ROUNDING = 1e-9
 _HELD = 1e-8
 """Time after a graze in which none is looked for."""
 
 
-def remembered(motion: Trajectory) -> None:
+def remembered(motion: SimulatedMotion) -> None:
     """Refuse what the engine cannot have kept of these events and states.
 
     Raises
@@ -39,11 +39,11 @@ def remembered(motion: Trajectory) -> None:
     _sums(motion)
 
 
-def _now(motion: Trajectory) -> Any:
+def _now(motion: SimulatedMotion) -> Any:
     return motion.snapshot["now"][0]
 
 
-def _count(motion: Trajectory) -> Any:
+def _count(motion: SimulatedMotion) -> Any:
     return motion.snapshot["count"][0]
 
 
@@ -51,7 +51,7 @@ def _same(name: str, found: npt.ArrayLike, kept: npt.ArrayLike) -> None:
     true(np.array_equal(np.asarray(found), np.asarray(kept)), f"{name}, which is not what the events say,")
 
 
-def _ends(motion: Trajectory) -> None:
+def _ends(motion: SimulatedMotion) -> None:
     """After an impact the modes move as fast, all together and at the end, as the event says; theory §2, B77 10."""
     # a bar of few modes that is beyond the wall after a release strikes with no speed, whatever its modes do
     at = (motion.events.code == IMPACT) & (motion.events.impact_velocity > 0.0)
@@ -65,15 +65,15 @@ def _ends(motion: Trajectory) -> None:
     true(np.all(np.abs(kinetic - left) <= 1e-6 * blow + noise**2), "the kinetic energy of a state")
 
 
-def _quickest(motion: Trajectory) -> float:
+def _quickest(motion: SimulatedMotion) -> float:
     return float(motion.spectrum.omega.max(initial=0.0))
 
 
-def _strongest(motion: Trajectory) -> float:
+def _strongest(motion: SimulatedMotion) -> float:
     return max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0)))
 
 
-def _anchor(motion: Trajectory) -> None:
+def _anchor(motion: SimulatedMotion) -> None:
     """The state after the last event, or at the start; under a load of steps it may be at a later one of them."""
     now, count, events = _now(motion), _count(motion), motion.events
     row, phase, period = motion.start.row, motion.start.phase, int(count["period"])
@@ -95,7 +95,7 @@ def _anchor(motion: Trajectory) -> None:
         true(now["gap_rate"] in (0.0, events.rebound_velocity[-1]), "the speed of engine_now")
 
 
-def _bounds_of_the_flight(motion: Trajectory) -> None:
+def _bounds_of_the_flight(motion: SimulatedMotion) -> None:
     """What is proved of the flight follows from the amplitudes; and no finite free time is longer than the motion."""
     _, table = prepared(motion.system, motion.modes)
     now = _now(motion)
@@ -120,7 +120,7 @@ def _bounds_of_the_flight(motion: Trajectory) -> None:
     within("engine_now", now["kinetic_energy"], 0.0, motion.events.kinetic_energy.max(initial=0.0))
 
 
-def _last_impacts(motion: Trajectory) -> None:
+def _last_impacts(motion: SimulatedMotion) -> None:
     struck, past = motion.events[motion.events.code == IMPACT], motion.snapshot["past"]
     kept = np.zeros_like(past)
     last = np.arange(max(len(struck) - WINDOW, 0), len(struck))
@@ -129,7 +129,7 @@ def _last_impacts(motion: Trajectory) -> None:
     _same("engine_past", past, kept)
 
 
-def _compared_with(motion: Trajectory) -> None:
+def _compared_with(motion: SimulatedMotion) -> None:
     cycle, now, number = motion.snapshot["cycle"], _now(motion), int(_count(motion)["anchor"])
     kept = [now["anchor_phase"], now["anchor_speed"], now["anchor_rigid_rate"]]
     if number == 0:
@@ -142,7 +142,7 @@ def _compared_with(motion: Trajectory) -> None:
     _same("engine_now", kept, [events.phase[at], events.impact_velocity[at], state[1]])
 
 
-def _sums(motion: Trajectory) -> None:
+def _sums(motion: SimulatedMotion) -> None:
     """No sum is more than that of all events, and none is negative but a load period."""
     events, sums, now = motion.events, motion.snapshot["sums"], _now(motion)
     struck = events[events.code == IMPACT]

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from percuss.errors import ParameterError
 from percuss.model import Machine, System
 from percuss.model.checks import callback, count, instance
 from percuss.shown import watched
 from percuss.simulate.engine import Clocked, Progress
-from percuss.simulate.events import joined
 from percuss.simulate.start import Start
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.simulate.trajectory import Trajectory
-from percuss.simulate.valve import Switching, mechanism
 
 if TYPE_CHECKING:
     from percuss.simulate.flights import Anchor
     from percuss.simulate.supply import Fed
+    from percuss.simulate.valve import Switching
 
 
 def run(
@@ -94,6 +91,8 @@ def _begun(
     if isinstance(system, System):
         return Clocked.begun(system, modes, start)
     if system.valve.supply is None:
+        from percuss.simulate.valve import Switching, mechanism  # more kernels
+
         return Switching.begun(mechanism(system, modes), start, stop)
     from percuss.simulate.supply import Fed
 
@@ -101,24 +100,6 @@ def _begun(
         remedy = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply"
         raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", remedy)
     return Fed.begun(system, start)
-
-
-def continued(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
-    """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
-    moved: Clocked | Switching | Fed
-    if motion.is_clocked:
-        moved = Clocked.restored(motion)
-    elif motion.machine.valve.supply is None:
-        moved = Switching.restored(motion, stop)
-    else:
-        from percuss.simulate.supply import Fed
-
-        moved = Fed.restored(motion)
-    with watched(progress) as watch:
-        made = moved.followed(stop, motion.begin_time, watch)
-    made["events"] = joined([motion.events, made["events"]])
-    made["states"] = np.concatenate([motion.states, made["states"]])
-    return made | {"stop": stop}
 
 
 def compiled() -> bool:

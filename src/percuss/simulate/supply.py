@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,13 +18,10 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.simulate.engine import Progress
 from percuss.simulate.events import IMPACT, PORT, RELEASE, REST, STALLS, VALVE, Cycle, Events, machine_label
-from percuss.simulate.flights import Anchor, Modes, drift, sway
+from percuss.simulate.flights import Anchor, Modes, Moved, drift, sway
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.valve import Mechanism, mechanism
-
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
+from percuss.simulate.valve import Mechanism
 
 # ---- The flight of a rigid piston that draws from an accumulator, and the first of several things to happen in it
 #
@@ -300,19 +297,19 @@ class Supplied(Mechanism):
         place, rate = flight_of(self.machine, self.names[anchor.piece], u, v, pressure).at(tau)
         return Modes(place[None], rate[None])
 
-    def force(self, motion: Trajectory, t: Array) -> Array:
+    def force(self, motion: Moved, t: Array) -> Array:
         """See `Flights`."""
         valve = self.machine.valve
         oil = np.array([force for _, force in valve.pairs])[motion.state(t)] * motion.pressure(t)
         return np.asarray(oil + valve.chamber.force - valve.chamber.stiffness * motion.modal(t).displacement[0])
 
-    def put_in(self, motion: Trajectory, t: Array, velocity: Array) -> Array:
+    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """See `Flights`: by the pump, and the constant part of the chamber's force."""
         supply = self.machine.valve.supply
         assert supply is not None
         return np.asarray(supply.flow * motion.pressure(t) + self.machine.valve.chamber.force * velocity[0])
 
-    def stored(self, motion: Trajectory, t: Array, displacement: Array) -> Array | float:
+    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
         """See `Flights`: in the gas and in the accumulator."""
         supply, stiffness = self.machine.valve.supply, self.machine.valve.chamber.stiffness
         assert supply is not None
@@ -472,10 +469,9 @@ class Fed:
         return self, Anchor(start.time, piece, row), lies
 
     @classmethod
-    def restored(cls, motion: Trajectory) -> Fed:
+    def restored(cls, machine: Machine, snapshot: dict[str, npt.NDArray[Any]]) -> Fed:
         """A motion that goes on."""
-        machine = motion.machine
-        return cls(machine, FedState.of(motion.snapshot, [name for name, _ in machine.valve.pairs]))
+        return cls(machine, FedState.of(snapshot, [name for name, _ in machine.valve.pairs]))
 
     @property
     def flight(self) -> FedFlight:
@@ -533,7 +529,7 @@ class Fed:
         if flight.force != 0.0:  # the accumulator
             c = flight.compliance
             watched.append(Watch(now.pressure + flight.force * now.u / c, -flight.force / c, flight.flow / c, -1.0))
-        found = first_passage(flight, watched, span * (1.0 + _TOGETHER), mechanism(self.machine, 0).unit)
+        found = first_passage(flight, watched, span * (1.0 + _TOGETHER), self.machine.valve.time_unit)
         if found is None:
             if due == math.inf and (span == math.inf or never(flight, watched, span)):
                 return "leaves" if flight.drifts < 0.0 or flight.spring == 0.0 else "in the chamber"

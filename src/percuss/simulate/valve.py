@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,46 +15,39 @@ from percuss.errors import PercussError
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.model.machine import MachineModes
-from percuss.simulate.engine import STRIDE, Progress, gathered
+from percuss.simulate.engine import STRIDE, Progress, events_of, gathered
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
-from percuss.simulate.flights import Anchor, Modes, free_motion, sway
+from percuss.simulate.flights import Anchor, Modes, Moved, free_motion, sway
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
     BY_TIME,
     BY_WORK,
-    COUNT,
     CROWDED,
     DEPARTED,
+    EVENT,
     GRAZED,
     IN_CHAMBER,
-    NOW,
     ON_PORT,
-    PAST,
     PERIODIC,
     RESTING,
     STATE_NUMBERS,
-    SUMS,
     TURNING,
-    VALVE_EVENT,
     VALVE_NOW,
     Controls,
     Gear,
     Harmonics,
+    Log,
     Plant,
     Rules,
     Table,
-    ValveLog,
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
-from percuss.simulate.motion_files import true, within
+from percuss.simulate.plausible import true, within
 from percuss.simulate.spectrum import DampedModes
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.tables import Snapshot, bar_of, desk_for, tabled_modes, to_change
-
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
+from percuss.simulate.tables import NO_LOG, Snapshot, bar_of, desk_for, tabled_modes, to_change
 
 # ---- The numbers of a machine as the kernels want them, in a unit of time of its own
 
@@ -256,7 +249,7 @@ class Mechanism:
         rate0 = speed[0] * (1.0 - d * h - w * w * integral) + pull * h
         return Modes(self.bars(np.vstack([q0, q])), self.bars(np.vstack([rate0, rate])))
 
-    def force(self, motion: Trajectory, t: Array) -> Array:
+    def force(self, motion: Moved, t: Array) -> Array:
         """See `Flights`."""
         chamber = self.machine.valve.chamber
         return np.asarray(self.forces[motion.state(t)] - chamber.stiffness * self._driven(motion.modal(t).displacement))
@@ -269,11 +262,11 @@ class Mechanism:
     def _own_at_load(self) -> Array:
         return np.asarray(self._own.mixing @ self._own.driven)
 
-    def put_in(self, motion: Trajectory, t: Array, velocity: Array) -> Array:
+    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """See `Flights`."""
         return np.asarray(self.forces[motion.state(t)] * self._driven(velocity))
 
-    def stored(self, motion: Trajectory, t: Array, displacement: Array) -> Array | float:
+    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
         """See `Flights`."""
         stiffness = self.machine.valve.chamber.stiffness
         return 0.5 * stiffness * self._driven(displacement) ** 2 if stiffness else 0.0
@@ -294,46 +287,49 @@ class Mechanism:
 
 @lru_cache(maxsize=16)
 def mechanism(machine: Machine, modes: int) -> Mechanism:
-    """The numbers of a machine, kept for the next motion of it."""
-    if machine.valve.supply is not None:
-        from percuss.simulate.supply import Supplied
-
-        return Supplied(machine, 0)
+    """The numbers of a machine without a supply, kept for the next motion of it."""
     return Mechanism(machine, modes)
 
 
-# ---- The memory that the kernels work in: one motion of a machine, and the calls that carry it on
+# ---- The memory that the kernels work in: the whole state of a motion between two events, kept and put back
 
 _QUEUE = 256  # orders that wait for which there is room at first
 _WINDOW = 64  # last changes of the valve that are kept
-NO_VALVE_LOG = ValveLog(np.empty(0, VALVE_EVENT), np.empty((0, 0)))
-"""For motions of which nothing is recorded."""
 
 
-def plant_of(mechanism: Mechanism, start: Start | None = None) -> Plant:
-    """A machine, and room for a motion of it, with the orders that wait at a start: nothing of it is shared."""
-    table, alone = map(to_change, mechanism.tables)
-    gear = mechanism.gear
-    ports, n = gear.to.size, mechanism.modes
-    waiting = 0 if start is None or start.orders is None else len(start.orders.pending)
-    queue = _QUEUE
-    while queue < waiting + ports:
-        queue *= 2
-    controls = Controls(
-        np.zeros(1, VALVE_NOW)[0],
-        np.zeros(gear.forces.size),
-        np.zeros(ports),
-        np.zeros(queue),
-        np.zeros(queue, dtype=np.int64),
-        np.zeros(ports),
-        np.zeros(ports, dtype=np.int64),
-        np.zeros(ports, dtype=np.int64),
-        np.zeros((2, n)),
-        np.zeros(queue),
+Kept = dict[str, npt.NDArray[Any]]
+
+_OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
+
+
+def unmoved(mechanism: Mechanism, queue: int = _QUEUE) -> Kept:
+    """All that the next event depends on, by name, of a motion not begun, with room for orders that wait."""
+    ports, states, n = mechanism.gear.to.size, mechanism.gear.forces.size, mechanism.modes
+    bar, whole = Snapshot.empty(n, 1), np.int64
+    valve = Controls(
+        np.zeros(1, VALVE_NOW), np.zeros(states), np.zeros(ports), np.zeros(queue), np.zeros(queue, whole),
+        np.zeros(ports), np.zeros(ports, whole), np.zeros(ports, whole), np.zeros((2, n)), np.zeros(queue),
         np.zeros(_WINDOW, TURNING),
+    )  # fmt: skip
+    found = dict(zip(_OF_MOTION, (bar.z, bar.now, bar.count, bar.cycle, bar.past, bar.sums), strict=True))
+    return found | {f"valve_{name}": values for name, values in valve._asdict().items()}
+
+
+def kept(plant: Plant) -> Kept:
+    """The same of a plant; copies."""
+    found = {name: np.array(getattr(plant.motion, name), ndmin=1) for name in _OF_MOTION}
+    return found | {f"valve_{name}": np.array(values, ndmin=1) for name, values in plant.controls._asdict().items()}
+
+
+def plant_of(mechanism: Mechanism, arrays: Kept) -> Plant:
+    """A machine whose motion stands there: the same memory; nothing else of it is shared."""
+    table, alone = map(to_change, mechanism.tables)
+    motion = Snapshot(*(arrays[name] for name in _OF_MOTION)).motion
+    now, *rest = (arrays[f"valve_{name}"] for name in Controls._fields)
+    eye, spot = (Snapshot.empty(size, 1).motion for size in (mechanism.modes, 0))
+    return Plant(
+        table, alone, mechanism.gear, motion, eye, spot, desk_for(table), desk_for(alone), Controls(now[0], *rest)
     )
-    motion, eye, spot = (Snapshot.empty(size, 1).motion for size in (n, n, 0))
-    return Plant(table, alone, gear, motion, eye, spot, desk_for(table), desk_for(alone), controls)
 
 
 def roomier(plant: Plant) -> Plant:
@@ -350,23 +346,6 @@ def roomier(plant: Plant) -> Plant:
     )
 
 
-# ---- The whole state of a machine's motion between two events, as arrays that are kept, and put back to go on
-
-KINDS = {"now": NOW, "count": COUNT, "past": PAST, "sums": SUMS, "valve_now": VALVE_NOW, "valve_past": TURNING}
-"""The types of those arrays that hold records."""
-
-_OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
-_OF_VALVE = ("now", "usual", "usual_cross", "due", "order", "cross", "kind", "just", "memo", "memo_due", "past")
-
-Kept = dict[str, npt.NDArray[Any]]
-
-
-def kept(plant: Plant) -> Kept:
-    """All that the next event depends on, by name; copies."""
-    found = {name: np.array(getattr(plant.motion, name), ndmin=1) for name in _OF_MOTION}
-    return found | {f"valve_{name}": np.array(getattr(plant.controls, name), ndmin=1) for name in _OF_VALVE}
-
-
 def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
     """A machine whose motion stands where a snapshot was taken.
 
@@ -375,31 +354,17 @@ def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
     PercussError
         When a simulation cannot have left it: it comes from a file that was changed, or made up.
     """
-    plant = plant_of(mechanism)
-    while plant.controls.due.size < np.size(snapshot.get("valve_due", ())):
-        plant = roomier(plant)
     try:
-        for name, room in kept(plant).items():
-            given = snapshot.get(name)
-            true(given is not None, f"that there is no engine_{name}")
-            assert given is not None
+        for name, room in unmoved(mechanism, max(np.size(snapshot.get("valve_due", ())), _QUEUE)).items():
+            true(name in snapshot, f"that there is no engine_{name}")
+            given = snapshot[name]
             true(given.dtype == room.dtype and given.shape == room.shape, f"the type or shape of engine_{name}")
-            whose = plant.controls if name.startswith("valve_") else plant.motion
-            _fill(getattr(whose, name.removeprefix("valve_")), given)
+        plant = plant_of(mechanism, {name: np.array(values) for name, values in snapshot.items()})
         _check(plant, len(mechanism.names))
     except ValueError as error:
         told = f"the state to continue from is damaged: {error}"
         raise PercussError(told, "use a copy of its file, or simulate again") from None
     return plant
-
-
-def _fill(into: Any, values: npt.NDArray[Any]) -> None:
-    """The same memory with other numbers: the views of it stay."""
-    if isinstance(into, np.void):
-        for field in values.dtype.names or ():
-            into[field] = values[0][field]
-    else:
-        into[...] = values
 
 
 def _check(plant: Plant, states: int) -> None:
@@ -440,7 +405,7 @@ class Switching:
 
     mechanism: Mechanism
     plant: Plant
-    log: ValveLog = NO_VALVE_LOG
+    log: Log = NO_LOG
 
     @property
     def modes(self) -> int:
@@ -459,7 +424,10 @@ class Switching:
         machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
         state, orders = start.valve_of(machine)
         u, v, gap = start.state(mechanism.modes, machine)
-        moved = cls(mechanism, plant_of(mechanism, start))
+        queue = _QUEUE
+        while queue < len(orders.pending) + mechanism.gear.to.size:
+            queue *= 2
+        moved = cls(mechanism, plant_of(mechanism, unmoved(mechanism, queue)))
         if stop is not None:
             moved.log = moved._room(stop)
         plant = moved.plant
@@ -479,17 +447,17 @@ class Switching:
         return moved, Anchor(start.time, int(valve["state"]), row), bool(plant.motion.count["mode"] == RESTING)
 
     @classmethod
-    def restored(cls, motion: Trajectory, stop: Stop) -> Switching:
+    def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> Switching:
         """A motion that goes on."""
-        moved = cls(motion.mechanism, put_back(motion.snapshot, motion.mechanism))
+        moved = cls(mechanism, put_back(snapshot, mechanism))
         moved.log = moved._room(stop)
         return moved
 
-    def _room(self, stop: Stop) -> ValveLog:
+    def _room(self, stop: Stop) -> Log:
         """Room for the record of a whole motion, or a stretch: memory that nothing is written into costs nothing."""
         width, ports = 2 * self.modes + STATE_NUMBERS, self.mechanism.gear.to.size
         rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
-        return ValveLog(np.empty(rows, VALVE_EVENT), np.empty((rows, width)))
+        return Log(np.empty(rows, EVENT), np.empty((rows, width)))
 
     def followed(
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
@@ -563,18 +531,14 @@ class Switching:
         )
 
     def _events(self, log: npt.NDArray[Any], begin_time: float) -> Events:
-        unit, ports = self.mechanism.unit, log["kind"] == PORT
-        return Events(
-            code=log["kind"].astype(np.int8),
-            period=np.zeros(log.size, dtype=np.int64),
-            phase=begin_time + log["time"] * unit,
-            impact_velocity=log["before"] / unit,
-            rebound_velocity=log["after"] / unit,
-            energy_lost=log["lost"] / unit**2,
-            kinetic_energy=log["kinetic"] / unit**2,
-            resolved=np.where(ports, 0, log["detail"]),
-            piece=log["state"].copy(),
-            port=np.where(ports, log["detail"], -1),
+        unit, told = self.mechanism.unit, events_of(log)
+        return replace(
+            told,
+            phase=begin_time + told.phase * unit,
+            impact_velocity=told.impact_velocity / unit,
+            rebound_velocity=told.rebound_velocity / unit,
+            energy_lost=told.energy_lost / unit**2,
+            kinetic_energy=told.kinetic_energy / unit**2,
             states=tuple(self.mechanism.names),
         )
 

@@ -38,6 +38,7 @@ from percuss.simulate.kernels.motion_records import (
     IMPACT,
     LOOSE,
     LOST_CYCLE,
+    NO_PORT,
     NOTHING,
     ON_WALL,
     PERIODIC,
@@ -196,7 +197,7 @@ def released(table, motion, desk, left, log):
     if wait >= left:
         return BY_TIME
     set_clock(table, now, count, phase)
-    undeformed(table, motion, desk)
+    undeformed(table, motion, desk, bar.mean)
     count.mode, count.run = ON_WALL, 0
     count.work += 1
     if table.modes.omega.shape[0]:
@@ -206,7 +207,7 @@ def released(table, motion, desk, left, log):
     now.last_flight, now.since = -1.0, 0.0
     now.released = release_at(phase, table.releases)
     count.release_period = count.period
-    record(RELEASE, 0.0, 0.0, motion, log)
+    record(RELEASE, 0.0, 0.0, NO_PORT, motion, None, log)
     return GOES_ON
 
 
@@ -225,7 +226,7 @@ def at_wall(table, motion, desk, left, ahead, log):
         return GOES_ON, NOTHING
     most = held(table, motion)
     wait = 0.0
-    if most < 0.0 or all_energy(table, motion, desk) > most:
+    if most < 0.0 or all_energy(table, motion, desk, table.bar.mean) > most:
         wait = chatter_left(table, motion, desk, ahead)
     if wait >= left:
         return BY_TIME, NOTHING
@@ -268,7 +269,7 @@ def flown(table, motion, desk, rules, left, ahead, log):
         count.pile = count.pile + 1 if tau < 4.0 * EPS else 0
         if count.pile > 100:
             now.hold, count.pile = 1e-8, 0
-        record(GRAZING, 0.0, 0.0, motion, log)
+        record(GRAZING, 0.0, 0.0, NO_PORT, motion, None, log)
     return GOES_ON, found, speed
 
 
@@ -312,7 +313,7 @@ def strike(table, motion, desk, rules, log):
     """One impact with all that is kept of it."""
     bar, modes, now, count, past = table.bar, table.modes, motion.now, motion.count, motion.past
     speed = now.gap_rate
-    lost = impact(table, motion, desk)
+    lost = impact(table, motion, desk, bar.mean)
     fresh = now.last_flight < 0.0
     if fresh:
         count.run, now.last_flight = 1, math.inf
@@ -337,7 +338,7 @@ def strike(table, motion, desk, rules, log):
             motion.totals[1, j] = -motion.totals[0, j]  # those of the cycle that may have begun are kept
     i = (count.impacts - 1) & (past.shape[0] - 1)
     past[i].phase, past[i].speed, past[i].period = now.phase, speed, count.period
-    record(IMPACT, speed, lost, motion, log)
+    record(IMPACT, speed, lost, NO_PORT, motion, None, log)
     if rules.tolerance > 0.0:
         recurrence(bar, modes, speed, fresh, motion, rules.tolerance)
 

@@ -264,21 +264,25 @@ class Rules(NamedTuple):
 
 EVENT = np.dtype(
     [
-        ("phase", "f8"),
-        ("before", "f8"),
+        ("phase", "f8"),  # of a machine the time since the start
+        ("before", "f8"),  # rate of the striking end, or of what a port reads
         ("after", "f8"),
         ("lost", "f8"),
         ("kinetic", "f8"),
         ("kind", "i8"),
         ("period", "i8"),
         ("resolved", "i8"),
-        ("piece", "i8"),
+        ("piece", "i8"),  # of a machine the state of the valve, after it
+        ("port", "i8"),  # −1 but for a demand
     ]
 )
 
 
 class Log(NamedTuple):
-    """The record of a stretch of motion: EVENTs, and the state after each: gap, u_0', and the two rows of z."""
+    """The record of a stretch of motion: EVENTs, and the state after each: gap, u_0', and the two rows of z.
+
+    No rows for none.
+    """
 
     events: npt.NDArray[np.void]
     states: Floats
@@ -337,6 +341,7 @@ LOOSE = 1e-3  # how near impacts must come back to be of one cycle, when nothing
 FLYING, ON_WALL, RESTING, GRAZED = range(4)
 # kinds of events: numbers of NumPy, as a Python number is a type of its own for which `record` is compiled again
 IMPACT, GRAZING, CHATTER, REST, RELEASE, PORT, VALVE = np.arange(7)
+NO_PORT = np.int64(-1)
 # what a call ends with, or that the motion goes on
 FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
 # … and that of a machine: it orbits in its chamber for ever, or switches without end at a port; or more orders wait
@@ -358,26 +363,6 @@ POWERS, RATIO, SINGLY = range(3)
 # The state at an instant is that of a bar under a constant load, with the modes of the machine: decoupled motions m_i,
 # of which the first takes the part of the rigid motion, on the spring of the gas chamber if there is one. q_i is what
 # m_i moves the striking end by. Besides, there are the state of the valve and the orders that wait for their time.
-
-VALVE_EVENT = np.dtype(
-    [
-        ("time", "f8"),  # since the start
-        ("before", "f8"),  # rate of the striking end, or of what a port reads
-        ("after", "f8"),
-        ("lost", "f8"),
-        ("kinetic", "f8"),
-        ("kind", "i8"),
-        ("state", "i8"),  # of the valve, after it
-        ("detail", "i8"),  # number of the port; of a chatter, how many of its impacts are recorded
-    ]
-)
-
-
-class ValveLog(NamedTuple):
-    """The record of a stretch of motion: VALVE_EVENTs, and the state after each, as in `Log`; no rows for none."""
-
-    events: npt.NDArray[np.void]
-    states: Floats
 
 
 class Gear(NamedTuple):

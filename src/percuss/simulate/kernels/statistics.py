@@ -327,16 +327,19 @@ def conclude(motion, code, member):
 
 
 @inlined
-def record(kind, before, lost, motion, log):
-    """One event with the state after it, unless the record has no rows."""
+def record(kind, before, lost, port, motion, valve, log):
+    """One event with the state after it, unless the record has no rows; `valve`: a VALVE_NOW, or None under a clock."""
     if log.events.shape[0] == 0:
         return
     now, count, z, states = motion.now, motion.count, motion.z, log.states
     i = count.events
     count.events += 1
     event = log.events[i]
-    event.phase, event.period, event.piece, event.kind = now.phase, count.period, count.piece, kind
-    event.before, event.after, event.lost = before, now.gap_rate, lost
+    if valve is None:
+        event.phase, event.period, event.piece = now.phase, count.period, count.piece
+    else:
+        event.phase, event.period, event.piece = valve.time + valve.time_low, 0, valve.state
+    event.before, event.after, event.lost, event.kind, event.port = before, now.gap_rate, lost, kind, port
     event.kinetic = now.kinetic_energy if kind == IMPACT else 0.0
     event.resolved = count.run if kind == CHATTER else 0
     if states.shape[0]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import entry, inlined, inner, summed
+from percuss.compiled import entry, inlined, inner
 from percuss.simulate.kernels.bounds import amplitudes, drifted, smooth_at_anchor
-from percuss.simulate.kernels.modes import forced_modes, turn_modes
-from percuss.simulate.kernels.motion import advance
+from percuss.simulate.kernels.modes import turn_modes
+from percuss.simulate.kernels.motion import NO_SPEED, advance
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     AWAY,
@@ -34,6 +34,7 @@ from percuss.simulate.kernels.motion_records import (
     IMPACT,
     IN_CHAMBER,
     NEVER,
+    NO_PORT,
     NOTHING,
     NOWHERE,
     ON_PORT,
@@ -64,41 +65,19 @@ from percuss.simulate.kernels.valve_sight import (
     sliding,
     wandering,
 )
-from percuss.simulate.kernels.wall import CHATTER_ERROR, chatter_left, held, kinetic_energy, turn_over, turn_strain
+from percuss.simulate.kernels.wall import CHATTER_ERROR, all_energy, chatter_left, held, impact, undeformed
 
 # ---- What happens to a machine at the wall: the blow, rest at the end of chatter, and release
 
-NO_SPEED = 1e-13  # a rebound slower than this, of the speeds that occur, is no rebound
 QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
-
-
-@summed
-def potential(table, gear, motion, force):
-    """Elastic energy of the bar and of the chamber at the anchor."""
-    bar, modes, z = table.bar, table.modes, motion.z
-    total, first = 0.0, bar.spring * rigid_place(table, gear, motion, force)
-    for j in range(modes.omega.shape[0]):
-        q = modes.omega[j] * (z[0, j] + force * modes.statics[j])
-        total += modes.inertia[j] * q * q
-    return total + 0.5 * bar.whole * first * first
 
 
 @inlined
 def strike(plant, speed, log):
     """One blow: the velocities turned over, and the strain where the law does; u_t → −R u_t (B77 10)."""
     table, motion, desk, controls = plant.table, plant.motion, plant.desk, plant.controls
-    bar, modes, now, count, valve, z = table.bar, table.modes, motion.now, motion.count, controls.now, motion.z
-    force, taken = plant.gear.forces[valve.state], 0.0
-    now.gap = 0.0
-    forced_modes(table.coupling, desk, 1.0, 0.0, 1)
-    now.kinetic_energy = turn_over(bar, modes, z, now, desk)
-    now.rigid_rate *= -bar.restitution
-    now.gap_rate *= -bar.restitution
-    if bar.strain != 1.0 and modes.omega.shape[0]:  # with the end on the wall all displacements turn alike
-        taken = (1.0 - bar.strain * bar.strain) * potential(table, plant.gear, motion, force)
-        bar.mean = force
-        turn_strain(bar, modes, z, desk)
-    amplitudes(bar, modes, z, now)
+    now, count, valve, force = motion.now, motion.count, controls.now, plant.gear.forces[controls.now.state]
+    lost = impact(table, motion, desk, force)
     brief = now.since < now.last_flight and valve.pulled == 0
     count.run = count.run + 1 if brief and now.last_flight > 0.0 else 1
     count.pile = count.pile + 1 if now.since < 4.0 * EPS else 0
@@ -107,30 +86,9 @@ def strike(plant, speed, log):
     valve.awaited, valve.fresh = 0.0, 0
     count.impacts += 1
     valve.blows += 1
-    lost = (1.0 - bar.restitution * bar.restitution) * now.kinetic_energy + taken
     valve.taken += lost
     valve.strongest = max(valve.strongest, speed)
-    enter(IMPACT, speed, lost, now.kinetic_energy, 0, motion, controls, log)
-
-
-@inner
-def lie(table, motion, force):
-    """The bar undeformed and at rest on the wall: the free part is less the static one."""
-    modes, now, z = table.modes, motion.now, motion.z
-    for j in range(modes.omega.shape[0]):
-        z[0, j] = -force * modes.statics[j]
-        z[1, j] = -modes.half[j] * z[0, j] * modes.inverse[j]
-    amplitudes(table.bar, modes, z, now)
-    now.gap, now.gap_rate, now.rigid_rate = 0.0, 0.0, 0.0
-
-
-@inner
-def energy_left(plant):
-    """Energy of the motion and of the strain at the anchor, with that of the chamber."""
-    table, motion = plant.table, plant.motion
-    forced_modes(table.coupling, plant.desk, 1.0, 0.0, 1)
-    kinetic = kinetic_energy(table.bar, table.modes, motion.z, motion.now, plant.desk)
-    return kinetic + potential(table, plant.gear, motion, plant.gear.forces[plant.controls.now.state])
+    enter(IMPACT, speed, lost, NO_PORT, motion, controls, log)
 
 
 @inner
@@ -138,19 +96,20 @@ def set_down(plant, wait, log):
     """The bar comes to rest, after `wait` when chatter ends then: what motion and strain it has is lost."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
     count, valve = motion.count, controls.now
-    force, lost = gear.forces[valve.state], energy_left(plant)
+    force = gear.forces[valve.state]
+    lost = all_energy(table, motion, plant.desk, force)
     chatter = table.bar.restitution > 0.0 and (count.run > 1 or wait > 0.0)
     valve.taken += lost
     go_by(motion, controls, wait)
-    lie(table, motion, force)
+    undeformed(table, motion, plant.desk, force)
     count.mode, valve.clear = RESTING, 0.0
     valve.rests += 1
     if chatter:
         valve.chatters += 1
         valve.blows -= count.run - 1
-        enter(CHATTER, 0.0, lost, 0.0, count.run, motion, controls, log)
+        enter(CHATTER, 0.0, lost, NO_PORT, motion, controls, log)
         lost = 0.0
-    enter(REST, 0.0, lost, 0.0, 0, motion, controls, log)
+    enter(REST, 0.0, lost, NO_PORT, motion, controls, log)
     if chatter:  # the last of its blows
         for port in range(gear.to.shape[0]):
             if gear.side[port] == 0.0:
@@ -166,12 +125,12 @@ def let_loose(plant, log):
     """
     bar, motion, controls = plant.table.bar, plant.motion, plant.controls
     now, count, valve = motion.now, motion.count, controls.now
-    lie(plant.table, motion, plant.gear.forces[valve.state])
+    undeformed(plant.table, motion, plant.desk, plant.gear.forces[valve.state])
     count.mode, count.run, count.pile = ON_WALL, 0, 0
     valve.lap, valve.pulled, valve.clear, valve.awaited = bar.wave, 1, 0.0, 0.0
     now.hold = math.inf if bar.spring == 0.0 else max(bar.wave, QUARTER / bar.spring)
     now.last_flight, now.since = -1.0, 0.0
-    enter(RELEASE, 0.0, 0.0, 0.0, 0, motion, controls, log)
+    enter(RELEASE, 0.0, 0.0, NO_PORT, motion, controls, log)
 
 
 @inlined
@@ -194,7 +153,7 @@ def to_rest(plant, ahead):
         now.gap_rate = 0.0
         return -1.0
     most = held(table, motion)
-    if most >= 0.0 and energy_left(plant) <= most:
+    if most >= 0.0 and all_energy(table, motion, plant.desk, plant.gear.forces[plant.controls.now.state]) <= most:
         return 0.0
     left = chatter_left(table, motion, plant.desk, ahead)
     sprung = bar.spring * left
@@ -217,7 +176,7 @@ def change(plant, tolerance, log):
         controls.usual[before] = 0.0
     valve.state = after
     if count.mode == RESTING:
-        lie(table, motion, new)
+        undeformed(table, motion, plant.desk, new)
     else:
         for j in range(modes.omega.shape[0]):
             jump = modes.statics[j] * (old - new)
@@ -233,7 +192,7 @@ def change(plant, tolerance, log):
     if new < 0.0:
         valve.pulled = 1
     if after != before:  # else it came in place of an order that would have changed the state
-        enter(VALVE, now.gap_rate, 0.0, 0.0, 0, motion, controls, log)
+        enter(VALVE, now.gap_rate, 0.0, NO_PORT, motion, controls, log)
     recurrence(table, motion, controls, tolerance)
 
 
@@ -517,7 +476,7 @@ def reach_wall(plant, found, tau, speed, late, slip, log):
         count.pile = count.pile + 1 if tau < 1e-15 else 0
         if count.pile > 100:
             now.hold, count.pile = 1e-8, 0
-        enter(GRAZING, 0.0, 0.0, 0.0, 0, motion, controls, log)
+        enter(GRAZING, 0.0, 0.0, NO_PORT, motion, controls, log)
         return
     if tau > 0.0:
         rest = drifted(bar, now, tau)

@@ -19,9 +19,9 @@ from percuss.simulate.kernels.motion_records import (
     NOTHING,
     NOWHERE,
     PORT,
-    STATE_NUMBERS,
     TIRED,
 )
+from percuss.simulate.kernels.statistics import record
 
 EDGE = 1e-13  # how near to a port, of the distances, the bar is at its edge
 
@@ -186,23 +186,9 @@ def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
 
 
 @inner
-def enter(kind, before, lost, kinetic, detail, motion, controls, log):
-    """One event with the state after it, unless the record has no rows."""
-    if log.events.shape[0] == 0:
-        return
-    now, count, valve, z, states = motion.now, motion.count, controls.now, motion.z, log.states
-    i = count.events
-    count.events += 1
-    event = log.events[i]
-    event.time, event.before, event.after = valve.time + valve.time_low, before, now.gap_rate
-    event.lost, event.kinetic, event.kind, event.state, event.detail = lost, kinetic, kind, valve.state, detail
-    n = z.shape[1]
-    if states.shape[0] == 0:
-        return
-    states[i, 0], states[i, 1] = now.gap, now.rigid_rate
-    for j in range(n):
-        states[i, STATE_NUMBERS + j] = z[0, j]
-        states[i, STATE_NUMBERS + n + j] = z[1, j]
+def enter(kind, before, lost, port, motion, controls, log):
+    """One event with the state after it."""
+    record(kind, before, lost, port, motion, controls.now, log)
 
 
 @inner
@@ -219,7 +205,7 @@ def demand(gear, motion, controls, port, rate, log):
         valve.waiting -= 1
     due[valve.waiting], order[valve.waiting] = gear.delay[port], to  # there is room: see `CROWDED`
     valve.waiting += 1
-    enter(PORT, rate, 0.0, 0.0, port, motion, controls, log)
+    enter(PORT, rate, 0.0, port, motion, controls, log)
 
 
 @inner

@@ -6,7 +6,7 @@ from percuss.compiled import inlined, inner, summed
 from percuss.simulate.kernels.bounds import amplitudes, smooth
 from percuss.simulate.kernels.clock import load_at, turn_clock
 from percuss.simulate.kernels.modes import forced_modes
-from percuss.simulate.kernels.motion_records import CHATTER, ON_WALL, POWERS, REST, RESTING
+from percuss.simulate.kernels.motion_records import CHATTER, NO_PORT, ON_WALL, POWERS, REST, RESTING
 from percuss.simulate.kernels.statistics import forget_run, record
 
 
@@ -45,14 +45,20 @@ def turn_over(bar, modes, z, now, work):
 
 
 @summed
-def turn_strain(bar, modes, z, work):
+def turn_strain(bar, modes, z, work, force):
     """The elastic displacements times `bar.strain`, with the forced ones in `work`; returns the energy that it takes.
 
-    u_0 moves so that the striking end stays where it is; nothing else depends on it.
+    `force`: the constant part of that on the modes. u_0 moves so that the striking end stays where it is: on the wall
+    the place on the gas of a chamber turns alike, and nothing else depends on it.
     """
     total = 0.0
+    if bar.spring > 0.0:
+        first = 0.0
+        for j in range(modes.omega.shape[0]):
+            first += z[0, j] + work.forced[j] + force * modes.statics[j]
+        total = 0.5 * bar.whole * bar.spring * bar.spring * first * first
     for j in range(modes.omega.shape[0]):
-        q = z[0, j] + work.forced[j] + bar.mean * modes.statics[j]
+        q = z[0, j] + work.forced[j] + force * modes.statics[j]
         step = (bar.strain - 1.0) * q
         z[0, j] += step
         z[1, j] -= modes.half[j] * modes.inverse[j] * step
@@ -61,7 +67,7 @@ def turn_strain(bar, modes, z, work):
 
 
 @inlined
-def impact(table, motion, desk):
+def impact(table, motion, desk, force):
     """The velocity field turned over, u_t → −R u_t (B77 10), and the strain kept or turned over; the gap is set to 0.
 
     Returns the energy that it takes; `now.kinetic_energy` is the kinetic energy before it.
@@ -73,7 +79,7 @@ def impact(table, motion, desk):
         now.kinetic_energy = turn_over(bar, modes, z, now, desk)
         if bar.strain != 1.0:
             forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
-            taken = turn_strain(bar, modes, z, desk)
+            taken = turn_strain(bar, modes, z, desk, force)
         amplitudes(bar, modes, z, now)
     else:
         now.kinetic_energy = 0.5 * bar.whole * now.rigid_rate * now.rigid_rate
@@ -84,25 +90,30 @@ def impact(table, motion, desk):
 
 
 @inner
-def all_energy(table, motion, desk):
-    """Kinetic and elastic energy of the bar at the anchor: ½ ∫ u_t² dx + ½ s² ∫ u_x² dx."""
+def all_energy(table, motion, desk, force):
+    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
     total = kinetic_energy(bar, modes, z, now, desk)
     forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
-        q = modes.omega[j] * (z[0, j] + desk.forced[j] + bar.mean * modes.statics[j])
+        q = modes.omega[j] * (z[0, j] + desk.forced[j] + force * modes.statics[j])
         total += modes.inertia[j] * q * q
+    if bar.spring > 0.0:
+        first = now.gap
+        for j in range(modes.omega.shape[0]):
+            first -= z[0, j] + desk.forced[j] + force * modes.statics[j]
+        total += 0.5 * bar.whole * bar.spring * bar.spring * first * first
     return total
 
 
 @inner
-def undeformed(table, motion, desk):
+def undeformed(table, motion, desk, force):
     """The bar at rest on the wall: all displacements and velocities 0, so that the free part is less the forced one."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
-        z[0, j] = -desk.forced[j] - bar.mean * modes.statics[j]
+        z[0, j] = -desk.forced[j] - force * modes.statics[j]
     forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         if modes.oscillates[j] > 0.0:
@@ -194,13 +205,13 @@ def stays(table, now, count):
 def set_down(table, motion, desk, wait, log):
     """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
     bar, now, count = table.bar, motion.now, motion.count
-    lost = all_energy(table, motion, desk)
+    lost = all_energy(table, motion, desk, bar.mean)
     chatter = bar.restitution > 0.0 and (
         count.run > 1 or wait > 0.0
     )  # without restitution there are finitely many impacts
     if wait > 0.0:
         turn_clock(now, count, wait)
-    undeformed(table, motion, desk)
+    undeformed(table, motion, desk, bar.mean)
     motion.sums[0].taken += lost
     count.mode = RESTING
     now.laid += now.phase
@@ -209,7 +220,7 @@ def set_down(table, motion, desk, wait, log):
         forget_run(motion)
         count.chatters += 1
         count.mark_chatters += 1
-        record(CHATTER, 0.0, lost, motion, log)
+        record(CHATTER, 0.0, lost, NO_PORT, motion, None, log)
         lost = 0.0
     count.rests += 1
-    record(REST, 0.0, lost, motion, log)
+    record(REST, 0.0, lost, NO_PORT, motion, None, log)
