@@ -15,7 +15,7 @@ from percuss.errors import PercussError
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.model.machine import MachineModes
-from percuss.simulate.engine import STRIDE, Progress, events_of, gathered
+from percuss.simulate.engine import STRIDE, Progress, gathered
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
 from percuss.simulate.flights import Anchor, Modes, Moved, free_motion, sway
 from percuss.simulate.kernels.motion_records import (
@@ -475,8 +475,8 @@ class Switching:
         def gone() -> tuple[int, float]:
             return int(count["impacts"]), float(valve["time"]) * unit
 
-        log, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
-        events = self._events(log, begin_time)
+        told, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
+        events = self._in_units(told, begin_time)
         stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
         known, over = float(valve["time"]) * unit, ended in STALLS
         if over and self.mechanism.spring > 0.0:
@@ -530,8 +530,8 @@ class Switching:
             blow_speed=float(valve["cycle_speed"]) / unit,
         )
 
-    def _events(self, log: npt.NDArray[Any], begin_time: float) -> Events:
-        unit, told = self.mechanism.unit, events_of(log)
+    def _in_units(self, told: Events, begin_time: float) -> Events:
+        unit = self.mechanism.unit
         return replace(
             told,
             phase=begin_time + told.phase * unit,
