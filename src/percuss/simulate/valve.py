@@ -400,7 +400,7 @@ ENDS = {
 
 
 @dataclass
-class Switching:
+class SelfSwitching:
     """A motion of a machine on its way: the kernels' memory, and what they have recorded so far."""
 
     mechanism: Mechanism
@@ -413,7 +413,7 @@ class Switching:
         return self.mechanism.modes
 
     @classmethod
-    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[Switching, Anchor, bool]:
+    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[SelfSwitching, Anchor, bool]:
         """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded.
 
         Raises
@@ -447,7 +447,7 @@ class Switching:
         return moved, Anchor(start.time, int(valve["state"]), row), bool(plant.motion.count["mode"] == RESTING)
 
     @classmethod
-    def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> Switching:
+    def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
         """A motion that goes on."""
         moved = cls(mechanism, put_back(snapshot, mechanism))
         moved.log = moved._room(stop)
