@@ -113,7 +113,7 @@ def gathered(
     stop: Stop,
     progress: Callable[[Progress], object] | None,
     idle: tuple[int, bool],
-) -> tuple[npt.NDArray[Any], Array, str]:
+) -> tuple[Events, Array, str]:
     """Calls the kernels stretch by stretch until a motion ends: its events, the states after them, and how it ended.
 
     Parameters
@@ -146,10 +146,9 @@ def gathered(
             fraction = max(fraction, time / stop.time)
         if progress is not None and progress(Progress(struck, time, min(fraction, 1.0))) and not ended:
             ended = "cancelled"
-        events.append(log.events[:n] if ended else log.events[:n].copy())
+        events.append(events_of(log.events[:n]))
         states.append(log.states[:n] if ended else log.states[:n].copy())
-    one = len(events) == 1
-    return events[0] if one else np.concatenate(events), states[0] if one else np.concatenate(states), ended
+    return joined(events), states[0] if len(states) == 1 else np.concatenate(states), ended
 
 
 def follow(
@@ -185,7 +184,7 @@ def follow(
         return state.impacts, state.time - begin_time
 
     events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
-    return Stretch(events_of(events), states, state, outcome, bool(found["wanders"][0]))
+    return Stretch(events, states, state, outcome, bool(found["wanders"][0]))
 
 
 def events_of(log: npt.NDArray[Any]) -> Events:

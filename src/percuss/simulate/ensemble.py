@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.trajectory import Trajectory
-    from percuss.simulate.valve import Switching
+    from percuss.simulate.valve import SelfSwitching
 
 _MOST_TOLD = 5
 
@@ -536,15 +536,15 @@ class _Machines(_Job):
 
     def portion(self, first: int, last: int) -> None:
         """See `_Job`."""
-        from percuss.simulate.valve import Switching, mechanism  # more kernels
+        from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
         for i in range(first, last):
             if self.stopped[0]:
                 return
             numbers = mechanism(self.hammers[i if len(self.hammers) > 1 else 0], self.modes)
-            self._member(Switching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
+            self._member(SelfSwitching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
 
-    def _member(self, moved: Switching, i: int) -> None:
+    def _member(self, moved: SelfSwitching, i: int) -> None:
         from percuss.simulate.valve import outcome_of
 
         ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from percuss.simulate.engine import Clocked, Progress
     from percuss.simulate.supply import Fed
     from percuss.simulate.tables import Snapshot
-    from percuss.simulate.valve import Switching
+    from percuss.simulate.valve import SelfSwitching
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
 
@@ -164,16 +164,16 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
     machine = motion.hammer if isinstance(motion.hammer, Machine) else None
-    moved: Clocked | Switching | Fed
+    moved: Clocked | SelfSwitching | Fed
     if machine is None:
         from percuss.simulate.engine import Clocked
         from percuss.simulate.tables import prepared
 
         moved = Clocked(*prepared(motion.system, motion.modes), restored(motion))
     elif machine.valve.supply is None:
-        from percuss.simulate.valve import Switching
+        from percuss.simulate.valve import SelfSwitching
 
-        moved = Switching.restored(motion.mechanism, motion.snapshot, stop)
+        moved = SelfSwitching.restored(motion.mechanism, motion.snapshot, stop)
     else:
         from percuss.simulate.supply import Fed
 

@@ -17,7 +17,7 @@ from percuss.simulate.trajectory import Trajectory
 if TYPE_CHECKING:
     from percuss.simulate.flights import Anchor
     from percuss.simulate.supply import Fed
-    from percuss.simulate.valve import Switching
+    from percuss.simulate.valve import SelfSwitching
 
 
 def run(
@@ -87,13 +87,13 @@ def run(
 
 def _begun(
     system: System | Machine, modes: int, start: Start, stop: Stop
-) -> tuple[Clocked | Switching | Fed, Anchor, bool]:
+) -> tuple[Clocked | SelfSwitching | Fed, Anchor, bool]:
     if isinstance(system, System):
         return Clocked.begun(system, modes, start)
     if system.valve.supply is None:
-        from percuss.simulate.valve import Switching, mechanism  # more kernels
+        from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
-        return Switching.begun(mechanism(system, modes), start, stop)
+        return SelfSwitching.begun(mechanism(system, modes), start, stop)
     from percuss.simulate.supply import Fed
 
     if modes:

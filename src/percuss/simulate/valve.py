@@ -15,7 +15,7 @@ from percuss.errors import PercussError
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.model.machine import MachineModes
-from percuss.simulate.engine import STRIDE, Progress, events_of, gathered
+from percuss.simulate.engine import STRIDE, Progress, gathered
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
 from percuss.simulate.flights import Anchor, Modes, Moved, free_motion, sway
 from percuss.simulate.kernels.motion_records import (
@@ -400,7 +400,7 @@ ENDS = {
 
 
 @dataclass
-class Switching:
+class SelfSwitching:
     """A motion of a machine on its way: the kernels' memory, and what they have recorded so far."""
 
     mechanism: Mechanism
@@ -413,7 +413,7 @@ class Switching:
         return self.mechanism.modes
 
     @classmethod
-    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[Switching, Anchor, bool]:
+    def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[SelfSwitching, Anchor, bool]:
         """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded.
 
         Raises
@@ -447,7 +447,7 @@ class Switching:
         return moved, Anchor(start.time, int(valve["state"]), row), bool(plant.motion.count["mode"] == RESTING)
 
     @classmethod
-    def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> Switching:
+    def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
         """A motion that goes on."""
         moved = cls(mechanism, put_back(snapshot, mechanism))
         moved.log = moved._room(stop)
@@ -475,8 +475,8 @@ class Switching:
         def gone() -> tuple[int, float]:
             return int(count["impacts"]), float(valve["time"]) * unit
 
-        log, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
-        events = self._events(log, begin_time)
+        told, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
+        events = self._in_units(told, begin_time)
         stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
         known, over = float(valve["time"]) * unit, ended in STALLS
         if over and self.mechanism.spring > 0.0:
@@ -530,8 +530,8 @@ class Switching:
             blow_speed=float(valve["cycle_speed"]) / unit,
         )
 
-    def _events(self, log: npt.NDArray[Any], begin_time: float) -> Events:
-        unit, told = self.mechanism.unit, events_of(log)
+    def _in_units(self, told: Events, begin_time: float) -> Events:
+        unit = self.mechanism.unit
         return replace(
             told,
             phase=begin_time + told.phase * unit,
