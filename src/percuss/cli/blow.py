@@ -165,8 +165,7 @@ def _told(watch: Watch) -> Callable[[int, int], bool]:
 
 def best_report(answer: BestAnswer) -> Report:
     """The best sizes and what they change, against the case as it is."""
-    from percuss.blow.best import OBJECTIVES
-    from percuss.blow.parts import FIGURES
+    from percuss.blow.best import FIGURES, OBJECTIVES
 
     name = OBJECTIVES[answer.objective][0]
     own, best = (f"{_best_value(answer, name, value)}" for value in answer.figures[name])
@@ -204,7 +203,7 @@ def _size(span: Span, own: float | None, best: float) -> tuple[str, ...]:
 
 
 def _figure(answer: BestAnswer, name: str) -> tuple[str, ...]:
-    from percuss.blow.parts import FIGURES
+    from percuss.blow.best import FIGURES
 
     own, best = answer.figures[name]
     return FIGURES[name].label, _best_value(answer, name, own), _best_value(answer, name, best), _change(own, best)

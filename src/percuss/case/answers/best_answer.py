@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.parts import FIGURES
+from percuss.blow.best import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.case import checked_case
 from percuss.case.file_format.plain_tables import json_tables
