@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.explore import Axis, Sweep
-    from percuss.explore.boundary_curves.boundary import Curve
+    from percuss.explore.boundary_curves.boundary import BoundaryCurve
 
 
 # ---- What a map hands to its pictures, and the axes of their panels
@@ -414,11 +414,11 @@ class _Laid(NamedTuple):
     y: np.ndarray[Any, np.dtype[np.float64]]
 
 
-def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve | _Laid:
+def on_plane(curve: Any, axes: Sequence[Axis]) -> BoundaryCurve | _Laid:
     """A curve as it lies in the plane of two axes; one that says its parameters whatever their order."""
     if not hasattr(curve, "parameters"):
         having("curves", curve, ("kind", "x", "y"), CURVES)
-        laid: Curve | _Laid = curve
+        laid: BoundaryCurve | _Laid = curve
         return laid
     having("curves", curve, ("kind", "units", "real"), CURVES)
     known = dict(zip(zip(curve.parameters, curve.units, strict=True), curve.real.T, strict=True))
@@ -430,7 +430,7 @@ def on_plane(curve: Any, axes: Sequence[Axis]) -> Curve | _Laid:
     return _Laid(curve.kind, x, y)
 
 
-def boundaries(ax: Axes, curves: Sequence[Curve | _Laid]) -> dict[str, Any]:
+def boundaries(ax: Axes, curves: Sequence[BoundaryCurve | _Laid]) -> dict[str, Any]:
     """Curves with a white rim; the lines of their kinds."""
     from matplotlib.lines import Line2D
 
