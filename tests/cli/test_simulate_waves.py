@@ -44,7 +44,7 @@ def test_the_report_has_the_motion_beside_the_law(case, capsys):
 def test_json_tells_phases_and_differences(case, capsys):
     found = answer(capsys, case, "--cells", "100", "--events", "last:2")
     assert found["label"] == "z=1/1"
-    assert found["outcome"] == "settled"
+    assert found["outcome"] == "periodic"
     assert found["settled"]["restitutions"] == [pytest.approx(0.6, abs=1e-4)]
     law = found["beside"][0]
     assert law["label"] == "z=1/1"

@@ -81,6 +81,8 @@ NO_DOORS = {
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position steady.Rhythm.of_rigid blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
+    "explore.Branch.times_at explore.PointCurve.times_at "
+    "steady.RigidCycle.through "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
     "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.shares",
 }
@@ -93,7 +95,7 @@ MEANT = (
         "nothing",
         """
         case.CaseFamily.key.name case.load_case.name units.unit_scale.unit recordings.read_recording.unit
-        simulate.Trajectory.before.* blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
+        blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
         model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity simulate.Starts.displacement
         simulate.Starts.velocity simulate.Starts.time simulate.Stop.time model.Load.history.time
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
@@ -120,13 +122,15 @@ MEANT = (
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
+    ("None, empty, dict", "simulate.Starts.states"),
     (", ".join(set(WRONG) - {"None"}), "case.recorded_answer.blows"),  # of a machine without a record
     ("-1, empty", "blow.Trace.*.time model.Load.on_steps.error *.t *.phase *.times *.mean *.load_factor"),
     ("-1", "*.time"),
     (
         "text, number in quotes",
         """
-        simulate.*.save.path units.split_header.text model.Port.to steady.Rhythm.state simulate.Start.with_valve.state
+        simulate.*.save.path units.split_header.text model.Port.to steady.Rhythm.state
+        simulate.Start.with_valve.state simulate.Start.valve_state
         steady.FoundRestCycles.labelled.label *.title *.name *.file *.folder *.archive
         """,
     ),
@@ -409,7 +413,9 @@ class Arguments:
             "units.si": {"value": "1 mm"},
             "units.split_header": {"text": "p [bar]"},
             "units.unit_scale": {"unit": "bar", "dimensions": ("pressure",)},
+            "plot.branch": {"found": branch},
             "plot.curves": {"found": [curve]},
+            "plot.machine_motion": {"motion": run(MACHINE, modes=0, stop=SHORT)},
             "plot.diagram": {"quantities": ("phase",)},
             **{f"plot.{name.lower()}": {"found": of[name]} for name in ("Basins", "Experiment", "Sweep")},
             **{f"plot.{name.lower()}": {"answer": of[f"{name}Answer"]} for name in ("Best", "Blow", "Machine")},

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from percuss.case.answers.numerals import number
 from percuss.cli.arguments import need, whole
@@ -22,11 +22,18 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.cli.arguments import Parser
-    from percuss.cli.simulation_progress import SimulationWatch
     from percuss.explore.jobs.job import Columns, Job
     from percuss.explore.jobs.progress import JobProgress
 
-W = TypeVar("W", bound="Watch | SimulationWatch")
+
+class Listener(Protocol):
+    """What Ctrl-C interrupts."""
+
+    def interrupt(self, *_: object) -> None: ...
+    def close(self) -> None: ...
+
+
+W = TypeVar("W", bound=Listener)
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
