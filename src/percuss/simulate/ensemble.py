@@ -230,7 +230,7 @@ def simulate_many(
     Parameters
     ----------
     systems, starts
-        One of them for all members, or as many as members; systems, or machines without a supply.
+        One of them for all members, or as many as members; systems, or machines.
     modes
         N, the elastic modes kept; 0 is the rigid bar.
     stop
@@ -519,9 +519,6 @@ class _Machines(_Job):
 
     def __init__(self, machines: Any, starts: Any, modes: int, stop: Stop) -> None:
         super().__init__(machines, starts, modes, stop, Machine)
-        for machine in self.hammers:
-            if machine.valve.supply is not None:
-                raise ParameterError("systems", str(machine), "machines without a supply", "follow one with run")
         whole, n = np.zeros((5, self.members), dtype=np.int64), self.members
         self.found: dict[str, Any] = {
             "code": np.full(n, _CANCELLED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),

@@ -9,13 +9,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from percuss.mechanics.flow import propagator, series
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.simulate.spectrum import Spectrum
 
 _TURN = 2.0 * np.pi
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-_TERMS = 24
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Flights(Protocol):
         """Energy beside that of the bar."""
         ...
 
-    def lost(self, velocity: Array) -> Array:
+    def lost(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """The power that damping takes."""
         ...
 
@@ -136,16 +136,16 @@ class ClockedFlights:
         waves = turned[:, None] * np.exp(1j * np.outer(k, tau))  # e^{ik(θ+τ)}, shape (K, T)
         gap, rigid_rate = float(anchor.row[0]), float(anchor.row[1])
         start, _ = spectrum.modal(z, gap, rigid_rate, anchor.phase, mean)
-        left, h, h_rate = free_motion(spectrum, tau)
+        step = propagator(spectrum.omega[:, None], spectrum.damping[:, None], tau)
         z0, w0 = z[0][:, None], spectrum.free_rate(z)[:, None]
-        q = z0 * left + w0 * h
-        rate = w0 * h_rate - z0 * (spectrum.omega[:, None] ** 2 * h)
+        q = z0 * step.a + w0 * step.b
+        rate = z0 * step.c + w0 * step.e
         q = q + (spectrum.response.T @ waves).real + mean * spectrum.statics[:, None]
         rate = rate + ((1j * k[:, None] * spectrum.response).T @ waves).real
 
         if not spectrum.system.body.is_free:
             mean = 0.0
-        first, second = drift(d, tau)
+        _, first, second, _ = series(tau, float(tau.max(initial=0.0)), 0.0, d)
         drifting = rigid_rate - float(((1j * k * turned) @ spectrum.rigid).real)
         steps = turned[:, None] * _turn_less_one(np.outer(k, tau))
         u0 = start[0] + drifting * first + mean * second + (spectrum.rigid @ steps).real
@@ -178,7 +178,7 @@ class ClockedFlights:
         """See `Flights`."""
         return 0.0
 
-    def lost(self, velocity: Array) -> Array:
+    def lost(self, motion: Moved, t: Array, velocity: Array) -> Array:
         """See `Flights`."""
         damped = self.spectrum.weight * self.spectrum.damping
         return np.asarray(self.system.d * velocity[0] ** 2 + damped @ velocity[1:] ** 2)
@@ -200,94 +200,13 @@ class ClockedFlights:
         return np.asarray(every[(every > begin) & (every < end)])
 
 
-# ---- Free motions, and the rule by which they are integrated
-
-
-class Oscillators(Protocol):
-    """Damped oscillators, each array of shape (N,); a `Spectrum` is such."""
-
-    @property
-    def omega(self) -> Array: ...
-    @property
-    def damping(self) -> Array: ...
-    @property
-    def square(self) -> Array: ...
-    @property
-    def lam(self) -> Array: ...
-
-
-def free_motion(spectrum: Oscillators, tau: Array) -> tuple[Array, Array, Array]:
-    """e, h and h' of the free motion q = q(0) e + q'(0) h, q' = q'(0) h' − q(0) ω² h; each of shape (N, T)."""
-    half, square = 0.5 * spectrum.damping[:, None], spectrum.square[:, None]
-    t = tau[None, :]
-    fade = np.exp(-half * t)
-    lam = spectrum.lam[:, None]
-    c, h = fade * np.cos(lam * t), fade * np.sin(lam * t) / lam
-    e, rate = c + half * h, c - half * h
-    over = spectrum.square <= 0.0
-    if over.any():
-        kappa = np.sqrt(-square[over])
-        slow = spectrum.omega[over, None] ** 2 / (half[over] + kappa)  # d/2 − κ
-        fade, safe = np.exp(-slow * t), np.where(kappa > 0.0, kappa, 1.0)
-        h[over] = fade * np.where(kappa > 0.0, -np.expm1(-2.0 * kappa * t) / (2.0 * safe), t)
-        e[over] = fade + slow * h[over]
-        rate[over] = fade * np.exp(-2.0 * kappa * t) - slow * h[over]
-    return e, h, rate
-
-
-def drift(d: float, tau: Array) -> tuple[Array, Array]:
-    """(1 − e^{−dτ})/d and its integral, for any d ≥ 0."""
-    x = d * tau
-    small = x < 0.5
-    series = np.zeros_like(x)
-    for k in range(18, 0, -1):  # Σ (−x)^j/(j+2)!
-        series = (1.0 - x * series) / (k + 1.0)
-    series = np.where(small, series, 0.0)
-    first = np.where(small, tau * (1.0 - x * series), -np.expm1(-x) / (d if d else 1.0))
-    return first, np.where(small, tau**2 * series, (tau - first) / (d if d else 1.0))
+# ---- The rule by which they are integrated
 
 
 def _turn_less_one(angle: Array) -> Array:
     """e^{iα} − 1 without cancellation."""
     half = np.sin(0.5 * angle)
     return np.asarray(-2.0 * half * half + 1j * np.sin(angle))
-
-
-def sway(d: float, w: float, tau: Array) -> tuple[Array, Array]:
-    """The answer to a unit push of a damped motion on a spring, h(0) = 0 and h'(0) = 1, and its integral; smooth in w.
-
-    By the power series where little has happened, else by the closed form.
-    """
-    if w == 0.0:
-        return drift(d, tau)
-    half = 0.5 * d
-    kappa = np.sqrt(complex(half * half - w * w))
-    brief = (w * tau < 0.5) & (d * tau < 1.0)
-    h, integral = np.empty(tau.shape), np.empty(tau.shape)
-    t = tau[brief]
-    x, y = d * t, (w * t) ** 2
-    before, term = np.zeros(t.size), np.ones(t.size)
-    h_series, sum_series = np.ones(t.size), np.full(t.size, 0.5)
-    for k in range(1, _TERMS):
-        before, term = term, -(x * term + y * before / k) / (k + 1.0)
-        h_series += term
-        sum_series += term / (k + 2.0)
-    h[brief], integral[brief] = t * h_series, t * t * sum_series
-    t = tau[~brief]
-    if kappa.real > 1e-3 * half:  # the slow rate without cancellation
-        rate = w * w / (half + kappa.real)
-        slow = np.exp(-rate * t)
-        answer = slow * -np.expm1(-2.0 * kappa.real * t) / (2.0 * kappa.real)
-        fallen = -np.expm1(-rate * t) - rate * answer
-    else:
-        fade = np.exp(-half * t)
-        turn = kappa * t
-        small = np.abs(turn) < 1e-6
-        sinh = np.where(small, 1.0 + turn * turn / 6.0, np.sinh(turn) / np.where(small, 1.0, turn)).real
-        answer = fade * t * sinh
-        fallen = 1.0 - fade * np.cosh(turn).real - half * answer
-    h[~brief], integral[~brief] = answer, fallen / w**2
-    return h, integral
 
 
 def panels(a: float, b: float, fastest: float, d: float) -> tuple[Array, Array]:

@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
-    from percuss.simulate.supply import Fed
     from percuss.simulate.tables import Snapshot
     from percuss.simulate.valve import SelfSwitching
 
@@ -163,21 +162,16 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 
 def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
-    machine = motion.hammer if isinstance(motion.hammer, Machine) else None
-    moved: Clocked | SelfSwitching | Fed
-    if machine is None:
+    moved: Clocked | SelfSwitching
+    if motion.is_clocked:
         from percuss.simulate.engine import Clocked
         from percuss.simulate.tables import prepared
 
         moved = Clocked(*prepared(motion.system, motion.modes), restored(motion))
-    elif machine.valve.supply is None:
+    else:
         from percuss.simulate.valve import SelfSwitching
 
         moved = SelfSwitching.restored(motion.mechanism, motion.snapshot, stop)
-    else:
-        from percuss.simulate.supply import Fed
-
-        moved = Fed.restored(machine, motion.snapshot)
     with watched(progress) as watch:
         made = moved.followed(stop, motion.begin_time, watch)
     made["events"] = joined([motion.events, made["events"]])
@@ -257,7 +251,7 @@ def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> 
 Kind = TypeVar("Kind", bound=SimulatedMotion)
 
 FORMAT = "percuss trajectory 4"
-_READ = ("percuss trajectory 3", "percuss machine trajectory 1")  # older ones that are still read
+_READ = "percuss trajectory 3"  # an older one that is still read
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
 _KINDS = {name: kind for name, (kind, _) in RECORDS.items()} | {"valve_now": VALVE_NOW, "valve_past": TURNING}
 _CLOCKED = {"speed": "bar lengths per rad", "energy": "M L^3 Omega^2", "phase": "rad", "period": "load periods"}
@@ -344,31 +338,18 @@ def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
         reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
         raise PercussError(reason, "simulate the motion again from its start and save it again")
-    if found not in (FORMAT, *_READ):
+    if found not in (FORMAT, _READ):
         raise PercussError(f"{name}: {found}", f"this version reads '{FORMAT}'")
     try:
         if dataset.attrs["sha256"] == digest(dataset):
-            motion = _from_dataset(dataset if found == FORMAT else _in_this_format(dataset), kind)
+            if found == _READ:  # which knew no ports
+                dataset = dataset.assign(port=("event", np.full(dataset["code"].size, -1)))
+            motion = _from_dataset(dataset, kind)
             sound(motion)
             return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise damaged(name, str(error)[:200]) from None
     raise damaged(name, "its numbers are not the ones that were written")
-
-
-def _in_this_format(dataset: xarray.Dataset) -> xarray.Dataset:
-    """What an older version wrote, as this one would: without ports; or of a machine under other names."""
-    none = np.zeros(dataset["code"].size, dtype=np.int64)
-    if "machine" not in dataset.attrs:
-        return dataset.assign(port=("event", none - 1))
-    about, rows = json.loads(dataset.attrs["description"]), dataset["bar_state"].values
-    about |= {"start_phase": about["begin_time"], "start_piece": about["first_state"]}
-    if about["cycle"] is not None:
-        about["cycle"] |= {"impacts": about["cycle"].pop("blows"), "periods": about["cycle"].pop("valve_cycles")}
-    named = dataset.drop_vars("bar_state").rename({"velocity": "impact_velocity", "state": "piece", "time": "phase"})
-    return named.assign(
-        period=("event", none), state=(("event", "state_number"), rows[1:]), start_state=("state_number", rows[0])
-    ).assign_attrs(description=json.dumps(about))
 
 
 def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
@@ -397,7 +378,7 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
 
 def _width(hammer: System | Machine, modes: int) -> int:
     """Numbers of a state."""
-    return 3 if isinstance(hammer, Machine) and hammer.valve.supply is not None else 2 * modes + 2
+    return 2 * modes + 2 + (isinstance(hammer, Machine) and hammer.valve.supply is not None)
 
 
 # ---- What a saved motion must be before anything is made of it

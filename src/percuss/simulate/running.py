@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from percuss.errors import ParameterError
 from percuss.model import Machine, System
 from percuss.model.checks import callback, count, instance
 from percuss.shown import watched
@@ -16,7 +15,6 @@ from percuss.simulate.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from percuss.simulate.flights import Anchor
-    from percuss.simulate.supply import Fed
     from percuss.simulate.valve import SelfSwitching
 
 
@@ -43,7 +41,7 @@ def run(
         The state and the load phase at the beginning; `Start.rigid()` by default, at rest one bar length off the wall.
         A machine starts at rest on the wall by default, with the valve's own starting state, and at the start's time.
     modes
-        N, the elastic modes kept; 0 is the rigid bar, which a machine with a supply needs.
+        N, the elastic modes kept; 0 is the rigid bar.
     stop
         When to end; see `Stop`, of a machine its time in the machine's unit. By default after 2000 impacts, or when a
         periodic motion or rest for good is found.
@@ -87,19 +85,12 @@ def run(
 
 def _begun(
     system: System | Machine, modes: int, start: Start, stop: Stop
-) -> tuple[Clocked | SelfSwitching | Fed, Anchor, bool]:
+) -> tuple[Clocked | SelfSwitching, Anchor, bool]:
     if isinstance(system, System):
         return Clocked.begun(system, modes, start)
-    if system.valve.supply is None:
-        from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
+    from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
-        return SelfSwitching.begun(mechanism(system, modes), start, stop)
-    from percuss.simulate.supply import Fed
-
-    if modes:
-        remedy = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply"
-        raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", remedy)
-    return Fed.begun(system, start)
+    return SelfSwitching.begun(mechanism(system, modes), start, stop)
 
 
 def compiled() -> bool:

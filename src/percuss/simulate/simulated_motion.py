@@ -128,10 +128,6 @@ class SimulatedMotion(Shown):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The numbers of a machine."""
-        if self.machine.valve.supply is not None:
-            from percuss.simulate.supply import Supplied
-
-            return Supplied(self.machine, 0)
         from percuss.simulate.valve import mechanism
 
         return mechanism(self.machine, self.modes)
@@ -285,16 +281,13 @@ class SimulatedMotion(Shown):
         PercussError
             When a pump and an accumulator do not feed it.
         """
-        supply = self.machine.valve.supply
-        if supply is None:
+        if self.machine.valve.supply is None:
             raise PercussError("the pressure of a machine without a supply does not change", "ask for force")
         times = array("t", t, -np.inf, np.inf)
         last = self._last(times)
-        since = times - np.append(self.events.time, self.begin_time)[last]
-        u, _, pressure = np.vstack([self.states, self.start.row])[last].T
-        force = np.array([force for _, force in self.machine.valve.pairs])[self.state(times)]
-        moved = self.modal(times).displacement[0] - u
-        return np.asarray(pressure + (supply.flow * np.maximum(since, 0.0) - force * moved) / supply.compliance)
+        since = np.maximum(times - np.append(self.events.time, self.begin_time)[last], 0.0)
+        charge = np.append(self.states[:, -1], self.start.row[-1])[last]
+        return self.mechanism.pressure(self.state(times), charge, since, self.modal(times).displacement)
 
     # -- fields --
 
@@ -386,7 +379,7 @@ class SimulatedMotion(Shown):
             t, w = panels(a, b, *flights.rates)
             velocity = self.modal(t).velocity
             put_in += float(w @ flights.put_in(self, t, velocity))
-            lost += float(w @ flights.lost(velocity))
+            lost += float(w @ flights.lost(self, t, velocity))
         lost_at = self.events.energy_lost
         lying = inside & np.isin(self.events.code, (CHATTER, REST))
         stored = self.energy(np.array([begin, end]))

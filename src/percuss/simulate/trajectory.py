@@ -34,7 +34,7 @@ class Trajectory(SimulatedMotion):
         The event table.
     states
         The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
-        `displacement` and `velocity` for u_n and u_n'. Of a machine with a supply displacement, velocity and pressure.
+        `displacement` and `velocity` for u_n and u_n'. Of a machine with a supply one number more, see `pressure`.
     start, resting
         The state at the start, in the same form, and whether the bar rests on the wall there.
     outcome
