@@ -196,7 +196,7 @@ def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
 
     if starts == 0:
         return not_followed("none were asked for")
-    from percuss.simulate.running import compiled  # loads the compiler
+    from percuss.simulate.trajectory import compiled  # loads the compiler
 
     if compiled():
         return ends_of(case, STARTS if starts is None else starts, kept)

@@ -15,7 +15,6 @@ from percuss.model import HeldBody, Load, System
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
 from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, joined, label_of, unresolved
-from percuss.simulate.flights import Anchor
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.motion import follow as follow_compiled
 from percuss.simulate.kernels.motion import place
@@ -38,7 +37,7 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
     Table,
 )
-from percuss.simulate.spectrum import Spectrum, shifted
+from percuss.simulate.spectrum import Anchor, Spectrum, shifted
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
 from percuss.simulate.tables import (

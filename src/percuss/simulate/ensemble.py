@@ -36,7 +36,6 @@ from percuss.simulate.kernels.motion_records import (
     Table,
 )
 from percuss.simulate.kernels.statistics import conclude
-from percuss.simulate.running import run
 from percuss.simulate.spectrum import shifted, state_of
 from percuss.simulate.start import Start, Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
@@ -52,11 +51,11 @@ from percuss.simulate.tables import (
     table_of,
     to_change,
 )
+from percuss.simulate.trajectory import Trajectory, run
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.simulate.trajectory import Trajectory
     from percuss.simulate.valve import SelfSwitching
 
 _MOST_TOLD = 5

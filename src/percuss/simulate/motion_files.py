@@ -25,7 +25,6 @@ from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
 from percuss.shown import watched
 from percuss.simulate.events import IMPACT, KINDS, Cycle, Events, joined
-from percuss.simulate.flights import Anchor
 from percuss.simulate.kernels.motion_records import (
     COUNT,
     GRAZED,
@@ -39,6 +38,7 @@ from percuss.simulate.kernels.motion_records import (
 )
 from percuss.simulate.plausible import numbers, shaped, true, within
 from percuss.simulate.simulated_motion import SimulatedMotion
+from percuss.simulate.spectrum import Anchor
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
 from percuss.whole_file import write_dataset
 

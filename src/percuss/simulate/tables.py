@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -36,7 +36,7 @@ from percuss.simulate.kernels.motion_records import (
     Starts,
     Table,
 )
-from percuss.simulate.spectrum import Spectrum, held_table, shifted
+from percuss.simulate.spectrum import DampedModes, Spectrum, held_table, shifted
 from percuss.simulate.start import Start
 
 _EQUAL = 4.0 * np.finfo(float).eps
@@ -119,28 +119,7 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     )
 
 
-class ElasticModes(Protocol):
-    """What is asked of the elastic modes; a `Spectrum` has it."""
-
-    @property
-    def omega(self) -> Array: ...
-    @property
-    def damping(self) -> Array: ...
-    @property
-    def square(self) -> Array: ...
-    @property
-    def lam(self) -> Array: ...
-    @property
-    def creeps(self) -> npt.NDArray[np.bool_]: ...
-    @property
-    def statics(self) -> Array: ...
-    @property
-    def unit(self) -> Array: ...
-    @property
-    def inertia(self) -> Array: ...
-
-
-def bar_of(body: Body, modes: ElasticModes) -> np.void:
+def bar_of(body: Body, modes: DampedModes) -> np.void:
     """The numbers of a bar that do not depend on its load; all others are 0."""
     bar: np.void = np.zeros(1, BAR)[0]
     bar["damping"], bar["whole"], bar["ripple"] = body.rigid_drag, 1.0, 1e-3
@@ -151,7 +130,7 @@ def bar_of(body: Body, modes: ElasticModes) -> np.void:
     return bar
 
 
-def tabled_modes(spectrum: ElasticModes, bar: np.void) -> Modes:
+def tabled_modes(spectrum: DampedModes, bar: np.void) -> Modes:
     """The elastic modes, and what `bar` says of all of them."""
     omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
     oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping

@@ -18,7 +18,6 @@ from percuss.model.checks import Array
 from percuss.model.machine import MachineModes, machine_modes
 from percuss.simulate.engine import STRIDE, Progress, gathered
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
-from percuss.simulate.flights import Anchor, Modes, Moved
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -49,7 +48,7 @@ from percuss.simulate.kernels.motion_records import (
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
 from percuss.simulate.plausible import true, within
-from percuss.simulate.spectrum import DampedModes, units
+from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
 from percuss.simulate.tables import NO_LOG, Snapshot, bar_of, desk_for, tabled_modes, to_change
@@ -300,7 +299,7 @@ class Mechanism:
         return {}
 
     def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-        """See `Flights`; `rows` are states that the kernels have left."""
+        """See `ClockedFlights`; `rows` are states that the kernels have left."""
         found = np.empty((2, len(rows), self.modes + 1))
         for i in np.unique(piece):
             own, here = self.states_of[i], piece == i
@@ -308,8 +307,8 @@ class Mechanism:
             found[0, here], found[1, here] = own.bars(q.T).T, own.bars(rate.T).T / self.unit
         return found[0], found[1]
 
-    def after(self, anchor: Anchor, tau: Array) -> Modes:
-        """See `Flights`."""
+    def after(self, anchor: Anchor, tau: Array) -> ModalMotion:
+        """See `ClockedFlights`."""
         own, row, unit = self.states_of[anchor.piece], anchor.row[None], self.unit
         (place,), (speed,), force = *own.bound(row), float(own.force_of(row)[0]) / unit**2
         speed = speed / unit
@@ -324,16 +323,14 @@ class Mechanism:
         rate = climb + z * step.c + v * step.e
         q0 = place[0] + speed[0] * h + pull * integral + lift * twice
         rate0 = speed[0] * slope + pull * h + lift * integral
-        return Modes(own.bars(np.vstack([q0, q])), own.bars(np.vstack([rate0, rate])))
+        return ModalMotion(own.bars(np.vstack([q0, q])), own.bars(np.vstack([rate0, rate])))
 
-    def force(self, motion: Moved, t: Array) -> Array:
-        """See `Flights`."""
-        chamber, forces = self.machine.valve.chamber, self.forces
-        if self.supply is None:
-            pushed = forces[motion.state(t)]
-        else:
-            pushed = (forces - chamber.force)[motion.state(t)] * motion.pressure(t) + chamber.force
-        return np.asarray(pushed - chamber.stiffness * self.driven(motion.modal(t).displacement))
+    def force(self, at: Moment) -> Array:
+        """See `ClockedFlights`."""
+        chamber, pushed = self.machine.valve.chamber, self.forces[at.piece]
+        if at.pressure is not None:
+            pushed = (pushed - chamber.force) * at.pressure + chamber.force
+        return np.asarray(pushed - chamber.stiffness * self.driven(at.modes.displacement))
 
     def driven(self, modes: Array) -> Array:
         """What the driven place moves, of the motions of the modes."""
@@ -347,34 +344,35 @@ class Mechanism:
         full = charge / self.unit**2 + supply.flow * since
         return np.asarray((full - draw * self.driven(displacement)) / supply.compliance)
 
-    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
-        """See `Flights`: by the valve; or by the pump, and the constant part of the chamber's force."""
+    def put_in(self, at: Moment) -> Array:
+        """See `ClockedFlights`: by the valve; or by the pump, and the constant part of the chamber's force."""
+        speed = self.driven(at.modes.velocity)
         if self.supply is None:
-            return np.asarray(self.forces[motion.state(t)] * self.driven(velocity))
-        return self.supply.flow * motion.pressure(t) + self.machine.valve.chamber.force * self.driven(velocity)
+            return np.asarray(self.forces[at.piece] * speed)
+        return np.asarray(self.supply.flow * at.pressure + self.machine.valve.chamber.force * speed)
 
-    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
-        """See `Flights`: in the gas and in an accumulator."""
+    def stored(self, at: Moment) -> Array | float:
+        """See `ClockedFlights`: in the gas and in an accumulator."""
         stiffness = self.machine.valve.chamber.stiffness
-        gas = 0.5 * stiffness * self.driven(displacement) ** 2 if stiffness else 0.0
-        return gas if self.supply is None else gas + 0.5 * self.supply.compliance * motion.pressure(t) ** 2
+        gas = 0.5 * stiffness * self.driven(at.modes.displacement) ** 2 if stiffness else 0.0
+        return gas if self.supply is None else gas + 0.5 * self.supply.compliance * np.square(at.pressure)
 
-    def lost(self, motion: Moved, t: Array, velocity: Array) -> Array:
-        """See `Flights`."""
-        piece, found = motion.state(t), np.empty(t.size)
-        for i in np.unique(piece):
-            own, here = self.states_of[i]._own, piece == i
-            found[here] = own.damping @ (own.mixing.T @ (self.own_units * velocity[:, here].T).T) ** 2
+    def lost(self, at: Moment) -> Array:
+        """See `ClockedFlights`."""
+        found = np.empty(at.time.size)
+        for i in np.unique(at.piece):
+            own, here = self.states_of[i]._own, at.piece == i
+            found[here] = own.damping @ (own.mixing.T @ (self.own_units * at.modes.velocity[:, here].T).T) ** 2
         return found
 
     @property
     def rates(self) -> tuple[float, float]:
-        """See `Flights`."""
+        """See `ClockedFlights`."""
         own = [one._own for one in self.states_of]
         return max(1e-300, *(float(o.omega.max()) for o in own)), max(float(o.damping.max()) for o in own)
 
     def breaks(self, begin: float, end: float) -> Array:
-        """See `Flights`."""
+        """See `ClockedFlights`."""
         return np.empty(0)
 
 
