@@ -20,7 +20,20 @@ from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.model.system import rests
 from percuss.shown import Shown, watched
-from percuss.simulate.engine import ENDS, followed
+from percuss.simulate.engine import (
+    ENDS,
+    NO_LOG,
+    Snapshot,
+    begin,
+    begins,
+    begun,
+    clocks,
+    desk_for,
+    followed,
+    prepared,
+    table_of,
+    to_change,
+)
 from percuss.simulate.events import IMPACT, STALLS, Cycle, label_of, machine_label
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
@@ -39,18 +52,6 @@ from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.spectrum import shifted, state_of
 from percuss.simulate.start import Start, Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import (
-    NO_LOG,
-    Snapshot,
-    begin,
-    begins,
-    begun,
-    clocks,
-    desk_for,
-    prepared,
-    table_of,
-    to_change,
-)
 from percuss.simulate.trajectory import Trajectory, run
 
 if TYPE_CHECKING:

@@ -16,7 +16,17 @@ from percuss.mechanics.flow import propagator, series
 from percuss.model import Machine, Supply
 from percuss.model.checks import Array
 from percuss.model.machine import MachineModes, machine_modes
-from percuss.simulate.engine import STRIDE, Progress, gathered
+from percuss.simulate.engine import (
+    NO_LOG,
+    STRIDE,
+    Progress,
+    Snapshot,
+    bar_of,
+    desk_for,
+    gathered,
+    tabled_modes,
+    to_change,
+)
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
@@ -47,11 +57,10 @@ from percuss.simulate.kernels.motion_records import (
     Table,
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
-from percuss.simulate.plausible import true, within
+from percuss.simulate.sound import true, within
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.tables import NO_LOG, Snapshot, bar_of, desk_for, tabled_modes, to_change
 
 # ---- The numbers of a machine as the kernels want them, in a unit of time of its own
 
@@ -347,15 +356,16 @@ class Mechanism:
     def put_in(self, at: Moment) -> Array:
         """See `ClockedFlights`: by the valve; or by the pump, and the constant part of the chamber's force."""
         speed = self.driven(at.modes.velocity)
-        if self.supply is None:
+        if self.supply is None or at.pressure is None:
             return np.asarray(self.forces[at.piece] * speed)
         return np.asarray(self.supply.flow * at.pressure + self.machine.valve.chamber.force * speed)
 
     def stored(self, at: Moment) -> Array | float:
         """See `ClockedFlights`: in the gas and in an accumulator."""
-        stiffness = self.machine.valve.chamber.stiffness
-        gas = 0.5 * stiffness * self.driven(at.modes.displacement) ** 2 if stiffness else 0.0
-        return gas if self.supply is None else gas + 0.5 * self.supply.compliance * np.square(at.pressure)
+        gas = 0.5 * self.machine.valve.chamber.stiffness * self.driven(at.modes.displacement) ** 2
+        if self.supply is None or at.pressure is None:
+            return gas
+        return np.asarray(gas + 0.5 * self.supply.compliance * at.pressure**2)
 
     def lost(self, at: Moment) -> Array:
         """See `ClockedFlights`."""
@@ -543,9 +553,9 @@ class SelfSwitching:
         count["mode"] = ON_WALL if gap == 0.0 else FLYING
         if gap == 0.0 and not v.any() and not u.any():
             count["mode"] = RESTING
-        row = [[now["gap"], now["rigid_rate"]], motion.z.reshape(-1), [valve["charge"]] if own.supply else []]
+        row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
         begin_valve(plant, start.orders is None, moved.log)
-        anchor = Anchor(start.time, own.piece, np.concatenate(row))
+        anchor = Anchor(start.time, own.piece, np.array(row))
         return moved, anchor, bool(count["mode"] == RESTING)
 
     @classmethod

@@ -1,8 +1,8 @@
-"""The records of a system and of a motion; those of a call are in `calls`, the codes in them in `codes`.
+"""The records of a system, of a motion, and of a call, and the codes in them.
 
 A record of single numbers is one element of a structured array (`NOW`, `COUNT`, …), which Python and compiled code
-change in place; a record of arrays is a `NamedTuple`. Python makes them, see `percuss.simulate.tables` and
-`percuss.simulate.tables`; compiled functions only fill them.
+change in place; a record of arrays is a `NamedTuple`. Python makes them, see `percuss.simulate.engine`; compiled
+functions only fill them.
 """
 
 from __future__ import annotations
@@ -363,7 +363,7 @@ UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
 POWERS, RATIO, SINGLY = range(3)
 
 
-# ---- The records of a machine that switches its own valve, beside those of `layout`
+# ---- The records of a machine that switches its own valve, beside those of a system
 #
 # The state at an instant is that of a bar under a constant load, with the modes of the machine: decoupled motions m_i,
 # of which the first takes the part of the rigid motion, on the spring of the gas chamber if there is one. q_i is what
