@@ -64,25 +64,15 @@ _EQUAL = 4.0 * np.finfo(float).eps
 
 @lru_cache(maxsize=16)
 def prepared(system: System, modes: int) -> tuple[Spectrum, Table]:
-    """Spectrum and table of a system, kept for the next motion of it.
-
-    Raises
-    ------
-    ResonanceError
-        When a harmonic of the load meets an undamped elastic mode (B77 16).
-    """
+    """Spectrum and table of a system, kept for the next motion of it; ResonanceError at a resonance (B77 16)."""
     return Spectrum(system, modes), table_of(system, modes)
 
 
 def table_of(system: System, modes: int) -> Table:
     """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change.
 
-    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it.
-
-    Raises
-    ------
-    ResonanceError
-        When a harmonic of the load meets an undamped elastic mode (B77 16).
+    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it. ResonanceError
+    when a harmonic of the load meets an undamped elastic mode (B77 16).
     """
     load = system.load
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
@@ -236,20 +226,11 @@ _ROUNDING = 8.0 * np.finfo(float).eps  # of a time: a few products and its own l
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that the next event depends on; `percuss.simulate.kernels.motion_records` describes the records.
+    """Everything that the next event depends on, as records that the kernels change; see `kernels.motion_records`.
 
-    Attributes
-    ----------
-    z
-        Amplitudes of the free motion, shape (2, N).
-    now, count
-        Numbers and whole numbers of the anchor: one NOW and one COUNT, each of shape (1,).
-    cycle
-        Amplitudes of the state that later ones are compared with, shape (2, N).
-    past
-        The last impacts, PASTs.
-    sums
-        The running statistics, two SUMS.
+    `z`: amplitudes of the free motion, shape (2, N). `now`, `count`: numbers and whole numbers of the anchor, each of
+    shape (1,). `cycle`: amplitudes of the state that later ones are compared with. `past`: the last impacts. `sums`:
+    the running statistics, two SUMS.
     """
 
     z: Array
@@ -427,14 +408,8 @@ def gathered(
 ) -> tuple[Events, Array, str]:
     """Calls the kernels stretch by stretch until a motion ends: its events, the states after them, and how it ended.
 
-    Parameters
-    ----------
-    log, count
-        The kernels' record, and their whole numbers.
-    step, gone
-        A stretch: how the motion ended, or nothing, and whether its work is done; impacts and time so far.
-    idle
-        Stretches of work without an impact that end a motion or, where the flag is set, without any event.
+    `step`: a stretch: how the motion ended, or nothing, and whether its work is done. `gone`: impacts and time so far.
+    `idle`: stretches of work without an impact that end a motion or, where the flag is set, without any event.
     """
     events, states, ended, still, taken, impacts = [], [], "", 0, 0, -1
     row = log.events.itemsize + log.states.itemsize * log.states.shape[1]

@@ -48,13 +48,7 @@ _DESCRIBED = ("system", "machine")  # of which a file has one
 
 
 def opened(path: str | os.PathLike[str]) -> tuple[str, xarray.Dataset]:
-    """The name of a file and its content, of any format.
-
-    Raises
-    ------
-    PercussError
-        When there is no such file, or it is none that can be read.
-    """
+    """The name of a file and its content, of any format; PercussError when it cannot be read."""
     name = checked_path("path", path)
     xarray_package()
     try:
@@ -104,13 +98,7 @@ def _number_of(kind: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]]) -> npt.NDArray[Any]:
-    """The records again; `kinds`: the types of those arrays that hold records.
-
-    Raises
-    ------
-    ValueError
-        When the columns are not the ones that this version knows.
-    """
+    """The records again, of the types `kinds`; ValueError when the columns are not the ones that this version knows."""
     values = np.ascontiguousarray(data.values)
     if name not in kinds:
         return values
@@ -126,13 +114,7 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
 
 
 def xarray_package() -> Any:
-    """The package xarray.
-
-    Raises
-    ------
-    MissingExtraError
-        When it is not installed.
-    """
+    """The package xarray; MissingExtraError when it is not installed."""
     try:
         import xarray
     except ImportError:
@@ -162,13 +144,7 @@ def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress]
 
 
 def restored(motion: SimulatedMotion) -> Snapshot:
-    """The state at the end of a motion, in arrays as the kernels want them.
-
-    Raises
-    ------
-    PercussError
-        When a simulation cannot have left it: it comes from a file that was changed, or made up.
-    """
+    """The state at the end of a motion, for the kernels; PercussError when no simulation can have left it."""
     from percuss.simulate.engine import Snapshot  # the compiled room, which nobody needs who only reads a file
 
     try:

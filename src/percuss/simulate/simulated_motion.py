@@ -95,26 +95,14 @@ class SimulatedMotion(Shown):
 
     @property
     def system(self) -> System:
-        """The system that moved.
-
-        Raises
-        ------
-        PercussError
-            When it was a machine.
-        """
+        """The system that moved; PercussError when it was a machine."""
         if not isinstance(self.hammer, System):
             raise PercussError("a machine that switches its own valve is no system under a clock", "ask for machine")
         return self.hammer
 
     @property
     def machine(self) -> Machine:
-        """The machine that moved.
-
-        Raises
-        ------
-        PercussError
-            When it was a system under a clock.
-        """
+        """The machine that moved; PercussError when it was a system under a clock."""
         if not isinstance(self.hammer, Machine):
             raise PercussError("a system under a clock is no machine that switches its own valve", "ask for system")
         return self.hammer

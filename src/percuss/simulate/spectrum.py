@@ -67,17 +67,7 @@ _RESONANT = 1e10
 class Spectrum(DampedModes):
     """Modes 1 … N of a system as q_n = γ_n u_n, which is what mode n adds to u_0 at the striking end: the gap function.
 
-    Parameters
-    ----------
-    system
-        What moves.
-    modes
-        N, the number of elastic modes; 0 is the rigid bar.
-
-    Raises
-    ------
-    ResonanceError
-        When a harmonic of the load meets an undamped elastic mode (B77 16).
+    ResonanceError when a harmonic of the load meets an undamped elastic mode (B77 16).
     """
 
     system: System
@@ -180,12 +170,7 @@ class Spectrum(DampedModes):
     def forced_strain_beyond(self, x: Array, phase: Array, mean: Array) -> Array:
         """Strain of the forced motion in the modes above N, which the closed form has and the sum has not (theory §2).
 
-        Parameters
-        ----------
-        x, phase
-            Places and load phases; the result has the shape (len(x), len(phase)).
-        mean
-            The constant part of the load, shape (len(phase),).
+        At places x, load phases, and the constant part of the load there; of shape (len(x), len(phase)).
         """
         body, at = self.system.body, self.system.load.at
         static = body.static(x, at).strain - body.static(x, at, self.modes).strain
@@ -212,14 +197,9 @@ class Spectrum(DampedModes):
     def modal(
         self, z: Array, gap: npt.ArrayLike, rigid_rate: npt.ArrayLike, phase: npt.ArrayLike, mean: npt.ArrayLike
     ) -> tuple[Array, Array]:
-        """u_n and u_n', n = 0 … N, from the kernels' form of the state; of one state or of many.
+        """u_n and u_n', n = 0 … N, from the kernels' form of the state; of one state or of many, z of shape (…, 2, N).
 
-        Parameters
-        ----------
-        z
-            Amplitudes, shape (…, 2, N).
-        gap, rigid_rate, phase, mean
-            u(1), u_0', the load phase and the constant part of the load, shape (…).
+        The others have the shape (…): u(1), u_0', the load phase and the constant part of the load.
         """
         shape, rate = self.forced(phase, mean)
         q, w = z[..., 0, :] + shape, self.free_rate(z) + rate
@@ -290,15 +270,8 @@ def shifted(system: System, modes: int, displacement: Array) -> Array:
 def state_of(body: HeldBody, at: int, modes: int, u: Array, v: Array, gap: Array) -> tuple[Array, Array]:
     """u_n and u_n', n = 0 … N, of starts of a structure; each of shape (starts, N + 1), u_0 = −g and u_0' = 0.
 
-    Parameters
-    ----------
-    body, at, modes
-        What moves, where the load acts, and N.
-    u, v
-        Given: rows of the modes 0 … N, of which the first numbers do not count; or rows of one number, for which the
-        structure is bent by a force at its contact until this is at `gap` and moves with the speed v.
-    gap
-        Place of the contact, 0 at the wall, shape (starts,).
+    `u`, `v` are rows of the modes 0 … N, of which the first numbers do not count; or rows of one number, for which the
+    structure is bent by a force at its contact until this is at `gap`, (starts,), and moves with the speed v.
     """
     found = np.zeros((2, gap.size, modes + 1))
     if u.shape[1] == 1:
@@ -321,14 +294,10 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True)
 class Anchor:
-    """The state at an instant of free motion.
+    """The state at an instant of free motion: load phase and step, of a machine the time and the valve's state.
 
-    Parameters
-    ----------
-    phase, piece
-        Load phase, and the number of the load's step that holds; of a machine the time, and the valve's state.
-    row
-        The state in the form of the engine: u(1), u_0' and the two rows of amplitudes of the free motion.
+    `row` is in the form of the engine: u(1), u_0', the two rows of amplitudes of the free motion, and with a supply its
+    charge.
     """
 
     phase: float

@@ -70,15 +70,7 @@ _SOFTEST = 1e-100  # frequency of a chamber that is none
 
 @dataclass(frozen=True)
 class Elastic(DampedModes):
-    """The elastic modes of a machine as q_i, what m_i moves the striking end by; each array of shape (N,).
-
-    Parameters
-    ----------
-    omega, damping
-        ω_i and d_i.
-    end, driven
-        As of `MachineModes`.
-    """
+    """The elastic modes of a machine as q_i, what m_i moves the striking end by; the fields are those of `MachineModes`."""
 
     omega: Array
     damping: Array
@@ -448,13 +440,7 @@ def roomier(plant: Plant) -> Plant:
 
 
 def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
-    """A machine whose motion stands where a snapshot was taken.
-
-    Raises
-    ------
-    PercussError
-        When a simulation cannot have left it: it comes from a file that was changed, or made up.
-    """
+    """A machine whose motion stands where a snapshot was taken; PercussError when no simulation can have left it."""
     try:
         for name, room in unmoved(mechanism, max(np.size(snapshot.get("valve_due", ())), _QUEUE)).items():
             true(name in snapshot, f"that there is no engine_{name}")
@@ -520,13 +506,7 @@ class SelfSwitching:
 
     @classmethod
     def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[SelfSwitching, Anchor, bool]:
-        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded.
-
-        Raises
-        ------
-        ParameterError
-            For a state that the valve does not have, a start beyond the wall, or one with more modes.
-        """
+        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded."""
         machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
         state, orders = start.valve_of(machine)
         u, v, gap = start.state(mechanism.modes, machine)
