@@ -219,11 +219,11 @@ def _remembered(motion: SimulatedMotion) -> None:
     _sums(motion)
 
 
-def _now(motion: SimulatedMotion) -> Any:
+def _now_of(motion: SimulatedMotion) -> Any:
     return motion.snapshot["now"][0]
 
 
-def _count(motion: SimulatedMotion) -> Any:
+def _count_of(motion: SimulatedMotion) -> Any:
     return motion.snapshot["count"][0]
 
 
@@ -255,7 +255,7 @@ def _strongest(motion: SimulatedMotion) -> float:
 
 def _anchor(motion: SimulatedMotion) -> None:
     """The state after the last event, or at the start; under a load of steps it may be at a later one of them."""
-    now, count, events = _now(motion), _count(motion), motion.events
+    now, count, events = _now_of(motion), _count_of(motion), motion.events
     row, phase, period = motion.start.row, motion.start.phase, int(count["period"])
     if len(events):
         row, phase, period = motion.states[-1], float(events.phase[-1]), int(events.period[-1])
@@ -281,7 +281,7 @@ def _bounds_of_the_flight(motion: SimulatedMotion) -> None:
     from percuss.simulate.kernels.bounds import bounded  # the compiler
 
     _, table = prepared(motion.system, motion.modes)
-    now = _now(motion)
+    now = _now_of(motion)
     fresh = np.zeros(1, NOW)[0]
     bounded(table.bar, table.modes, np.ascontiguousarray(motion.snapshot["z"]), fresh)
     bounds = ("sup", "sup1", "sup2", "sup3")
@@ -313,7 +313,7 @@ def _last_impacts(motion: SimulatedMotion) -> None:
 
 
 def _compared_with(motion: SimulatedMotion) -> None:
-    cycle, now, number = motion.snapshot["cycle"], _now(motion), int(_count(motion)["anchor"])
+    cycle, now, number = motion.snapshot["cycle"], _now_of(motion), int(_count_of(motion)["anchor"])
     kept = [now["anchor_phase"], now["anchor_speed"], now["anchor_rigid_rate"]]
     if number == 0:
         _same("engine_cycle", cycle, np.zeros_like(cycle))
@@ -327,7 +327,7 @@ def _compared_with(motion: SimulatedMotion) -> None:
 
 def _sums(motion: SimulatedMotion) -> None:
     """No sum is more than that of all events, and none is negative but a load period."""
-    events, sums, now = motion.events, motion.snapshot["sums"], _now(motion)
+    events, sums, now = motion.events, motion.snapshot["sums"], _now_of(motion)
     struck = events[events.code == IMPACT]
     n, long = float(len(struck)), max(motion.end_time - motion.begin_time, 0.0)
     most: npt.NDArray[Any] = np.zeros(1, SUMS)

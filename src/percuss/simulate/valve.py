@@ -70,7 +70,7 @@ _SOFTEST = 1e-100  # frequency of a chamber that is none
 
 @dataclass(frozen=True)
 class Elastic(DampedModes):
-    """The elastic modes of a machine as q_i, what m_i moves the striking end by; the fields are those of `MachineModes`."""
+    """The elastic modes of a machine as q_i, what m_i moves the striking end by; fields as of `MachineModes`."""
 
     omega: Array
     damping: Array
