@@ -263,7 +263,7 @@ class Passage:
         The last row says that it is ξ times itself after a cycle. Shape (p + 1, p + 1).
         """
         if isinstance(xi, complex):
-            return self.rational.matrices(np.array([xi]))[0]
+            return np.asarray(self.rational.matrices(np.array([xi]))[0])
         orbit_kernels().singularity(self.room, float(xi))
         size = self.chain.impacts + 1
         return np.array(self.room.matrix[:size, :size])
