@@ -114,10 +114,10 @@ def _between(
     curve, (low, start), (high, stop) = segment.curve, first, last
 
     def fold(point: CurvePoint) -> float:
-        return curve.motion(point.x).singular()[0]
+        return float(curve.motion(point.x).singular()[0])
 
     def flip(point: CurvePoint) -> float:
-        return curve.motion(point.x).singular()[1]
+        return float(curve.motion(point.x).singular()[1])
 
     found = []
     turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
@@ -323,7 +323,7 @@ def _top(segment: CurveSegment, near: float) -> CurvePoint:
 
 
 def _fold(segment: CurveSegment, point: CurvePoint) -> float:
-    return segment.curve.motion(point.x).singular()[0]
+    return float(segment.curve.motion(point.x).singular()[0])
 
 
 def _singular(curve: SolutionCurve, point: CurvePoint) -> float:

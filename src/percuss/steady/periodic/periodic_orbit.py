@@ -267,9 +267,12 @@ class PeriodicOrbit(Shown):
 
     @cached_property
     def _passage(self) -> Passage:
-        return self._passage_on("right")
+        return self._chain.passage(np.array(self.times), self.rebound)
 
     def _passage_on(self, side: Side) -> Passage:
+        choice("side", side, "left", "right")
+        if side == "right":
+            return self._passage
         return self._chain.passage(np.array(self.times), self.rebound, side)
 
     @property
@@ -319,14 +322,13 @@ class PeriodicOrbit(Shown):
         xi, side
             As for `linearised`.
         """
-        choice("side", side, "left", "right")
         if not isinstance(xi, complex):
             xi = finite("xi", xi)
-        return (self._passage if side == "right" else self._passage_on(side)).bordered(xi)
+        return self._passage_on(side).bordered(xi)
 
     def singular(self, side: Side = "right") -> tuple[float, float]:
         """det K(1) and det K(−1), each row taken by its length: 0 at a fold, and at a flip."""
-        return (self._passage if side == "right" else self._passage_on(side)).singular
+        return self._passage_on(side).singular
 
     def many_numbers(self) -> RationalMatrix:
         """`bordered` for many ξ at once."""
