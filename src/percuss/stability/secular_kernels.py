@@ -25,8 +25,9 @@ TRACE = 1e-11  # error of the sums of the roots and of their squares, relative
 TIE = 1e-13  # moduli this near are one, as in percuss.stability.multipliers
 OUT = 1e150  # where a pole or a root is put that is not to count
 NEAR = 0.25  # a first step of at most this part of the distance to the next pole: a root beside its pole
-SWEEPS = 100
+SWEEPS = 400
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
+LOOSE, PATIENCE = 1e-7, 12  # in a crowd larger ones, after so many sweeps
 
 
 @inner
@@ -233,7 +234,11 @@ def all_together(live, strong, flat, work, state):
             else:
                 state[STALLED, i] += 1
             rounding = size < SETTLED * max(1.0, here) and state[STALLED, i] >= 2
-            if rounding or size <= 4.0 * EPS * max(here, 1e-3 * abs(away)):
+            if (
+                rounding
+                or (size < LOOSE and state[STALLED, i] >= PATIENCE)
+                or size <= 4.0 * EPS * max(here, 1e-3 * abs(away))
+            ):
                 state[STALLED, i] = -1
             else:
                 moving += 1
@@ -277,13 +282,12 @@ def foremost(count, work):
 # roots of a secular function 1 + Σ w_j/(μ − ξ_j), with poles ξ_j and residues w_j in closed form; they are found by
 # `percuss.stability.secular_kernels`. The poles are real where the impact keeps the strain.
 
-# rows of `bar`, for n = 0 … N: Φ_n over the impact period, exp(−d_n T), its root and 1 less that, d_n, ω_n, γ_n, and
-# exp(−d_n T/2)(1 − cos λ_n T)
+# rows of `bar`, for n = 0 … N: those of percuss.stability.multipliers.Blocks
 A, B, C, E, DECAY, HALF, LOSS, DAMPING, OMEGA, GAMMA, VERSINE = range(11)
 BAR_ROWS = 11
 
 TURNED = 4.0 * 2.0**-52  # as in percuss.steady.oscillator
-ASIDE = 2.0  # as in percuss.stability.linear_map
+ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
 
 
 @summed
@@ -406,6 +410,30 @@ def foremost_mode(mu, beta, alpha, bar, work):
     return best
 
 
+@inner
+def solved(beta, alpha, speed, bar, work, state):
+    """All multipliers into `work`, from g_n and g_n' there; their number, or 0 where they failed their check."""
+    trace, square = traces(beta, alpha, speed, bar, work)
+    if not abs(trace) + abs(square) < math.inf:
+        return 0
+    flat = alpha > 0.0
+    if flat:
+        count = real_fractions(beta, alpha, speed, bar, work)
+        live = joined(count, work)
+        strong = beside_poles(live, work, state)
+    else:
+        count = complex_fractions(beta, alpha, speed, bar, work)
+        live = joined_in_plane(count, work)
+        strong = beside_complex_poles(live, work, state)
+    return count if all_together(live, strong, flat, work, state) and fits(count, trace, square, work) else 0
+
+
+@entry
+def all_multipliers(beta, alpha, speed, bar, work, state):
+    """All multipliers of one map, into the rows RE and IM of `work`; their number, or 0."""
+    return solved(beta, alpha, speed, bar, work, state)
+
+
 @entry
 def largest_multipliers(beta, alpha, mean, pull, forced, forced_rate, bar, period, work, state, found, mode):
     """The multiplier of largest modulus of many orbits, and the mode that it belongs to.
@@ -420,19 +448,8 @@ def largest_multipliers(beta, alpha, mean, pull, forced, forced_rate, bar, perio
         speed = jumps(beta[i], alpha[i], mean[i], pull[i], forced[i], forced_rate[i], bar, period, work)
         if not 0.0 < abs(speed) < math.inf:
             continue
-        trace, square = traces(beta[i], alpha[i], speed, bar, work)
-        if not abs(trace) + abs(square) < math.inf:
-            continue
-        flat = alpha[i] > 0.0
-        if flat:
-            count = real_fractions(beta[i], alpha[i], speed, bar, work)
-            live = joined(count, work)
-            strong = beside_poles(live, work, state)
-        else:
-            count = complex_fractions(beta[i], alpha[i], speed, bar, work)
-            live = joined_in_plane(count, work)
-            strong = beside_complex_poles(live, work, state)
-        if not all_together(live, strong, flat, work, state) or not fits(count, trace, square, work):
+        count = solved(beta[i], alpha[i], speed, bar, work, state)
+        if count == 0:
             continue
         j = foremost(count, work)
         found[0, i], found[1, i] = work[RE, j], work[IM, j]
