@@ -276,15 +276,14 @@ def foremost(count, work):
     return best
 
 
-# ---- The largest multiplier of many orbits, compiled: plain functions of numbers and arrays
+# ---- The multipliers of a map, and the largest ones of many orbits
 #
 # The linearised map is block-diagonal plus rank one (`percuss.stability.linear_map`), so that its multipliers are the
-# roots of a secular function 1 + Σ w_j/(μ − ξ_j), with poles ξ_j and residues w_j in closed form; they are found by
-# `percuss.stability.secular_kernels`. The poles are real where the impact keeps the strain.
+# roots of det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ − β E_n g_n]/Q_n(μ), Q_n = det(D Φ_n − μ) =
+# μ² − (α a_n + β e_n) μ + α β E_n: a secular function with poles and residues in closed form.
 
 # rows of `bar`, for n = 0 … N: those of percuss.stability.multipliers.Blocks
 A, B, C, E, DECAY, HALF, LOSS, DAMPING, OMEGA, GAMMA, VERSINE = range(11)
-BAR_ROWS = 11
 
 TURNED = 4.0 * 2.0**-52  # as in percuss.steady.oscillator
 ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
@@ -324,7 +323,7 @@ def jumps(beta, alpha, mean, pull, forced, forced_rate, bar, period, work):
 
 @inner
 def traces(beta, alpha, speed, bar, work):
-    """The trace of the map and that of its square; see `LinearMap.trace_of_square`."""
+    """The trace of M = B − g fᵀ/W and of its square, tr B² − 2 fᵀBg/W + (fᵀg/W)²; B = DΦ, f = Φᵀh."""
     trace, square, carried, mixed = 0.0, 0.0, 0.0, 0.0
     for n in range(bar.shape[1]):
         a, b, c, e = bar[A, n], bar[B, n], bar[C, n], bar[E, n]
@@ -339,7 +338,7 @@ def traces(beta, alpha, speed, bar, work):
 
 @inner
 def real_fractions(beta, alpha, speed, bar, work):
-    """Poles, ascending, and residues into `work` where the strain is kept; see `LinearMap.partial_fractions`."""
+    """Poles, ascending, and residues into `work` where the law keeps strain, α > 0: all poles are real."""
     count = 0
     for n in range(bar.shape[1]):
         a, b, decay = bar[A, n], bar[B, n], bar[DECAY, n]
@@ -362,7 +361,11 @@ def real_fractions(beta, alpha, speed, bar, work):
 
 @inner
 def complex_fractions(beta, alpha, speed, bar, work):
-    """Poles and residues into `work` where the strain is turned over; see `LinearMap.partial_fractions`."""
+    """Poles and residues into `work` where the strain is turned over: β times the eigenvalues of Φ_n, many in pairs.
+
+    Without drag both poles of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no
+    zero moves.
+    """
     others = 0.0
     for n in range(1, bar.shape[1]):
         a, b, e, decay = bar[A, n], bar[B, n], bar[E, n], bar[DECAY, n]
