@@ -206,9 +206,10 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     instance("orbit", orbit, PeriodicOrbit)
     radius = 1.0 + finite("beyond", beyond)
     numbers = orbit.many_numbers()
-    if np.count_nonzero(np.abs(numbers.poles) > 1.0 - _DEPTH) > _FEW:
+    size, poles = np.abs(numbers.blocks.poles), np.abs(np.angle(numbers.blocks.poles))
+    if np.count_nonzero(size > 1.0 - _DEPTH) > _FEW:
         return None
-    poles, depth = np.abs(np.angle(numbers.poles)), np.clip(1.0 - np.abs(numbers.poles), 1e-9, 0.2)
+    depth = np.clip(1.0 - size, 1e-9, 0.2)
     beside = np.concatenate([poles, poles - depth, poles + depth])  # there det K(ξ) turns fast
     angles = np.unique(np.append(np.linspace(0.0, np.pi, _NODES), beside[(beside > 0.0) & (beside < np.pi)]))
     signs = numbers.directions(radius * np.exp(1j * angles))
