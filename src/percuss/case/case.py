@@ -21,7 +21,7 @@ from percuss.case.file_format.building import (
     system_of,
 )
 from percuss.case.file_format.load_building import room_of
-from percuss.case.file_format.load_tables import ValveForce, ValveLoad
+from percuss.case.file_format.load_tables import ValveLoad
 from percuss.case.file_format.reading import checked_tables, parsed, text_of, toml_text, with_value
 from percuss.case.file_format.schema import (
     ContactTable,
@@ -194,7 +194,7 @@ class Case:
     @property
     def is_machine(self) -> bool:
         """Whether the piston switches the load: the case then has a `machine` and no `system`."""
-        return isinstance(self.tables.load, ValveForce | ValveLoad)
+        return isinstance(self.tables.load, ValveLoad)
 
     @property
     def is_readable(self) -> bool:
@@ -229,7 +229,7 @@ class Case:
 
     def room(self) -> float | None:
         """How far behind the wall the piston of a machine can go, in bar lengths; None without a limit."""
-        found = None if not isinstance(self.tables.load, ValveForce | ValveLoad) else room_of(self.tables.load)
+        found = None if not isinstance(self.tables.load, ValveLoad) else room_of(self.tables.load)
         return found if found is None or not self.is_si else found / self.machine().length_scale
 
     # -- the blow --

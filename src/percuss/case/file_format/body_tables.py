@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
     DampingValue,
     Density,
+    Kind,
     Length,
     Mass,
     NumberOrDashpot,
@@ -19,8 +20,6 @@ from percuss.case.file_format.values import (
     NumberOrStiffness,
     Numbers,
     PlainNumber,
-    PlainSteps,
-    PlainVelocities,
     Steps,
     Stiffness,
     Stress,
@@ -28,6 +27,8 @@ from percuss.case.file_format.values import (
     Time,
     Velocities,
     above_zero,
+    list_of,
+    plain_is,
 )
 from percuss.errors import ParameterError
 from percuss.model.body import DAMPINGS, Bar, Damping, External, Section, SectionedBar
@@ -72,13 +73,9 @@ class SectionTable(Table):
     """Density of the material. Allowed: greater than 0. When left out: that of `[bar]`, or steel."""
 
 
-def _several(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or not value:
-        raise ValueError('a list of sections, for example [{length = "120 mm", diameter = "52 mm"}]')
-    return tuple(value)
-
-
-SectionTables = Annotated[tuple[SectionTable, ...], BeforeValidator(_several)]
+SectionTables = Annotated[
+    tuple[SectionTable, ...], list_of("sections", '{length = "120 mm", diameter = "52 mm"}')
+]
 """The sections from the driven end to the striking end."""
 
 
@@ -225,10 +222,10 @@ def _no_plain_damping(value: Any, info: ValidationInfo) -> Any:
     return value
 
 
-BarDamping = Annotated[DampingTable, BeforeValidator(_no_drag)]
+BarDamping = Annotated[DampingTable, Kind("table", _no_drag)]
 """The table in [bar], where older case files have a quantity, which is told what it is called now."""
 
-SystemDamping = Annotated[DampingTable, BeforeValidator(_no_plain_damping)]
+SystemDamping = Annotated[DampingTable, Kind("table", _no_plain_damping)]
 """The table in [system]."""
 
 
@@ -283,13 +280,9 @@ class ToolSectionTable(SectionTable):
     last section has no step. When left out: none."""
 
 
-def _several_contacts(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or not value:
-        raise ValueError('a list of sections, for example [{length = "1.2 m", diameter = "38 mm"}]')
-    return tuple(value)
-
-
-ToolSections = Annotated[tuple[ToolSectionTable, ...], BeforeValidator(_several_contacts)]
+ToolSections = Annotated[
+    tuple[ToolSectionTable, ...], list_of("sections", '{length = "1.2 m", diameter = "38 mm"}')
+]
 """The sections of the tool from the struck face on."""
 
 
@@ -313,6 +306,7 @@ class ToolTable(Table):
     none."""
 
 
+@plain_is(ToolTable)
 class PlainTool(Table):
     """What the bar of a dimensionless case strikes: a wall, or an endless rod known by its impedance alone."""
 
@@ -353,11 +347,3 @@ class BlowTable(Table):
     load_at: int = 0
     """Where this force acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
     greater."""
-
-
-class PlainBlow(BlowTable):
-    """One blow of a dimensionless case: the keys of `BlowTable` without units."""
-
-    velocity: PlainVelocities | None = None  # type: ignore[assignment]  # plain numbers in place of text
-    until: PlainNumber | None = None  # type: ignore[assignment]
-    load: PlainSteps | None = None  # type: ignore[assignment]

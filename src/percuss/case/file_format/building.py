@@ -26,7 +26,7 @@ from percuss.case.file_format.body_building import (
     sized_target,
 )
 from percuss.case.file_format.load_building import ReadHistory, history_load, load_of, pressure_of, valve_of
-from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
+from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import ContactTable, PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
@@ -270,9 +270,9 @@ class Parts:
             self.body = self._try("system", tables.system, plain_body)
             make = partial(plain_contact, tool=tables.tool is not None)
             self.contact = self._try("system", tables.system, make)
-        if isinstance(tables.load, ValveForce | ValveLoad):
+        if isinstance(tables.load, ValveLoad):
             self.valve = self._try("load", tables.load, valve_of)
-        elif tables.load is not None and not isinstance(tables.load, HistoryForce):
+        elif tables.load is not None and not isinstance(tables.load, HistoryLoad):
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
         self._look_at_blow(tables)
@@ -332,7 +332,7 @@ class Parts:
             return
         if (law := self._law(tables)) is not None:
             self._try(*_contact_table(tables), lambda table: check_body(table, law, body))
-        if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryForce):
+        if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryLoad):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
     def _law(self, tables: PhysicalCase | PlainCase) -> type[Contact] | None:
@@ -392,7 +392,7 @@ def _some_body(bar: SizedBody) -> Body | None:
 
 def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> ReadHistory | None:
     """The load of the recording that a case names, or None when its load is a formula."""
-    return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryForce) else None
+    return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryLoad) else None
 
 
 def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
@@ -449,7 +449,7 @@ def extreme(file: str, key: str) -> CaseError:
 def check_clock(tables: PhysicalCase | PlainCase, file: str) -> None:
     """Refuse a machine that switches itself, where a load that keeps time by itself is asked for."""
     check_motion(tables, file)
-    if isinstance(tables.load, ValveForce | ValveLoad):
+    if isinstance(tables.load, ValveLoad):
         remedy = "'percuss machine' answers for a valve that the piston switches, and 'percuss simulate' from a start"
         raise CaseError(file, "load.kind", "valve", "expected a load that keeps time by itself", remedy)
 
@@ -458,7 +458,7 @@ def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Mac
     """The machine of a case whose load the piston switches."""
     check_motion(tables, file)
     table = tables.load
-    if not isinstance(table, ValveForce | ValveLoad):
+    if not isinstance(table, ValveLoad):
         assert table is not None
         remedy = "describe the valve by its states and ports; 'percuss steady' answers for a load that keeps time"
         raise CaseError(file, "load.kind", table.kind, "expected 'valve', a load that the piston switches", remedy)

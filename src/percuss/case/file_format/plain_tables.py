@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from percuss.case.case import Case
 from percuss.case.file_format.body_building import body_table, modes_in
 from percuss.case.file_format.body_tables import damping_table
-from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
+from percuss.case.file_format.load_tables import HistoryLoad, PlainHistoryLoad
 from percuss.case.file_format.reading import checked_tables
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
 from percuss.errors import CaseError
@@ -145,16 +145,16 @@ def without_files(case: Case) -> Case:
     """
     load, body = case.tables.load, case.tables.body
     named = None if body is None else body.file
-    if not isinstance(load, HistoryForce) and named is None:
+    if not isinstance(load, HistoryLoad) and named is None:
         return case
     tables = json_tables(case)
     if named is not None:
         case.system()  # which says by the key what is wrong with the file
         columns = {name: list(column) for name, column in modes_in(case.folder / named, named).items()}
         tables["body"] = {name: value for name, value in tables["body"].items() if name != "file"} | columns
-    if isinstance(load, HistoryForce):
+    if isinstance(load, HistoryLoad):
         table = fourier_table(case.load())
-        if isinstance(load, HistoryLoad):
+        if isinstance(load, PlainHistoryLoad):
             table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
         tables["load"] = table
     return case_of(tables, case.file)

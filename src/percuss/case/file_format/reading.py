@@ -395,7 +395,7 @@ def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
         found = error
     load = data.get("load")
     kind = load.get("kind") if isinstance(load, dict) else None
-    raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
+    raise_all(from_validation(found, file, data, table_fields(form, kind if isinstance(kind, str) else None), missing))
 
 
 def _missing(form: type[PhysicalCase] | type[PlainCase], data: dict[str, Any]) -> list[str]:

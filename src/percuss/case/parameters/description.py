@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.clock_note import clock_note
 from percuss.case.answers.numerals import body_dict, contact_dict, numbers, plain, system_dict
 from percuss.case.answers.numerals import json_number as number
-from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.load_tables import HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
 from percuss.case.file_format.schema import PhysicalCase
@@ -116,7 +116,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
             continue
         label = about.label or valve_label(case.tables.load, name)
         row = _row(name, unit, value, *(_span(case, key) or _around(value)))
-        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryForce)  # there it says where cycles are cut
+        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryLoad)  # there it says where cycles are cut
         row |= {"label": label, "meaning": about.meaning, "slides": about.slides and not kept}
         row["movable"] = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
         found.append(row)
@@ -126,7 +126,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
 def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
     """The number of a key of the case, and its unit; the frequency of a recording, which may keep its waveform."""
     value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
-    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryForce):
+    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryLoad):
         return case.system().frequency, "Hz"
     return value, unit
 
