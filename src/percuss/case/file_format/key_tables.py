@@ -54,13 +54,7 @@ TABLES: dict[str, type[Table]] = {
 
 
 def table_class(name: str) -> type[Table]:
-    """The class of a table by its own name, or by one of `TABLES`.
-
-    Raises
-    ------
-    ParameterError
-        When there is none.
-    """
+    """The class of a table by its own name, or by one of `TABLES`."""
     by_class = {table.__name__: table for table in TABLES.values()}
     found = TABLES.get(name.strip("[]")) or by_class.get(name)
     if found is None:
@@ -101,7 +95,8 @@ def said_of(table: type[Table], key: str) -> dict[str, str]:
     declared = next(name for name in names if any(name == there for there, _ in said))
     before = list(dict.fromkeys(there for there, _ in said))
     places = [*names, *before[: before.index(declared)][::-1]]
-    text = (own[0].is_plain and table.in_plain.get(key)) or next((said[p, key] for p in places if (p, key) in said), None)
+    here = table.in_plain.get(key) if table.is_plain else None
+    text = here or next((said[place, key] for place in places if (place, key) in said), None)
     if text is None:
         raise LookupError(f"{table.__module__} says nothing below {table.__name__}.{key}")
     meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from percuss.case.file_format.load_tables import (
     AnyLoad,
@@ -195,18 +195,18 @@ def valve_of(table: ValveLoad) -> Valve:
     states = {name: _state_force(name, given, pressure) for name, given in table.states.items()}
     ports = []
     for i, own in enumerate(table.ports):
-        with keyed(f"ports[{i}].", {"behind": _BEHIND}):
+        with keyed(f"ports[{i}].", remedies={"behind": _BEHIND}):
             ports.append(Port(**given_in(own)))
-        if own.behind is not None and room is not None and ports[i].behind >= room:
+        if room is not None and (ports[i].behind or 0.0) >= room:
             accepted = f"a port within the room, {table.room}"
             raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
     with keyed("chamber."):
         chamber = Chamber() if table.chamber is None else Chamber(**given_in(table.chamber))
-    with keyed("cushion.", {"beyond": _BEYOND}):
+    with keyed("cushion.", remedies={"beyond": _BEYOND}):
         cushion = None if table.cushion is None else Cushion(**given_in(table.cushion))
     supply = None if table.supply is None else _supply(table, table.supply, pressure)
     try:
-        return Valve(states, ports, table.start_state, chamber, cushion, supply)
+        return Valve(states, tuple(ports), table.start_state, chamber, cushion, supply)
     except ParameterError as error:
         name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
         near = did_you_mean(error.value, table.states) if name.endswith((".to", "start_state")) else ""
@@ -223,13 +223,13 @@ def room_of(table: ValveLoad) -> float | None:
     return None if table.room is None else above_zero("room", table.room, "length")
 
 
-def _state_force(name: str, given: Any, pressure: float | None) -> float:
+def _state_force(name: str, given: str | AreasTable, pressure: float | None) -> float:
     key = f"states.{name}"
     if not isinstance(given, AreasTable):
         return number_of(key, given, "force")
     if pressure is None:
         raise ParameterError(key, None, "a force, as there is no pressure for the areas", _PRESSURE)
-    areas = given_in(given, f"{key}.")
+    areas: dict[str, float] = given_in(given, f"{key}.")
     for side, area in areas.items():
         if area < 0.0:
             raise ParameterError(f"{key}.{side}", getattr(given, side), "an area, 0 or greater")

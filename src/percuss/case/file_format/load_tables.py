@@ -7,7 +7,7 @@ stands there for a key of one load holds for the loads after it that say nothing
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
@@ -21,10 +21,10 @@ from percuss.case.file_format.values import (
     ForceOrPressure,
     ForceUnit,
     Frequency,
+    Kind,
     Length,
     Numbers,
     PlainNumber,
-    Kind,
     Stiffness,
     Stress,
     Table,
@@ -58,7 +58,7 @@ class ChamberTable(Table):
 class CushionTable(Table):
     """What stops the piston at the front when it finds no tool, such as oil that it traps."""
 
-    in_plain = {"area": None}
+    in_plain: ClassVar = {"area": None}
 
     beyond: Length | None = None
     """Where it begins: distance beyond the wall. Allowed: 0 or greater. When left out: at the wall."""
@@ -150,18 +150,16 @@ States = Annotated[
     dict[str, State],
     Kind("table of forces or tables", _named('{return = "-13 kN", power = "12 kN"}'), plain=PlainStates),
 ]
-Ports = Annotated[
-    tuple[PortTable, ...], list_of("ports", '{behind = …, side = "back", to = "power"}')
-]
+Ports = Annotated[tuple[PortTable, ...], list_of("ports", '{behind = …, side = "back", to = "power"}')]
 
 
 class ValveLoad(Table):
     """A load that the piston switches."""
 
-    in_plain = {
+    in_plain: ClassVar = {
         "pressure": None,
-        "states": "The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to 64 of "
-        "them.",
+        "states": "The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to "
+        "64 of them.",
         "cushion": "What stops the piston when it finds no tool. When left out: nothing is told of that.",
     }
 
@@ -198,7 +196,7 @@ class ValveLoad(Table):
 class HarmonicLoad(Table):
     """A load of one harmonic."""
 
-    in_plain = {"area": None, "frequency": None}
+    in_plain: ClassVar = {"area": None, "frequency": None}
 
     kind: Literal["harmonic"]
     """The kind of load, which decides the other keys."""
@@ -220,7 +218,7 @@ class HarmonicLoad(Table):
 class SquareLoad(Table):
     """A load of two steps in a period."""
 
-    in_plain = {"area": None, "frequency": None}
+    in_plain: ClassVar = {"area": None, "frequency": None}
 
     kind: Literal["square"]
     amplitude: ForceOrPressure
@@ -237,7 +235,7 @@ class SquareLoad(Table):
 class StepsLoad(Table):
     """A load of steps."""
 
-    in_plain = {"unit": None, "area": None, "frequency": None}
+    in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
 
     kind: Literal["steps"]
     breaks: Numbers
@@ -257,7 +255,7 @@ class StepsLoad(Table):
 class FourierLoad(Table):
     """A load by its Fourier coefficients."""
 
-    in_plain = {"unit": None, "area": None, "frequency": None}
+    in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
 
     kind: Literal["fourier"]
     coefficients: Coefficients

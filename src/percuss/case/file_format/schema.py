@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field
 
@@ -173,8 +173,22 @@ class SimulationTable(Table):
     """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
-class PhysicalCase(Table):
+class _Struck(Table):
+    """Tables of which one says how the bar leaves the wall."""
+
+    struck_name: ClassVar[str]
+
+    @property
+    def struck(self) -> ContactTable | SystemTable | None:
+        """That table; None where a case describes one blow."""
+        found: ContactTable | SystemTable | None = getattr(self, self.struck_name)
+        return found
+
+
+class PhysicalCase(_Struck):
     """The SI form: [bar], [load], [contact], what the bar strikes, and what a simulation takes."""
+
+    struck_name = "contact"
 
     title: str | None = None
     """Free text."""
@@ -189,8 +203,10 @@ class PhysicalCase(Table):
     simulation: SimulationTable | None = None
 
 
-class PlainCase(Table):
+class PlainCase(_Struck):
     """The dimensionless form: [system], [load], what the bar strikes, and what a simulation takes."""
+
+    struck_name = "system"
 
     title: str | None = None
     system: SystemTable

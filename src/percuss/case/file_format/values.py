@@ -8,7 +8,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 
@@ -291,7 +302,7 @@ def plain_form(table: type[Table]) -> type[Table]:
         about = (table.__doc__ or "").partition("\n")[0].removesuffix(".")
         content |= {"__annotations__": kept | gone, "__module__": table.__module__, "is_plain": True}
         content |= {"__doc__": f"{about}, in plain numbers.", **dict.fromkeys(gone)}
-        _PLAIN[table] = type(f"Plain{table.__name__.removesuffix('Table')}", (table,), content)  # type: ignore[assignment]
+        _PLAIN[table] = type(f"Plain{table.__name__.removesuffix('Table')}", (table,), content)
     return _PLAIN[table]
 
 
@@ -316,11 +327,13 @@ def plain_of(hint: Any) -> Any:
         return Annotated[(plain_of(parts[0]), *parts[1:])] if plain is None else plain
     if origin in (Union, UnionType):
         return Union[tuple(map(plain_of, parts))]  # noqa: UP007  # of so many
-    return tuple[(plain_of(parts[0]), ...)] if origin is tuple and parts[1:] == (...,) else hint
+    if origin is tuple and parts[1:] == (...,):
+        return tuple.__class_getitem__((plain_of(parts[0]), ...))
+    return hint
 
 
 if TYPE_CHECKING:
-    PlainOf = Annotated[T, ...]
+    PlainOf = Annotated[T, "plain"]
 else:
 
     class PlainOf:
@@ -359,27 +372,25 @@ def _dimensions(table: type[Table]) -> dict[str, str]:
 
 
 def given_in(table: Table, name: str = "") -> dict[str, Any]:
-    """The keys of a table that are given, quantities as numbers in base units.
-
-    Parameters
-    ----------
-    name
-        What stands before the key in messages, as ``"ports[0]."``.
-    """
+    """The keys of a table that are given, quantities as numbers in base units."""
     dimensions, found = _dimensions(type(table)), {}
     for key in type(table).model_fields:
         if (value := getattr(table, key)) is not None:
-            found[key] = si(value, dimensions[key], name + key) if key in dimensions and isinstance(value, str) else value
+            found[key] = (
+                si(value, dimensions[key], name + key) if key in dimensions and isinstance(value, str) else value
+            )
     return found
 
 
 @contextmanager
-def keyed(name: str = "", remedies: Mapping[str, str] | None = None, **keys: str) -> Iterator[None]:
+def keyed(
+    name: str = "", keys: Mapping[str, str] | None = None, remedies: Mapping[str, str] | None = None
+) -> Iterator[None]:
     """What the model refuses by its own names, by the keys of a case; `name` stands before them."""
     try:
         yield
     except ParameterError as error:
         own, bracket, place = error.name.partition("[")
+        found = f"{name}{(keys or {}).get(own, own)}{bracket}{place}"
         remedy = (remedies or {}).get(own, error.remedy)
-        found = f"{name}{keys.get(own, own)}{bracket}{place}"
         raise ParameterError(found, error.value, error.accepted, remedy) from None

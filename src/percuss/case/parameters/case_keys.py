@@ -71,13 +71,7 @@ def is_of_machine(key: str) -> bool:
 
 
 def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, float]:
-    """The parameters of the machine of a case that some of its keys stand for, dimensionless; the pressure a multiple.
-
-    Parameters
-    ----------
-    keys
-        Value and unit of each; ParameterError for a unit that the key does not have, or none where it has one.
-    """
+    """The dimensionless parameters of the machine that keys of its case stand for; the pressure is a multiple."""
     found, machine = {}, case.machine()
     for key, (value, unit) in keys.items():
         if unit and not case.is_si:
@@ -276,13 +270,7 @@ _LAWS = {"damping_ratio": Ratio, "drag": External, "d": External}
 
 
 def check_same_law(case: Case, name: str, key: str) -> None:
-    """Refuse a key of damping as an axis where its law would take the place of the one that the case names.
-
-    Parameters
-    ----------
-    name, key
-        Of the axis: as it was given, and as a dotted key.
-    """
+    """Refuse a key of damping as an axis where its law would take the place of the one that the case names."""
     table, _, word = key.partition(".")
     tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping
     held = [f"{table}.{other}" for other in (DAMPING, *_LAWS) if other in tables]
@@ -305,15 +293,7 @@ def check_same_law(case: Case, name: str, key: str) -> None:
 
 
 def unknown_parameter(name: str, keys: Sequence[str], plain: Sequence[str]) -> ParameterError:
-    """The refusal; a size of the bar has its places in a bar of sections.
-
-    Parameters
-    ----------
-    name
-        That there is not.
-    keys, plain
-        The keys of the case, and the dimensionless parameters.
-    """
+    """The refusal; a size of the bar has its places in a bar of sections."""
     last = name.rpartition(".")[2].partition("[")[0]
     in_lists = [
         key for key in keys if "[" in key and not key.startswith("load.") and last in re.split(r"[.\[\]]+", key)[1:]

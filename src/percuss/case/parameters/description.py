@@ -12,7 +12,6 @@ from percuss.case.answers.numerals import json_number as number
 from percuss.case.file_format.load_tables import HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
-from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.parameters.case_keys import (
     FREQUENCY,
     LOAD_PRESSURE,
@@ -179,11 +178,6 @@ def case_dict(case: Case) -> dict[str, Any]:
 
     A machine that switches itself has the same keys, and no system; a second is the unit of time of its dimensionless
     form. A structure that is held has no form in plain numbers.
-
-    Raises
-    ------
-    CaseError
-        When its recording cannot be used, or its parts make no system and no machine.
     """
     hammer = case.machine() if case.is_machine else case.system()
     body, bar, report = hammer.body, hammer.bar, case.history_report
@@ -258,7 +252,7 @@ def plain_tables(case: Case) -> dict[str, Any]:
 
 def _plain_law(case: Case) -> dict[str, Any]:
     """The law of a blow that needs no tool; the tool of a case in SI has no dimensionless form."""
-    given = case.tables.contact if isinstance(case.tables, PhysicalCase) else case.tables.system
+    given = case.tables.struck
     if given is None or given.law != "b77-tau":
         return {}
     return {key: getattr(given, key) for key in ("law", "advance") if getattr(given, key) is not None}

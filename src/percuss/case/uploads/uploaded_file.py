@@ -28,13 +28,7 @@ FILE = "load.file"
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What `percuss.case.uploads.upload.uploaded_history` answers, read from a file that we have named.
-
-    Raises
-    ------
-    CaseError, MissingExtraError
-        As there.
-    """
+    """What `percuss.case.uploads.upload.uploaded_history` answers, read from a file that we have named."""
     folder = str(path.parent)
     table = history_table(path.name, dict(options))
     try:
@@ -61,13 +55,7 @@ def found_here(path: Path, options: Mapping[str, Any]) -> Found:
 
 
 def history_table(file: str, options: dict[str, Any]) -> HistoryLoad:
-    """The checked table [load] of a case with this recording.
-
-    Raises
-    ------
-    CaseError
-        When an option is wrong.
-    """
+    """The checked table [load] of a case with this recording."""
     form = PlainHistoryLoad if "force_scale" in options else HistoryLoad
     given = {"kind": "history", "file": file, **options}
     try:
