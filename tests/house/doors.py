@@ -397,7 +397,6 @@ class Arguments:
             "case.blow_answer": {"case": hammer, "velocity": 9.0},
             "case.orbits_answer": {"label": "1/1", "switch": False},
             "case.branch_answer": {"orbit": "1/1:1", "along": "mean=0.89:0.91"},
-            "case.rest_branch_answer": {"orbit": "chatter/1", "along": "mean=0.899:0.901"},
             "case.point_curves_answer": {"case": jackleg, "branch": branch, "which": "fold"}
             | {"along": "load_factor=0.39:0.45", "over": "restitution=0.149:0.151"},
             "case.diagram_*": {"along": "mean=0.85:0.95:2"},

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.orbits_answer import (
         branch_answer,
         orbits_answer,
-        rest_branch_answer,
         rest_cycles_answer,
     )
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
