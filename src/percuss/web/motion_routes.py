@@ -132,6 +132,7 @@ def simulated(
     known = _motions.find(key)
     if known is not None:
         return known
+    case.system()  # which refuses a machine: it has other pictures
     answer = simulation_answer(simulated_case(case, start, simulation, limits), halt)
     if answer.motion.outcome == "cancelled":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")

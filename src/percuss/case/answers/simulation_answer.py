@@ -139,11 +139,12 @@ class SimulationAnswer(ToldMotion):
         return tuple(_warnings(self.motion))
 
     def _told(self, last: int | None) -> dict[str, Any]:
-        motion, held = self.motion, self.motion.events.held_down
+        motion, events, held = self.motion, self.motion.events, self.motion.events.held_down
+        first = 0 if last is None else max(len(events) - last, 0)
         both = {
             **picked(motion, "outcome label modes begin_time end_time"),
             "held_down": {"rests": int(held.size), "greatest_share": json_number(held.max())} if held.size else None,
-            "events": [self._event(event) for event in list(motion.events)[0 if last is None else -last or None :]],
+            "events": [self._event(event) for event in events[first:]],
         }
         if not motion.is_clocked:
             cycle = None if motion.cycle is None else plain(asdict(motion.cycle))
