@@ -25,7 +25,7 @@ from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.impact_chain import ManyNumbers
+from percuss.steady.periodic.impact_chain import RationalMatrix
 
 if TYPE_CHECKING:
     pass
@@ -229,7 +229,7 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     instance("orbit", orbit, PeriodicOrbit)
     radius = 1.0 + finite("beyond", beyond)
     numbers = orbit.many_numbers()
-    if np.count_nonzero(np.abs(numbers.poles) > 1.0 - _DEPTH) > _FEW:
+    if np.count_nonzero(np.abs(numbers.blocks.poles) > 1.0 - _DEPTH) > _FEW:
         return None
     angles = _nodes(numbers)
     signs = numbers.directions(radius * np.exp(1j * angles))
@@ -247,9 +247,9 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     return growth - round(float(turns.sum()) / np.pi)  # of both halves, which mirror each other
 
 
-def _nodes(numbers: ManyNumbers) -> Array:
+def _nodes(numbers: RationalMatrix) -> Array:
     """Places on half the circle: evenly, and at and beside the angles of the poles, where det K(ξ) turns fast."""
-    poles = numbers.poles
+    poles = numbers.blocks.poles
     angles, depth = np.abs(np.angle(poles)), np.clip(1.0 - np.abs(poles), 1e-9, 0.2)
     beside = np.concatenate([angles, angles - depth, angles + depth])
     even = np.linspace(0.0, np.pi, _NODES)

@@ -19,7 +19,6 @@ from percuss.explore.continuation.branch_events import (
     grazing_partner,
     greatest_top,
     in_words,
-    indicators,
     is_joined,
     multipliers,
     other_end,
@@ -100,7 +99,7 @@ def _off(curve: SolutionCurve, start: CurvePoint) -> CurvePoint:
     """A point beside a start that is a fold or flip, which no step would pass; else the start."""
     try:
         sides = [curve.corrected(start.x + one * start.tangent, start.tangent) for one in (-_BESIDE, _BESIDE)]
-        if not np.any(np.prod([indicators(curve.motion(one.x)) for one in sides], axis=0) < 0.0):
+        if not np.any(np.prod([curve.motion(one.x).singular() for one in sides], axis=0) < 0.0):
             return start
         beside = curve.corrected(start.x + _ASIDE * start.tangent, start.tangent)
         return beside if curve.motion(beside.x).admissible else start
@@ -496,7 +495,7 @@ def branch_point(curve: SolutionCurve, one: LocatedEvent, refusal: str) -> Branc
     if one.kind is BranchEvent.HALVING:
         half = curve.impacts // 2
         motion = replace(motion, times=motion.times[:half], periods=curve.periods // 2)
-    orbit = motion.orbit
+    orbit = motion.plain
     phase, impact = None, None
     if one.kind is BranchEvent.TOUCH:
         phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))

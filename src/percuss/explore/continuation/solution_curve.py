@@ -22,50 +22,10 @@ from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
-from percuss.model.checks import Array, ComplexArray
-from percuss.model.load import Side
-from percuss.steady import PeriodicOrbit, parameter_column
-from percuss.steady.periodic.compiled_orbits import Numbers, compiled_passage, numbers_of, orbit_kernels
-from percuss.steady.periodic.impact_chain import Passage
-from percuss.steady.periodic.periodic_orbit import Flight
+from percuss.model.checks import Array
+from percuss.steady import PeriodicOrbit
+from percuss.steady.periodic.impact_chain import Numbers, numbers_of, orbit_kernels
 from percuss.steady.states import check_pushes
-
-# ---- The motion at a point of a curve of orbits
-
-
-class FollowedOrbit(PeriodicOrbit):
-    """A `PeriodicOrbit` whose states at the impacts are computed by compiled functions, which a walk needs anyway.
-
-    The mean velocity just after the first impact is given.
-    """
-
-    @property
-    def orbit(self) -> PeriodicOrbit:
-        """The same as a `PeriodicOrbit`, its impacts numbered as here."""
-        kept = self.rebound if self._chain.is_neutral else None
-        return PeriodicOrbit(self.system, self.periods, self.times, self.modes, kept)
-
-    @cached_property
-    def singular(self) -> tuple[float, float]:
-        """det K(1) and det K(−1), each row taken by its length: 0 at a fold, and at a flip."""
-        return self._computed[1:]
-
-    @cached_property
-    def amplitudes(self) -> Array:
-        """The free part of each elastic mode, as it is just before each impact; shape (p, N)."""
-        passage, omega = self._passage, self._chain.known.omega
-        velocity = (passage.velocity - passage.forced_velocity) / omega
-        return np.asarray(np.hypot(passage.displacement - passage.forced, velocity))
-
-    @cached_property
-    def _computed(self) -> tuple[Passage, float, float]:
-        assert self.rebound is not None
-        return compiled_passage(self._chain, np.array(self.times), self.rebound)
-
-    @cached_property
-    def _passage(self) -> Passage:
-        return self._computed[0]
-
 
 # ---- The systems of a family over one parameter as rows of numbers, and how these change with it
 
@@ -196,7 +156,7 @@ class SolutionCurve:
     modes: int
     unit: float
     _systems: dict[float, System] = field(default_factory=dict, repr=False, compare=False)
-    _motions: dict[bytes, FollowedOrbit] = field(default_factory=dict, repr=False, compare=False)
+    _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
     _rooms: dict[tuple[int, ...], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def other(self, impacts: int, periods: int) -> SolutionCurve:
@@ -276,14 +236,14 @@ class SolutionCurve:
         """The parameter at a point."""
         return float(x[-1]) * self.unit
 
-    def motion(self, x: Array) -> FollowedOrbit:
+    def motion(self, x: Array) -> PeriodicOrbit:
         """The motion at a point; the first impact is the one that was the first all along the curve."""
         p, key = self.impacts, x.tobytes()
         if key not in self._motions:
             if len(self._motions) > _KEPT:
                 self._motions.clear()
             system, times = self.system(self.value(x)), tuple(x[:p].tolist())
-            self._motions[key] = FollowedOrbit(system, self.periods, times, self.modes, float(x[p]))
+            self._motions[key] = PeriodicOrbit(system, self.periods, times, self.modes, float(x[p]))
         return self._motions[key]
 
     def unknowns(self, orbit: PeriodicOrbit, value: float) -> Array:
@@ -292,11 +252,7 @@ class SolutionCurve:
 
     def matrix(self, x: Array) -> Array:
         """The derivative of the equations by the unknowns at a point; shape (p + 1, p + 2)."""
-        p, orbit, found = self.impacts, self.motion(x), np.empty((self.impacts + 1, self.impacts + 2))
-        found[:, : p + 1] = orbit.bordered().real
-        found[:, 0] -= turning(orbit) * found[:, p]
-        found[:, p + 1] = parameter_column(orbit, self.system, self.value(x)) * self.unit
-        return found
+        return self.linearised(x)[0]
 
     def residual(self, x: Array) -> Array:
         """The equations at a point; shape (p + 1,)."""
@@ -381,27 +337,3 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
         if size < _ROUNDING:
             return x
     raise CorrectorFailed("no convergence")
-
-
-# ---- A motion of which only the equations, the speeds and K(ξ) are asked, many times: computed by the kernels
-
-_GIVEN = 0  # the mean velocity after the first impact is that of the motion
-
-
-class QuickMotion(FollowedOrbit):
-    """The same motion as a `PeriodicOrbit`, of given mean velocity after the first impact; nothing is proved of it."""
-
-    @cached_property
-    def flights(self) -> tuple[Flight, ...]:
-        """The flights, without the range of the mean motion, which serves the proof alone."""
-        return tuple(self._flight(i, 1.0) for i in range(self.impacts))
-
-    def bordered(self, xi: complex = 1.0, side: Side = "right") -> ComplexArray | Array:
-        """As of a `PeriodicOrbit`."""
-        if isinstance(xi, complex) or side != "right":
-            return super().bordered(xi, side)
-        assert self.rebound is not None
-        numbers = numbers_of(self.system, self.modes)
-        room, size, times = numbers.room(self.impacts), self.impacts + 1, np.array(self.times)
-        orbit_kernels().singularity(numbers.row, room, self.period, times, _GIVEN, self.rebound, float(xi))
-        return np.array(room.matrix[:size, :size])

@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import FlipForm, indicator, press
+from percuss.explore.continuation.branch_events import FlipForm, press
 from percuss.explore.continuation.load_steps import Passed, step_of, steps_passed
 from percuss.explore.continuation.solution_curve import twice
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
@@ -139,8 +139,8 @@ def tests_of(curve: ExtendedCurve, first: CurvePoint) -> Tests:
     def of_orbit(number: Callable[[PeriodicOrbit, Array], float]) -> Number:
         return lambda point: number(curve.motion(point.x), curve.extra(point.x))
 
-    fold = BranchEvent.WITH_FOLD, of_orbit(lambda orbit, _: indicator(orbit, 1.0))
-    flip = BranchEvent.WITH_FLIP, of_orbit(lambda orbit, _: indicator(orbit, -1.0))
+    fold = BranchEvent.WITH_FOLD, of_orbit(lambda orbit, _: orbit.singular()[0])
+    flip = BranchEvent.WITH_FLIP, of_orbit(lambda orbit, _: orbit.singular()[1])
     if isinstance(condition, Multiplier) and condition.xi > 0.0:
         p = curve.impacts
         before = first.tangent[p + 1 : p + 3]
@@ -155,15 +155,15 @@ def tests_of(curve: ExtendedCurve, first: CurvePoint) -> Tests:
             (BranchEvent.RESONANCE_3, 120), (BranchEvent.RESONANCE_2, 180),
         )  # fmt: skip
         others = (
-            (BranchEvent.WITH_FOLD, of_orbit(lambda orbit, extra: indicator(orbit, 1.0) * (1.0 - extra[0]))),
-            (BranchEvent.WITH_FLIP, of_orbit(lambda orbit, extra: indicator(orbit, -1.0) * (1.0 + extra[0]))),
+            (BranchEvent.WITH_FOLD, of_orbit(lambda orbit, extra: orbit.singular()[0] * (1.0 - extra[0]))),
+            (BranchEvent.WITH_FLIP, of_orbit(lambda orbit, extra: orbit.singular()[1] * (1.0 + extra[0]))),
         )  # without the pair itself, where that comes to 1 or −1
         return [*others, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
     if isinstance(condition, Corner):
         sides: tuple[Side, Side] = ("left", "right")
         return [
-            (kind, of_orbit(lambda orbit, _, xi=xi, side=side: indicator_on(orbit, xi, side)))  # type: ignore[misc]
-            for kind, xi in ((BranchEvent.WITH_FOLD, 1.0), (BranchEvent.WITH_FLIP, -1.0))
+            (kind, of_orbit(lambda orbit, _, which=which, side=side: orbit.singular(side)[which]))  # type: ignore[misc]
+            for which, kind in enumerate((BranchEvent.WITH_FOLD, BranchEvent.WITH_FLIP))
             for side in sides
         ]
     flat = BranchEvent.FLAT_GRAZING, of_orbit(lambda orbit, extra: curvature(orbit, condition, extra))
@@ -187,12 +187,6 @@ def _resonant(condition: Condition, of_orbit: Callable[..., Number]) -> Tests:
         return growing(wide) if alone else 1.0  # where several modes move no impact begins at a touch
 
     return [(BranchEvent.RESONANT_GRAZING, of_orbit(number))]
-
-
-def indicator_on(orbit: PeriodicOrbit, xi: float, side: Side) -> float:
-    """`indicator` with the load on one side of a step."""
-    matrix = orbit.bordered(xi, side).real
-    return float(np.linalg.det(matrix / np.linalg.norm(matrix, axis=1, keepdims=True)))
 
 
 def double(orbit: PeriodicOrbit, condition: Multiplier) -> float:

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.solution_curve import QuickMotion
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint
 from percuss.explore.family import Family
 from percuss.explore.point_curves.conditions import Condition
 from percuss.explore.point_curves.differenced import TwoParameters
 from percuss.model import System
 from percuss.model.checks import Array
+from percuss.steady import PeriodicOrbit
 
 _KEPT = 64
 _MOST_STEPS = 16
@@ -47,7 +47,7 @@ class ExtendedCurve(TwoParameters):
     periods: int
     modes: int
     condition: Condition
-    _motions: dict[bytes, QuickMotion] = field(default_factory=dict, repr=False, compare=False)
+    _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
     _systems: dict[tuple[float, float], System] = field(default_factory=dict, repr=False, compare=False)
 
     def renewed(self, x: Array) -> ExtendedCurve:
@@ -66,7 +66,7 @@ class ExtendedCurve(TwoParameters):
         """Which of the unknowns are the parameters."""
         return self.impacts + 1, self.impacts + 2
 
-    def motion(self, x: Array) -> QuickMotion:
+    def motion(self, x: Array) -> PeriodicOrbit:
         """The motion at a point."""
         p, key = self.impacts, x[: self.impacts + 3].tobytes()
         if key not in self._motions:
@@ -74,7 +74,7 @@ class ExtendedCurve(TwoParameters):
                 self._motions.clear()
             system = self.system_at(x)
             times = self.condition.placed(system, x[:p])
-            self._motions[key] = QuickMotion(system, self.periods, tuple(times.tolist()), self.modes, float(x[p]))
+            self._motions[key] = PeriodicOrbit(system, self.periods, tuple(times.tolist()), self.modes, float(x[p]))
         return self._motions[key]
 
     def residual(self, x: Array) -> Array:

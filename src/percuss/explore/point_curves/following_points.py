@@ -263,5 +263,5 @@ def _point(curve: TwoParameters, one: LocatedEvent, walk: Walk, most: int) -> Br
         beyond = in_words(walk.refusal)
     if one.kind is BranchEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"
-    motion = curve.motion(one.point.x).orbit if isinstance(curve, ExtendedCurve) else None
+    motion = curve.motion(one.point.x).plain if isinstance(curve, ExtendedCurve) else None
     return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond)
