@@ -159,7 +159,7 @@ class Diagram(Shown):
     @property
     def is_si(self) -> bool:
         """Whether speeds and energies have units."""
-        every = (*self.settled, *self.branches, *self.rest_branches)
+        every: tuple[SettledMotion | DiagramBranch, ...] = (*self.settled, *self.branches, *self.rest_branches)
         return any(one.scales is not None for one in every)
 
     @cached_property
