@@ -356,7 +356,7 @@ def test_reports_name_both_laws() -> None:
 
 
 def test_a_report_in_si_tells_the_drag_of_a_damping_that_drags() -> None:
-    from percuss.case.answers.report_parts import system_section
+    from percuss.case.answers.heading import system_section
 
     rows = dict(system_section("case", system_of(si_case('drag = "400 N*s/m^2"')), ()).rows)
     assert rows["damping"].endswith("c = 136.4 N·s/m")

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.clock_note import clock_note
+from percuss.case.answers.heading import clock_note
 from percuss.case.file_format.building import (
     Parts,
     blow_note,

@@ -323,7 +323,7 @@ def load() -> bool:
 
 def _use_multipliers() -> None:
     from percuss.case import load_case
-    from percuss.case.answers.quick_answer import curves_dict
+    from percuss.case.answers.exploring.quick_answer import curves_dict
 
     curves_dict(load_case("mini-breaker"), points=3, branches=3)
 
@@ -340,7 +340,7 @@ def _use_motions() -> None:
 
 def _use_blows() -> None:
     from percuss.case import load_case, waves_answer
-    from percuss.case.answers.blow_frames import blow_frames
+    from percuss.case.answers.playback import blow_frames
 
     case = load_case("laboratory-striker")
     blow_frames(case, frames=2, cells=2)

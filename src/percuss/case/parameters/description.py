@@ -6,9 +6,9 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.clock_note import clock_note
-from percuss.case.answers.numerals import body_dict, contact_dict, numbers, plain, system_dict
+from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
 from percuss.case.answers.numerals import json_number as number
+from percuss.case.answers.numerals import numbers, plain
 from percuss.case.file_format.load_tables import HistoryForce
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at

@@ -124,7 +124,7 @@ def exact_crossings(
     def flip(t: Array) -> Array:
         # times the striking speed: where it vanishes the secular function has a pole, which would hide a root beside it
         maps = [matrix(value) for value in t.tolist()]
-        return np.array([one.speed * secular(one, -1.0).real for one in maps])
+        return np.array([one.speed * one.secular(-1.0).real for one in maps])
 
     found = [
         _crossing(stretch, FLIP, t, _off(flip, t), math.pi)._replace(outside=_outside(matrix(t)))
@@ -135,13 +135,6 @@ def exact_crossings(
         if told is not None:
             told(0.5 + 0.5 * (i + 1) / (nodes.size - 1))
     return found
-
-
-def secular(matrix: LinearMap, multiplier: complex) -> complex:
-    """det(M − μ)/det(DΦ − μ) = 1 + Σ r_j/(μ − ξ_j)."""
-    poles, residues = matrix.partial_fractions()
-    off = multiplier - poles
-    return complex(1.0 + np.sum(residues / np.where(off == 0.0, 1e-300, off)))
 
 
 def _moduli(matrix: LinearMap) -> tuple[Array, Array]:
@@ -185,7 +178,7 @@ def _polished(matrix: Callable[[float], LinearMap], t: float, angle: float) -> t
     """Newton's method on the secular function at exp(iθ): place, angle, and the last step of the place."""
 
     def at(t: float, angle: float) -> complex:
-        return secular(matrix(t), cmath.exp(1j * angle))
+        return matrix(t).secular(cmath.exp(1j * angle))
 
     step = math.inf
     for _ in range(6):

@@ -76,8 +76,7 @@ class ParameterArc(MotionArc):
         slope = float(response.slope_on(self.branch, np.array([phase]))[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push
-        a = quadratic_coefficients(system.d, system.contact.velocity_factor, period, np.array(sigma), np.array(slope))
-        self._rows[y] = float(a[0]), float(a[1]), float(a[2])
+        self._rows[y] = quadratic_coefficients(system.d, system.contact.velocity_factor, period, sigma, slope)
         return self._rows[y]
 
 
