@@ -18,7 +18,7 @@ pytest.importorskip("fastapi")
 
 from percuss import case as cases
 from percuss import steady_states
-from percuss.case import MACHINES, Case, load_case, machine_answer, machine_motion, simulation_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
 from percuss.case.answers import playback
 from percuss.case.answers.exploring import orbits_answer as told
 from percuss.case.answers.exploring.diagram_answer import diagram_dict
@@ -142,7 +142,7 @@ LIBRARY: list[tuple[str, dict[str, Any], Callable[[Case], Any]]] = [
     ("follow", {"case": RIGID, "orbit": _Z21, "along": MEAN, "modes": 0, "switch": 1},
      lambda case: told.branch_dict(cases.branch_answer(case, _Z21, "mean=0.3:1.2", modes=0, switch=1))),
     ("follow", {**_STRIKER, "orbit": "chatter/1:1", "along": {"name": "load_factor", "from": 0.54, "to": 0.61}},
-     lambda case: told.rest_branch_dict(cases.rest_branch_answer(case, "chatter/1:1", "load_factor=0.54:0.61",
+     lambda case: told.branch_dict(cases.branch_answer(case, "chatter/1:1", "load_factor=0.54:0.61",
                                                                  modes=0))),
     ("follow", {**MINI, "along": {"name": "load.frequency", "unit": "Hz", "from": 16.0, "to": 19.0}, "modes": 2},
      lambda case: told.branch_dict(cases.branch_answer(case, "1/1", "load.frequency=16 Hz:19 Hz", modes=2))),
@@ -172,7 +172,7 @@ FRAMES: list[tuple[str, dict[str, Any], Callable[[Case], playback.Frames]]] = [
     ("machine", {"machine": "valve-breaker", "modes": 0, "whole": False},
      lambda case: playback.machine_frames(case, modes=0, whole=False)),
     ("machine/start", {"machine": "valve-breaker", "simulation": {"modes": 2}, "blows": 3, "points": 50},
-     lambda case: playback.start_frames(machine_motion(case.changed(simulation={"modes": 2})), 3, 50)),
+     lambda case: playback.start_frames(simulation_answer(case.changed(simulation={"modes": 2})), 3, 50)),
 ]  # fmt: skip
 
 
@@ -772,7 +772,7 @@ def test_a_machine_on_its_pump_has_a_rigid_piston_whatever_the_page_asks_for(cli
 
 
 def test_a_machine_from_its_start_is_the_simulated_motion() -> None:
-    motion = machine_motion(load_case("valve-breaker").changed({"position": -0.1}, {"modes": 2}))
+    motion = simulation_answer(load_case("valve-breaker").changed({"position": -0.1}, {"modes": 2}))
     frames, moved = playback.start_frames(motion, 3, 50), motion.motion
     t, states = frames.arrays["t"], frames.header["states"]
     assert frames.header["label"] == moved.label
@@ -788,7 +788,7 @@ def test_a_machine_from_its_start_is_the_simulated_motion() -> None:
 
 def test_a_machine_that_never_moves_has_a_start_of_no_blows() -> None:
     still = load_case("valve-breaker").varied({"load.chamber.force": "15 kN"}).changed({"position": 0.0}, {"modes": 0})
-    frames = playback.start_frames(machine_motion(still))
+    frames = playback.start_frames(simulation_answer(still))
     assert frames.header["label"] == "stalls (on the tool)" and not frames.header["answer"]["blows"]
     assert np.all(frames.arrays["centre"] == 0.0) and np.all(np.isfinite(frames.arrays["velocity"]))
 
@@ -847,7 +847,7 @@ def test_cycles_with_rest_are_told_like_orbits_and_seen_to_move(client: Client) 
 def test_an_impact_that_dies_of_a_cycle_with_rest_is_told_by_its_number() -> None:
     load = {"kind": "fourier", "coefficients": [[0.711, 0.0], [1.0, 0.0], [1.52, 0.81]]}
     case = case_of({"system": {"s": 5.0, "d": 0.0, "restitution": 0.0}, "load": load})
-    found = told.rest_branch_dict(cases.rest_branch_answer(case, "rest/1", "mean=0.6:0.711", modes=0))
+    found = told.branch_dict(cases.branch_answer(case, "rest/1", "mean=0.6:0.711", modes=0))
     death, end = found["points"]
     assert (death["type"], death["impact"], death["touch_phase"]) == ("grazing_impact_dies", 1, None)
     assert death["orbit"]["impacts"][0]["speed"] < 1e-5

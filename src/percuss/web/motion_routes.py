@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import experiment_job_of, machine_motion, simulation_answer
+from percuss.case import experiment_job_of, simulation_answer
 from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
 from percuss.case.answers.playback import Frames, blow_frames, machine_frames, motion_frames, orbit_frames, start_frames
 from percuss.web.questions import (
@@ -111,6 +111,7 @@ def simulated(
     known = _motions.find(key)
     if known is not None:
         return known
+    case.system()  # which refuses a machine: it has other pictures
     answer = simulation_answer(simulated_case(case, start, simulation, terms.limits), terms.halt)
     if answer.motion.outcome == "cancelled":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
@@ -152,9 +153,8 @@ def machine(case: Case, asked: MachineAsked, terms: Terms) -> Frames:
 @router.answer("/api/machine/start", "Such a machine from a start", BINARY, quick=True, kernels="machines")
 def machine_start(case: Case, asked: MachineStartAsked, terms: Terms) -> Frames:
     """Position, force and state of the valve over the first blows of what percuss simulate follows."""
-    if case.is_machine:  # else it is refused below
-        case = simulated_case(case, asked.start, asked.simulation, terms.limits)
-    found = machine_motion(case, terms.halt)
+    case.machine()  # which refuses any other
+    found = simulation_answer(simulated_case(case, asked.start, asked.simulation, terms.limits), terms.halt)
     if found.motion.outcome == "cancelled" and terms.halt():
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
     return start_frames(found, asked.blows, asked.points)

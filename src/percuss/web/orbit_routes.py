@@ -16,7 +16,6 @@ from percuss.case import (
     branch_answer,
     diagram_job_of,
     orbits_answer,
-    rest_branch_answer,
     rest_cycles_answer,
     steady_answer,
     structure_answer,
@@ -29,7 +28,6 @@ from percuss.case.answers.exploring.orbits_answer import (
     is_rest_label,
     orbits_dict,
     parsed_label,
-    rest_branch_dict,
     rest_cycles_dict,
 )
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
@@ -251,10 +249,8 @@ def follow(case: Case, asked: FollowAsked, terms: Terms) -> dict[str, Any]:
     def ends() -> bool:
         return terms.halt() or soon()
 
-    if is_rest_label(asked.orbit.partition(":")[0]):
-        if asked.switch:
-            raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
-        return rest_branch_dict(rest_branch_answer(case, asked.orbit, along, modes=asked.modes, halt=ends))
+    if is_rest_label(asked.orbit.partition(":")[0]) and asked.switch:
+        raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
     return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
 
 
