@@ -9,23 +9,23 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.load_steps import Passed, landed, lateness, steps_passed
-from percuss.explore.continuation.solution_curve import (
-    FollowedOrbit,
-    QuickMotion,
+from percuss.explore.continuation.orbit_curve import (
+    Passed,
     SolutionCurve,
+    landed,
+    lateness,
+    steps_passed,
     turning,
     twice,
     where_it_vanishes,
 )
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint
+from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
-from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
-from percuss.steady.periodic.periodic_orbit import sampled_flights
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 # ---- What is looked at on every point of a branch, to see what happens between two of them
@@ -36,32 +36,6 @@ BEYOND = 1e-7
 _MANY = 12  # modes from which on it is faster not to compute the multipliers
 _CLEARLY = 1e-6  # of how far a bar flies at most, by which it is clearly beyond the wall
 _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
-
-
-class Top(NamedTuple):
-    """The greatest local maximum of the gap function inside the flights: y there, when, and in which flight.
-
-    `time` is counted from the first impact; without any, y is minus infinity.
-    """
-
-    height: float
-    time: float
-    flight: int
-
-
-def indicator(orbit: PeriodicOrbit, xi: float) -> float:
-    """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
-    if isinstance(orbit, FollowedOrbit) and abs(xi) == 1.0:
-        return orbit.singular[xi < 0.0]
-    numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
-    first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
-    room = numbers.room(orbit.impacts)
-    return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
-
-
-def indicators(orbit: PeriodicOrbit) -> Array:
-    """`indicator` of 1 and of −1."""
-    return np.array([indicator(orbit, 1.0), indicator(orbit, -1.0)])
 
 
 @lru_cache(maxsize=64)
@@ -103,15 +77,9 @@ def press(orbit: PeriodicOrbit) -> tuple[float, int]:
     return max(rates), int(np.argmax(rates))
 
 
-def greatest_top(orbit: PeriodicOrbit) -> Top:
-    """The greatest local maximum of the gap function inside the flights."""
-    found = sampled_flights(orbit)
-    return Top(found.height, orbit.times[found.flight] - orbit.times[0] + found.time, found.flight)
-
-
 def stays_off(orbit: PeriodicOrbit) -> bool:
     """Whether the bar stays off the wall between the impacts: samples prove it, or where they do not, all bounds."""
-    found = sampled_flights(orbit)
+    found = orbit.sampled
     if found.height > _CLEARLY * float(orbit.speeds.max()) * orbit.period:  # beyond what all modes may change of it
         return False
     return found.proven or orbit.violation is None
@@ -125,7 +93,7 @@ _GOLDEN, _LOOKS = 0.6180339887498949, 8
 
 def _height(segment: CurveSegment, place: float) -> float:
     """The greatest maximum of the gap function inside the flights, at a place; −1 for none."""
-    return max(greatest_top(segment.curve.motion(segment.at(place).x)).height, -1.0)
+    return float(max(segment.curve.motion(segment.at(place).x).sampled.height, -1.0))
 
 
 def inner_touch(segment: CurveSegment, last: float) -> float | None:
@@ -213,12 +181,12 @@ def _contact(segment: CurveSegment, beyond: PeriodicOrbit, last: float) -> Locat
     curve, found = segment.curve, []
 
     def top(point: CurvePoint) -> float:
-        return max(greatest_top(curve.motion(point.x)).height, -1.0)
+        return float(max(curve.motion(point.x).sampled.height, -1.0))
 
     def pressed(point: CurvePoint) -> float:
         return press(curve.motion(point.x))[0]
 
-    if greatest_top(beyond).height > 0.0:
+    if beyond.sampled.height > 0.0:
         place = segment.root(top, 0.0, last)
         found.append(segment.event(BranchEvent.TOUCH, place))
     if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
@@ -253,7 +221,7 @@ def double_zero(segment: CurveSegment) -> bool:
 
 def _numbers(segment: CurveSegment, point: CurvePoint) -> Array:
     orbit = segment.curve.motion(point.x)
-    return np.append(orbit.speeds, indicators(orbit))
+    return np.append(orbit.speeds, orbit.singular())
 
 
 # ---- The other branches that begin at a point of one: at a flip, and where an impact dies or is born
@@ -321,7 +289,7 @@ def _changed(
     if kind is BranchEvent.TOUCH:
         if p + 1 > MOST_IMPACTS:
             return None
-        time = point.x[0] + greatest_top(orbit).time
+        time = point.x[0] + orbit.sampled.time
         number = int(np.searchsorted(point.x[:p], time))
         return curve.other(p + 1, curve.periods), np.insert(point.x, number, time), number
     if p == 1:
@@ -343,7 +311,7 @@ def other_end(
 
     def vanishing(place: CurvePoint) -> float:
         orbit = other.motion(place.x)
-        return float(orbit.speeds[number]) if number >= 0 else greatest_top(orbit).height
+        return float(orbit.speeds[number]) if number >= 0 else orbit.sampled.height
 
     try:
         found = where_it_vanishes(other, x, vanishing)
@@ -411,7 +379,7 @@ class FlipForm(NamedTuple):
         here = twice(np.array([*orbit.times, orbit.rigid_rebounds[0]]), p, orbit.periods)
 
         def matrix(x: Array) -> Array:
-            wide = QuickMotion(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
+            wide = PeriodicOrbit(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
             found = np.array(wide.bordered().real)
             found[:, 0] -= turning(wide) * found[:, -1]
             return found

@@ -10,111 +10,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from percuss.errors import Interrupted, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.model import System
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
-
-# ---- Problems, and points of their curves
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
 """Steps along a curve, of each impact in rad."""
 
 
-class CorrectorFailed(Exception):
-    """Newton's method found no point of the curve, or not the one that was meant."""
-
-
-class CurvePoint(NamedTuple):
-    """A point of a curve.
-
-    Its unknowns, the unit tangent there, how many steps Newton's method took, and where it was asked for the
-    derivatives of the equations.
-    """
-
-    x: Array
-    tangent: Array
-    steps: int
-    matrix: Array | None = None
-
-
 Number: TypeAlias = Callable[[CurvePoint], float]
-
-
-class Limit(NamedTuple):
-    """Where an unknown that is a parameter goes no further: its number, the last value, what is there, and why."""
-
-    unknown: int
-    value: float
-    kind: BranchEvent
-    refusal: PercussError | None = None
-
-
-class Problem(Protocol):
-    """Equations whose solutions are a curve: one less than unknowns, the impact times first among these."""
-
-    @property
-    def impacts(self) -> int:
-        """How many of the unknowns are impact times."""
-        ...
-
-    @property
-    def periods(self) -> int:
-        """Load periods of a cycle."""
-        ...
-
-    @property
-    def places(self) -> tuple[int, ...]:
-        """Which of the unknowns are parameters."""
-        ...
-
-    @property
-    def oriented(self) -> bool:
-        """Whether the equations stay the same along the curve: then their derivatives keep its sense."""
-        ...
-
-    def motion(self, x: Array) -> Any:
-        """The motion at a point."""
-        ...
-
-    def system_at(self, x: Array) -> System:
-        """The system at a point; PercussError where there is none."""
-        ...
-
-    def refusal_at(self, x: Array) -> PercussError | None:
-        """Why there can be no orbit at a point: there is no system, or its load does not push."""
-        ...
-
-    def residual(self, x: Array) -> Array:
-        """The equations."""
-        ...
-
-    def matrix(self, x: Array) -> Array:
-        """Their derivatives by the unknowns."""
-        ...
-
-    def corrected(self, start: Array, normal: Array, along: Array | None = None, near: Any = None) -> CurvePoint:
-        """The point of the curve in a plane, its tangent the way of `along`; CorrectorFailed where there is none."""
-        ...
-
-    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
-        """The limit of a parameter on the way from a point to another place."""
-        ...
-
-
-def unit_tangent(matrix: Array, along: Array) -> Array:
-    """The unit tangent that goes the same way as `along`; CorrectorFailed where it is at right angles to it."""
-    try:
-        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
-    except np.linalg.LinAlgError:
-        raise CorrectorFailed("no tangent") from None
-    return np.asarray(found / np.linalg.norm(found))
 
 
 # ---- A step along a curve, and the places in it where a number vanishes
@@ -122,15 +33,7 @@ def unit_tangent(matrix: Array, along: Array) -> Array:
 
 @dataclass(frozen=True)
 class CurveSegment:
-    """The curve between two of its points; places in it are counted along the tangent at the first one.
-
-    Parameters
-    ----------
-    curve
-        The problem.
-    start, stop
-        Its ends.
-    """
+    """The curve between two of its points; places in it are counted along the tangent at the first one."""
 
     curve: Any
     start: CurvePoint
@@ -263,27 +166,14 @@ class Look(NamedTuple):
 
 
 class Walk:
-    """A walk from a point of a curve, the way its tangent points.
+    """A walk from a point of a curve, the way its tangent points, within the range of each parameter.
 
-    Parameters
-    ----------
-    curve, start
-        The problem, and where on its curve.
-    bounds
-        The range of each parameter.
-
-    Attributes
-    ----------
-    points, marks
-        The points walked through, the first of them the start, and what is known of each: see the kinds of walks.
-    happened
-        What happened, in order; the last of them ended the walk.
-    refusal
-        Why a parameter goes no further, where it does not.
+    `points` are those walked through, the first of them the start, and `marks` what is known of each: see the kinds of
+    walks. `happened` is what happened, in order, the last of which ended the walk; `refusal` why a parameter goes no
+    further, where it does not.
     """
 
-    quick = 3
-    """Steps of Newton's method after which the next step along the curve is longer."""
+    quick = 3  # steps of Newton's method after which the next step along the curve is longer
 
     def __init__(self, curve: Any, start: CurvePoint, bounds: Sequence[tuple[float, float]]) -> None:
         self.curve, self.here, self.bounds = curve, start, bounds

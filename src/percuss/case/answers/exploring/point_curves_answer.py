@@ -11,8 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from percuss.case.answers.exploring.orbits_answer import (
+    branch_answer,
+    followed,
+    value_of,
+)
 from percuss.case.answers.numerals import table_text
-from percuss.case.answers.orbits_answer import branch_answer, followed, is_rest_label, rest_branch_answer, value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -24,6 +28,7 @@ from percuss.model.checks import having, text
 if TYPE_CHECKING:
     from percuss.explore import Branch
     from percuss.model.checks import Array
+
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH}
 _NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
@@ -46,8 +51,7 @@ def point_curves_answer(
     case
         The case of the branch.
     branch
-        As `branch_answer` gives it, or `rest_branch_answer` for a cycle with rest; the points of the branches switched
-        to count, too, after its own.
+        As `branch_answer` gives it; the points of the branches switched to count, too, after its own.
     which
         ``flip`` for the first flip, ``flip:2`` for the second, several with commas between them, or ``all``.
     along, over
@@ -226,7 +230,7 @@ def watched_curves(
     spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
     found: list[PointCurve] = []
     for line, (along, over) in enumerate(((up, across), (across, up))):
-        branch = _followed(case, orbit, along, modes, halt)
+        branch = branch_answer(case, orbit, along, modes=modes, halt=halt)
         names = tuple(Axis.spanned(text).name for text in (along, over))
         points: Sequence[Any] = followed_points(branch)
         for i, point in enumerate(points):
@@ -240,12 +244,6 @@ def watched_curves(
             found.append(follow_point(point, names, ranges, family=family, values=values, halt=late))
             yield 0.5 * line + 0.5 * (i + 1) / (len(points) + 1), tuple(found)
     yield 1.0, tuple(found)
-
-
-def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch:
-    if is_rest_label(orbit.partition(":")[0]):
-        return rest_branch_answer(case, orbit, along, modes=modes, halt=halt)
-    return branch_answer(case, orbit, along, modes=modes, halt=halt)
 
 
 def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
