@@ -29,7 +29,7 @@ from percuss.simulate.kernels.motion_records import (
     VALVE_NOW,
 )
 from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.sound import RECORDS, kept, sound, width
+from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, kept, kept_valve, sound, width
 from percuss.simulate.spectrum import Anchor
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.whole_file import write_dataset
@@ -37,7 +37,7 @@ from percuss.whole_file import write_dataset
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.simulate.engine import Clocked, Progress, Snapshot
+    from percuss.simulate.engine import Clocked, Progress
     from percuss.simulate.valve import SelfSwitching
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
@@ -128,10 +128,16 @@ def xarray_package() -> Any:
 def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
     moved: Clocked | SelfSwitching
+    try:
+        (kept if motion.is_clocked else kept_valve)(motion)
+    except ValueError as error:
+        told = f"the state to continue from is damaged: {error}"
+        raise PercussError(told, "use a copy of its file, or simulate again") from None
     if motion.is_clocked:
-        from percuss.simulate.engine import Clocked, prepared
+        from percuss.simulate.engine import Clocked, Snapshot, prepared
 
-        moved = Clocked(*prepared(motion.system, motion.modes), restored(motion))
+        arrays = {name: np.ascontiguousarray(motion.snapshot[name]) for name in OF_SNAPSHOT}
+        moved = Clocked(*prepared(motion.system, motion.modes), Snapshot(**arrays))
     else:
         from percuss.simulate.valve import SelfSwitching
 
@@ -141,19 +147,6 @@ def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress]
     made["events"] = joined([motion.events, made["events"]])
     made["states"] = np.concatenate([motion.states, made["states"]])
     return made | {"stop": stop}
-
-
-def restored(motion: SimulatedMotion) -> Snapshot:
-    """The state at the end of a motion, for the kernels; PercussError when no simulation can have left it."""
-    from percuss.simulate.engine import Snapshot  # the compiled room, which nobody needs who only reads a file
-
-    try:
-        kept(motion)
-    except ValueError as error:
-        told = f"the state to continue from is damaged: {error}"
-        raise PercussError(told, "use a copy of its file, or simulate again") from None
-    names = ("z", "now", "count", "cycle", "past", "sums")
-    return Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in names})
 
 
 # ---- A trajectory as an xarray dataset and as a NetCDF file

@@ -158,13 +158,14 @@ _ENDLESS = ("hold", "last_flight", "since", "pushes")
 RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums": (SUMS, 2)}
 """Type and number of the records of a snapshot."""
 
+OF_SNAPSHOT = ("z", "cycle", *RECORDS)
+
 
 def kept(motion: SimulatedMotion) -> None:
     """Refuse a state to go on from that does not agree with the events and states of a motion under a clock."""
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
-    for name in ("z", "now", "count", "cycle", "past", "sums"):
-        if name not in snapshot:
-            raise ValueError(f"there is no engine_{name}")
+    for name in OF_SNAPSHOT:
+        true(name in snapshot, f"that there is no engine_{name}")
     for name in ("z", "cycle"):
         numbers(f"engine_{name}", snapshot[name], (2, modes))
     for name, (kind, size) in RECORDS.items():
@@ -356,3 +357,27 @@ def _sums(motion: SimulatedMotion) -> None:
 
 def _between(sums: npt.NDArray[Any], most: npt.NDArray[Any]) -> None:
     true(np.all((sums >= 0.0) & (sums <= most * (1.0 + _ROUNDING) + _ROUNDING)), "a value of engine_sums")
+
+
+# ---- The state that a machine goes on from
+
+
+def kept_valve(motion: SimulatedMotion) -> None:
+    """Refuse a state to go on from whose whole numbers are no places in arrays, or whose arrays have other shapes."""
+    from percuss.simulate.valve import ROOM, unmoved  # the compiler
+
+    snapshot, states = motion.snapshot, len(motion.mechanism.names)
+    for name, room in unmoved(motion.mechanism, max(np.size(snapshot.get("valve_due", ())), ROOM)).items():
+        true(name in snapshot, f"that there is no engine_{name}")
+        shaped(f"engine_{name}", snapshot[name], room.dtype, room.shape)
+    valve, count = snapshot["valve_now"], snapshot["count"]
+    for name in ("state", "before", "last", "memo_state", "memo_last"):
+        within(name, valve[name], 0, states - 1)
+    for name in ("waiting", "memo_waiting"):
+        within(name, valve[name], 0, snapshot["valve_due"].size)
+    within("order", snapshot["valve_order"], 0, states - 1)
+    within("mode", count["mode"], 0, GRAZED)
+    true(count["events"][0] == 0 and valve["handed"][0] == 0, "a number of events")
+    within("changes", valve["changes"], 0, 2**62)
+    state = [snapshot["now"]["gap"], valve["force"], valve["charge"], snapshot["z"].reshape(-1)]
+    true(np.isfinite(np.concatenate(state)).all(), "a number of the state")

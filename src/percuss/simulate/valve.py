@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import PercussError
 from percuss.mechanics.flow import propagator, series
 from percuss.model import Machine, Supply
 from percuss.model.checks import Array
@@ -38,7 +37,6 @@ from percuss.simulate.kernels.motion_records import (
     EMPTY,
     EVENT,
     FLYING,
-    GRAZED,
     HANDED,
     IN_CHAMBER,
     ON_PORT,
@@ -57,7 +55,6 @@ from percuss.simulate.kernels.motion_records import (
     Table,
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
-from percuss.simulate.sound import true, within
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -386,7 +383,7 @@ def mechanism(machine: Machine, modes: int) -> Mechanism:
 
 # ---- The memory that the kernels work in: the whole state of a motion between two events, kept and put back
 
-_QUEUE = 256  # orders that wait for which there is room at first
+ROOM = 256  # orders that wait for which there is room at first
 _WINDOW = 64  # last changes of the valve that are kept
 
 
@@ -395,7 +392,7 @@ Kept = dict[str, npt.NDArray[Any]]
 _OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
 
 
-def unmoved(mechanism: Mechanism, queue: int = _QUEUE) -> Kept:
+def unmoved(mechanism: Mechanism, queue: int = ROOM) -> Kept:
     """All that the next event depends on, by name, of a motion not begun, with room for orders that wait."""
     ports, states, n = len(mechanism.gear.ratio), mechanism.gear.forces.size, mechanism.modes
     bar, whole = Snapshot.empty(n, 1), np.int64
@@ -439,38 +436,6 @@ def roomier(plant: Plant) -> Plant:
     )
 
 
-def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
-    """A machine whose motion stands where a snapshot was taken; PercussError when no simulation can have left it."""
-    try:
-        for name, room in unmoved(mechanism, max(np.size(snapshot.get("valve_due", ())), _QUEUE)).items():
-            true(name in snapshot, f"that there is no engine_{name}")
-            given = snapshot[name]
-            true(given.dtype == room.dtype and given.shape == room.shape, f"the type or shape of engine_{name}")
-        within("state", snapshot["valve_now"]["state"], 0, len(mechanism.names) - 1)
-        own = mechanism.states_of[int(snapshot["valve_now"]["state"][0])]
-        plant = plant_of(own, {name: np.array(values) for name, values in snapshot.items()})
-        _check(plant, len(mechanism.names))
-    except ValueError as error:
-        told = f"the state to continue from is damaged: {error}"
-        raise PercussError(told, "use a copy of its file, or simulate again") from None
-    return plant
-
-
-def _check(plant: Plant, states: int) -> None:
-    """Whole numbers that the kernels use as places in arrays are places in them."""
-    valve, controls, count = plant.controls.now, plant.controls, plant.motion.count
-    for name in ("before", "last", "memo_state", "memo_last"):
-        within(name, valve[name], 0, states - 1)
-    for name in ("waiting", "memo_waiting"):
-        within(name, valve[name], 0, controls.due.size)
-    within("order", controls.order, 0, states - 1)
-    within("mode", count["mode"], 0, GRAZED)
-    true(count["events"] == 0 and valve["handed"] == 0, "a number of events")
-    within("changes", valve["changes"], 0, 2**62)
-    state = [plant.motion.now["gap"], valve["force"], valve["charge"], *plant.motion.z.reshape(-1)]
-    true(bool(np.isfinite(state).all()), "a number of the state")
-
-
 # ---- The loop around the kernels of a machine
 
 _MANY_STRIDES = 4096  # … of a motion that is not recorded
@@ -510,7 +475,7 @@ class SelfSwitching:
         machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
         state, orders = start.valve_of(machine)
         u, v, gap = start.state(mechanism.modes, machine)
-        queue = _QUEUE
+        queue = ROOM
         while queue < len(orders.pending) + mechanism.gear.to.size:
             queue *= 2
         own = mechanism.states_of[names.index(state)]
@@ -540,8 +505,9 @@ class SelfSwitching:
 
     @classmethod
     def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
-        """A motion that goes on."""
-        moved = cls(mechanism, put_back(snapshot, mechanism))
+        """A motion that goes on from a snapshot that is sound."""
+        own = mechanism.states_of[int(snapshot["valve_now"]["state"][0])]
+        moved = cls(mechanism, plant_of(own, {name: np.array(values) for name, values in snapshot.items()}))
         moved.log = moved._room(stop)
         return moved
 
