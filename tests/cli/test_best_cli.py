@@ -122,7 +122,7 @@ def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
             signal.raise_signal(signal.SIGINT)
         return self.interrupted
 
-    monkeypatch.setattr("percuss.cli.long_commands.Watch.__call__", told)
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.__call__", told)
     code, out, err = percuss(*SEARCH, "--json", "-o", "best.toml")
     found = json.loads(out)
     assert code == 130 and "interrupted" in err and len(heard) == 12

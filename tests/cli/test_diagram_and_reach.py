@@ -99,7 +99,7 @@ def test_ctrl_c_keeps_what_was_found(
     picture, archive = tmp_path / "part.svg", tmp_path / "d.zarr"
     asked = ["diagram", hammer, "--along", "mean=0.6:1:3", *FEW, "-o", str(archive)]
     with monkeypatch.context() as patched:
-        patched.setattr("percuss.cli.long_commands.Watch.__call__", stopped)
+        patched.setattr("percuss.cli.long_commands.JobWatch.__call__", stopped)
         assert main([*asked, "--plot", str(picture)]) == 130
     told = capsys.readouterr()
     assert "the diagram is not whole" in told.out

@@ -16,7 +16,7 @@ from percuss import Load, System
 from percuss.case import Case, branch_answer
 from percuss.cli import main
 from percuss.cli.branch_report import rest_branch_report
-from percuss.cli.long_commands import Watch
+from percuss.cli.long_commands import JobWatch
 from percuss.cli.report_printing import show
 from percuss.explore import follow_rest_cycle
 from percuss.steady import rest_cycles
@@ -289,14 +289,14 @@ def ctrl_c_at(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
 
     def chosen(number: int) -> None:
         calls = count(1)
-        plain = Watch.asked
+        plain = JobWatch.asked
 
-        def asked(self: Watch) -> bool:
+        def asked(self: JobWatch) -> bool:
             if next(calls) == number:
                 signal.raise_signal(signal.SIGINT)
             return plain(self)
 
-        monkeypatch.setattr(Watch, "asked", asked)
+        monkeypatch.setattr(JobWatch, "asked", asked)
 
     return chosen
 
