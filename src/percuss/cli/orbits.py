@@ -343,7 +343,7 @@ def diagram(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.explore.diagrams.diagram import Diagram, carried_diagram
 
     case, code = named_case(options.case), 0
-    asked = {name: getattr(options, name) for name in _FIGURES}
+    asked = {name: getattr(options, name) for name in _SIZES}
     job = diagram_job_of(case, options.along, up_to=options.label, **asked)
     try:
         with carrying(parser, options) as running:
