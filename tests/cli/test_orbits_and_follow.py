@@ -14,8 +14,7 @@ import pytest
 from cli_cases import CASES
 from percuss import Load, System
 from percuss.case import Case, branch_answer
-from percuss.case.answers.orbits_answer import orbit_at_phases
-from percuss.cli.branch_report import rest_branch_report
+from percuss.case.answers.exploring.orbits_answer import orbit_at_phases, rest_branch_report
 from percuss.cli.long_commands import JobWatch
 from percuss.cli.report_printing import show
 from percuss.errors import ParameterError
@@ -220,11 +219,11 @@ def test_flights_of_more_than_a_load_period_are_found_by_phases():
 
 @pytest.fixture
 def ctrl_c_at(monkeypatch):
-    """Ctrl-C when the computation asks for the n-th time."""
+    """Ctrl-C when the computation asks for the n-th time; gives the count of how often it has asked."""
+    plain = JobWatch.asked
 
     def chosen(number):
         calls = count(1)
-        plain = JobWatch.asked
 
         def asked(self):
             if next(calls) == number:
@@ -232,6 +231,7 @@ def ctrl_c_at(monkeypatch):
             return plain(self)
 
         monkeypatch.setattr(JobWatch, "asked", asked)
+        return calls
 
     return chosen
 
@@ -239,8 +239,9 @@ def ctrl_c_at(monkeypatch):
 def test_a_search_is_interrupted(percuss, ctrl_c_at):
     """What was found is told, of the label that was being searched, too; it is a part of what there is."""
     asked = ("orbits", "hammer.toml", "--label", "3/1", "--motions", "0", "--tries", "3000", "--json")
+    calls = ctrl_c_at(-1)
     whole = percuss(*asked).json
-    ctrl_c_at(6)
+    ctrl_c_at(next(calls) // 2)
     told = percuss(*asked)
     part = told.json
     assert (told.code, told.err) == (130, "percuss: interrupted: the search is done for 0 of 1 label\n")

@@ -15,7 +15,7 @@ from case_texts import plain_case
 from cli_cases import CASES
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
-from percuss.case.answers.motion_report import _OUTCOMES, label_in_words
+from percuss.case.answers.simulation_answer import ENDINGS, label_in_words
 from percuss.cli import long_commands, main
 from percuss.cli.long_commands import JobWatch
 from percuss.simulate import OUTCOMES, Trajectory
@@ -117,7 +117,7 @@ def test_labels_in_words(label, free, words):
 
 
 def test_every_outcome_has_words():
-    assert {*_OUTCOMES, "stalls"} == set(OUTCOMES)  # a valve stalls, a clock does not
+    assert {*ENDINGS, "stalls"} == set(OUTCOMES)  # a valve stalls, a clock does not
 
 
 # -- files ------------------------------------------------------------------------------------------------------------

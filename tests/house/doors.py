@@ -84,7 +84,8 @@ NO_DOORS = {
     "explore.Branch.times_at explore.PointCurve.times_at "
     "steady.RigidCycle.through "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
-    "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.shares",
+    "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.secular"
+    " stability.LinearMap.shares",
 }
 LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 

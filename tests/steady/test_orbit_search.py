@@ -158,7 +158,7 @@ def test_impacts_half_turns_apart_but_for_little_come_back_as_the_exact_map_says
         system = System(s=(1.0 + off) / math.pi, d=0.0, restitution=r, load=Load.fourier([0.5, 0.0, 0.0, 1.0]))
         for late in (0.0, 1.3e-7, 0.4):
             chain = ImpactChain(system, 2, 1, 3)
-            divisor = chain.passage(np.array([0.0, math.pi + late]), np.array(-1.0)).divisor
+            divisor = chain.passage(np.array([0.0, math.pi + late]), -1.0).blocks.away(1.0)[2]
             angles = chain.known.omega[:, None] * np.array([math.pi + late, math.pi - late])
             turned = np.sin(0.5 * np.stack([angles.sum(axis=1), angles[:, 0] - angles[:, 1]])) ** 2
             exact = (1.0 - r) ** 2 * turned[0] + (1.0 + r) ** 2 * turned[1]

@@ -48,9 +48,8 @@ def chains(draw: st.DrawFn) -> tuple[ImpactChain, np.ndarray]:
     if load.is_piecewise:  # the derivative is one-sided at a jump
         off = np.abs((times[:, None] - np.array(load.breaks) + math.pi) % TURN - math.pi)
         assume(off.min() > 1e-3)
-    assume(
-        np.abs(chain.passage(times).divisor).min(initial=1.0) > 0.02
-    )  # beside resonance differences need smaller steps
+    divisor = chain.passage(times).blocks.away(1.0)[2]
+    assume(np.abs(divisor).min(initial=1.0) > 0.02)  # beside resonance differences need smaller steps
     return chain, times
 
 
@@ -176,7 +175,10 @@ def test_the_matrix_is_the_derivative_of_the_equations(drawn: tuple[ImpactChain,
     orbit = PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes)
     matrix, step = orbit.linearised(), 1e-4
     shifts = step * np.eye(times.size)
-    one, two = (chain.passage(times + k * shifts).gap - chain.passage(times - k * shifts).gap for k in (1.0, 2.0))
+    one, two = (
+        np.array([chain.passage(times + k * row).gap - chain.passage(times - k * row).gap for row in shifts])
+        for k in (1.0, 2.0)
+    )
     found = (8.0 * one - two).T / (12.0 * step)
     assert matrix == pytest.approx(found, abs=1e-7 * max(1.0, float(np.abs(found).max())))
 
@@ -192,17 +194,6 @@ def test_the_first_impact_and_the_first_period_are_free_to_choose(drawn, first: 
     assert np.roll(one.gap, -first) == pytest.approx(other.gap, abs=1e-11 * scale)
     assert np.roll(one.speed, -first) == pytest.approx(other.speed, abs=1e-11 * scale)
     assert other.closure == pytest.approx(0.0, abs=1e-12 * scale)
-
-
-@settings(max_examples=30)
-@given(chains())
-def test_many_orbits_at_once_are_each_by_itself(drawn) -> None:
-    chain, times = drawn
-    rows = np.stack([times, times + 0.01, times + 0.02])
-    together = chain.passage(rows)
-    for i, row in enumerate(rows):
-        alone = chain.passage(row)
-        assert together.gap[i] == pytest.approx(alone.gap, abs=1e-14 * (1.0 + np.abs(alone.gap).max()))
 
 
 @settings(max_examples=20)

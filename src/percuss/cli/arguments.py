@@ -284,7 +284,7 @@ def _plain(text: str) -> float | None:
 
 def orbit_label(text: str) -> str:
     """P/N, chatter/N or rest/N as it was typed, looked at."""
-    from percuss.case.answers.orbits_answer import is_rest_label, parsed_label
+    from percuss.case.answers.exploring.orbits_answer import is_rest_label, parsed_label
     from percuss.errors import ParameterError
 
     try:

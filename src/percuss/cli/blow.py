@@ -7,8 +7,8 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.case.answers.numerals import number, percent
-from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.arguments import (
     CASE,
     JSON,
@@ -98,8 +98,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
     answer = _answer(parser, options)
     if options.measured is not None:
         answer = _with_record(parser, answer, options)
-    from percuss.case.answers.blow_answer import blow_dataset
-    from percuss.cli.blow_report import blow_report
+    from percuss.case.answers.blow_answer import blow_dataset, blow_report
 
     if options.output is not None:
         from percuss.explore.jobs.archive_export import write_netcdf

@@ -21,7 +21,7 @@ from percuss.shown import duration
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.case.answers.report_parts import Report
+    from percuss.case.answers.facts import Report
     from percuss.cli.arguments import Parser
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.job import Columns, Job
@@ -290,7 +290,7 @@ def export(_: Parser, options: argparse.Namespace) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
+    from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
 
     missing = bool(archive.missing())
     # what was asked: short values as they are and long ones by their size

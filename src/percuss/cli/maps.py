@@ -103,9 +103,8 @@ def sweep(parser: Parser, options: argparse.Namespace) -> int:
     """Make one map."""
     from percuss import plot
     from percuss.case import sweep_job_of
-    from percuss.case.answers.exploration import sweep_dict
-    from percuss.case.answers.point_curves_answer import laid_curves
-    from percuss.cli.map_report import sweep_report
+    from percuss.case.answers.exploring.exploration import sweep_dict, sweep_report
+    from percuss.case.answers.exploring.point_curves_answer import laid_curves
     from percuss.cli.report_printing import answered
     from percuss.explore import Axis, Sweep
 
@@ -287,14 +286,13 @@ def basins(parser: Parser, options: argparse.Namespace) -> int:
 def _starts(options: argparse.Namespace, case: Case, kind: str, found: Any) -> int:
     """The answer on where starts end."""
     from percuss import plot
-    from percuss.case.answers import exploration
-    from percuss.cli import map_report
+    from percuss.case.answers.exploring import exploration
     from percuss.cli.report_printing import answered
 
     return answered(
         options,
         lambda: getattr(exploration, f"{kind}_dict")(case, found),
-        lambda: getattr(map_report, f"{kind}_report")(case.title, found),
+        lambda: getattr(exploration, f"{kind}_report")(case.title, found),
         lambda: getattr(plot, kind)(found, case.title),
         **{kind: options.output},
     )

@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.case import Case, RecordedAnswer
-    from percuss.case.answers.ends import Ends
-    from percuss.case.answers.reach_in_words import CaseReach
+    from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
 
 MAX_STARTS = 1000
@@ -132,7 +131,7 @@ def _reached(
     parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
 ) -> tuple[tuple[CaseReach, ...], str]:
     """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
-    from percuss.case.answers.reach_answer import reach_answer, varied_parameters
+    from percuss.case.answers.exploring.reach_answer import reach_answer, varied_parameters
     from percuss.cli.long_commands import SELDOM, watching
 
     wanted = varied_parameters(case, options.reach_of)  # which refuses what is unknown
@@ -158,8 +157,8 @@ def _undisturbed() -> Iterator[None]:
 
 def _ends(case: Case, options: argparse.Namespace) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.answers.ends import STARTS, ends_of, not_followed
     from percuss.case.answers.numerals import as_typed
+    from percuss.case.answers.steady_answer import STARTS, ends_of, not_followed
 
     starts = 0 if options.json and options.starts is None else options.starts
     if starts == 0:
@@ -208,7 +207,8 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one machine."""
     from percuss import plot
     from percuss.case import machine_answer
-    from percuss.cli.machine_report import machine_report, recorded_report
+    from percuss.case.answers.machine_answer import machine_report
+    from percuss.case.answers.recorded_answer import recorded_report
     from percuss.cli.report_printing import answered
 
     case, record = named_case(options.case), None
@@ -316,9 +316,8 @@ How a hammer moves from a start: every impact, chatter, rest and release, and wh
 def simulate(parser: Parser, options: argparse.Namespace) -> int:
     """Simulate one case; the exit code is 130 when the simulation was interrupted."""
     from percuss import plot
-    from percuss.case.answers.motion_report import motion_report, waves_report
+    from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
     from percuss.cli.long_commands import watching
-    from percuss.cli.machine_report import machine_motion_report
     from percuss.cli.report_printing import answered
 
     _check(parser, options)
@@ -329,11 +328,14 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
         answer.motion.save(options.output)
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
-    report: Any = waves_report
+    report: Any
     drawn: Any = None
-    if options.contact != "waves":
-        clocked = answer.motion.is_clocked
-        report, drawn = (motion_report, plot.trajectory) if clocked else (machine_motion_report, plot.machine_motion)
+    if options.contact == "waves":
+        from percuss.case.answers.waves_answer import waves_report as report
+    elif answer.motion.is_clocked:
+        report, drawn = motion_report, plot.trajectory
+    else:
+        report, drawn = machine_motion_report, plot.machine_motion
     answered(
         options, lambda: answer.to_json_text(last), lambda: report(answer, shown), lambda: drawn(answer),
         motion=options.output,

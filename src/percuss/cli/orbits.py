@@ -27,7 +27,7 @@ from percuss.cli.long_commands import CARRYING, SELDOM, carrying, watching
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
-    from percuss.case.answers.report_parts import Report
+    from percuss.case.answers.facts import Report
     from percuss.steady import FoundOrbits, FoundRestCycles
 
 _MOST = 8
@@ -81,15 +81,15 @@ found so far.""",
 def orbits(parser: Parser, options: argparse.Namespace) -> int:
     """Search for the orbits of a case."""
     from percuss.case import orbits_answer
-    from percuss.case.answers.numerals import counted
-    from percuss.case.answers.orbits_answer import (
+    from percuss.case.answers.exploring.orbits_answer import (
         is_rest_label,
         orbits_dict,
         parsed_label,
         rest_cycles_answer,
         rest_cycles_dict,
+        rest_report,
     )
-    from percuss.cli.branch_report import rest_report
+    from percuss.case.answers.numerals import counted
     from percuss.cli.report_printing import answered
     from percuss.halting import halting
 
@@ -140,9 +140,9 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
 def _report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
+    from percuss.case.answers.exploring.orbits_answer import orbit_row, rest_sections
+    from percuss.case.answers.facts import PLAIN, Grid, Report, Section
     from percuss.case.answers.numerals import counted
-    from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
-    from percuss.cli.branch_report import orbit_row, rest_sections
     from percuss.steady.periodic.search import free_amplitude
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
@@ -221,9 +221,8 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     """Follow one orbit."""
     from percuss import plot
     from percuss.case import branch_answer, point_curves_answer, rest_branch_answer
-    from percuss.case.answers import orbits_answer
-    from percuss.case.answers.point_curves_answer import point_curves_table
-    from percuss.cli import branch_report
+    from percuss.case.answers.exploring import orbits_answer
+    from percuss.case.answers.exploring.point_curves_answer import point_curves_table
     from percuss.cli.report_printing import answered
     from percuss.whole_file import write_whole
 
@@ -257,7 +256,7 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     return answered(
         options,
         lambda: getattr(orbits_answer, f"{kind}_dict")(branch, curves),
-        lambda: getattr(branch_report, f"{kind}_report")(case.title, branch, curves),
+        lambda: getattr(orbits_answer, f"{kind}_report")(case.title, branch, curves),
         lambda: plot.curves(curves, case.title) if curves else getattr(plot, kind)(branch, case.title),
         table=options.output,
         cut="the answer is of what was followed until then" if watch.interrupted else "",
@@ -337,8 +336,7 @@ def diagram(parser: Parser, options: argparse.Namespace) -> int:
     """Make one diagram."""
     from percuss import plot
     from percuss.case import diagram_job_of
-    from percuss.case.answers.diagram_answer import diagram_dict
-    from percuss.cli.branch_report import diagram_report
+    from percuss.case.answers.exploring.diagram_answer import diagram_dict, diagram_report
     from percuss.cli.report_printing import answered
     from percuss.explore.diagrams.diagram import Diagram, carried_diagram
 

@@ -12,16 +12,16 @@ the states enters. Over the modes the factors of one multiplier sum to 1, over t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.errors import ConvergenceError
 from percuss.halting import look
+from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import phi1
-from percuss.model import HeldBody, System
+from percuss.model import Body, HeldBody, System
 from percuss.model.checks import Array, ComplexArray, choice, count, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -37,34 +37,16 @@ from percuss.steady.oscillator import flights
 # w_n, (α − β) ω_n² u_n − (1 − β) p(φ)) with u_n, w_n just before the impact: the damping drops out. So M = S Φ is
 # block-diagonal plus rank one. Where the strain turns over with the velocity, α = β, only the load is left in g.
 
-Numbers = npt.NDArray[Any]  # real where the contact law keeps the strain, else complex
 _CHUNK = 256  # multipliers whose participation is worked out together
-_TINY_MODE = 1e-150
-_ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
 
 MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields are bounded to
 
 
-@dataclass(frozen=True)
-class LinearMap:
-    """M = DΦ − g (hᵀΦ)/W in modes n = 0 … N, of a body that is held 1 … N; every array of as many.
+class Blocks(NamedTuple):
+    """The flight over a time T of modes n = 0 … N, of a body that is held 1 … N; rows of `secular_kernels`.
 
-    Parameters
-    ----------
-    a, b, c, e
-        Φ_n = [[a, b], [c, e]].
-    decay
-        E_n = exp(−d_n T) = det Φ_n.
-    omega
-        Undamped frequencies, 0 for the rigid mode.
-    gamma
-        γ_n: 1, then −2, 2, −2, … for a uniform bar that is driven at its end.
-    g, g_velocity
-        The two parts of g_n.
-    speed
-        W, the speed of the striking end before the impact with these modes.
-    velocity_factor, strain_factor
-        β and α of the contact law.
+    Φ_n = [[a, b], [c, e]]; E_n = exp(−d_n T) = det Φ_n, its root and 1 less that; d_n, ω_n (0 for the rigid mode), γ_n
+    (1, then −2, 2, −2, … for a uniform bar that is driven at its end), and exp(−d_n T/2)(1 − cos λ_n T).
     """
 
     a: Array
@@ -72,8 +54,52 @@ class LinearMap:
     c: Array
     e: Array
     decay: Array
+    half: Array
+    loss: Array
+    damping: Array
     omega: Array
     gamma: Array
+    versine: Array
+
+
+@lru_cache(maxsize=8)
+def blocks(body: Body, at: int, period: float, modes: int) -> Blocks:
+    """The flight of modes 0 … `modes`; the last few are kept. A body that is held has no rigid motion."""
+    (known, step), drag = flights(body, at, period, modes), body.damping.rigid
+    damping = np.append(drag, known.damping)
+    rows = (
+        np.append(1.0, step.a),
+        np.append(period * float(phi1(drag * period)), step.b),
+        np.append(0.0, step.c),
+        np.append(np.exp(-drag * period), step.e),
+        np.exp(-damping * period),
+        np.exp(-0.5 * damping * period),
+        -np.expm1(-0.5 * damping * period),
+        damping,
+        np.append(0.0, known.omega),
+        np.append(1.0, known.gamma),
+        np.append(0.0, step.versine),
+    )
+    return Blocks(*(row if body.is_free else row[1:] for row in rows))
+
+
+@dataclass(frozen=True)
+class LinearMap:
+    """M = DΦ − g (hᵀΦ)/W in modes n = 0 … N, of a body that is held 1 … N.
+
+    Parameters
+    ----------
+    blocks
+        Φ_n and γ_n, and numbers of them that would cancel.
+    g, g_velocity
+        The two parts of g_n; arrays of as many.
+    speed
+        W, the speed of the striking end before the impact with these modes.
+    velocity_factor, strain_factor
+        β and α of the contact law.
+    """
+
+    blocks: Blocks
     g: Array
     g_velocity: Array
     speed: float
@@ -82,73 +108,20 @@ class LinearMap:
 
     def dense(self) -> Array:
         """M as a full matrix of shape (2N + 2, 2N + 2); states ordered u_0, u_0', u_1, u_1', …"""
-        size, beta, alpha = self.a.size, self.velocity_factor, self.strain_factor
+        (a, b, c, e, *_), size, gamma = self.blocks, self.g.size, self.blocks.gamma
         matrix = np.zeros((2 * size, 2 * size))
         even, odd = np.arange(0, 2 * size, 2), np.arange(1, 2 * size, 2)
-        matrix[even, even], matrix[even, odd] = alpha * self.a, alpha * self.b
-        matrix[odd, even], matrix[odd, odd] = beta * self.c, beta * self.e
+        matrix[even, even], matrix[even, odd] = self.strain_factor * a, self.strain_factor * b
+        matrix[odd, even], matrix[odd, odd] = self.velocity_factor * c, self.velocity_factor * e
         jump = np.stack([self.g, self.g_velocity], axis=1).reshape(-1) / self.speed
-        flight = np.stack([self.gamma * self.a, self.gamma * self.b], axis=1).reshape(-1)
+        flight = np.stack([gamma * a, gamma * b], axis=1).reshape(-1)
         return np.asarray(matrix - np.outer(jump, flight))
 
-    @property
-    def trace(self) -> float:
-        """Sum of the multipliers."""
-        blocks = self.strain_factor * self.a + self.velocity_factor * self.e
-        return float(blocks.sum() - (self.gamma * (self.a * self.g + self.b * self.g_velocity)).sum() / self.speed)
-
-    @property
-    def trace_of_square(self) -> float:
-        """Sum of the squares of the multipliers: tr B² − 2 fᵀBg/W + (fᵀg/W)² with M = B − g fᵀ/W."""
-        beta, alpha = self.velocity_factor, self.strain_factor
-        blocks = (alpha * self.a) ** 2 + 2.0 * alpha * beta * self.b * self.c + (beta * self.e) ** 2
-        carried = self.a * self.g + self.b * self.g_velocity  # fᵀg mode by mode, and the upper half of Bg over α
-        turned = beta * (self.c * self.g + self.e * self.g_velocity)  # the lower half of Bg
-        mixed = float((self.gamma * (self.a * alpha * carried + self.b * turned)).sum()) / self.speed
-        return float(blocks.sum()) - 2.0 * mixed + (float((self.gamma * carried).sum()) / self.speed) ** 2
-
-    # -- the secular function --
-
-    def partial_fractions(self) -> tuple[Numbers, Numbers]:
-        """Poles ξ_j and residues r_j of 1 + Σ r_j/(μ − ξ_j), whose zeros are the multipliers; shapes (2N + 2,).
-
-        The function is det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ − β E_n g_n]/Q_n(μ) with
-        Q_n = det(D Φ_n − μ) = μ² − (α a_n + β e_n) μ + α β E_n. Where the law keeps the strain (α = 1) all poles are
-        real. Where it turns it over they are β times the eigenvalues of Φ_n, complex ones in pairs. Without drag both
-        of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no zero moves.
-        A pole of a pair that meets (β = 0) is kept with the residue 0.
-        """
-        beta, alpha = self.velocity_factor, self.strain_factor
-        large, small = self._poles()
-        apart = np.abs(large - small) > _TINY_MODE
-        gap = np.where(apart, large - small, 1.0)
-        slope = self.gamma * (self.a * self.g + self.b * self.g_velocity) / self.speed
-        constant = self.gamma * (-beta * self.decay) * self.g / self.speed
-        first = np.where(apart, (slope * large + constant) / gap, slope)
-        second = np.where(apart, -(slope * small + constant) / gap, 0.0)
-        if alpha <= 0.0:  # else the two poles of the rigid motion, α and β E, are far apart
-            drag = small[0]
-            others = np.sum(first[1:] / (_ASIDE - large[1:])) + np.sum(second[1:] / (_ASIDE - small[1:]))
-            first *= (large - alpha) / (large - _ASIDE)
-            second *= (small - alpha) / (small - _ASIDE)
-            aside = (slope[0] * _ASIDE + constant[0]) / (_ASIDE - drag)
-            large[0], first[0] = _ASIDE, (_ASIDE - alpha) * (1.0 + others) + aside
-            second[0] = (slope[0] * drag + constant[0]) / (drag - _ASIDE)
-        return np.stack([large, small]).reshape(-1), np.stack([first, second]).reshape(-1)
-
-    def _poles(self) -> tuple[Numbers, Numbers]:
-        """The eigenvalues of the blocks DΦ_n: the larger and the smaller of each; of the rigid motion α and β E."""
-        beta, alpha = self.velocity_factor, self.strain_factor
-        trace, product = alpha * self.a + beta * self.e, alpha * beta * self.decay
-        # trace² − 4 product, written so that nothing cancels where α < 0
-        square = (alpha * self.a - beta * self.e) ** 2 + 4.0 * alpha * beta * self.b * self.c
-        root = np.sqrt(square) if alpha > 0.0 else np.sqrt(square.astype(complex))
-        large = 0.5 * (trace + np.where(trace < 0.0, -root, root))
-        alive = np.abs(large) > _TINY_MODE  # of a mode damped to nothing within a flight both are 0
-        small = np.where(alive, product / np.where(alive, large, 1.0), 0.0)
-        if alpha <= 0.0:
-            large[0], small[0] = alpha, beta * self.decay[0]
-        return large, small
+    def secular(self, mu: complex) -> complex:
+        """det(M − μ)/det(DΦ − μ) = 1 − hᵀΦ(DΦ − μ)⁻¹g/W, whose zeros are the multipliers."""
+        u, v, determinant = self._adjugate(mu, self.g, self.g_velocity)
+        each = self._felt(u, v) / np.where(determinant == 0.0, 1e-300, determinant)
+        return complex(1.0 - each.sum() / self.speed)
 
     # -- eigenvectors --
 
@@ -173,14 +146,17 @@ class LinearMap:
         size = np.abs(determinant)
         least = size.min(axis=1, keepdims=True)
         ratio = np.where(size > 0.0, least, 1.0) / np.where(size > 0.0, determinant, 1.0)
-        return np.asarray(self.gamma * (self.a * u + self.b * v) * ratio**2)
+        return np.asarray(self._felt(u, v) * ratio**2)
+
+    def _felt(self, u: Any, v: Any) -> Any:
+        """f_n of the vectors (u_n, v_n): how far each mode moves the striking end in a flight."""
+        return self.blocks.gamma * (self.blocks.a * u + self.blocks.b * v)
 
     def _adjugate(self, mu: ComplexArray | complex, u: Any, v: Any) -> tuple[Any, Any, Any]:
         """adj(B_n − μ) of the vectors (u_n, v_n), and det(B_n − μ)."""
-        beta, alpha = self.velocity_factor, self.strain_factor
-        first, last = alpha * self.a - mu, beta * self.e - mu
-        determinant = first * last - alpha * beta * self.b * self.c
-        return last * u - alpha * self.b * v, first * v - beta * self.c * u, determinant
+        (a, b, c, e, *_), beta, alpha = self.blocks, self.velocity_factor, self.strain_factor
+        first, last = alpha * a - mu, beta * e - mu
+        return last * u - alpha * b * v, first * v - beta * c * u, first * last - alpha * beta * b * c
 
     def shares(self, multiplier: complex) -> Array:
         """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1.
@@ -189,9 +165,9 @@ class LinearMap:
         share, and a bar that is turned round has the same shares.
         """
         u, v, determinant = self._adjugate(multiplier, self.g, self.g_velocity)
-        tiny = 1e-300 + np.finfo(float).tiny
-        counted = np.where(self.omega == 0.0, 1.0, 0.5 * np.abs(self.gamma))
-        weight = counted * (np.abs(v) ** 2 + np.maximum(self.omega, 1.0) ** 2 * np.abs(u) ** 2)
+        omega, tiny = self.blocks.omega, 1e-300 + np.finfo(float).tiny
+        counted = np.where(omega == 0.0, 1.0, 0.5 * np.abs(self.blocks.gamma))
+        weight = counted * (np.abs(v) ** 2 + np.maximum(omega, 1.0) ** 2 * np.abs(u) ** 2)
         weight /= np.abs(determinant) ** 2 + tiny
         return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
 
@@ -199,38 +175,13 @@ class LinearMap:
 def map_at_impact(system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
     """The map of a motion of the given period, from its state just before the impact.
 
-    Parameters
-    ----------
-    system, period
-        What moves, and T.
-    force
-        p(φ), the load at the impact.
-    displacement, velocity
-        u_n of the elastic modes 1 … N, shape (N,), and u_n' of the modes 0 … N, shape (N + 1,).
+    `force` is p(φ), the load at the impact; then u_n of the elastic modes, shape (N,), u_n' of the modes 0 … N.
     """
-    contact, d = system.contact, system.d
+    contact, first = system.contact, 0 if system.body.is_free else 1
     alpha, beta = contact.strain_factor, contact.velocity_factor
-    modes, step = flights(system.body, system.load.at, period, displacement.size)
-    first = 0 if system.body.is_free else 1  # a body that is held has no rigid motion
-    velocity = velocity[first:]
-    omega = np.append(0.0, modes.omega)[first:]
-    gamma = np.append(1.0, modes.gamma)[first:]
-    decay = np.exp(-np.append(d, modes.damping) * period)
-    pull = contact.impulse * force - (alpha - beta) * omega**2 * np.append(0.0, displacement)[first:]
-    return LinearMap(
-        a=np.append(1.0, step.a)[first:],
-        b=np.append(period * float(phi1(d * period)), step.b)[first:],
-        c=np.append(0.0, step.c)[first:],
-        e=np.append(decay[0], step.e)[first:],
-        decay=decay[first:],
-        omega=omega,
-        gamma=gamma,
-        g=(alpha - beta) * velocity,
-        g_velocity=-pull,
-        speed=float(gamma @ velocity),
-        velocity_factor=beta,
-        strain_factor=alpha,
-    )
+    flight, velocity = blocks(system.body, system.load.at, period, displacement.size), velocity[first:]
+    pull = contact.impulse * force - (alpha - beta) * flight.omega**2 * np.append(0.0, displacement)[first:]
+    return LinearMap(flight, (alpha - beta) * velocity, -pull, float(flight.gamma @ velocity), beta, alpha)
 
 
 def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
@@ -251,211 +202,6 @@ def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
     return map_at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))
 
 
-# ---- All roots of the secular function F(μ) = 1 + Σ r_j/(μ − ξ_j) in nearly linear time; poles real or complex
-#
-# Newton's method for every root at once, each multiplied by the distance from its own pole and deflated by all the
-# others (Ehrlich–Aberth); for many poles the sums are taken by a tree of multipole expansions (Barnes and Hut's
-# scheme), so that one sweep costs O(n log n) and not O(n²).
-
-_EPS = np.finfo(float).eps
-_DIRECT = 512  # below this many poles direct sums are faster
-_LEAF = 48
-_ORDER = 34  # 3^−34 < 1e-16
-_FAR = 3.0  # an expansion is used from 3 radii on
-_SWEEPS = 400
-_SETTLED = 1e-11  # steps below this that no longer shrink are rounding
-_PATIENCE = 12  # sweeps without a smaller step after which a root is left where it is
-_LOOSE = 1e-7  # and counts as found only if its steps were this small
-
-Index = npt.NDArray[np.intp]
-
-
-def secular_roots(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
-    """Roots of 1 + Σ r_j/(μ − ξ_j) = 0, as many as there are poles, and whether all of them converged.
-
-    A pole whose residue vanishes is itself a root; equal poles are taken together. Each root is right to rounding when
-    roots are well separated. The sum of the roots should be Σ ξ_j − Σ r_j: the caller checks it.
-
-    Parameters
-    ----------
-    poles, residues
-        Real or complex, equal shapes (n,).
-
-    Returns
-    -------
-    roots, converged
-        Complex, shape (n,), in no particular order; and a truth value.
-    """
-    if not poles.size:
-        return np.empty(0, dtype=complex), True
-    scale = max(1.0, float(np.abs(poles).max()))
-    order, starts = _groups(poles, 4.0 * _EPS * scale)
-    poles, residues = poles[order], residues[order]
-    merged = np.add.reduceat(residues, starts)
-    lone = poles[starts]
-    repeated = np.delete(poles, starts)
-    live = np.abs(merged) > _EPS * _EPS * scale
-    settled = np.concatenate([repeated, lone[~live]]).astype(complex)
-    lone, merged = lone[live], merged[live]
-    if np.iscomplexobj(lone) and np.all(np.diff(lone.real) > 0.0) and not lone.imag.any():
-        lone, merged = lone.real, merged.real
-    roots, converged = _iterate(lone, merged)
-    return np.concatenate([settled, roots]), converged
-
-
-def _groups(poles: Numbers, width: float) -> tuple[Index, Index]:
-    """An order in which equal poles follow each other, and where each of them begins; real parts increase."""
-    order = np.argsort(poles.real)
-    column = np.cumsum(np.append(0, np.diff(poles.real[order]) > width))
-    if np.iscomplexobj(poles):
-        order = order[np.lexsort((poles.imag[order], column))]
-        fresh = (np.diff(column) > 0) | (np.diff(poles.imag[order]) > width)
-    else:
-        fresh = np.diff(column) > 0
-    return order, np.flatnonzero(np.append(True, fresh))
-
-
-def _iterate(poles: Numbers, residues: Numbers) -> tuple[ComplexArray, bool]:
-    n = poles.size
-    if n == 0:
-        return np.empty(0, dtype=complex), True
-    flat = not np.iscomplexobj(poles)
-    z = _first_guess(poles.real, residues.real) if flat else _guess_in_the_plane(poles, residues)
-    active = np.arange(n)
-    best, stalled = np.full(n, np.inf), np.zeros(n, dtype=int)
-    weights = np.stack([residues, np.ones(n)], axis=1)
-    for _ in range(_SWEEPS):
-        look()
-        here = z[active]
-        own, strength = poles[active], residues[active]
-        sums, slopes = cauchy_sums(here, poles.astype(complex), weights, flat=flat)
-        away = here - own
-        by_real = z[np.argsort(z.real)]
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            others = sums[:, 0] - strength / away
-            bend = slopes[:, 0] + strength / away**2  # derivative of the sum over the other poles
-            newton = (away * (1.0 + others) + strength) / (1.0 + others + away * bend)
-            crowd, _ = cauchy_sums(here, by_real, np.ones((n, 1)), flat=flat)
-            pull = sums[:, 1] - 1.0 / away - crowd[:, 0]
-            step = newton / (1.0 + newton * pull)
-        step = np.where(np.isfinite(step), step, 1e-3 * (np.abs(away) + np.abs(strength)) * (0.6 + 0.8j))
-        limit = 0.5 * np.abs(away) + np.abs(strength) + 0.05
-        size = np.abs(step)
-        step *= np.minimum(1.0, limit / np.where(size > 0.0, size, 1.0))
-        z[active] = here - step
-        size = np.abs(step)
-        better = size < 0.5 * best[active]
-        best[active] = np.where(better, size, best[active])
-        stalled[active] = np.where(better, 0, stalled[active] + 1)
-        patience = np.where(size < _SETTLED, 2, np.where(size < _LOOSE, _PATIENCE, _SWEEPS))
-        resting = stalled[active] >= patience  # only rounding moves it about
-        active = active[(size > 4.0 * _EPS * np.maximum(np.abs(here), np.abs(away) * 1e-3)) & ~resting]
-        if not active.size:
-            break
-    return z, bool(not active.size and best.max() < _LOOSE)
-
-
-def _first_guess(poles: Array, residues: Array) -> ComplexArray:
-    """Beside each pole, where it would stand alone but nearer than the next pole, off the axis so that pairs can part.
-
-    Among poles that crowd, strong residues nearly cancel: most of their roots stay in the crowd, and would come back to
-    it slowly from where each residue alone would send them. The few that lie far away are soon there.
-    """
-    shift = -residues
-    room = np.minimum(np.diff(poles, prepend=poles[0] - 1.0), np.diff(poles, append=poles[-1] + 1.0))
-    lone = np.sign(shift) * np.minimum(np.abs(shift), 0.6 * room)
-    tilt = np.where(np.arange(poles.size) % 2 == 0, 1.0, -1.0)
-    return np.asarray(poles + lone + 0.3j * tilt * np.minimum(np.abs(lone) + 1e-16, room))
-
-
-def _guess_in_the_plane(poles: ComplexArray, residues: ComplexArray) -> ComplexArray:
-    """Beside each pole, where it would stand alone; turned a little, so that two of a pair can part along the axis."""
-    return np.asarray(poles - residues * (1.0 + 0.1j))
-
-
-def cauchy_sums(
-    z: ComplexArray, sources: ComplexArray, weights: Numbers, *, flat: bool = True
-) -> tuple[ComplexArray, ComplexArray]:
-    """Σ_j w_j/(z − s_j) and its derivative −Σ_j w_j/(z − s_j)² at every z; a source at z itself does not count.
-
-    Direct for few sources, else by a tree; both right to rounding relative to the sum of the moduli.
-
-    Parameters
-    ----------
-    z
-        Shape (m,).
-    sources
-        Shape (n,), real parts increasing.
-    weights
-        Shape (n, w).
-    flat
-        Whether the sources lie along the real axis: a tree over the plane is parted along both axes.
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Two arrays of shape (m, w).
-    """
-    total = np.zeros((z.size, weights.shape[1]), dtype=complex)
-    slope = np.zeros_like(total)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if sources.size <= _DIRECT:
-            _add_direct(z, np.arange(z.size), sources, weights, total, slope)
-        else:
-            _visit(z, np.arange(z.size), sources, weights, total, slope, flat)
-    return total, slope
-
-
-def _add_direct(
-    z: ComplexArray, where: Index, sources: ComplexArray, weights: Numbers, total: ComplexArray, slope: ComplexArray
-) -> None:
-    off = z[where, None] - sources[None, :]
-    inverse = np.where(off == 0.0, 0.0, 1.0 / off)
-    total[where] += inverse @ weights
-    slope[where] -= (inverse * inverse) @ weights
-
-
-def _visit(
-    z: ComplexArray,
-    where: Index,
-    sources: ComplexArray,
-    weights: Numbers,
-    total: ComplexArray,
-    slope: ComplexArray,
-    flat: bool,
-) -> None:
-    """Add one node of the tree to the targets `where`: by its expansion if they are far, else through its halves."""
-    if not flat:  # the longer side of the node is parted
-        sides = np.ptp(sources.real), np.ptp(sources.imag)
-        along = np.argsort(sources.imag if sides[1] > sides[0] else sources.real, kind="stable")
-        sources, weights = sources[along], weights[along]
-    centre = 0.5 * (sources[0] + sources[-1])
-    radius = float(np.abs(sources - centre).max())
-    off = z[where] - centre
-    far = np.abs(off) > _FAR * radius + 1e-12
-    if far.any() and sources.size > _ORDER // 2:
-        powers = ((sources - centre)[:, None] / max(radius, 1e-300)) ** np.arange(_ORDER)
-        moments = powers.T @ weights
-        inverse = 1.0 / off[far]
-        x = (radius * inverse)[:, None]
-        value = np.zeros((x.size, weights.shape[1]), dtype=complex)
-        derivative = np.zeros_like(value)
-        for order in range(_ORDER - 1, -1, -1):
-            value = value * x + moments[order]
-            derivative = derivative * x + (order + 1) * moments[order]
-        total[where[far]] += value * inverse[:, None]
-        slope[where[far]] -= derivative * inverse[:, None] ** 2
-        where = where[~far]
-    if not where.size:
-        return
-    if sources.size <= _LEAF:
-        _add_direct(z, where, sources, weights, total, slope)
-        return
-    half = sources.size // 2
-    _visit(z, where, sources[:half], weights[:half], total, slope, flat)
-    _visit(z, where, sources[half:], weights[half:], total, slope, flat)
-
-
 # ---- Exact Floquet multipliers of an orbit with N elastic modes (not in B77; theory §5), and which motion each belongs
 # to
 
@@ -466,7 +212,6 @@ TURNING = 1e-6
 """Part of its modulus from which on the imaginary part of a multiplier makes it one of a pair that turns."""
 
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
-_TRACE = 1e-11  # relative error of the sums of the roots and of their squares
 _DENSE_CHECK = 300  # up to this many it may stand in for roots that failed their check
 _TINY = 1e-6  # multipliers this small beside the largest, or beside 1, are taken for 0
 _NEAR = 64  # multipliers of very many modes among which each of the rigid motion is looked for
@@ -610,18 +355,21 @@ def _slowest(rigid: tuple[int, int], size: int) -> int | None:
 
 
 def _secular(matrix: LinearMap) -> ComplexArray:
-    """Roots of the secular function, believed only when all converged and two power sums fit the map."""
-    values, converged = secular_roots(*matrix.partial_fractions())
-    scale = max(1.0, float(np.abs(values).max()))
-    room = _TRACE * np.sqrt(values.size)
-    first = abs(complex(values.sum()) - matrix.trace) / scale
-    second = abs(complex((values**2).sum()) - matrix.trace_of_square) / scale**2
-    if converged and first <= room and second <= room:
-        return values
-    if matrix.a.size <= _DENSE_CHECK:
+    """All roots of the secular function, believed only when all converged and two power sums fit the map."""
+    ensure_cache()
+    from percuss.stability import secular_kernels as kn  # only here is the compiler needed
+
+    n = matrix.g.size
+    work, state = np.zeros((kn.WORK_ROWS, 2 * n)), np.zeros((kn.STATE_ROWS, 2 * n), int)
+    work[kn.JUMP, :n], work[kn.JUMP_RATE, :n] = matrix.g, matrix.g_velocity
+    factors = matrix.velocity_factor, matrix.strain_factor
+    look()
+    if kn.all_multipliers(*factors, matrix.speed, np.stack(matrix.blocks), work, state):
+        return np.asarray(work[kn.RE] + 1j * work[kn.IM])
+    if n <= _DENSE_CHECK:
         return np.asarray(np.linalg.eigvals(matrix.dense()).astype(complex))
     raise ConvergenceError(
-        f"the multipliers of {matrix.a.size - 1} modes crowd too closely, velocities times "
-        f"{matrix.velocity_factor:g} at the impact: they miss the trace of their map by {first:.1e}",
+        f"the multipliers of {n - 1} modes crowd too closely, velocities times {matrix.velocity_factor:g} at the "
+        "impact: they miss the trace of their map",
         f"ask for at most {_DENSE_CHECK - 1} modes",
     )

@@ -13,22 +13,16 @@ bar along its path has dropped out of K.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.mechanics.cycle import Event, guarded, linearised
-from percuss.mechanics.flow import phi1, propagator
 from percuss.model.checks import Array, ComplexArray, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.multipliers import NEUTRAL
+from percuss.stability.multipliers import NEUTRAL, blocks
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.impact_chain import ManyNumbers
-
-if TYPE_CHECKING:
-    pass
 
 MOST_MODES = 512
 """An eigensolve with more modes takes minutes."""
@@ -116,7 +110,8 @@ def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
     ParameterError
         As `orbit_multipliers`.
     """
-    _checked(orbit, side)
+    instance("orbit", orbit, PeriodicOrbit)
+    choice("side", side, "left", "right")
     if orbit.modes > MOST_MODES:
         raise ParameterError("modes", orbit.modes, f"an orbit with at most {MOST_MODES} modes")
     if not np.all(orbit.speeds != 0.0):
@@ -152,41 +147,33 @@ def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -
     >>> abs(product - 0.5**4) < 1e-12, abs(characteristic(orbit, 1.0) - (1.0 - total + product)) < 1e-12
     (True, True)
     """
-    _checked(orbit, side)
+    instance("orbit", orbit, PeriodicOrbit)
+    choice("side", side, "left", "right")
     whole = complex(np.linalg.det(orbit.bordered(xi, side)))
     is_free = orbit.system.body.is_free
     scale = float(np.prod(-orbit.speeds)) if is_free else -float(np.prod(orbit.speeds))  # −1 stands below K(ξ) there
     return whole * complex(np.prod(orbit.modal_determinants(xi))) / scale
 
 
-def _checked(orbit: PeriodicOrbit, side: Side) -> None:
-    from percuss.steady import PeriodicOrbit  # whose room the verdict on one impact does not need
-
-    instance("orbit", orbit, PeriodicOrbit)
-    choice("side", side, "left", "right")
-
-
 def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[Event], Array]:
     """The flights and impacts of an orbit, and what each coordinate moves the striking end by."""
     system, first = orbit.system, int(not orbit.system.body.is_free)
-    known, d = system.body.modes(orbit.modes, system.load.at), system.d
-    damping, square = np.append(d, known.damping)[first:], np.append(0.0, known.omega**2)[first:]
+    flights = [blocks(system.body, system.load.at, flight, orbit.modes) for flight in orbit.flight_times.tolist()]
+    damping, omega = flights[0].damping, flights[0].omega
     turn = np.array([system.contact.strain_factor, system.contact.velocity_factor])
     forces = system.load.value(orbit.times, side)
 
     def rate(state: Array, force: float) -> Array:
-        return np.stack([state[:, 1], force - damping * state[:, 1] - square * state[:, 0]], axis=1)
+        return np.stack([state[:, 1], force - damping * state[:, 1] - omega**2 * state[:, 0]], axis=1)
 
     events = []
-    for i, flight in enumerate(orbit.flight_times.tolist()):
-        to, step = (i + 1) % orbit.impacts, propagator(known.omega, known.damping, flight)
-        whole = 1.0, flight * float(phi1(d * flight)), 0.0, float(np.exp(-d * flight))
-        flow = np.stack([np.append(one, own)[first:] for one, own in zip(whole, step[:4], strict=True)], axis=-1)
+    for i, flight in enumerate(flights):
+        to, flow = (i + 1) % orbit.impacts, np.stack(flight[:4], axis=-1)
         place, velocity = orbit.states[to].displacement, orbit.states[to].velocity
         state = np.stack([np.append(0.0, place), np.append(orbit.rigid_velocities[to], velocity)], axis=1)[first:]
         force = float(forces[to])
         events.append(Event(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
-    return events, np.append(1.0, known.gamma)[first:]
+    return events, flights[0].gamma
 
 
 # ---- How many multipliers are outside the unit circle, from the p equations for the impact times: no matrix of all
@@ -203,20 +190,10 @@ _FINEST, _MOST = 1e-13, 1 << 14  # distance of places; more are not looked at
 
 
 def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
-    """The number of multipliers with a modulus greater than 1 + `beyond`.
+    """The number of multipliers with a modulus greater than 1 + `beyond`, which is from 0 to 1.
 
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    beyond
-        Between 0 and 1: how far outside they must be.
-
-    Returns
-    -------
-    int or None
-        The number; None where a multiplier is so near to that circle that rounding decides, or so many modes are hardly
-        damped that several may be near it side by side, where det K(ξ) turns about 0 unseen.
+    None where a multiplier is so near to that circle that rounding decides, or so many modes are hardly damped that
+    several may be near it side by side, where det K(ξ) turns about 0 unseen.
 
     Examples
     --------
@@ -229,9 +206,12 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
     instance("orbit", orbit, PeriodicOrbit)
     radius = 1.0 + finite("beyond", beyond)
     numbers = orbit.many_numbers()
-    if np.count_nonzero(np.abs(numbers.poles) > 1.0 - _DEPTH) > _FEW:
+    size, poles = np.abs(numbers.blocks.poles), np.abs(np.angle(numbers.blocks.poles))
+    if np.count_nonzero(size > 1.0 - _DEPTH) > _FEW:
         return None
-    angles = _nodes(numbers)
+    depth = np.clip(1.0 - size, 1e-9, 0.2)
+    beside = np.concatenate([poles, poles - depth, poles + depth])  # there det K(ξ) turns fast
+    angles = np.unique(np.append(np.linspace(0.0, np.pi, _NODES), beside[(beside > 0.0) & (beside < np.pi)]))
     signs = numbers.directions(radius * np.exp(1j * angles))
     while True:
         turns = np.angle(signs[1:] / signs[:-1])
@@ -245,12 +225,3 @@ def outside_number(orbit: PeriodicOrbit, beyond: float = 0.0) -> int | None:
         signs = np.insert(signs, wide + 1, numbers.directions(radius * np.exp(1j * middle)))
     growth = 2 if orbit.system.body.is_free else 0
     return growth - round(float(turns.sum()) / np.pi)  # of both halves, which mirror each other
-
-
-def _nodes(numbers: ManyNumbers) -> Array:
-    """Places on half the circle: evenly, and at and beside the angles of the poles, where det K(ξ) turns fast."""
-    poles = numbers.poles
-    angles, depth = np.abs(np.angle(poles)), np.clip(1.0 - np.abs(poles), 1e-9, 0.2)
-    beside = np.concatenate([angles, angles - depth, angles + depth])
-    even = np.linspace(0.0, np.pi, _NODES)
-    return np.unique(np.concatenate([even, beside[(beside > 0.0) & (beside < np.pi)]]))

@@ -7,7 +7,6 @@ import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,17 +15,15 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
-from percuss.mechanics.flow import phi1
-from percuss.model import Body, System
+from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, count, instance, numbers
 from percuss.model.contact import Result, restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.multipliers import NEUTRAL, TURNING, floquet_multipliers
+from percuss.stability.multipliers import NEUTRAL, TURNING, blocks, floquet_multipliers
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
 from percuss.steady.harmonic import Response
-from percuss.steady.oscillator import flights
 from percuss.steady.phases import Arcs, forced_response, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
@@ -341,7 +338,7 @@ class _Job:
         self.multiplier = np.full(self.where.size, np.nan, dtype=complex)
         self.mode = np.full(self.where.size, -1, dtype=np.int16)
         self.period = 2.0 * np.pi * periods
-        self.bar = _bar(system.body, system.load.at, self.period, modes)
+        self.bar = np.stack(blocks(system.body, system.load.at, self.period, modes))  # numba wants it writable
         self.velocity_factor = system.contact.velocity_factors(self.r)
         self.strain_factor = system.contact.strain_factors(self.r)
 
@@ -435,24 +432,3 @@ class _Job:
             fold=np.asarray(spread(self._fold(), False, bool), dtype=bool),
             outcome=np.asarray(spread(outcome, _NO_MOTION, np.int8), dtype=np.int8),
         )
-
-
-@lru_cache(maxsize=8)
-def _bar(body: Body, at: int, period: float, modes: int) -> Array:
-    """The rows of `percuss.stability.secular_kernels` that all cells share; the last few are kept."""
-    (found, step), drag = flights(body, at, period, modes), body.damping.rigid
-    damping = np.append(drag, found.damping)
-    rows = (
-        np.append(1.0, step.a),
-        np.append(period * float(phi1(drag * period)), step.b),
-        np.append(0.0, step.c),
-        np.append(np.exp(-drag * period), step.e),
-        np.exp(-damping * period),
-        np.exp(-0.5 * damping * period),
-        -np.expm1(-0.5 * damping * period),
-        damping,
-        np.append(0.0, found.omega),
-        np.append(1.0, found.gamma),
-        np.append(0.0, step.versine),
-    )
-    return np.stack(rows)  # writable, though nobody writes: for read-only arrays numba would compile the kernels again

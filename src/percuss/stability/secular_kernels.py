@@ -25,8 +25,9 @@ TRACE = 1e-11  # error of the sums of the roots and of their squares, relative
 TIE = 1e-13  # moduli this near are one, as in percuss.stability.multipliers
 OUT = 1e150  # where a pole or a root is put that is not to count
 NEAR = 0.25  # a first step of at most this part of the distance to the next pole: a root beside its pole
-SWEEPS = 100
+SWEEPS = 400
 SETTLED = 1e-12  # steps below this that no longer shrink are rounding
+LOOSE, PATIENCE = 1e-7, 12  # in a crowd larger ones, after so many sweeps
 
 
 @inner
@@ -233,7 +234,11 @@ def all_together(live, strong, flat, work, state):
             else:
                 state[STALLED, i] += 1
             rounding = size < SETTLED * max(1.0, here) and state[STALLED, i] >= 2
-            if rounding or size <= 4.0 * EPS * max(here, 1e-3 * abs(away)):
+            if (
+                rounding
+                or (size < LOOSE and state[STALLED, i] >= PATIENCE)
+                or size <= 4.0 * EPS * max(here, 1e-3 * abs(away))
+            ):
                 state[STALLED, i] = -1
             else:
                 moving += 1
@@ -271,19 +276,17 @@ def foremost(count, work):
     return best
 
 
-# ---- The largest multiplier of many orbits, compiled: plain functions of numbers and arrays
+# ---- The multipliers of a map, and the largest ones of many orbits
 #
 # The linearised map is block-diagonal plus rank one (`percuss.stability.linear_map`), so that its multipliers are the
-# roots of a secular function 1 + Σ w_j/(μ − ξ_j), with poles ξ_j and residues w_j in closed form; they are found by
-# `percuss.stability.secular_kernels`. The poles are real where the impact keeps the strain.
+# roots of det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ − β E_n g_n]/Q_n(μ), Q_n = det(D Φ_n − μ) =
+# μ² − (α a_n + β e_n) μ + α β E_n: a secular function with poles and residues in closed form.
 
-# rows of `bar`, for n = 0 … N: Φ_n over the impact period, exp(−d_n T), its root and 1 less that, d_n, ω_n, γ_n, and
-# exp(−d_n T/2)(1 − cos λ_n T)
+# rows of `bar`, for n = 0 … N: those of percuss.stability.multipliers.Blocks
 A, B, C, E, DECAY, HALF, LOSS, DAMPING, OMEGA, GAMMA, VERSINE = range(11)
-BAR_ROWS = 11
 
 TURNED = 4.0 * 2.0**-52  # as in percuss.steady.oscillator
-ASIDE = 2.0  # as in percuss.stability.linear_map
+ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
 
 
 @summed
@@ -320,7 +323,7 @@ def jumps(beta, alpha, mean, pull, forced, forced_rate, bar, period, work):
 
 @inner
 def traces(beta, alpha, speed, bar, work):
-    """The trace of the map and that of its square; see `LinearMap.trace_of_square`."""
+    """The trace of M = B − g fᵀ/W and of its square, tr B² − 2 fᵀBg/W + (fᵀg/W)²; B = DΦ, f = Φᵀh."""
     trace, square, carried, mixed = 0.0, 0.0, 0.0, 0.0
     for n in range(bar.shape[1]):
         a, b, c, e = bar[A, n], bar[B, n], bar[C, n], bar[E, n]
@@ -335,7 +338,7 @@ def traces(beta, alpha, speed, bar, work):
 
 @inner
 def real_fractions(beta, alpha, speed, bar, work):
-    """Poles, ascending, and residues into `work` where the strain is kept; see `LinearMap.partial_fractions`."""
+    """Poles, ascending, and residues into `work` where the law keeps strain, α > 0: all poles are real."""
     count = 0
     for n in range(bar.shape[1]):
         a, b, decay = bar[A, n], bar[B, n], bar[DECAY, n]
@@ -358,7 +361,11 @@ def real_fractions(beta, alpha, speed, bar, work):
 
 @inner
 def complex_fractions(beta, alpha, speed, bar, work):
-    """Poles and residues into `work` where the strain is turned over; see `LinearMap.partial_fractions`."""
+    """Poles and residues into `work` where the strain is turned over: β times the eigenvalues of Φ_n, many in pairs.
+
+    Without drag both poles of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no
+    zero moves.
+    """
     others = 0.0
     for n in range(1, bar.shape[1]):
         a, b, e, decay = bar[A, n], bar[B, n], bar[E, n], bar[DECAY, n]
@@ -406,6 +413,30 @@ def foremost_mode(mu, beta, alpha, bar, work):
     return best
 
 
+@inner
+def solved(beta, alpha, speed, bar, work, state):
+    """All multipliers into `work`, from g_n and g_n' there; their number, or 0 where they failed their check."""
+    trace, square = traces(beta, alpha, speed, bar, work)
+    if not abs(trace) + abs(square) < math.inf:
+        return 0
+    flat = alpha > 0.0
+    if flat:
+        count = real_fractions(beta, alpha, speed, bar, work)
+        live = joined(count, work)
+        strong = beside_poles(live, work, state)
+    else:
+        count = complex_fractions(beta, alpha, speed, bar, work)
+        live = joined_in_plane(count, work)
+        strong = beside_complex_poles(live, work, state)
+    return count if all_together(live, strong, flat, work, state) and fits(count, trace, square, work) else 0
+
+
+@entry
+def all_multipliers(beta, alpha, speed, bar, work, state):
+    """All multipliers of one map, into the rows RE and IM of `work`; their number, or 0."""
+    return solved(beta, alpha, speed, bar, work, state)
+
+
 @entry
 def largest_multipliers(beta, alpha, mean, pull, forced, forced_rate, bar, period, work, state, found, mode):
     """The multiplier of largest modulus of many orbits, and the mode that it belongs to.
@@ -420,19 +451,8 @@ def largest_multipliers(beta, alpha, mean, pull, forced, forced_rate, bar, perio
         speed = jumps(beta[i], alpha[i], mean[i], pull[i], forced[i], forced_rate[i], bar, period, work)
         if not 0.0 < abs(speed) < math.inf:
             continue
-        trace, square = traces(beta[i], alpha[i], speed, bar, work)
-        if not abs(trace) + abs(square) < math.inf:
-            continue
-        flat = alpha[i] > 0.0
-        if flat:
-            count = real_fractions(beta[i], alpha[i], speed, bar, work)
-            live = joined(count, work)
-            strong = beside_poles(live, work, state)
-        else:
-            count = complex_fractions(beta[i], alpha[i], speed, bar, work)
-            live = joined_in_plane(count, work)
-            strong = beside_complex_poles(live, work, state)
-        if not all_together(live, strong, flat, work, state) or not fits(count, trace, square, work):
+        count = solved(beta[i], alpha[i], speed, bar, work, state)
+        if count == 0:
             continue
         j = foremost(count, work)
         found[0, i], found[1, i] = work[RE, j], work[IM, j]

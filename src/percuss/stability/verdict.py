@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from percuss.mechanics.flow import phi1
 from percuss.model.body import need_free
@@ -66,13 +65,7 @@ class Waveform(Shown):
 
 
 def waveform_bounds(contact: Contact) -> tuple[float, float]:
-    """Between which p(φ)/p_0 a blow is stable: −[(1 − R)/(1 + R)]² and 1 (B77 36).
-
-    Raises
-    ------
-    ParameterError
-        For a contact law that the criterion does not hold for.
-    """
+    """Between which p(φ)/p_0 a blow is stable: −[(1 − R)/(1 + R)]² and 1 (B77 36)."""
     contact.need(Result.WAVEFORM)
     return -(contact.impedance_ratio**2), 1.0
 
@@ -91,13 +84,9 @@ def waveform_criterion(orbit: Orbit) -> Waveform:
     sides = [float(load.value(orbit.phase, side)) / load.mean for side in load.sides]
     middle = 0.5 * (lower + upper)
     ratio = max(sides, key=lambda side: abs(side - middle))
-    return Waveform(ratio, lower, upper, load.mean, _needed(contact, ratio, upper))
-
-
-def _needed(contact: Contact, ratio: float, upper: float) -> float | None:
-    """The restitution below which a force is stable."""
     root = math.sqrt(max(-ratio, 0.0))
-    return float(contact.restitutions_of(root)) if ratio < upper and root < 1.0 else None
+    needed = float(contact.restitutions_of(root)) if ratio < upper and root < 1.0 else None
+    return Waveform(ratio, lower, upper, load.mean, needed)
 
 
 # ---- B77's reduced stability criterion (29)–(32): valid for s ≫ 1/π
@@ -144,29 +133,16 @@ def elastic_feedback(orbit: Orbit) -> float:
 
     For B77's bar g_k(1) = 2 Σ_{n≥1} (−1)ⁿ H_nk. That is the forced elastic velocity of the striking end at the impact,
     in units of p_0 T. A piecewise load enters with the harmonics that it keeps: the sum over all k does not converge
-    without damping.
-
-    Raises
-    ------
-    ParameterError
-        For a contact law that changes the strain: the multipliers do not depend on σ then.
+    without damping. ParameterError for a contact law that changes the strain: the multipliers do not depend on σ then.
     """
     orbit.system.contact.need(Result.FEEDBACK)
     return orbit.response.by_harmonics.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
 
 
-def quadratic_coefficients(
-    d: float, velocity_factor: npt.ArrayLike, period: float, sigma: npt.ArrayLike, slope: npt.ArrayLike
-) -> tuple[Array, Array, Array]:
-    """a_0, a_1, a_2 of B77 (29)–(31), β = −R of the contact law; `slope` is v_f'(φ)/p_0. Broadcasts."""
-    a_0, a_1, a_2 = _coefficients(d, period, *(np.asarray(x, dtype=float) for x in (velocity_factor, sigma, slope)))
-    return np.asarray(a_0), np.asarray(a_1), np.asarray(a_2)
-
-
-def _coefficients(d: float, period: float, beta: X, sigma: X, slope: X) -> tuple[X, X, X]:
-    """a_0, a_1, a_2 for scalars or arrays; scalars take a tenth of the time of arrays of size 1."""
+def quadratic_coefficients(d: float, velocity_factor: X, period: float, sigma: X, slope: X) -> tuple[X, X, X]:
+    """a_0, a_1, a_2 of B77 (29)–(31), β = −R of the contact law; `slope` is v_f'(φ)/p_0. Numbers, or arrays of them."""
     decay, gain = math.exp(-d * period), -math.expm1(-d * period) / (d * period) if d * period else 1.0
-    impulse = 1.0 - beta
+    beta, impulse = velocity_factor, 1.0 - velocity_factor
     fed = impulse * sigma
     a_2 = 1.0 + fed
     a_1 = -1.0 - beta**2 * decay - gain * impulse**2 * slope - (1.0 + beta * decay) * fed
@@ -203,13 +179,9 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     v_phi = float(orbit.response.rigid_velocity(np.array([orbit.phase]))[0])
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
     sigma = elastic_feedback(orbit) if system.contact.holds(Result.FEEDBACK) else 0.0
-    a_0, a_1, a_2 = _coefficients(system.d, orbit.period, system.contact.velocity_factor, sigma, slope)
-    schur = _quotient(a_0, a_2), _quotient(a_1, a_0 + a_2)
-    return Reduced(sigma, (a_0, a_1, a_2), schur, _moduli(a_0, a_1, a_2), other)
-
-
-def _quotient(above: float, below: float) -> float:
-    return abs(above / below) if below else math.inf
+    a = quadratic_coefficients(system.d, system.contact.velocity_factor, orbit.period, sigma, slope)
+    first, second = (float(quotient) for quotient in schur_quotients(*(np.asarray(x) for x in a)))
+    return Reduced(sigma, a, (first, second), _moduli(*a), other)
 
 
 def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
@@ -264,18 +236,17 @@ class Stability(Shown):
     @property
     def reduced(self) -> Reduced:
         """B77's criterion; ParameterError of a body that is held."""
-        if self.criteria is None:
-            need_free(self.multipliers.system.body, "B77's reduced criterion")
-        assert self.criteria is not None
-        return self.criteria[0]
+        return self._of_a_free_body("B77's reduced criterion")[0]
 
     @property
     def waveform(self) -> Waveform:
         """The criterion of the waveform; ParameterError of a body that is held."""
-        if self.criteria is None:
-            need_free(self.multipliers.system.body, "the criterion of the waveform")
+        return self._of_a_free_body("the criterion of the waveform")[1]
+
+    def _of_a_free_body(self, what: str) -> tuple[Reduced, Waveform]:
+        need_free(self.multipliers.system.body, what)
         assert self.criteria is not None
-        return self.criteria[1]
+        return self.criteria
 
     @property
     def margin_rhythm(self) -> float:
@@ -318,68 +289,44 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     """
     instance("orbit", orbit, Orbit)
     n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
-    if not orbit.system.body.is_free:
-        return _of_structure(orbit, n)
-    reduced = reduced_criterion(orbit)
+    load, free = orbit.system.load, orbit.system.body.is_free
     multipliers = floquet_multipliers(orbit, n)
-    if reduced.other_side is not None:  # the load jumps at the impact: the worse side decides
+    if "left" in load.sides and load.value(orbit.phase, "left") != load.value(orbit.phase):  # the worse side decides
         multipliers = max(multipliers, floquet_multipliers(orbit, n, side="left"), key=lambda m: m.largest)
-    margin = 1.0 - multipliers.largest
-    stable = margin > NEUTRAL and not orbit.fold
-    disagreement = None
-    if stable != reduced.stable and abs(margin) > NEUTRAL:
+    criteria = (reduced_criterion(orbit), waveform_criterion(orbit)) if free else None
+    margin, disagreement = 1.0 - multipliers.largest, None
+    unseen = criteria is not None and criteria[0].stable and multipliers.dominant_mode != 0
+    kind = _kind(complex(multipliers.values[0]), margin, orbit.fold, unseen)
+    stable = kind is Reason.STABLE
+    if criteria is not None and stable != criteria[0].stable and abs(margin) > NEUTRAL:
         words = {True: "stable", False: "unstable"}
         disagreement = (
-            f"B77's reduced criterion says {words[reduced.stable]} (largest modulus {max(reduced.moduli):.6f}), the "
+            f"B77's reduced criterion says {words[not stable]} (largest modulus {max(criteria[0].moduli):.6f}), the "
             f"exact multipliers (modes up to {n}) say {words[stable]} (largest modulus {multipliers.largest:.6f})"
         )
-    kind = _kind(orbit, multipliers, reduced, stable)
-    reason = _in_words(kind, orbit, multipliers, reduced)
-    criteria = reduced, waveform_criterion(orbit)
-    return Stability(stable, kind, reason, margin, criteria, multipliers, disagreement)
+    return Stability(stable, kind, _in_words(kind, orbit, multipliers), margin, criteria, multipliers, disagreement)
 
 
-def _of_structure(orbit: Orbit, modes: int) -> Stability:
-    """The verdict on a motion of a body that is held: by its multipliers alone."""
-    sides = [floquet_multipliers(orbit, modes, side=side) for side in orbit.system.load.sides]
-    multipliers = max(sides, key=lambda found: found.largest)
-    first, margin = complex(multipliers.values[0]), 1.0 - multipliers.largest
-    modulus, mode = multipliers.largest, multipliers.dominant_mode
-    if orbit.fold:
-        kind, reason = Reason.FOLD, "fold: two motions meet here, the multiplier is 1"
-    elif margin > NEUTRAL:
-        kind = Reason.STABLE
-        reason = f"stable: mode {mode} dies out slowest, by a factor of {modulus:.4f} per impact"
-    elif margin >= -NEUTRAL:
-        kind, reason = Reason.NEUTRAL, f"neutral: mode {mode} neither grows nor dies out (largest modulus 1)"
-    elif abs(first.imag) > TURNING * modulus:
-        kind, reason = Reason.SPIRAL, f"unstable, a spiral: mode {mode} grows by a factor of {modulus:.4f} per impact"
-    elif first.real > 0.0:
-        kind, reason = Reason.FOLD, f"unstable, beyond the fold: multiplier {first.real:.3f}"
-    else:
-        kind, reason = Reason.FLIP, f"flip (period doubling): multiplier {first.real:.3f}"
-    return Stability(kind is Reason.STABLE, kind, reason, margin, None, multipliers)
-
-
-def _kind(orbit: Orbit, multipliers: Multipliers, reduced: Reduced, stable: bool) -> Reason:
-    first = complex(multipliers.values[0])
-    if orbit.fold:
+def _kind(first: complex, margin: float, fold: bool, unseen: bool = False) -> Reason:
+    """What decides: the multiplier of largest modulus; `unseen`: by an elastic mode that B77's criterion cannot see."""
+    if fold:
         return Reason.FOLD
-    if stable:
+    if margin > NEUTRAL:
         return Reason.STABLE
-    if abs(1.0 - multipliers.largest) <= NEUTRAL:
+    if margin >= -NEUTRAL:
         return Reason.NEUTRAL
-    if multipliers.dominant_mode != 0 and reduced.stable:  # what B77's criterion cannot see
+    if unseen:
         return Reason.ELASTIC
-    if abs(first.imag) > TURNING * multipliers.largest:
+    if abs(first.imag) > TURNING * abs(first):
         return Reason.SPIRAL
     return Reason.FOLD if first.real > 0.0 else Reason.FLIP
 
 
-def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Reduced) -> str:
-    first = complex(multipliers.values[0])
+def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers) -> str:
+    first, load = complex(multipliers.values[0]), orbit.system.load
     modulus, mode = multipliers.largest, multipliers.dominant_mode
-    what = "the rigid motion" if mode == 0 else f"elastic mode {mode}"
+    free = orbit.system.body.is_free
+    what = "the rigid motion" if mode == 0 else f"elastic mode {mode}" if free else f"mode {mode}"
     if orbit.continuum is not None:
         start, stop = orbit.continuum
         grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"
@@ -387,7 +334,7 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Red
         return (
             f"one of a continuum: every impact phase from {start:.6g} to {stop:.6g} rad is steady (multiplier 1){also}"
         )
-    if orbit.fold and reduced.other_side is not None:
+    if orbit.fold and load.value(orbit.phase, "left") != load.value(orbit.phase):
         before, after = (floquet_multipliers(orbit, multipliers.modes, side=side).largest for side in ("left", "right"))
         return (
             "two motions meet here at a jump of the load, and neither need have the multiplier 1: the largest modulus "
@@ -399,15 +346,18 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers, reduced: Red
         return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per impact"
     if kind is Reason.NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
-    if kind is Reason.ELASTIC:  # what B77's criterion cannot see
+    if kind is Reason.ELASTIC:
         note = orbit.system.contact.elastic_growth
         flips = abs(first.imag) <= TURNING * modulus and first.real < 0.0
         how = "turns over and grows" if flips else "grows"
         return f"elastic mode {mode} {how} by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
+    return _unstable(kind, first, "the rigid motion" if free else what, "impact")
+
+
+def _unstable(kind: Reason, first: complex, what: str, blow: str) -> str:
     if kind is Reason.SPIRAL:
-        turn = abs(float(np.angle(first)))
-        grows = f"the rigid motion grows by a factor of {modulus:.4f} per impact, turning {turn:.3f} rad"
-        return f"unstable, a spiral: {grows}"
+        turn = abs(math.atan2(first.imag, first.real))
+        return f"unstable, a spiral: {what} grows by a factor of {abs(first):.4f} per {blow}, turning {turn:.3f} rad"
     if kind is Reason.FOLD:
         return f"unstable, beyond the fold: multiplier {first.real:.3f}"
     return f"flip (period doubling): multiplier {first.real:.3f}"
@@ -469,9 +419,19 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
     instance("orbit", orbit, TimedOrbit)
     pairs = [_multipliers(orbit, force) for force in orbit.forces]
     worst = max(pairs, key=lambda pair: abs(pair[0]))
-    margin = 1.0 - abs(worst[0])
-    kind = _timed_kind(orbit, worst, margin)
-    return TimedStability(kind is Reason.STABLE, kind, _timed_in_words(orbit, kind, worst), margin, worst)
+    first, modulus = worst[0], abs(worst[0])
+    kind = None if orbit.straddles else _kind(first, 1.0 - modulus, orbit.fold)
+    if kind is None:
+        reason = "not judged: the load jumps while the blow acts, and how it shares the two values decides"
+    elif orbit.fold:
+        reason = "fold: two motions meet here"
+    elif kind is Reason.STABLE:
+        reason = f"stable: an error in the time or the speed of a blow shrinks to {modulus:.4f} with every blow"
+    elif kind is Reason.NEUTRAL:
+        reason = "neutral: an error in the time of a blow neither grows nor dies out"
+    else:
+        reason = _unstable(kind, first, "an error", "blow")
+    return TimedStability(kind is Reason.STABLE, kind, reason, 1.0 - modulus, worst)
 
 
 def _linear_map(orbit: TimedOrbit, force: float) -> Array:
@@ -497,35 +457,3 @@ def _multipliers(orbit: TimedOrbit, force: float) -> tuple[complex, complex]:
     values = np.linalg.eigvals(_linear_map(orbit, force)).astype(complex)
     first, second = sorted(values.tolist(), key=lambda x: (-round(abs(x), 13), -x.real, -x.imag))
     return first, second
-
-
-def _timed_kind(orbit: TimedOrbit, pair: tuple[complex, complex], margin: float) -> Reason | None:
-    if orbit.straddles:
-        return None
-    if orbit.fold:
-        return Reason.FOLD
-    if abs(margin) <= NEUTRAL:
-        return Reason.NEUTRAL
-    if margin > 0.0:
-        return Reason.STABLE
-    if abs(pair[0].imag) > TURNING * abs(pair[0]):
-        return Reason.SPIRAL
-    return Reason.FOLD if pair[0].real > 0.0 else Reason.FLIP
-
-
-def _timed_in_words(orbit: TimedOrbit, kind: Reason | None, pair: tuple[complex, complex]) -> str:
-    first, modulus = pair[0], abs(pair[0])
-    if kind is None:
-        return "not judged: the load jumps while the blow acts, and how it shares the two values decides"
-    if orbit.fold:
-        return "fold: two motions meet here"
-    if kind is Reason.STABLE:
-        return f"stable: an error in the time or the speed of a blow shrinks to {modulus:.4f} with every blow"
-    if kind is Reason.NEUTRAL:
-        return "neutral: an error in the time of a blow neither grows nor dies out"
-    if kind is Reason.SPIRAL:
-        turn = abs(math.atan2(first.imag, first.real))
-        return f"unstable, a spiral: an error grows by a factor of {modulus:.4f} per blow, turning {turn:.3f} rad"
-    if kind is Reason.FOLD:
-        return f"unstable, beyond the fold: multiplier {first.real:.3f}"
-    return f"flip (period doubling): multiplier {first.real:.3f}"

@@ -125,7 +125,7 @@ def exact_crossings(
     def flip(t: Array) -> Array:
         # times the striking speed: where it vanishes the secular function has a pole, which would hide a root beside it
         maps = [matrix(value) for value in t.tolist()]
-        return np.array([one.speed * secular(one, -1.0).real for one in maps])
+        return np.array([one.speed * one.secular(-1.0).real for one in maps])
 
     turns = roots_on(flip, nodes)
     found = [
@@ -137,13 +137,6 @@ def exact_crossings(
         if told is not None:
             told(0.5 + 0.5 * (i + 1) / (nodes.size - 1))
     return found
-
-
-def secular(matrix: LinearMap, multiplier: complex) -> complex:
-    """det(M − μ)/det(DΦ − μ) = 1 + Σ r_j/(μ − ξ_j)."""
-    poles, residues = matrix.partial_fractions()
-    off = multiplier - poles
-    return complex(1.0 + np.sum(residues / np.where(off == 0.0, 1e-300, off)))
 
 
 def _moduli(matrix: LinearMap) -> tuple[Array, Array]:
@@ -190,13 +183,10 @@ def _polished(matrix: Callable[[float], LinearMap], t: float, angle: float) -> t
     """Newton's method on the secular function at exp(iθ): place, angle, and the last step of the place."""
     step = math.inf
     for _ in range(6):
-        value = secular(matrix(t), cmath.exp(1j * angle))
-        by_t = secular(matrix(t + _SLOPE), cmath.exp(1j * angle)) - secular(matrix(t - _SLOPE), cmath.exp(1j * angle))
-        by_t /= 2.0 * _SLOPE
-        by_angle = secular(matrix(t), cmath.exp(1j * (angle + _SLOPE))) - secular(
-            matrix(t), cmath.exp(1j * (angle - _SLOPE))
-        )
-        by_angle /= 2.0 * _SLOPE
+        here, more, less = (cmath.exp(1j * (angle + by)) for by in (0.0, _SLOPE, -_SLOPE))
+        value = matrix(t).secular(here)
+        by_t = (matrix(t + _SLOPE).secular(here) - matrix(t - _SLOPE).secular(here)) / (2.0 * _SLOPE)
+        by_angle = (matrix(t).secular(more) - matrix(t).secular(less)) / (2.0 * _SLOPE)
         jacobian = np.array([[by_t.real, by_angle.real], [by_t.imag, by_angle.imag]])
         if abs(np.linalg.det(jacobian)) == 0.0:
             break

@@ -79,8 +79,7 @@ class ParameterArc(MotionArc):
         slope = float(response.slope_on(self.branch, np.array([phase]))[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push
-        a = quadratic_coefficients(system.d, system.contact.velocity_factor, period, np.array(sigma), np.array(slope))
-        return float(a[0]), float(a[1]), float(a[2])
+        return quadratic_coefficients(system.d, system.contact.velocity_factor, period, sigma, slope)
 
 
 def _near_resonances(line: Line) -> Array:

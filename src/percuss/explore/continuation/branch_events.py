@@ -9,23 +9,23 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.load_steps import Passed, landed, lateness, steps_passed
-from percuss.explore.continuation.solution_curve import (
-    FollowedOrbit,
-    QuickMotion,
+from percuss.explore.continuation.orbit_curve import (
+    Passed,
     SolutionCurve,
+    landed,
+    lateness,
+    steps_passed,
     turning,
     twice,
     where_it_vanishes,
 )
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint
+from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
-from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
-from percuss.steady.periodic.periodic_orbit import sampled_flights
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 # ---- What is looked at on every point of a branch, to see what happens between two of them
@@ -47,21 +47,6 @@ class Top(NamedTuple):
     height: float
     time: float
     flight: int
-
-
-def indicator(orbit: PeriodicOrbit, xi: float) -> float:
-    """det K(ξ), each row taken by its length: 0 at a fold for ξ = 1, at a flip for ξ = −1."""
-    if isinstance(orbit, FollowedOrbit) and abs(xi) == 1.0:
-        return orbit.singular[xi < 0.0]
-    numbers, rebound = numbers_of(orbit.system, orbit.modes), orbit.rebound
-    first = float(orbit.rigid_rebounds[0]) if rebound is None else rebound
-    room = numbers.room(orbit.impacts)
-    return orbit_kernels().singularity(numbers.row, room, orbit.period, np.array(orbit.times), 0, first, xi)
-
-
-def indicators(orbit: PeriodicOrbit) -> Array:
-    """`indicator` of 1 and of −1."""
-    return np.array([indicator(orbit, 1.0), indicator(orbit, -1.0)])
 
 
 @lru_cache(maxsize=64)
@@ -105,13 +90,13 @@ def press(orbit: PeriodicOrbit) -> tuple[float, int]:
 
 def greatest_top(orbit: PeriodicOrbit) -> Top:
     """The greatest local maximum of the gap function inside the flights."""
-    found = sampled_flights(orbit)
+    found = orbit.sampled
     return Top(found.height, orbit.times[found.flight] - orbit.times[0] + found.time, found.flight)
 
 
 def stays_off(orbit: PeriodicOrbit) -> bool:
     """Whether the bar stays off the wall between the impacts: samples prove it, or where they do not, all bounds."""
-    found = sampled_flights(orbit)
+    found = orbit.sampled
     if found.height > _CLEARLY * float(orbit.speeds.max()) * orbit.period:  # beyond what all modes may change of it
         return False
     return found.proven or orbit.violation is None
@@ -253,7 +238,7 @@ def double_zero(segment: CurveSegment) -> bool:
 
 def _numbers(segment: CurveSegment, point: CurvePoint) -> Array:
     orbit = segment.curve.motion(point.x)
-    return np.append(orbit.speeds, indicators(orbit))
+    return np.append(orbit.speeds, orbit.singular())
 
 
 # ---- The other branches that begin at a point of one: at a flip, and where an impact dies or is born
@@ -411,7 +396,7 @@ class FlipForm(NamedTuple):
         here = twice(np.array([*orbit.times, orbit.rigid_rebounds[0]]), p, orbit.periods)
 
         def matrix(x: Array) -> Array:
-            wide = QuickMotion(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
+            wide = PeriodicOrbit(orbit.system, 2 * orbit.periods, tuple(x[:-1].tolist()), orbit.modes, float(x[-1]))
             found = np.array(wide.bordered().real)
             found[:, 0] -= turning(wide) * found[:, -1]
             return found

@@ -12,22 +12,15 @@ import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import (
-    BEYOND,
-    greatest_top,
-    indicator,
-    indicators,
-    multipliers,
-    outside,
-    unstable,
-)
-from percuss.explore.continuation.solution_curve import SolutionCurve, refused, twice, where_it_vanishes
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.branch_events import BEYOND, greatest_top, multipliers, outside, unstable
+from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where_it_vanishes
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
+from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.mechanics.flow import propagator
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
-from percuss.steady.periodic.compiled_orbits import COALESCED
+from percuss.steady.periodic.search import COALESCED
 
 # ---- Where another branch crosses: det K(1) vanishes there, and the parameter does not turn back
 #
@@ -105,8 +98,8 @@ def crossings(
 
 def _signs(segment: CurveSegment, point: CurvePoint) -> tuple[bool, bool]:
     """The signs of det K(1) and det K(−1)."""
-    fold, flip = indicators(segment.curve.motion(point.x)) > 0.0
-    return bool(fold), bool(flip)
+    fold, flip = segment.curve.motion(point.x).singular()
+    return fold > 0.0, flip > 0.0
 
 
 def _between(
@@ -116,10 +109,10 @@ def _between(
     curve, (low, start), (high, stop) = segment.curve, first, last
 
     def fold(point: CurvePoint) -> float:
-        return indicator(curve.motion(point.x), 1.0)
+        return float(curve.motion(point.x).singular()[0])
 
     def flip(point: CurvePoint) -> float:
-        return indicator(curve.motion(point.x), -1.0)
+        return float(curve.motion(point.x).singular()[1])
 
     found = []
     turned, singular = start.tangent[-1] * stop.tangent[-1] < 0.0, fold(start) * fold(stop) < 0.0
@@ -325,7 +318,7 @@ def _top(segment: CurveSegment, near: float) -> CurvePoint:
 
 
 def _fold(segment: CurveSegment, point: CurvePoint) -> float:
-    return indicator(segment.curve.motion(point.x), 1.0)
+    return float(segment.curve.motion(point.x).singular()[0])
 
 
 def _singular(curve: SolutionCurve, point: CurvePoint) -> float:
@@ -637,12 +630,11 @@ def hidden_crossing(segment: CurveSegment, points: Sequence[Place]) -> bool:
     """
     if not points:
         return False
-    low, high = (indicators(segment.curve.motion(point.x)) for point in (segment.start, segment.stop))
+    low, high = (np.array(segment.curve.motion(point.x).singular()) for point in (segment.start, segment.stop))
     size = np.maximum(np.abs(low), np.abs(high))
     for place, point in points:
         share = place / segment.length
-        if np.any(
-            np.abs(indicators(segment.curve.motion(point.x)) - (1.0 - share) * low - share * high) > _ALIKE * size
-        ):
+        here = np.array(segment.curve.motion(point.x).singular())
+        if np.any(np.abs(here - (1.0 - share) * low - share * high) > _ALIKE * size):
             return True
     return False

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,21 +22,13 @@ from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.harmonic import Response
 from percuss.steady.orbit import Reason
 from percuss.steady.oscillator import ModalState, free_sum
-from percuss.steady.periodic.compiled_orbits import numbers_of, orbit_kernels
-from percuss.steady.periodic.impact_chain import ImpactChain, ManyNumbers, Passage, bordered, eliminated
+from percuss.steady.periodic.impact_chain import ImpactChain, Passage, RationalMatrix, orbit_kernels
 from percuss.steady.phases import forced_response
 from percuss.steady.truncation import Truncation
 
 # ---- One flight of an orbit, from impact to impact: the motion of the striking end, for the proof that it stays off
 
 _SAMPLES = 64
-
-
-def state_at(omega: Array, before: tuple[Array, Array], forced: tuple[Array, Array], system: System) -> ModalState:
-    """The elastic modes at an impact, from u_n, u_n' just before it and from f_n, f_n'; shapes (N,)."""
-    (u, v), (f, forced_velocity) = before, forced
-    after, rate = system.contact.after(u, v)
-    return ModalState(omega, u, v, after, after - f, rate - forced_velocity, forced_velocity, np.ones_like(omega))
 
 
 @dataclass(frozen=True)
@@ -69,7 +61,7 @@ class Flight:
     rigid_rebound: float
     rebound_velocity: float
     impact_velocity: float
-    rigid_stroke: float
+    rigid_stroke: float = 1.0
 
     @property
     def periods(self) -> int:
@@ -221,19 +213,24 @@ class PeriodicOrbit(Shown):
     @property
     def blow_energies(self) -> Array:
         """Kinetic energy of all modes just before each impact; shape (p,)."""
-        weight = self._chain.known.weight
-        return np.asarray(0.5 * self._passage.rigid**2 + 0.5 * self._passage.velocity**2 @ weight)
+        weight, velocity = self._chain.known.weight, self._passage.elastic[1]
+        return np.asarray(0.5 * self._passage.rigid**2 + 0.5 * velocity**2 @ weight)
 
     @cached_property
     def states(self) -> tuple[ModalState, ...]:
         """The elastic modes at each impact, just before and just after it."""
-        known, passage = self._chain.known, self._passage
-        rows = zip(
-            zip(passage.displacement, passage.velocity, strict=True),
-            zip(passage.forced, passage.forced_velocity, strict=True),
-            strict=True,
-        )
-        return tuple(state_at(known.omega, before, forced, self.system) for before, forced in rows)
+        omega, contact = self._chain.known.omega, self.system.contact
+        found = []
+        for u, v, f, rate in zip(*self._passage.elastic, strict=True):
+            after, after_rate = contact.after(u, v)
+            found.append(ModalState(omega, u, v, after, after - f, after_rate - rate, rate, np.ones_like(omega)))
+        return tuple(found)
+
+    @property
+    def amplitudes(self) -> Array:
+        """The free part of each elastic mode, as it is just before each impact; shape (p, N)."""
+        u, v, f, rate = self._passage.elastic
+        return np.asarray(np.hypot(u - f, (v - rate) / self._chain.known.omega))
 
     # -- just after the first impact, as for a steady motion --
 
@@ -270,11 +267,13 @@ class PeriodicOrbit(Shown):
 
     @cached_property
     def _passage(self) -> Passage:
-        return self._passage_on("right")
+        return self._chain.passage(np.array(self.times), self.rebound)
 
     def _passage_on(self, side: Side) -> Passage:
-        rebound = None if self.rebound is None else np.array(self.rebound)
-        return self._chain.passage(np.array(self.times), rebound, side)
+        choice("side", side, "left", "right")
+        if side == "right":
+            return self._passage
+        return self._chain.passage(np.array(self.times), self.rebound, side)
 
     @property
     def residuals(self) -> Array:
@@ -293,7 +292,7 @@ class PeriodicOrbit(Shown):
         where it does not follow from the times. Shape (p + 1,).
         """
         chain = ImpactChain(instance("system", system, System), self.impacts, self.periods, self.modes)
-        passage = chain.passage(np.array(self.times), None if self.rebound is None else np.array(self.rebound))
+        passage = chain.passage(np.array(self.times), self.rebound)
         return np.append(passage.gap, passage.closure)
 
     def linearised(self, xi: complex = 1.0, side: Side = "right") -> npt.NDArray[np.complex128] | Array:
@@ -309,7 +308,8 @@ class PeriodicOrbit(Shown):
         side
             Which value of the load counts where it jumps at an impact.
         """
-        return eliminated(self.bordered(xi, side))
+        matrix = self.bordered(xi, side)
+        return np.asarray(matrix[:-1, :-1] - matrix[:-1, -1:] * matrix[-1:, :-1] / matrix[-1, -1])
 
     def bordered(self, xi: complex = 1.0, side: Side = "right") -> npt.NDArray[np.complex128] | Array:
         """K(ξ) before the rigid velocity is eliminated, which is finite where that does not follow from the times.
@@ -322,15 +322,17 @@ class PeriodicOrbit(Shown):
         xi, side
             As for `linearised`.
         """
-        choice("side", side, "left", "right")
         if not isinstance(xi, complex):
             xi = finite("xi", xi)
-        passage = self._passage if side == "right" else self._passage_on(side)
-        return bordered(self._chain, passage, xi)
+        return self._passage_on(side).bordered(xi)
 
-    def many_numbers(self) -> ManyNumbers:
+    def singular(self, side: Side = "right") -> tuple[float, float]:
+        """det K(1) and det K(−1), each row taken by its length: 0 at a fold, and at a flip."""
+        return self._passage_on(side).singular
+
+    def many_numbers(self) -> RationalMatrix:
         """`bordered` for many ξ at once."""
-        return ManyNumbers.of(self._chain, self._passage)
+        return self._passage.rational
 
     def modal_determinants(self, xi: complex = 1.0) -> npt.NDArray[np.complex128] | Array:
         """det(ξ − M_n), with M_n the map of mode n through the cycle with the times of the impacts held; shape (N,).
@@ -339,10 +341,14 @@ class PeriodicOrbit(Shown):
         """
         if not isinstance(xi, complex):
             xi = finite("xi", xi)
-        blocks = self._passage.blocks
-        return np.asarray((xi - blocks.a) * (xi - blocks.e) - blocks.b * blocks.c)
+        return np.asarray(self._passage.blocks.away(xi)[2])
 
     # -- as an orbit --
+
+    @property
+    def plain(self) -> PeriodicOrbit:
+        """The same, with the mean velocity only where it does not follow from the times."""
+        return replace(self, rebound=float(self.rigid_rebounds[0]) if self._chain.is_neutral else None)
 
     @property
     def from_first(self) -> PeriodicOrbit:
@@ -356,23 +362,12 @@ class PeriodicOrbit(Shown):
 
     @cached_property
     def flights(self) -> tuple[Flight, ...]:
-        """The flights, with the range of the mean motion over all of them."""
-        found = [self._flight(i, 1.0) for i in range(self.impacts)]
-        stroke = max(flight.mean_range() for flight in found) or 1.0
-        return tuple(self._flight(i, stroke) for i in range(self.impacts))
-
-    def _flight(self, i: int, stroke: float) -> Flight:
-        passage = self._passage
-        return Flight(
-            self.system,
-            self.modes,
-            phase=float(passage.times[i]),
-            period=float(passage.flights[i]),
-            state=self.states[i],
-            rigid_rebound=float(passage.rebound[i]),
-            rebound_velocity=-float(self.rebound_speeds[i]),
-            impact_velocity=float(passage.speed[(i + 1) % self.impacts]),
-            rigid_stroke=stroke,
+        """The flights."""
+        passage, coming = self._passage, np.roll(self.speeds, -1)
+        rows = zip(passage.times, passage.flights, passage.rebound, -self.rebound_speeds, coming, strict=True)
+        return tuple(
+            Flight(self.system, self.modes, float(phase), float(period), state, float(mean), float(away), float(back))
+            for state, (phase, period, mean, away, back) in zip(self.states, rows, strict=True)
         )
 
     def end_point(self, t: npt.ArrayLike) -> Array:
@@ -392,11 +387,19 @@ class PeriodicOrbit(Shown):
     # -- is it real --
 
     @cached_property
+    def sampled(self) -> SampledFlights:
+        """The flights looked at eight times in each period of the fastest mode, by compiled functions."""
+        found = np.empty(4)
+        orbit_kernels().flown(self._passage.room, found)
+        height, time, flight, proven = found.tolist()
+        return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+
+    @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
-        # the times of several impacts come from compiled functions, so that these need not be loaded for it
-        if self.impacts > 1 and not samples_are_many(self) and sampled_flights(self).proven:
+        if not samples_are_many(self) and self.sampled.proven:
             return (Contactless(None),) * self.impacts
-        return tuple(flight_check(flight) for flight in self.flights)
+        stroke = max(flight.mean_range() for flight in self.flights) or 1.0
+        return tuple(flight_check(replace(flight, rigid_stroke=stroke)) for flight in self.flights)
 
     @cached_property
     def violation(self) -> Violation | None:
@@ -426,7 +429,7 @@ class PeriodicOrbit(Shown):
     @property
     def resonant_modes(self) -> tuple[int, ...]:
         """Modes n that come back after a cycle by themselves, so that their amplitude is free: internal resonance."""
-        return tuple(int(n) + 1 for n in np.flatnonzero(self._passage.resonant))
+        return tuple(int(n) + 1 for n in np.flatnonzero(self._passage.blocks.resonant))
 
     def __str__(self) -> str:
         phases = ", ".join(f"{phase:.6f}" for phase in self.phases[:4])
@@ -459,17 +462,6 @@ class SampledFlights(NamedTuple):
     time: float
     flight: int
     proven: bool
-
-
-@lru_cache(maxsize=64)
-def sampled_flights(motion: PeriodicOrbit) -> SampledFlights:
-    """Look at the flights eight times in each period of the fastest mode, by compiled functions; the last are kept."""
-    numbers, found = numbers_of(motion.system, motion.modes), np.empty(4)
-    rebound = float(motion.rigid_rebounds[0]) if motion.rebound is None else motion.rebound
-    place = np.array([*motion.times, rebound])
-    orbit_kernels().flown(numbers.row, numbers.room(motion.impacts), motion.period, place, found)
-    height, time, flight, proven = found.tolist()
-    return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
 
 
 def samples_are_many(motion: PeriodicOrbit) -> bool:

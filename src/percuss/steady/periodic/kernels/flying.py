@@ -10,7 +10,7 @@ x_n free oscillations: about the static displacement for steps, without the wave
 import math
 
 from percuss.compiled import entry, inner, summed
-from percuss.steady.periodic.kernels.forced_passage import TURN, passed, phi1, phi2, piece_at, prepared, propagated
+from percuss.steady.periodic.kernels.forced_passage import TURN, phi1, phi2, piece_at, propagated
 from percuss.steady.periodic.kernels.orbit_records import (
     ALPHA,
     BETA,
@@ -20,7 +20,6 @@ from percuss.steady.periodic.kernels.orbit_records import (
     FLIGHT,
     FREE,
     GAMMA,
-    GIVEN,
     LENGTH,
     OMEGA,
     P_IM,
@@ -59,10 +58,8 @@ HEIGHT, WHEN, WHICH, PROVEN = range(4)
 
 
 @entry
-def flown(system, room, period, x, found):
-    """The greatest maximum inside the flights at x = (t_1 … t_p, r), and whether the bar is proved to stay off."""
-    prepared(system, room)
-    passed(room, x, period, GIVEN, x[room.impacts.shape[1]])
+def flown(room, found):
+    """The greatest maximum inside the flights of the motion in a room, and whether the bar is proved to stay off."""
     ends_of_waves(room)
     found[HEIGHT], found[WHEN], found[WHICH], found[PROVEN] = -math.inf, 0.0, 0.0, 1.0
     for i in range(room.impacts.shape[1]):

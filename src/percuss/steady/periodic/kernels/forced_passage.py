@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inner
+from percuss.compiled import entry, inner
 from percuss.steady.periodic.kernels.orbit_records import (
     ALPHA,
     BEST,
@@ -348,6 +348,13 @@ def cycle_of(carried, n, alpha, beta):
         a, c = alpha * (pa * a + pb * c), beta * (pc * a + pe * c)
         b, e = alpha * (pa * b + pb * e), beta * (pc * b + pe * e)
     return a, b, c, e
+
+
+@entry
+def passage(system, room, period, times, kind, rebound):
+    """The motion of a system through impacts at times, into the arrays of its room."""
+    prepared(system, room)
+    passed(room, times, period, kind, rebound)
 
 
 @inner

@@ -163,10 +163,9 @@ def determinant(matrix, size):
     return found
 
 
-# ---- Newton's method from many starts, led away from roots that are known: `percuss.steady.periodic.compiled_orbits`,
-# compiled
+# ---- Newton's method from many starts, led away from roots that are known: `percuss.steady.periodic.search`, compiled
 
-LOST, ROOT, GONE = range(3)  # as `Outcome` of percuss.steady.periodic.compiled_orbits, and the numbers below
+LOST, ROOT, GONE = range(3)  # as `Outcome` of percuss.steady.periodic.search, and the numbers below
 LONGEST, KEPT, CLOSE, STEADY = 0.5, 0.1, 1e-9, 1e-3
 COALESCED = 1e-9
 FRESH, GIVEN_UP = -1, -2
@@ -287,10 +286,8 @@ def away(room, known, period, turn):
 
 
 @entry
-def singularity(system, room, period, times, kind, rebound, xi):
-    """det K(ξ) of the motion at times, each row taken by its length; K(ξ) itself is left in `matrix`."""
-    prepared(system, room)
-    passed(room, times, period, kind, rebound)
+def singularity(room, xi):
+    """det K(ξ) of the motion whose `passage` is in a room, rows taken by their lengths; leaves K(ξ) in `matrix`."""
     bordered(room, xi)
     size = room.impacts.shape[1] + 1
     for i in range(size):
