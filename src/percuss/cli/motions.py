@@ -316,7 +316,7 @@ How a hammer moves from a start: every impact, chatter, rest and release, and wh
 def simulate(parser: Parser, options: argparse.Namespace) -> int:
     """Simulate one case; the exit code is 130 when the simulation was interrupted."""
     from percuss import plot
-    from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
+    from percuss.case.answers.simulation_answer import motion_report
     from percuss.cli.long_commands import watching
     from percuss.cli.report_printing import answered
 
@@ -328,14 +328,10 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
         answer.motion.save(options.output)
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
-    report: Any
-    drawn: Any = None
+    drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
+    report: Any = motion_report
     if options.contact == "waves":
         from percuss.case.answers.waves_answer import waves_report as report
-    elif answer.motion.is_clocked:
-        report, drawn = motion_report, plot.trajectory
-    else:
-        report, drawn = machine_motion_report, plot.machine_motion
     answered(
         options, lambda: answer.to_json_text(last), lambda: report(answer, shown), lambda: drawn(answer),
         motion=options.output,
@@ -345,13 +341,13 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
 
 def _followed(options: argparse.Namespace, case: Case | None, progress: Callable[[Any], bool]) -> Any:
     """The motion of a case or, without one, of the file that is resumed."""
-    from percuss.case import machine_motion, resumed_answer, simulation_answer
+    from percuss.case import resumed_answer, simulation_answer
 
     if case is None:
         return resumed_answer(options.resume, options.impacts, options.time, progress)
     with of_file(case):
         if options.contact != "waves":
-            return (machine_motion if case.is_machine else simulation_answer)(case, progress)
+            return simulation_answer(case, progress)
         from percuss.case import waves_answer
 
         cells = {} if options.cells is None else {"cells": options.cells}

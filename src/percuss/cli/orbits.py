@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -27,11 +26,7 @@ from percuss.cli.long_commands import CARRYING, SELDOM, carrying, watching
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
-    from percuss.case.answers.facts import Report
-    from percuss.steady import FoundOrbits, FoundRestCycles
-
-_MOST = 8
-"""Modes that a line names."""
+    from percuss.steady import FoundOrbits
 
 _SEED = option("--seed N", "of the random starts (default 0)", whole(), default=0)
 
@@ -84,6 +79,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case.answers.exploring.orbits_answer import (
         is_rest_label,
         orbits_dict,
+        orbits_report,
         parsed_label,
         rest_cycles_answer,
         rest_cycles_dict,
@@ -132,45 +128,9 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     mode = "elastic mode" if case.tables.body is None else "mode"
     done = f"the search is done for {sum(not one.halted for one in found)} of {counted(len(labels), 'label')}"
     return answered(
-        options, data, lambda: _report(case.title, found, resting, rests, mode), indent=1,
+        options, data, lambda: orbits_report(case.title, found, resting, rests, mode), indent=1,
         cut=done if watch.interrupted else "",
     )  # fmt: skip
-
-
-def _report(
-    title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
-) -> Report:
-    from percuss.case.answers.exploring.orbits_answer import orbit_row, rest_sections
-    from percuss.case.answers.facts import PLAIN, Grid, Report, Section
-    from percuss.case.answers.numerals import counted
-    from percuss.steady.periodic.search import free_amplitude
-
-    columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
-    sections: list[Section | Grid] = []
-    for one in found:
-        rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
-        if rows:
-            sections.append(Grid(one.label, columns, rows))
-        lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
-        lines = [("complete", "yes (proved)")] if one.complete else lines
-        lines += [
-            (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")
-            for name, tally in one.sources.items()
-        ]
-        lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
-        if one.halted:
-            lines.append(("interrupted", "before all tries were made; there may be more orbits"))
-        if one.resonant_modes:
-            told = ", ".join(str(n) for n in one.resonant_modes[:_MOST])
-            told += ", …" if len(one.resonant_modes) > _MOST else ""
-            lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
-        sections.append(Section(f"{one.label}: the search", tuple(lines)))
-    told = counted(sum(len(one.orbits) for one in found), "orbit")
-    if resting is not None:
-        sections += [section for label in rests for section in rest_sections(resting, label)]
-        told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
-    free = free_amplitude({n for one in found for n in one.resonant_modes})
-    return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))
 
 
 # ---- An orbit followed through a parameter
@@ -220,8 +180,8 @@ their stability begin and end. After Ctrl-C the answer is what has been followed
 def follow(parser: Parser, options: argparse.Namespace) -> int:
     """Follow one orbit."""
     from percuss import plot
-    from percuss.case import branch_answer, point_curves_answer, rest_branch_answer
-    from percuss.case.answers.exploring import orbits_answer
+    from percuss.case import branch_answer, point_curves_answer
+    from percuss.case.answers.exploring.orbits_answer import branch_dict, branch_report, branch_table
     from percuss.case.answers.exploring.point_curves_answer import point_curves_table
     from percuss.cli.report_printing import answered
     from percuss.whole_file import write_whole
@@ -235,29 +195,24 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     resting = options.orbit.lstrip().startswith(("chatter", "rest"))
     if resting and options.switch:
         parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
-    kind = "rest_branch" if resting else "branch"
-    branch: Any
     curves: Any = ()
     with watching(parser, SELDOM) as watch:
         try:
-            asked: dict[str, Any] = {"modes": options.modes, "halt": watch.asked}
-            if resting:
-                branch = rest_branch_answer(case, options.orbit, options.along, **asked)
-            else:
-                branch = branch_answer(case, options.orbit, options.along, switch=options.switch, **asked)
+            asked: dict[str, Any] = {"switch": options.switch, "modes": options.modes, "halt": watch.asked}
+            branch = branch_answer(case, options.orbit, options.along, **asked)
         except Interrupted:  # before the first point of the branch
             raise KeyboardInterrupt from None
         if options.curve is not None and not watch.asked():
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
     if options.output is not None:
-        of_branch = getattr(orbits_answer, f"{kind}_table")
         of_curves = options.curve is not None  # also where Ctrl-C has left none of them
-        write_whole(options.output, point_curves_table(curves) if of_curves else of_branch(branch))
+        write_whole(options.output, point_curves_table(curves) if of_curves else branch_table(branch))
+    drawn = plot.rest_branch if branch.has_rest else plot.branch
     return answered(
         options,
-        lambda: getattr(orbits_answer, f"{kind}_dict")(branch, curves),
-        lambda: getattr(orbits_answer, f"{kind}_report")(case.title, branch, curves),
-        lambda: plot.curves(curves, case.title) if curves else getattr(plot, kind)(branch, case.title),
+        lambda: branch_dict(branch, curves),
+        lambda: branch_report(case.title, branch, curves),
+        lambda: plot.curves(curves, case.title) if curves else drawn(branch, case.title),
         table=options.output,
         cut="the answer is of what was followed until then" if watch.interrupted else "",
     )
