@@ -38,10 +38,8 @@ if TYPE_CHECKING:
     from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.self_excited import (
         BlankBlow,
-        ElasticCycle,
         Obstacle,
         Rhythm,
-        RigidCycle,
         SelfExcited,
         Sensitivity,
         SlowPressure,
@@ -59,7 +57,6 @@ __all__ = [
     "BlankBlow",
     "Drag",
     "Drop",
-    "ElasticCycle",
     "Energy",
     "Field",
     "ForceRecord",
@@ -79,7 +76,6 @@ __all__ = [
     "Rest",
     "RestCycle",
     "Rhythm",
-    "RigidCycle",
     "SIReport",
     "SelfExcited",
     "Sensitivity",
@@ -128,10 +124,8 @@ _ROOMS = {
     "resting": ("FoundRestCycles", "RestCycle", "rest_cycles"),
     "self_excited": (
         "BlankBlow",
-        "ElasticCycle",
         "Obstacle",
         "Rhythm",
-        "RigidCycle",
         "SelfExcited",
         "Sensitivity",
         "SlowPressure",

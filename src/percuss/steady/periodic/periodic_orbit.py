@@ -35,22 +35,8 @@ _SAMPLES = 64
 class Flight:
     """A flight from any state at the wall; times in radians of the load after the impact that it starts from.
 
-    Parameters
-    ----------
-    system, modes
-        The bar of modes 0 … N.
-    phase
-        Load phase at its start.
-    period
-        Its duration.
-    state
-        The elastic modes at the impact that it starts from.
-    rigid_rebound
-        Mean velocity of the bar at its start.
-    rebound_velocity, impact_velocity
-        Velocity of the striking end at its start, and at its end.
-    rigid_stroke
-        Range of the mean motion over the whole orbit, the scale of errors.
+    `phase` is that of the load at its start, `period` its duration, `state` the elastic modes at that impact;
+    `rigid_stroke` the range of the mean motion over the whole orbit, the scale of errors.
     """
 
     system: System
@@ -68,25 +54,13 @@ class Flight:
         """The load periods that it takes, rounded up."""
         return max(1, math.ceil(self.period / (2.0 * math.pi)))
 
+    cut = True  # the forced part ends with the modes, too
+    tolerance = error_bound = 0.0  # nothing is left out
+
     @property
     def requested_modes(self) -> int:
         """N: the bar has no other modes."""
         return self.modes
-
-    @property
-    def cut(self) -> bool:
-        """The forced part ends with the modes, too."""
-        return True
-
-    @property
-    def tolerance(self) -> float:
-        """Wanted error of the striking end's position: none."""
-        return 0.0
-
-    @property
-    def error_bound(self) -> float:
-        """Nothing is left out."""
-        return 0.0
 
     @cached_property
     def response(self) -> Response:
@@ -392,7 +366,8 @@ class PeriodicOrbit(Shown):
         found = np.empty(4)
         orbit_kernels().flown(self._passage.room, found)
         height, time, flight, proven = found.tolist()
-        return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+        height = -math.inf if math.isnan(height) else height
+        return SampledFlights(height, self.times[int(flight)] - self.times[0] + time, int(flight), proven == 1.0)
 
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
@@ -445,17 +420,11 @@ MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
 
 
 class SampledFlights(NamedTuple):
-    """What samples of the flights tell.
+    """What samples of the flights tell: the greatest local maximum of the gap function inside them, and a proof.
 
-    Parameters
-    ----------
-    height
-        The greatest local maximum of the gap function inside the flights; minus infinity where there is none.
-    time, flight
-        When, after the impact from which that flight starts, and the number of the flight.
-    proven
-        Whether they prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the
-        wall between them. That they do not means nothing: the bar may be near the wall somewhere.
+    The maximum is −∞ where there is none; its time is counted from the first impact. `proven`: whether the samples
+    prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the wall between them.
+    That they do not means nothing: the bar may be near the wall somewhere.
     """
 
     height: float
