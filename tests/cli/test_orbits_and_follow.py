@@ -14,7 +14,7 @@ import pytest
 from cli_cases import CASES
 from percuss import Load, System
 from percuss.case import Case, branch_answer
-from percuss.case.answers.exploring.orbits_answer import orbit_at_phases, branch_report
+from percuss.case.answers.exploring.orbits_answer import branch_report, orbit_at_phases
 from percuss.cli.long_commands import JobWatch
 from percuss.cli.report_printing import show
 from percuss.errors import ParameterError

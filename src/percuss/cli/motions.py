@@ -328,10 +328,12 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
         answer.motion.save(options.output)
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
-    drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
     report: Any = motion_report
+    drawn: Any = None
     if options.contact == "waves":
         from percuss.case.answers.waves_answer import waves_report as report
+    else:
+        drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
     answered(
         options, lambda: answer.to_json_text(last), lambda: report(answer, shown), lambda: drawn(answer),
         motion=options.output,
