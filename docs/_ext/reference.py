@@ -18,9 +18,9 @@ import typing
 from typing import Any
 from unittest import mock
 
-from percuss.case.answers.ends import END
 from percuss.case.answers.facts import reference_of
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.steady_answer import END
 from percuss.case.answers.waves_answer import SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS

@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.answers.motion_report import motion_report
-from percuss.case.answers.report_parts import Grid, Section
-from percuss.case.answers.sentences import name_of
-from percuss.case.answers.steady_report import steady_report
+from percuss.case.answers.facts import Grid, Section
+from percuss.case.answers.simulation_answer import motion_report
+from percuss.case.answers.steady_report import name_of, steady_report
 from percuss.neutral import neutral
 from percuss.steady.figures import CARDS, REPORTED
 

@@ -134,7 +134,7 @@ def test_elastic_rock_keeps_nothing(case: Collision) -> None:
 def test_no_rock_is_a_free_end_and_hard_rock_a_fixed_one(case: Collision) -> None:
     """First order in K and in 1/K; a fixed end may pull, so only until the first tension at the bit."""
     case = replace(case, bit_mass=0.0, gap=0.0)
-    soft = replace(case, k1=1e-8)
+    soft = replace(case, k1=1e-10)  # a light rod moves by K t²/m of its way more
     assert_same(struck(soft), struck(replace(case, end="free", k1=0.0, gamma=1.0)), case, tolerance=1e-6)
     hard = replace(case, k1=1e6, gamma=1.0)
     stiff = struck(hard)

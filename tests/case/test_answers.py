@@ -12,10 +12,9 @@ import pytest
 
 from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
-from percuss.case.answers.clock_note import CLOCKED, clock_in_short, clock_note, clocked_because
-from percuss.case.answers.ends import Ends, ends_of
-from percuss.case.answers.sentences import ends_sentence
-from percuss.case.answers.steady_report import ends_section, steady_report
+from percuss.case.answers.heading import CLOCKED, clock_in_short, clock_note, clocked_because
+from percuss.case.answers.steady_answer import Ends, ends_of
+from percuss.case.answers.steady_report import ends_section, ends_sentence, steady_report
 from percuss.cli import main
 from percuss.model.machine import switching_of
 from percuss.steady import drag_of, greatest_drag
@@ -209,7 +208,7 @@ def test_the_command_that_follows_more_can_be_typed() -> None:
     ],
 )
 def test_ends_in_words(label: str, words: str) -> None:
-    from percuss.case.answers.ends import End
+    from percuss.case.answers.steady_answer import End
 
     ends = Ends(2, 0, 100, (End(label, 2, None, None),))
     assert ends_sentence(ends, set(), plain(0.3, 0.5).system()) == words
@@ -238,7 +237,7 @@ def test_a_sweep_has_the_two_margins_of_the_single_answer() -> None:
 
 def test_both_margins_are_in_the_answers() -> None:
     """The report, the JSON and what the workbench is told of a machine: one number each, the same everywhere."""
-    from percuss.case.answers.quick_answer import quick_dict
+    from percuss.case.answers.exploring.quick_answer import quick_dict
 
     case = as_in_b77("heavy-drifter", 6e-5)
     answer = steady_answer(case)

@@ -18,15 +18,14 @@ from percuss.case import (
     steady_answer,
     structure_answer,
 )
-from percuss.case.answers.ends import END
-from percuss.case.answers.facts import Fact, Teller, json_of, rows_of
+from percuss.case.answers.blow_answer import blow_report
+from percuss.case.answers.facts import Fact, Report, Teller, json_of, rows_of
+from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER, Running
-from percuss.case.answers.motion_report import motion_report
-from percuss.case.answers.report_parts import Report
+from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
+from percuss.case.answers.steady_answer import END
 from percuss.case.answers.steady_report import steady_report, structure_report
 from percuss.case.answers.waves_answer import SETTLED
-from percuss.cli.blow_report import blow_report
-from percuss.cli.machine_report import machine_motion_report, machine_report
 
 CLOCKED = [
     "hydraulic-drifter", "heavy-drifter", "stepped-drifter", "mini-breaker", "heavy-breaker", "dth-4-inch",

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from case_texts import STEPS, plain_case, refusal, si_case
 from percuss import Start, Stop, run
 from percuss.case import Case, steady_answer
-from percuss.case.file_format.body_tables import DampingTable, damping_law, damping_table
+from percuss.case.file_format.body_building import damping_law, damping_table
+from percuss.case.file_format.body_tables import DampingTable
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.file_format.schema import Strain
 from percuss.case.parameters.description import case_dict, plain_tables
@@ -356,7 +357,7 @@ def test_reports_name_both_laws() -> None:
 
 
 def test_a_report_in_si_tells_the_drag_of_a_damping_that_drags() -> None:
-    from percuss.case.answers.report_parts import system_section
+    from percuss.case.answers.heading import system_section
 
     rows = dict(system_section("case", system_of(si_case('drag = "400 N*s/m^2"')), ()).rows)
     assert rows["damping"].endswith("c = 136.4 N·s/m")

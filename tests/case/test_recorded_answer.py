@@ -10,9 +10,9 @@ import pytest
 
 from machine_records import MASS, breaker, recorded_machine
 from percuss.case import Case, recorded_answer, steady_answer
-from percuss.case.answers.clock_note import CLOCKED
+from percuss.case.answers.heading import CLOCKED
 from percuss.case.answers.recorded_answer import recorded_headline
-from percuss.case.answers.sentences import summary_of
+from percuss.case.answers.steady_report import summary_of
 from percuss.cli import main
 from percuss.model import Kept, Valve
 

@@ -14,8 +14,7 @@ import pytest
 from case_texts import FOURIER, plain_case, si_case
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
-from percuss.case.answers.motion_report import motion_report
-from percuss.case.answers.simulation_answer import held_down_in_words
+from percuss.case.answers.simulation_answer import held_down_in_words, motion_report
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
 from percuss.simulate import DISTRIBUTIONS

@@ -10,9 +10,8 @@ import pytest
 
 from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
-from percuss.case.answers.quick_answer import quick_dict
-from percuss.case.answers.sentences import summary_of
-from percuss.case.answers.steady_report import steady_report
+from percuss.case.answers.exploring.quick_answer import quick_dict
+from percuss.case.answers.steady_report import steady_report, summary_of
 from percuss.cli import main
 from percuss.html_report import report_html
 

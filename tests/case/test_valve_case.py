@@ -143,7 +143,7 @@ def test_what_is_wrong_with_a_valve_is_told_by_its_key(now: str, then: str, told
     [
         ("return = -0.3", 'return = "3 kN"', "load.states.return = '3 kN': .*only a case in SI takes units"),
         ("behind = 0.6", "behind = nan", "load.ports[0].behind = nan: expected a finite number"),
-        ("behind = 0.6", "behind = 0.0", "load.ports[0].behind = 0.0: expected a length greater than 0"),
+        ("behind = 0.6", "behind = 0.0", "load.ports[0].behind = 0.0: expected a finite number greater than 0"),
         ("chamber =", "pressure = 3.0\nchamber =", "load.pressure = 3.0: unknown key"),
     ],
 )

@@ -14,8 +14,8 @@ import pytest
 
 from percuss import Load, System
 from percuss.case import Case, branch_answer
+from percuss.case.answers.exploring.orbits_answer import rest_branch_report
 from percuss.cli import main
-from percuss.cli.branch_report import rest_branch_report
 from percuss.cli.long_commands import Watch
 from percuss.cli.report_printing import show
 from percuss.explore import follow_rest_cycle

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, System
-from percuss.case.answers.orbits_answer import orbit_at_phases
+from percuss.case.answers.exploring.orbits_answer import orbit_at_phases
 from percuss.cli import main
 from percuss.errors import ParameterError
 from percuss.steady import orbits

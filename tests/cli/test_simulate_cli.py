@@ -19,7 +19,7 @@ import pytest
 from case_texts import PLAIN
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
-from percuss.case.answers.motion_report import label_in_words
+from percuss.case.answers.simulation_answer import label_in_words
 from percuss.cli import main, simulate
 from percuss.cli import simulation_progress as watch
 from percuss.cli.arguments import events, start_keys, time_or_text, whole
@@ -376,7 +376,7 @@ def test_help_loads_no_compiler() -> None:
 
 
 def test_every_outcome_has_words():
-    from percuss.case.answers.motion_report import _OUTCOMES
+    from percuss.case.answers.simulation_answer import ENDINGS
     from percuss.simulate import OUTCOMES
 
-    assert {*_OUTCOMES, "stalls"} == set(OUTCOMES)  # a valve stalls, a clock does not
+    assert {*ENDINGS, "stalls"} == set(OUTCOMES)  # a valve stalls, a clock does not

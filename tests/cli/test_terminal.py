@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from case_texts import plain_case
-from percuss.case.answers.report_parts import Grid, Report, Section
+from percuss.case.answers.facts import Grid, Report, Section
 from percuss.cli import app, main, waiting
 from percuss.cli.report_printing import show as show_report
 from percuss.neutral import neutral, one_line

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from percuss.explore import BranchEvent
-from percuss.explore.continuation.walk import CurvePoint, Walk
-from percuss.explore.point_curves.differenced import TwoParameters
+from percuss.explore.continuation.problem import CurvePoint, Problem
+from percuss.explore.continuation.walk import Walk
 from percuss.model import System
 from percuss.model.checks import Array
 
 
-class Hyperbola(TwoParameters):
+class Hyperbola(Problem):
     """x y = c, which turns its corner the faster the smaller c is."""
 
     impacts, periods, places, units, names = 0, 1, (0, 1), (1.0, 1.0), ("x", "y")
@@ -23,7 +23,7 @@ class Hyperbola(TwoParameters):
     def residual(self, x: Array) -> Array:
         return np.array([self.c - float(x[0] * x[1])])
 
-    def system_at(self, x: Array) -> System:
+    def system(self, *values: float) -> System:
         return None  # type: ignore[return-value]
 
 

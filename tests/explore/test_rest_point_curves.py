@@ -10,7 +10,7 @@ import pytest
 
 from percuss import Load, Start, System, run
 from percuss.case import load_case
-from percuss.case.answers.orbits_answer import curve_dict
+from percuss.case.answers.exploring.orbits_answer import curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, follow_point, follow_rest_cycle
 from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition

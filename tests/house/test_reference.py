@@ -74,24 +74,24 @@ TABLES = {
     "SectionTable": ("si", "bar.sections"),
     "DampingTable": ("si", "bar.damping"),
     "ContactTable": ("si", "contact"),
-    "HarmonicForce": ("si", "load"),
-    "SquareForce": ("si", "load"),
-    "StepsForce": ("si", "load"),
-    "FourierForce": ("si", "load"),
-    "HistoryForce": ("si", "load"),
-    "ValveForce": ("si", "load"),
+    "HarmonicLoad": ("si", "load"),
+    "SquareLoad": ("si", "load"),
+    "StepsLoad": ("si", "load"),
+    "FourierLoad": ("si", "load"),
+    "HistoryLoad": ("si", "load"),
+    "ValveLoad": ("si", "load"),
     "PortTable": ("si", "load.ports"),
     "ChamberTable": ("si", "load.chamber"),
     "CushionTable": ("si", "load.cushion"),
     "SupplyTable": ("si", "load.supply"),
     "AreasTable": ("si", "load.states"),
     "SystemTable": ("plain", "system"),
-    "HarmonicLoad": ("plain", "load"),
-    "SquareLoad": ("plain", "load"),
-    "StepsLoad": ("plain", "load"),
-    "FourierLoad": ("plain", "load"),
-    "HistoryLoad": ("plain", "load"),
-    "ValveLoad": ("plain", "load"),
+    "PlainHarmonicLoad": ("plain", "load"),
+    "PlainSquareLoad": ("plain", "load"),
+    "PlainStepsLoad": ("plain", "load"),
+    "PlainFourierLoad": ("plain", "load"),
+    "PlainHistoryLoad": ("plain", "load"),
+    "PlainValveLoad": ("plain", "load"),
     "StartTable": ("plain", "start"),
     "SimulationTable": ("plain", "simulation"),
     "ToolTable": ("si", "tool"),
@@ -151,18 +151,18 @@ VALVE = {
     "ports": '[{behind = "0.5 mm", side = "back", to = "power"}, {on = "impact", to = "return"}]',
 }
 LOADS = {
-    "SquareForce": {"kind": '"square"', "amplitude": '"9 kN"', "kappa": "1.3", "frequency": '"60 Hz"'},
-    "FourierForce": {"kind": '"fourier"', "coefficients": "[[4, 0], [9, 0]]", "unit": '"kN"', "frequency": '"60 Hz"'},
-    "StepsForce": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[4, -9]", "unit": '"kN"', "frequency": '"60 Hz"'},
-    "ValveForce": dict(VALVE),
-    "ValveLoad": {
+    "SquareLoad": {"kind": '"square"', "amplitude": '"9 kN"', "kappa": "1.3", "frequency": '"60 Hz"'},
+    "FourierLoad": {"kind": '"fourier"', "coefficients": "[[4, 0], [9, 0]]", "unit": '"kN"', "frequency": '"60 Hz"'},
+    "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[4, -9]", "unit": '"kN"', "frequency": '"60 Hz"'},
+    "ValveLoad": dict(VALVE),
+    "PlainValveLoad": {
         "kind": '"valve"',
         "states": "{return = -0.4, power = 1.8}",
         "ports": '[{behind = 0.5, side = "back", to = "power"}, {on = "impact", to = "return"}]',
     },
-    "SquareLoad": {"kind": '"square"', "amplitude": "1.0", "kappa": "1.3"},
-    "StepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
-    "FourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
+    "PlainSquareLoad": {"kind": '"square"', "amplitude": "1.0", "kappa": "1.3"},
+    "PlainStepsLoad": {"kind": '"steps"', "breaks": "[0, 2]", "values": "[0.4, -1.0]"},
+    "PlainFourierLoad": {"kind": '"fourier"', "coefficients": "[[0.9, 0], [1, 0]]"},
 }
 STRUCK = {
     "si": {
@@ -183,10 +183,10 @@ BESIDE = {
     ("ContactTable", "advance"): {"law": '"b77-tau"'},
     ("SystemTable", "advance"): {"law": '"b77-tau"'},
     ("ContactTable", "receiving_area"): {"restitution": None},
-    ("HarmonicForce", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
-    ("SquareForce", "area"): {"amplitude": '"9 bar"'},
-    ("FourierForce", "area"): {"unit": '"bar"'},
-    ("StepsForce", "area"): {"unit": '"bar"'},
+    ("HarmonicLoad", "area"): {"mean": '"4 bar"', "amplitude": '"9 bar"'},
+    ("SquareLoad", "area"): {"amplitude": '"9 bar"'},
+    ("FourierLoad", "area"): {"unit": '"bar"'},
+    ("StepsLoad", "area"): {"unit": '"bar"'},
     **{
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
         for key in ("flow", "accumulator", "start")
@@ -534,20 +534,20 @@ def test_every_command_that_prints_json_is_in_json_md():
 
 def test_keys_are_printed_as_the_reference_has_them(capsys):
     """Every table that a page shows has a name, and every key of it is told with its values and its meaning."""
-    from percuss.case.file_format.key_tables import TABLES, rows_of, table_class
+    from percuss.case.file_format.key_tables import TABLES, rows_of
     from percuss.cli import main
 
     shown = set(re.findall(r"<!-- percuss: keys (\w+) -->", (DOCS / "case-file.md").read_text(encoding="utf-8")))
-    assert shown == set(TABLES.values())
+    assert shown == {table.__name__ for table in TABLES.values()}
     assert main(["keys"]) == 0
     listed = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in listed] == list(TABLES) and all(len(line.split()) > 2 for line in listed)
     for name, table in TABLES.items():
         assert main(["keys", f"[{name}]"]) == 0
         out = " ".join(capsys.readouterr().out.split())
-        for row in rows_of(table_class(table)):
+        for row in rows_of(table):
             assert f"{row.key} = " in out
             assert " ".join(re.sub(r"[`*$]", "", row.meaning).split()) in out
-            assert f"| `{row.key}` | {row.value} |" in reference.keys(table)
+            assert f"| `{row.key}` | {row.value} |" in reference.keys(table.__name__)
     assert main(["keys", "tol"]) == 2
     assert "one of bar, " in capsys.readouterr().err

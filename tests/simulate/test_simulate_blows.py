@@ -5,7 +5,7 @@ import pytest
 
 from percuss import Load, System
 from percuss.case import load_case, simulation_answer
-from percuss.case.answers.motion_report import motion_report
+from percuss.case.answers.simulation_answer import motion_report
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
 
 TURN = 2.0 * np.pi

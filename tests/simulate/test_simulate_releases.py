@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, System
-from percuss.case.answers.motion_report import label_in_words
+from percuss.case.answers.simulation_answer import label_in_words
 from percuss.errors import PercussError
 from percuss.simulate import Start, Starts, Stop, Trajectory, run, simulate_many
 

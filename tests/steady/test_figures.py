@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from percuss import Bar, Kept, Load, Orbit, System, si_report, steady_states
 from percuss.case import Case, steady_answer
-from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.explore import QUANTITIES, sweep
 from percuss.model import External
 from percuss.steady import SIReport

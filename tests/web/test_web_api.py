@@ -17,9 +17,9 @@ pytest.importorskip("fastapi")
 
 from percuss import steady_states
 from percuss.case import MACHINES, Case, load_case, machine_answer, machine_motion, simulation_answer
+from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.answers.machine_answer import cycle_dict
-from percuss.case.answers.machine_frames import machine_frames, start_frames
-from percuss.case.answers.quick_answer import quick_dict
+from percuss.case.answers.playback import machine_frames, start_frames
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.parameters.description import parameters

@@ -19,8 +19,8 @@ from percuss.case import (
     rest_branch_answer,
     rest_cycles_answer,
 )
-from percuss.case.answers.diagram_answer import diagram_dict
-from percuss.case.answers.orbits_answer import branch_dict, orbits_dict, rest_branch_dict, rest_cycles_dict
+from percuss.case.answers.exploring.diagram_answer import diagram_dict
+from percuss.case.answers.exploring.orbits_answer import branch_dict, orbits_dict, rest_branch_dict, rest_cycles_dict
 from percuss.case.file_format.plain_tables import case_of
 from percuss.web import Limits, Settings
 from web_client import Client, events

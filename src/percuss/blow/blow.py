@@ -67,9 +67,12 @@ def balance(course: WaveHistory, rock: RockState | None) -> Balance:
     rigid = 0.5 * left * left / course.mass
     through, rod, rod_momentum, lumped, bit = 0.0, 0.0, 0.0, 0.0, 0.0
     if course.has_rod:
-        through = _through_face(course)
+        # ∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²
+        row, back = 2 * striker, course.transit[striker]
+        returned = 0.0 if course.endless(striker) else course.sums(row + 1, -back, end - back).square
+        through = float(course.impedance[striker]) * (course.sums(row, 0, end).square - returned)
         rod, rod_momentum = course.energy(striker, size, end), course.momentum(striker, size, end)
-        joints, bits = course.lumped_energy([course.end])
+        joints, bits = course.lumped_energy([end])
         lumped, bit = float(joints[0]), float(bits[0])
     taken = 0.0 if rock is None else rock.work
     scale = max(before, abs(load_work), abs(through), 1e-300)
@@ -93,14 +96,6 @@ def balance(course: WaveHistory, rock: RockState | None) -> Balance:
     )
 
 
-def _through_face(course: WaveHistory) -> float:
-    """∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²."""
-    row, back = 2 * course.striker, course.transit[course.striker]
-    sent = course.sums(row, 0, course.end).square
-    returned = 0.0 if course.endless(course.striker) else course.sums(row + 1, -back, course.end - back).square
-    return float(course.impedance[course.striker]) * (sent - returned)
-
-
 def _load(course: WaveHistory) -> tuple[float, float]:
     """Impulse and work of the load."""
     problem, impulse, work = course.held.problem, 0.0, 0.0
@@ -118,7 +113,11 @@ def rock_state(course: WaveHistory) -> RockState | None:
     problem = course.held.problem
     if problem.end != ROCK:
         return None
-    greatest = _greatest_penetration(course)
+    if course.held.state.time[course.size] == course.end:
+        greatest = float(course.held.state.now[0].greatest)
+    else:  # the bit has been followed beyond the window
+        trace = course.trace(2 * course.size + 1)
+        greatest = max(0.0, float(trace.before(trace.times[1:]).max()))
     force = course.value(2 * course.size + 2, course.end)
     dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * greatest**2
     stored = 0.5 * force**2 / problem.unloading
@@ -130,14 +129,6 @@ def rock_state(course: WaveHistory) -> RockState | None:
         work=dissipated + stored,
         dissipated=dissipated,
     )
-
-
-def _greatest_penetration(course: WaveHistory) -> float:
-    """So far, at least 0; from its pieces where the bit has been followed beyond the window."""
-    if course.held.state.time[course.size] == course.end:
-        return float(course.held.state.now[0].greatest)
-    trace = course.trace(2 * course.size + 1)
-    return max(0.0, float(trace.before(trace.times[1:]).max()))
 
 
 # ---- One blow: contacts, forces, energies, stresses, each computed from the waves when it is asked for

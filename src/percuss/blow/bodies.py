@@ -236,16 +236,10 @@ Striker = SizedBody | Body
 
 @dataclass(frozen=True)
 class Sections:
-    """A row of sections.
+    """A row of sections, shape (K,): inf for the transit time and the length of an endless one; `area` where known.
 
-    Parameters
-    ----------
-    impedance, transit, length, speed
-        Of each, shape (K,), inf for the transit time and the length of an endless one. SI, or the scales of a
-        dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance is known has the
-        speed 1, so that places along it are times of a wave.
-    area
-        In m², or None where only the impedances are known.
+    SI, or the scales of a dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance
+    is known has the speed 1, so that places along it are times of a wave.
     """
 
     impedance: Array

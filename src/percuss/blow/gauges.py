@@ -114,21 +114,10 @@ _SEEN = 0.01
 class RecordFit:
     """How a measured force lies over the computed one, by least squares.
 
-    Parameters
-    ----------
-    shift
-        What is added to the record's time to make it that of the blow.
-    sign
-        1 where compression is positive in the record, −1 where it is negative.
-    zero
-        What the record shows without a force, in its own sign.
-    scale
-        The factor on the computed force that fits the record best.
-    residual, residual_scaled
-        Root mean square of measured less computed force in the window, over the greatest computed force: as computed,
-        and with the factor.
-    overlap
-        Share of the window that the record covers.
+    `shift` is added to the record's time to make it that of the blow; `sign` is −1 where compression is negative in the
+    record, and `zero` what it shows without a force, in its own sign; `scale` is the factor on the computed force that
+    fits it best. The residuals are root mean squares over the greatest computed force, without and with that factor;
+    `overlap` is the share of the window that the record covers.
     """
 
     shift: float
@@ -150,16 +139,8 @@ def fitted_record(
     so what the record shows up to one window before the blow is compared with 0. The computed force is averaged over
     the time between two samples, as a recorder does.
 
-    Parameters
-    ----------
-    waves
-        Those at the gauge.
-    until
-        End of the window, in s.
-    time, force
-        Shape (n,): the record, in s, increasing, and N.
-    sign
-        1 or −1 if known; otherwise the one that fits better is taken.
+    `until`: end of the window, in s. `time` (s, increasing), `force` (N), shape (n,): the record. `sign`: if known, 1
+    or −1; otherwise the one that fits better is taken.
 
     Examples
     --------

@@ -19,16 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CellsOverTime:
-    """Force and velocity in the middle of cells along a body; no cell has a step within it.
+    """Force and velocity in the middle of cells along a body, shape (times, cells); no cell has a step within it.
 
-    Parameters
-    ----------
-    edges
-        Of the cells, from the driven end of the striker or the struck face of the rod, shape (cells + 1,).
-    section
-        Number of the section of each cell, shape (cells,).
-    force, velocity
-        Compression positive, toward the target positive, shape (times, cells).
+    `edges` count from the driven end of the striker, or from the struck face of the rod. Compression is positive.
     """
 
     edges: Array
@@ -41,14 +34,7 @@ class CellsOverTime:
 class EnergyOverTime:
     """Where the energy is, each of shape (times,).
 
-    Parameters
-    ----------
-    rigid, vibration
-        Of the striker: M V²/2 of its mean velocity, and its ringing.
-    rod
-        Kinetic and strain energy of the rod with the masses at its joints and the bit.
-    rock_dissipated, rock_stored
-        What the rock keeps, and what it could still give back; 0 without one.
+    `rod`: with the masses at its joints and the bit; `rock_stored`: what the rock could still give back.
     """
 
     rigid: Array
@@ -59,16 +45,9 @@ class EnergyOverTime:
 
 
 def cells_over_time(blow: Blow, times: Array, cells: int, reach: float) -> tuple[CellsOverTime, CellsOverTime | None]:
-    """Of the striker, and of the rod (None for a wall).
+    """Of the striker, and of the rod (None for a wall), at times in the window, in about so many cells of each body.
 
-    Parameters
-    ----------
-    times
-        In the window, shape (times,).
-    cells
-        About how many of each body; every section has some.
-    reach
-        How far an endless section is told of, in the units of the rod's places.
+    `reach`: how far an endless section is told of, in the units of the rod's places.
 
     Examples
     --------
@@ -219,17 +198,7 @@ _NO_WIDTH = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ForceEnvelope:
-    """The greatest forces over the window in the middle of cells along a body; no cell has a step within it.
-
-    Parameters
-    ----------
-    edges
-        Of the cells, from the driven end of the striker or the struck face of the rod, shape (cells + 1,).
-    section
-        Number of the section of each cell, shape (cells,).
-    compression, tension
-        Shape (cells,); not negative.
-    """
+    """The greatest forces over the window in the middle of such cells, shape (cells,); not negative."""
 
     edges: Array
     section: npt.NDArray[np.intp]
@@ -243,12 +212,7 @@ def force_envelope(blow: Blow, cells: int, reach: float) -> tuple[ForceEnvelope,
     Stepwise waves are looked at between all their breaks, which is exact; bent waves, and those of very many pieces, at
     4000 instants. `Blow.peaks` has the greatest of each section, always exact.
 
-    Parameters
-    ----------
-    cells
-        About how many of each body; every section has some.
-    reach
-        How far an endless section is told of, in the units of the rod's places.
+    `cells`, `reach`: as for `cells_over_time`.
 
     Examples
     --------

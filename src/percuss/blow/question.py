@@ -104,12 +104,10 @@ def _field(given: Any) -> Field | None:
     if given is None:
         return None
     both = several("field", given, "two functions of x: velocity and force")
-    if len(both) != 2:
+    if len(both) != 2 or any(one is None for one in both):
         raise ParameterError("field", given, "two functions of x: velocity and force")
     for one in both:
         callback("field", one)
-        if one is None:
-            raise ParameterError("field", given, "two functions of x: velocity and force")
     return both[0], both[1]
 
 

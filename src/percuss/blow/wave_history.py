@@ -316,9 +316,8 @@ class WaveHistory:
                 at = span * (np.array([begin, end]) - edges[k]) - 1.0
                 coefficients[k] = _restricted(coefficients[k], float(at[0]), float(at[1]))
         edges[0], edges[-1] = first, last
-        wide = (
-            np.diff(edges) > self.held.problem.near
-        )  # a break next to an end of the window leaves a piece of no width
+        # a break next to an end of the window leaves a piece of no width
+        wide = np.diff(edges) > self.held.problem.near
         wide[0] |= not wide.any()
         edges = np.append(edges[:-1][wide], last)
         edges[0] = first

@@ -11,16 +11,19 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.case.answers.best_answer import BestAnswer, Span, best_answer
-    from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer
-    from percuss.case.answers.diagram_answer import diagram_answer, diagram_job_of
-    from percuss.case.answers.exploration import basins_job_of, experiment_job_of
+    from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
+    from percuss.case.answers.exploring.best_answer import BestAnswer, Span, best_answer
+    from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
+    from percuss.case.answers.exploring.exploration import basins_job_of, experiment_job_of, sweep_job_of
+    from percuss.case.answers.exploring.orbits_answer import (
+        branch_answer,
+        orbits_answer,
+        rest_branch_answer,
+        rest_cycles_answer,
+    )
+    from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
+    from percuss.case.answers.exploring.reach_answer import reach_answer
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
-    from percuss.case.answers.measured_gauge import measured_gauge
-    from percuss.case.answers.orbits_answer import branch_answer, orbits_answer, rest_branch_answer, rest_cycles_answer
-    from percuss.case.answers.point_curves_answer import point_curves_answer
-    from percuss.case.answers.reach_answer import reach_answer
-    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import (
         MachineMotion,
@@ -29,9 +32,15 @@ if TYPE_CHECKING:
         resumed_answer,
         simulation_answer,
     )
-    from percuss.case.answers.steady_answer import OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
-    from percuss.case.answers.structure_answer import StructureAnswer, structure_answer
-    from percuss.case.answers.sweep_jobs import sweep_job_of
+    from percuss.case.answers.steady_answer import (
+        CaseReach,
+        OrbitAnswer,
+        PeriodAnswer,
+        SteadyAnswer,
+        StructureAnswer,
+        steady_answer,
+        structure_answer,
+    )
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, SampleMachine, load_case

@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.clock_note import clock_note
+from percuss.case.answers.heading import clock_note
 from percuss.case.file_format.building import (
     Parts,
     blow_note,
@@ -21,14 +21,9 @@ from percuss.case.file_format.building import (
     system_of,
 )
 from percuss.case.file_format.load_building import room_of
-from percuss.case.file_format.load_tables import ValveForce, ValveLoad
+from percuss.case.file_format.load_tables import ValveLoad
 from percuss.case.file_format.reading import checked_tables, parsed, text_of, toml_text, with_value
-from percuss.case.file_format.schema import (
-    ContactTable,
-    PhysicalCase,
-    PlainCase,
-    SystemTable,
-)
+from percuss.case.file_format.schema import PhysicalCase, PlainCase
 from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
@@ -145,11 +140,7 @@ class Case:
     @property
     def is_from_blow(self) -> bool:
         """Whether the restitution is that of the blow on the tool, which is resolved by waves."""
-        return self._contact_table is not None and self._parts.contact is None
-
-    @property
-    def _contact_table(self) -> ContactTable | SystemTable | None:
-        return self.tables.contact if isinstance(self.tables, PhysicalCase) else self.tables.system
+        return self.tables.struck is not None and self._parts.contact is None
 
     @cached_property
     def _parts(self) -> Parts:
@@ -194,7 +185,7 @@ class Case:
     @property
     def is_machine(self) -> bool:
         """Whether the piston switches the load: the case then has a `machine` and no `system`."""
-        return isinstance(self.tables.load, ValveForce | ValveLoad)
+        return isinstance(self.tables.load, ValveLoad)
 
     @property
     def is_readable(self) -> bool:
@@ -229,7 +220,7 @@ class Case:
 
     def room(self) -> float | None:
         """How far behind the wall the piston of a machine can go, in bar lengths; None without a limit."""
-        found = None if not isinstance(self.tables.load, ValveForce | ValveLoad) else room_of(self.tables.load)
+        found = None if not isinstance(self.tables.load, ValveLoad) else room_of(self.tables.load)
         return found if found is None or not self.is_si else found / self.machine().length_scale
 
     # -- the blow --
@@ -277,7 +268,7 @@ class Case:
         question = self.blow_question() if self.is_from_blow else None
         from_blow = "" if question is None else blow_note(blow_of(question), question)
         clock = "" if self.is_machine else clock_note(self.load())
-        others = (clock, from_blow, law_note(self._contact_table))
+        others = (clock, from_blow, law_note(self.tables.struck))
         return (*read, *(note for note in others if note))
 
     # -- simulation --

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.cli.arguments import Parser, check_target, need
 
 if TYPE_CHECKING:
-    from percuss.case.answers.report_parts import Grid, Report, Section
+    from percuss.case.answers.facts import Grid, Report, Section
     from percuss.explore.jobs.archive import Archive
 
 _SHOW = """\
@@ -71,7 +71,7 @@ def export(arguments: Sequence[str]) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Report, Section
+    from percuss.case.answers.facts import BAD, GOOD, PLAIN, Report, Section
 
     complete = not archive.missing()
     sections: list[Section | Grid] = [Section("what was asked for", tuple(_asked(archive)))]
@@ -125,7 +125,7 @@ def _brief(value: Any) -> str:
 
 
 def _axes(archive: Archive) -> Grid | None:
-    from percuss.case.answers.report_parts import Grid
+    from percuss.case.answers.facts import Grid
 
     axes = archive.ask.get("axes")
     if not isinstance(axes, list) or not all(isinstance(axis, dict) and axis.get("values") for axis in axes):
@@ -140,7 +140,7 @@ def _axes(archive: Archive) -> Grid | None:
 
 
 def _columns(archive: Archive) -> Section:
-    from percuss.case.answers.report_parts import Section
+    from percuss.case.answers.facts import Section
 
     rows = []
     for name, column in archive.columns.items():

@@ -72,8 +72,7 @@ def run(arguments: Sequence[str]) -> int:
     job = basins_job_of(case, x, y, at=options.at, modes=options.modes, impacts=options.impacts)
     found = Basins.of(job, carried(parser, options, job))
     from percuss import plot
-    from percuss.case.answers.exploration import basins_dict
-    from percuss.cli.map_report import basins_report
+    from percuss.case.answers.exploring.exploration import basins_dict, basins_report
     from percuss.cli.report_printing import answered
 
     answered(

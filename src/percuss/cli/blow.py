@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.case.answers.numerals import number, percent
-from percuss.case.answers.report_parts import BAD, GOOD, PLAIN, Grid, Report, Section
 from percuss.cli.arguments import (
     PICTURES,
     Parser,
@@ -285,7 +285,7 @@ def run(arguments: Sequence[str]) -> int:
     if options.output is not None or options.csv is not None:
         _save(answer, options)
     from percuss import plot
-    from percuss.cli.blow_report import blow_report
+    from percuss.case.answers.blow_answer import blow_report
     from percuss.cli.report_printing import answered
 
     answered(

@@ -125,8 +125,7 @@ def _tell(options: argparse.Namespace, case: Case, found: Diagram) -> None:
 
         write_netcdf(found.dataset, options.netcdf)
     from percuss import plot
-    from percuss.case.answers.diagram_answer import diagram_dict
-    from percuss.cli.branch_report import diagram_report
+    from percuss.case.answers.exploring.diagram_answer import diagram_dict, diagram_report
     from percuss.cli.report_printing import answered
 
     mode = "elastic mode" if case.tables.body is None else "mode"

@@ -66,8 +66,7 @@ def run(arguments: Sequence[str]) -> int:
 
     found = Experiment.of(job, carried(parser, options, job))
     from percuss import plot
-    from percuss.case.answers.exploration import experiment_dict
-    from percuss.cli.map_report import experiment_report
+    from percuss.case.answers.exploring.exploration import experiment_dict, experiment_report
     from percuss.cli.report_printing import answered
 
     answered(

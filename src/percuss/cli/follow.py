@@ -107,8 +107,7 @@ def run(arguments: Sequence[str]) -> int:
 def _tell(options: argparse.Namespace, case: Case, branch: Any, curves: Any, resting: bool) -> None:
     """The files that were asked for, and the answer."""
     from percuss import plot
-    from percuss.case.answers import orbits_answer, point_curves_answer
-    from percuss.cli import branch_report
+    from percuss.case.answers.exploring import orbits_answer, point_curves_answer
     from percuss.cli.report_printing import answered
     from percuss.whole_file import write_whole
 
@@ -120,7 +119,7 @@ def _tell(options: argparse.Namespace, case: Case, branch: Any, curves: Any, res
     answered(
         options,
         lambda: getattr(orbits_answer, f"{kind}_dict")(branch, curves),
-        lambda: getattr(branch_report, f"{kind}_report")(case.title, branch, curves),
+        lambda: getattr(orbits_answer, f"{kind}_report")(case.title, branch, curves),
         lambda: plot.curves(curves, case.title) if curves else getattr(plot, kind)(branch, case.title),
         table=options.output,
     )

@@ -64,7 +64,8 @@ def run(arguments: Sequence[str]) -> int:
 
         write_whole(options.output, cycle_table(answer.machine, answer.cycle))
     from percuss import plot
-    from percuss.cli.machine_report import machine_report, recorded_report
+    from percuss.case.answers.machine_answer import machine_report
+    from percuss.case.answers.recorded_answer import recorded_report
     from percuss.cli.report_printing import answered
 
     answered(

@@ -16,7 +16,7 @@ from percuss.halting import halting
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.case.answers.report_parts import Report
+    from percuss.case.answers.facts import Report
     from percuss.steady import FoundOrbits, FoundRestCycles
 
 _MOST = 8
@@ -67,7 +67,7 @@ def _parser() -> Parser:
 
 def typed_label(text: str) -> str:
     """P/N as it was typed, looked at."""
-    from percuss.case.answers.orbits_answer import is_rest_label, parsed_label
+    from percuss.case.answers.exploring.orbits_answer import is_rest_label, parsed_label
     from percuss.errors import ParameterError
 
     try:
@@ -80,14 +80,14 @@ def typed_label(text: str) -> str:
 
 def run(arguments: Sequence[str]) -> int:
     """Search for the orbits of a case; returns the exit code."""
-    from percuss.case.answers.numerals import counted
-    from percuss.case.answers.orbits_answer import (
+    from percuss.case.answers.exploring.orbits_answer import (
         is_rest_label,
         orbits_dict,
         parsed_label,
         rest_cycles_answer,
         rest_cycles_dict,
     )
+    from percuss.case.answers.numerals import counted
 
     parser = _parser()
     options = parser.parsed(arguments)
@@ -156,11 +156,11 @@ def _searched(case: Case, label: str, options: argparse.Namespace, halt: Callabl
 
 def _resting(case: Case, options: argparse.Namespace) -> int:
     """The cycles with rest of a label; returns the exit code."""
-    from percuss.case.answers.orbits_answer import rest_cycles_answer, rest_cycles_dict
+    from percuss.case.answers.exploring.orbits_answer import rest_cycles_answer, rest_cycles_dict
 
     label = options.label
     found = rest_cycles_answer(case, modes=options.modes)
-    from percuss.cli.branch_report import rest_report
+    from percuss.case.answers.exploring.orbits_answer import rest_report
     from percuss.cli.report_printing import answered
 
     answered(options, lambda: rest_cycles_dict(found, label), lambda: rest_report(case.title, found, label), indent=1)
@@ -170,9 +170,9 @@ def _resting(case: Case, options: argparse.Namespace) -> int:
 def _report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
+    from percuss.case.answers.exploring.orbits_answer import orbit_row, rest_sections
+    from percuss.case.answers.facts import PLAIN, Grid, Report, Section
     from percuss.case.answers.numerals import counted
-    from percuss.case.answers.report_parts import PLAIN, Grid, Report, Section
-    from percuss.cli.branch_report import orbit_row, rest_sections
     from percuss.steady.periodic.search import free_amplitude
 
     columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.report_parts import Grid, Report, Section
+from percuss.case.answers.facts import Grid, Report, Section
 from percuss.cli.arguments import tell_made
 from percuss.neutral import one_line
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case import Case, MachineMotion, SimulationAnswer
-    from percuss.case.answers.report_parts import Report
+    from percuss.case.answers.facts import Report
 
 _DESCRIPTION = """\
 How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
@@ -102,8 +102,7 @@ def _told(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion)
     """The answer written and printed."""
     from percuss import plot
     from percuss.case import SimulationAnswer
-    from percuss.case.answers.motion_report import motion_report
-    from percuss.cli.machine_report import machine_motion_report
+    from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
     from percuss.cli.report_printing import answered
 
     if options.output is not None:
@@ -123,7 +122,7 @@ def _told(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion)
 def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     """The motion with every contact resolved by waves."""
     from percuss.case import waves_answer
-    from percuss.case.answers.motion_report import waves_report
+    from percuss.case.answers.waves_answer import waves_report
     from percuss.cli.report_printing import answered
     from percuss.cli.simulation_progress import watched, waves_ready
 

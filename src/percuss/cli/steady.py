@@ -27,8 +27,7 @@ from percuss.cli.arguments import (
 
 if TYPE_CHECKING:
     from percuss.case import Case, SteadyAnswer
-    from percuss.case.answers.ends import Ends
-    from percuss.case.answers.reach_in_words import CaseReach
+    from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
 
 MAX_STARTS = 1000
@@ -127,7 +126,7 @@ def _reached(
     parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
 ) -> tuple[tuple[CaseReach, ...], str]:
     """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
-    from percuss.case.answers.reach_answer import reach_answer, varied_parameters
+    from percuss.case.answers.exploring.reach_answer import reach_answer, varied_parameters
     from percuss.cli.long_commands import watching
 
     wanted = varied_parameters(case, options.reach_of)  # which refuses what is unknown
@@ -192,7 +191,7 @@ def _answer(case: Case, asked: tuple[int, ...], kept: int | None, starts: int | 
 
 def _ends(case: Case, kept: int | None, starts: int | None) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.answers.ends import STARTS, ends_of, not_followed
+    from percuss.case.answers.steady_answer import STARTS, ends_of, not_followed
 
     if starts == 0:
         return not_followed("none were asked for")

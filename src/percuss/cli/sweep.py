@@ -26,7 +26,7 @@ from percuss.errors import ParameterError
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.case.answers.point_curves_answer import LaidCurve
+    from percuss.case.answers.exploring.point_curves_answer import LaidCurve
     from percuss.explore import Boundaries, Sweep
     from percuss.explore.cells import SweepJob
     from percuss.explore.sweeps import Range
@@ -137,8 +137,7 @@ def run(arguments: Sequence[str]) -> int:
 
         write_csv(found.dataset, options.csv)
     from percuss import plot
-    from percuss.case.answers.exploration import sweep_dict
-    from percuss.cli.map_report import sweep_report
+    from percuss.case.answers.exploring.exploration import sweep_dict, sweep_report
     from percuss.cli.report_printing import answered
 
     answered(
@@ -156,7 +155,7 @@ def _laid(path: str | None) -> tuple[LaidCurve, ...]:
     """The curves of a file."""
     if path is None:
         return ()
-    from percuss.case.answers.point_curves_answer import laid_curves
+    from percuss.case.answers.exploring.point_curves_answer import laid_curves
 
     try:
         content = Path(path).read_bytes()

@@ -98,29 +98,10 @@ def qualified(function: SystemFunction) -> str:
 class SweepJob:
     """A map as a job: its items are the cells, the last axis running fastest.
 
-    Attributes
-    ----------
-    family
-        Gives the system, or the machine, of each cell.
-    axes
-        One or more.
-    quantities
-        Names; see `percuss.explore.QUANTITIES`, and `percuss.explore.MACHINE_QUANTITIES` for machines.
-    periods
-        m, where it is no axis.
-    modes
-        N, of the steady motions, their multipliers and the simulations; None for the steady motions of the continuous
-        bar, multipliers of 32 modes, and simulations of `simulated`.
-    simulated
-        N of the simulations.
-    start
-        Of the simulations; None for that of the family.
-    stop
-        Of the simulations.
-    impacts, discard
-        Of a Lyapunov exponent.
-    functions
-        One's own quantities, by name.
+    `periods`: m, where it is no axis. `modes`: N of the steady motions, their multipliers and the simulations; None for
+    the steady motions of the continuous bar, multipliers of 32 modes, and simulations of `simulated`. `start`: of the
+    simulations, None for that of the family. `impacts`, `discard`: of a Lyapunov exponent. `functions`: one's own
+    quantities.
     """
 
     family: Family
@@ -149,6 +130,16 @@ class SweepJob:
     def groups(self) -> set[Group]:
         """The groups of what is asked."""
         return needs(self.quantities, known_quantities(self.family))
+
+    @cached_property
+    def simulates(self) -> bool:
+        """Whether any cell is simulated."""
+        return bool(self.groups & {"simulation", "lyapunov"})
+
+    @cached_property
+    def own_columns(self) -> Mapping[str, Column]:
+        """The columns of the quantities that have names, and the outcome of each cell."""
+        return columns_of(self.quantities, self.is_si, known_quantities(self.family))
 
     @property
     def rough_seconds(self) -> float:
@@ -197,13 +188,13 @@ class SweepJob:
     def columns(self) -> Mapping[str, Column]:
         """The columns of the quantities asked for, and the outcome of each cell."""
         own = {name: Column(meaning=f"of {qualified(function)}") for name, function in self.functions}
-        return {**columns_of(self.quantities, self.is_si, known_quantities(self.family)), **own}
+        return {**self.own_columns, **own}
 
     @property
     def ask(self) -> dict[str, Any]:
         """Axes, quantities, the family and the options."""
         wanted = self.groups
-        simulated = bool(wanted & {"simulation", "lyapunov"})
+        simulated = self.simulates
         of_machines = drives_itself(self.family)
         ask: dict[str, Any] = {
             "kind": "sweep",
@@ -243,7 +234,7 @@ class SweepJob:
 
     def start_of(self, cell: Mapping[str, float]) -> Start | None:
         """The start of a cell's simulation; None when nothing is simulated."""
-        if not self.groups & {"simulation", "lyapunov"} or self.start is not None:
+        if not self.simulates or self.start is not None:
             return self.start
         from percuss.simulate import Start
 
@@ -254,7 +245,7 @@ class SweepJob:
         """The columns of so many cells, of which nothing is known but that nothing has failed yet."""
         out = {
             key: np.full((number, *column.shape), column.empty, dtype=column.dtype)
-            for key, column in columns_of(self.quantities, self.is_si, known_quantities(self.family)).items()
+            for key, column in self.own_columns.items()
         }
         out["outcome"][:] = OK
         return out
@@ -286,7 +277,7 @@ class SweepJob:
                 if stopped():
                     return out
                 _steady(self, out, i, system, int(cells[i].get(PERIODS, self.periods)))
-        if groups & {"simulation", "lyapunov"}:
+        if self.simulates:
             _simulated(self, out, hammers, starts, stopped)
         if isinstance(family, StrikingFamily) and "blow" in groups:
             _blows(out, family, cells, stopped)
@@ -303,13 +294,8 @@ class SweepJob:
 
 def _described(start: Start, modes: int) -> dict[str, Any]:
     """A start in JSON's types."""
-    displacement, velocity, gap = start.state(modes)
-    return {
-        "displacement": np.asarray(displacement).tolist(),
-        "velocity": np.asarray(velocity).tolist(),
-        "gap": float(gap),
-        "time": start.time,
-    }
+    u, v, gap = start.state(modes)
+    return {"displacement": u.tolist(), "velocity": v.tolist(), "gap": float(gap), "time": start.time}
 
 
 # ---- Steady motions of systems
@@ -366,16 +352,18 @@ def _orbits(job: SweepJob, out: Columns, i: int, system: System, periods: int) -
         found["reason"] = VERDICTS.index(verdicts[best].kind)
     figures = [name for name in out if name in FIGURES and QUANTITIES[name].one]
     found |= {name: FIGURES[name].in_si(orbit) if job.is_si else FIGURES[name].value(orbit) for name in figures}
+    _set(out, i, found)
+
+
+def _set(out: Columns, i: int, found: Mapping[str, Any]) -> None:
+    """Fill in what is asked of a cell, and known."""
     for name in found.keys() & out.keys():
         if found[name] is not None:
             out[name][i] = found[name]
 
 
-_OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group in ("orbits", "exact")} - {
-    "exists",
-    "orbits",
-    "phases",
-}
+_OF_ALL = {"exists", "orbits", "phases"}
+_OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group in ("orbits", "exact")} - _OF_ALL
 
 # ---- Simulation
 
@@ -521,9 +509,7 @@ def _put(
             "efficiency": cycle["taken"] / cycle["work"],
             "duty": cycle["duty"],
         }
-    for name in found.keys() & out.keys():
-        if found[name] is not None:
-            out[name][i] = found[name]
+    _set(out, i, found)
 
 
 # ---- One blow, resolved by waves
@@ -541,13 +527,9 @@ def _blows(
             blow = family.blow(values)
             if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
                 raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
-            found = {name: BLOW_FIGURES[name].value(blow) for name in names}
+            _set(out, i, {name: BLOW_FIGURES[name].value(blow) for name in names})
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
-            continue
-        for name, value in found.items():
-            if value is not None:
-                out[name][i] = value
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays

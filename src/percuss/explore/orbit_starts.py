@@ -241,16 +241,23 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
     return None
 
 
-def _near(motion: Trajectory, times: Array, periods: int, room: float) -> PeriodicOrbit | None:
-    """The orbit near impacts of a motion; None where there is none that is possible."""
-    moved = times - _TURN * math.floor(times[0] / _TURN)
+def orbit_at(system: System, times: Array, periods: int, modes: int) -> PeriodicOrbit | None:
+    """The orbit at which Newton's method ends from simulated impacts; None for none that is possible."""
+    if not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0.0):
+        return None
     try:
-        found = orbit_near(motion.system, moved, periods, modes=motion.modes)
-        if found is None or not found.admissible or found.resonant_modes:
-            return None
+        orbit = orbit_near(system, times - _TURN * math.floor(times[0] / _TURN), periods, modes=modes)
     except PercussError:
         return None
-    flights = np.diff(moved, append=moved[0] + found.period)
+    return orbit if orbit is not None and orbit.admissible else None
+
+
+def _near(motion: Trajectory, times: Array, periods: int, room: float) -> PeriodicOrbit | None:
+    """The orbit near impacts of a motion; None where there is none that is possible."""
+    found = orbit_at(motion.system, times, periods, motion.modes)
+    if found is None or found.resonant_modes:
+        return None
+    flights = np.diff(times, append=times[0] + found.period)
     shifts = [np.abs(np.roll(flights, -shift) - found.flight_times).max() for shift in range(found.impacts)]
     return found if min(shifts) < room else None
 

@@ -392,13 +392,7 @@ def vary(hammer: Driven, values: Mapping[str, float]) -> Driven:
 
 
 def refuse_twice(sets: Mapping[str, str]) -> None:
-    """ParameterError when two parameters set the same thing, so that one of them would do nothing.
-
-    Parameters
-    ----------
-    sets
-        What each parameter sets, by name.
-    """
+    """ParameterError when two parameters set the same thing, so that one of them would do nothing."""
     by_thing: dict[str, str] = {}
     for name, thing in sets.items():
         other = by_thing.setdefault(thing, name)

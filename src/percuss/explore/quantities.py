@@ -42,8 +42,6 @@ class Quantity:
 
     Attributes
     ----------
-    columns
-        One for most; five whole numbers for the label.
     group
         ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``;
         ``blow``: from one blow on what the case says is struck, by waves; ``machine``: from the cycle of a machine that
@@ -142,18 +140,7 @@ OF_FREE_BARS = {
 
 
 def checked(names: Sequence[str], known: Mapping[str, Quantity] = QUANTITIES) -> tuple[str, ...]:
-    """The names, each once and in order.
-
-    Parameters
-    ----------
-    known
-        Those that there are: of systems, or `percuss.explore.MACHINE_QUANTITIES`.
-
-    Raises
-    ------
-    ParameterError
-        For a quantity that there is not, with the list of those that there are.
-    """
+    """The names, each once and in order; ParameterError with those that are `known` for another."""
     names = several("quantities", names, f"a list of some of {', '.join(known)}")
     for name in names:
         if not isinstance(name, str) or name not in known:

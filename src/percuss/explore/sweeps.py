@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
 
 
-# ---- The question of a sweep: its job, and which questions have no answer
-
 _MOST_IMPACTS = 10**7
 
 
@@ -60,13 +58,7 @@ def sweep_job(
     discard: int = 500,
     functions: Mapping[str, SystemFunction] | None = None,
 ) -> SweepJob:
-    """The job of a sweep, checked; see `sweep`.
-
-    Parameters
-    ----------
-    simulated
-        Elastic modes of the simulations, when `modes` does not say it.
-    """
+    """The job of a sweep, checked; see `sweep`. `simulated`: elastic modes of simulations if `modes` does not say."""
     from percuss.simulate import Start, Stop
 
     family = family_of(what)
@@ -318,15 +310,7 @@ _LAST = 1e-9  # share of the axis to which an end is found
 
 @dataclass(frozen=True)
 class Range:
-    """A part of an axis, in its unit.
-
-    Attributes
-    ----------
-    first, last
-        Its ends, inside it.
-    opens, closes
-        Whether it ends there, and not with the axis.
-    """
+    """A part of an axis, in its unit: its ends, inside it, and whether it ends there and not with the axis."""
 
     first: float
     last: float
@@ -339,18 +323,6 @@ def true_ranges(job: SweepJob, found: Sweep, quantity: str) -> tuple[Range, ...]
 
     An end lies between two neighbouring values of the axis; the cells between them are asked until it is known to 1e-9
     of the axis. What begins and ends between two neighbours is not seen.
-
-    Parameters
-    ----------
-    job, found
-        The map's job and what it came to.
-    quantity
-        Such as ``stable``, ``exists`` or ``admissible``.
-
-    Raises
-    ------
-    ParameterError
-        For a map with more than one axis, or a quantity that is not yes or no.
 
     Examples
     --------

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.blow.bodies import Sections
-    from percuss.case.answers.best_answer import BestAnswer
     from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.exploring.best_answer import BestAnswer
 
 
 # ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses

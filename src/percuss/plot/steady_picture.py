@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss import palette
-from percuss.case.answers.steady_answer import PeriodAnswer, judged
-from percuss.case.answers.structure_answer import StructureAnswer
+from percuss.case.answers.steady_answer import PeriodAnswer, StructureAnswer, judged
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
 from percuss.plot.trajectory_picture import wall

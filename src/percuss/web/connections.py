@@ -38,11 +38,6 @@ class Crowd:
 
     Connections are cheap to hold open, so silent ones must never keep others out: when there is no room, the server
     closes the connection that has kept it waiting longest. One that is being answered is never closed for another.
-
-    Parameters
-    ----------
-    limits
-        `connections` and `connections_per_address`.
     """
 
     def __init__(self, limits: Limits) -> None:

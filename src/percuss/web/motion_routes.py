@@ -12,10 +12,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import experiment_job_of, machine_motion, simulation_answer
-from percuss.case.answers.blow_frames import blow_frames
-from percuss.case.answers.exploration import experiment_dict, watched_experiment
-from percuss.case.answers.machine_frames import machine_frames, start_frames
-from percuss.case.answers.motion_frames import motion_frames, orbit_frames
+from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
+from percuss.case.answers.playback import blow_frames, machine_frames, motion_frames, orbit_frames, start_frames
 from percuss.web.questions import (
     BlowAsked,
     CaseAsked,

@@ -21,9 +21,8 @@ from percuss.case import (
     structure_answer,
     sweep_job_of,
 )
-from percuss.case.answers.diagram_answer import diagram_dict, watched_diagram
-from percuss.case.answers.motion_frames import branch_frames, rest_branch_frames
-from percuss.case.answers.orbits_answer import (
+from percuss.case.answers.exploring.diagram_answer import diagram_dict, watched_diagram
+from percuss.case.answers.exploring.orbits_answer import (
     branch_dict,
     curve_dict,
     is_rest_label,
@@ -32,8 +31,9 @@ from percuss.case.answers.orbits_answer import (
     rest_branch_dict,
     rest_cycles_dict,
 )
-from percuss.case.answers.point_curves_answer import watched_curves
-from percuss.case.answers.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
+from percuss.case.answers.exploring.point_curves_answer import watched_curves
+from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
+from percuss.case.answers.playback import branch_frames, rest_branch_frames
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting

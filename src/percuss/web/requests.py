@@ -303,15 +303,7 @@ _log = logging.getLogger("percuss.web")
 
 
 class Guard:
-    """ASGI middleware: refuses what does not come from the page itself, and lets no trace of an error out.
-
-    Parameters
-    ----------
-    app
-        What is guarded.
-    settings
-        Names, and the token.
-    """
+    """ASGI middleware: refuses what does not come from the page itself, and lets no trace of an error out."""
 
     def __init__(self, app: ASGIApp, settings: Settings) -> None:
         self.app = app

@@ -46,17 +46,7 @@ MOST_MODES = 256
 
 
 class Memory(Generic[T]):
-    """The last few answers, bounded in number and in size; safe for threads.
-
-    Parameters
-    ----------
-    most
-        How many.
-    size
-        Of all together; what alone is larger is not kept.
-    size_of
-        The size of one, from its key and itself.
-    """
+    """The last few answers, bounded in number and in size; safe for threads."""
 
     def __init__(self, most: int, size: float, size_of: Callable[[Any, T], float]) -> None:
         self._most, self._room, self._size_of = most, size, size_of

@@ -30,13 +30,7 @@ _LOOK = 0.1
 
 
 class Halt:
-    """Tells a computation that nobody waits for it any more; call it as its progress callback.
-
-    Parameters
-    ----------
-    seconds
-        After which it says so by itself.
-    """
+    """Tells a computation that nobody waits for it any more; call it as its progress callback."""
 
     def __init__(self, seconds: float) -> None:
         self._event = threading.Event()
@@ -56,15 +50,7 @@ class Halt:
 
 
 class Lane:
-    """Computations of one kind: so many at once, a few more in line, and the rest is told to come again.
-
-    Parameters
-    ----------
-    name
-        Of the threads.
-    at_once, waiting
-        How many are computed, and how many may wait.
-    """
+    """Computations of one kind: so many at once, a few more in line, and the rest is told to come again."""
 
     def __init__(self, name: str, at_once: int, waiting: int) -> None:
         self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix=f"percuss-{name}")
@@ -212,11 +198,6 @@ class Intake:
     """Bodies that come in, bounded all together: when they are too much, the one that began first is given up.
 
     It is the one that has taken longest; those that come in at the pace of a network are gone before it is their turn.
-
-    Parameters
-    ----------
-    most
-        Bytes.
     """
 
     def __init__(self, most: int) -> None:
@@ -323,7 +304,7 @@ def load() -> bool:
 
 def _use_multipliers() -> None:
     from percuss.case import load_case
-    from percuss.case.answers.quick_answer import curves_dict
+    from percuss.case.answers.exploring.quick_answer import curves_dict
 
     curves_dict(load_case("mini-breaker"), points=3, branches=3)
 
@@ -340,7 +321,7 @@ def _use_motions() -> None:
 
 def _use_blows() -> None:
     from percuss.case import load_case, waves_answer
-    from percuss.case.answers.blow_frames import blow_frames
+    from percuss.case.answers.playback import blow_frames
 
     case = load_case("laboratory-striker")
     blow_frames(case, frames=2, cells=2)

@@ -57,17 +57,7 @@ class Lattice(Shown):
 
 
 def lattice_of(impedances: Array, transit_times: Array, striker: int, cells: int) -> Lattice:
-    """The lattice that rounds the transit times least of those with so many cells in the striker, up to twice as many.
-
-    Parameters
-    ----------
-    impedances, transit_times
-        Of the striker's sections, then of the rod's; dimensionless.
-    striker
-        How many are the striker's.
-    cells
-        In the striker, at least.
-    """
+    """The lattice that rounds transit times least, of those with so many cells in the striker up to twice as many."""
     whole = float(transit_times[:striker].sum())
     least = math.ceil(_TURN / whole * cells)
     if least > MOST_STEPS:
@@ -216,17 +206,12 @@ def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
     return impedances[: len(own)], times, float(impedances[-1]) if target.end == "infinite" else math.inf
 
 
-def _is_fed(target: Target) -> bool:
-    """Whether the rod is fed between blows: it has an end that nothing holds, or only rock does."""
-    return isinstance(target, Rod) and target.end in ("free", "rock")
-
-
 _NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
 
 
 def _bit(system: System, target: Target, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
     """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
-    if not (isinstance(target, Rod) and _is_fed(target)):
+    if not isinstance(target, Rod) or target.end not in ("free", "rock"):
         return _NO_BIT
     bar, rate, rock = system.bar, system.angular_frequency, target.rock
     assert bar is not None  # a rod that is not endless is one in SI
@@ -261,10 +246,9 @@ def machine_record(
     behind *= scale
     struck = float(scaled[k]) if z.size else behind
     striker = float(scaled[k - 1])
-    moves = not _is_fed(target)
-    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, moves and pushed_back)
     ends = {"impedance": float(scaled[-1]), "transit": sum(lattice.cells[k:]) * lattice.step}
     bit = _bit(system, target, scale, pushed_back=pushed_back, **ends)
+    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, pushed_back and not bit.fed)
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
     load = load_means(system.load, lattice.steps)
     return lattice, LatticeMachine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)

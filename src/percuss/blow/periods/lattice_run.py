@@ -292,7 +292,7 @@ def _followed(
         number = int(np.count_nonzero(since >= lattice_run.time - periods * _TURN))
         cycle = Cycle(impacts.size - number, number, periods, 0)
     contacts = lattice_run.contacts
-    load_work, given, damped, averaged = (
+    taken, given, damped, averaged = (
         float(lattice_run.now[name][0]) for name in ("load_work", "rod_work", "damped", "averaged")
     )
     return WaveMotion(
@@ -310,7 +310,7 @@ def _followed(
         touching=lattice_run.touching,
         since=float(contacts["start"][-1]) if lattice_run.touching else math.nan,
         end_time=lattice_run.time,
-        energy=WaveEnergy(load_work, given, damped, averaged, lattice_run.energy - energy),
+        energy=WaveEnergy(taken, given, damped, averaged, lattice_run.energy - energy),
     )
 
 

@@ -117,9 +117,8 @@ def impacts_of(
         first[1:] = np.diff(kept["blow"]) > 0
     at = np.flatnonzero(first)
     last = np.append(at[1:], kept.size) - 1 if at.size else at
-    summed = {name: _sums(values, at) for name, values in _summands(kept).items()}
-    impulse = summed["impulse"]
-    centroid = summed["moment"] / impulse
+    impulse = _sums(kept["impulse"], at)
+    centroid = _sums(kept["moment"] + kept["impulse"] * kept["start"], at) / impulse
     start, before = kept["start"][at], kept["momentum_before"][at]
     fallen = load.mean * (centroid - start) + load.antiderivative(centroid) - load.antiderivative(start)
     energy, after = kept["energy_before"][at], kept["momentum_after"][last]
@@ -136,19 +135,11 @@ def impacts_of(
         mean_after=after,
         peak_force=np.maximum.reduceat(kept["peak"], at) if at.size else np.zeros(0),
         ringing_share=np.maximum(elastic, 0.0) / np.where(energy > 0.0, energy, math.inf),
-        given=summed["given"],
+        given=_sums(kept["given"], at),
         rock_work=_between(kept["rock_before"], at, tool and tool[0]),
         fed=_between(kept["advanced_before"], at, tool and tool[1]),
     )
     return found, int(np.count_nonzero(~real))
-
-
-def _summands(contacts: npt.NDArray[np.void]) -> dict[str, Array]:
-    return {
-        "impulse": contacts["impulse"],
-        "moment": contacts["moment"] + contacts["impulse"] * contacts["start"],
-        "given": contacts["given"],
-    }
 
 
 def _between(before: Array, at: npt.NDArray[np.intp], last: float | None) -> Array:

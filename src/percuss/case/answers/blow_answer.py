@@ -4,28 +4,30 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
+import xarray
 
-from percuss.case.answers.facts import Teller
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, MissingExtraError, ParameterError
+from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
-from percuss.model.checks import Array, flag, non_negative, positive
+from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    import xarray
-
-    from percuss.blow import Blow, GaugeWaves, Peak, Rod, Trace
+    from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
+    from percuss.blow.gauges import RecordFit
     from percuss.blow.question import Field
     from percuss.case.case import Case
     from percuss.case.file_format.body_building import BlowQuestion
+    from percuss.recordings import Recording
     from percuss.steady import Orbit
 
 
@@ -654,3 +656,300 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     about = {"units": "s" if si else "1", "long_name": "time from the start of the window"}
     attributes = {"title": answer.title, "answer": json.dumps(answer.to_json_dict(), allow_nan=False)}
     return xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+
+
+# ---- Lay a record over the blow
+
+
+_SIGNS = {"auto": None, "positive": 1, "negative": -1}
+_FEW = 10
+"""Samples while a wave runs through the striker and back, below which the record says little of its shape."""
+_PARTLY = 0.5
+_UNLIKE = 0.15
+"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
+
+
+def measured_gauge(
+    answer: BlowAnswer,
+    path: str | os.PathLike[str],
+    *,
+    column: str | int | None = None,
+    unit: str | None = None,
+    sample_rate: float | str | None = None,
+    sign: Literal["auto", "positive", "negative"] = "auto",
+) -> MeasuredGauge:
+    """Lay a measured record over the computed force at the gauge of a blow.
+
+    Parameters
+    ----------
+    answer
+        What `blow_answer` gives, of a case in SI with a rod.
+    path, column, unit, sample_rate
+        As `percuss.recordings.read_recording` has them; strain, stress or force.
+    sign
+        How the record writes compression: "positive", "negative", or "auto" for the one that fits better.
+
+    Raises
+    ------
+    HistoryError
+        When the record cannot be read, is constant, or nothing in it resembles the computed force.
+    ParameterError
+        For a dimensionless case, for a wall, and where the area of the rod at the gauge is not known.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from percuss.case import blow_answer, load_case
+    >>> answer = blow_answer(load_case("laboratory-striker"))
+    >>> time = np.arange(0.0, answer.blow.until, 1e-6)
+    >>> force = answer.waves.incident.at(time) + answer.waves.reflected.at(time)
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "gauge.csv")
+    ...     _ = file.write_text("t [s],force [N]\\n" + "".join(f"{t},{-1.02 * f}\\n" for t, f in zip(time, force)))
+    ...     found = measured_gauge(answer, file)
+    >>> found.sign, round(found.scale, 2)
+    (-1, 1.02)
+    """
+    from percuss.blow.gauges import fitted_record
+    from percuss.recordings import read_recording
+
+    instance("answer", answer, BlowAnswer)
+    choice("sign", sign, *_SIGNS)
+    waves = _waves(answer)
+    record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")
+    force = record.values * _force_of_one(answer, record)
+    try:
+        fit = fitted_record(waves, answer.blow.until, record.time, force, sign=_SIGNS[sign])
+    except ParameterError as error:
+        raise HistoryError(f"expected {error.accepted}", error.remedy, str(record.path)) from None
+    kind: Any = "stress" if record.quantity == "pressure" else record.quantity
+    return MeasuredGauge(
+        str(record.path),
+        kind,
+        fit.sign,
+        fit.shift,
+        fit.zero,
+        fit.scale,
+        fit.residual,
+        fit.residual_scaled,
+        fit.overlap,
+        record.time + fit.shift,
+        fit.sign * (force - fit.zero),
+        (*record.notes, *_record_notes(answer, record, fit, sign == "auto")),
+    )
+
+
+def _waves(answer: BlowAnswer) -> GaugeWaves:
+    waves = answer.waves
+    if waves is None:
+        raise ParameterError("measured", "a record", "a blow on a rod", "the target is a wall: give the case a [tool]")
+    if not answer.is_si:
+        remedy = "describe the bar and the rod by their sizes, in [bar] and [tool]"
+        raise ParameterError("measured", "a record", "a case in SI: the case is dimensionless", remedy)
+    return waves
+
+
+def _force_of_one(answer: BlowAnswer, record: Recording) -> float:
+    """The force in N, compression positive, that 1 in the record stands for."""
+    if record.quantity == "force":
+        return 1.0
+    piece = _piece(answer)
+    if piece is None:
+        remedy = "give the rod sections with area and youngs_modulus in [tool], or a record of force"
+        raise ParameterError("measured", record.quantity, "a rod whose area at the gauge is known", remedy)
+    return piece.area * (piece.youngs_modulus if record.quantity == "strain" else 1.0)  # N = E A ε
+
+
+def _piece(answer: BlowAnswer) -> Piece | None:
+    """The section of the rod under the gauge; of two that meet there, the later one, as for the waves."""
+    place, pieces = answer.gauge, answer.pieces[1]
+    return next((p for p in pieces if place is not None and place < p.end), pieces[-1] if pieces else None)
+
+
+def _record_notes(answer: BlowAnswer, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
+    from percuss.blow.bodies import striker_sections
+
+    found = []
+    if chosen:
+        which = "positive" if fit.sign > 0 else "negative"
+        found.append(f"compression is taken as {which} in the record, which fits better")
+    there_and_back = 2.0 * float(striker_sections(answer.blow.striker).transit.sum())
+    seen = there_and_back / float(np.median(np.diff(record.time)))
+    if seen < _FEW:
+        found.append(f"only {number(seen, 2)} samples while a wave runs through the striker and back: sample faster")
+    if fit.overlap < _PARTLY:
+        found.append(f"the record covers only {percent(fit.overlap)} of the window: compare with a shorter --until")
+    if fit.residual_scaled > _UNLIKE:
+        found.append("the shapes differ: check the place of the gauge, the sections and the window")
+    return found
+
+
+# ---- The report
+
+
+_SHOWN = 12
+"""Contacts that are listed one by one."""
+
+
+def blow_report(answer: BlowAnswer) -> Report:
+    """The report of `percuss blow`."""
+    sections: list[Section | Grid] = [_question(answer), _contacts(answer), _energy(answer)]
+    if answer.rod is not None:
+        sections.append(_rod(answer))
+    if answer.measured is not None:
+        sections.append(Section("Measured at the gauge", answer.measured.rows))
+    if answer.blow.penetration is not None:
+        sections.append(_rock(answer))
+    sections += [_stresses(answer), *_further(answer)]
+    tone = GOOD if answer.blow.outcome.name in ("OVER", "SPENT") else PLAIN
+    cut = answer.blow.outcome.name == "TOO_MANY_PIECES"
+    return Report(answer.title, blow_in_words(answer), BAD if cut else tone, tuple(sections))
+
+
+def _question(answer: BlowAnswer) -> Section:
+    blow, rod = answer.blow, answer.rod
+    struck = "a rigid wall" if rod is None else _rod_in_words(answer)
+    rows = [
+        ("case", answer.name),
+        ("striker", str(blow.striker)),
+        ("it strikes", struck),
+        ("speed", f"{answer.tell(blow.mean_velocity_before, 'speed')}, {answer.speed}"),
+        ("window", f"{answer.tell(blow.until, 'time')}; {blow.outcome.value}"),
+    ]
+    return Section("The blow", (*rows, *(("note", note) for note in answer.notes)))
+
+
+def _rod_in_words(answer: BlowAnswer) -> str:
+    rod = answer.rod
+    assert rod is not None
+    if rod.impedance is not None:
+        return f"an endless rod of impedance {number(rod.impedance)}"
+    far = {"infinite": "endless", "free": "free at its end", "fixed": "fixed at its end", "rock": "with a bit on rock"}
+    areas = [1e6 * piece.area for piece in rod.pieces]
+    span = f"{number(min(areas))} … {number(max(areas))}" if min(areas) < max(areas) else number(areas[0])
+    known = sum(section.length for section in rod.sections if section.length is not None)
+    long = f"{quantity(known, 'm')}, " if known else ""
+    mass = f", {number(rod.bit_mass)} kg at the end" if rod.bit_mass else ""
+    return f"a rod of {counted(len(rod.pieces), 'section')}, {long}{span} mm², {far[rod.end]}{mass}"
+
+
+def _contacts(answer: BlowAnswer) -> Grid | Section:
+    blow = answer.blow
+    if not blow.contacts:
+        return Section("Contacts", (("none", "the striker has not reached the target in the window"),), BAD)
+    rows = tuple(_contact_row(answer, spell) for spell in blow.contacts[:_SHOWN])
+    more = len(blow.contacts) - _SHOWN
+    heading = counted(len(blow.contacts), "contact")
+    if more > 0:
+        heading += f", of which the first {_SHOWN}"
+    if blow.grazes:
+        heading += f"; {counted(blow.grazes, 'touch').replace('touchs', 'touches')} without an impulse left out"
+    return Grid(heading, ("start", "end", "impulse", "peak force"), rows)
+
+
+def _contact_row(answer: BlowAnswer, spell: ContactInterval) -> tuple[str, ...]:
+    end = "still closed" if spell.end is None else answer.tell(spell.end, "time")
+    return (
+        answer.tell(spell.start, "time"),
+        end,
+        answer.tell(spell.impulse, "momentum"),
+        answer.tell(spell.peak_force, "force"),
+    )
+
+
+def _energy(answer: BlowAnswer) -> Section:
+    blow = answer.blow
+    before = blow.energy_before + max(blow.load_work, 0.0)
+
+    def share(value: float) -> str:
+        told = answer.tell(value, "energy")
+        return f"{told} ({percent(value / before)})" if before > 0.0 else told
+
+    rows = [("before", answer.tell(blow.energy_before, "energy"))]
+    if blow.load_work:
+        rows.append(("work of the load", answer.tell(blow.load_work, "energy")))
+    rows += [
+        ("through the face", share(blow.work_through_face)),
+        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.tell(blow.mean_velocity_after, 'speed')}"),
+        ("ringing in it", share(blow.vibration_energy_after)),
+        ("closes to", f"energy {blow.energy_error:.1e}, momentum {blow.momentum_error:.1e}, relative"),
+    ]
+    if blow.effective_restitution is not None:
+        rows.append(("restitution", f"R = {number(blow.effective_restitution, 6)}"))
+    if blow.contact_duration is not None and blow.force_centroid is not None:
+        centre = f"centroid of the force at {answer.tell(blow.force_centroid, 'time')}"
+        rows.append(("contact", f"{answer.tell(blow.contact_duration, 'time')}; {centre}"))
+    return Section("Energy", tuple(rows))
+
+
+def _rod(answer: BlowAnswer) -> Section:
+    pulse, waves = answer.blow.first_pulse, answer.waves
+    assert waves is not None  # there is a rod
+    rows = []
+    if pulse is not None:
+        tell = answer.tell
+        first = f"{tell(pulse.length, 'time')} long, peak {tell(pulse.peak, 'force')} after {tell(pulse.rise, 'time')}"
+        rows.append(("first pulse", f"{first}, {answer.tell(pulse.energy, 'energy')}"))
+    place = "at the gauge" if answer.gauge is None else f"{answer.tell(answer.gauge, 'length')} from the face"
+    rows += [
+        ("gauge", place),
+        ("incident wave", answer.tell(waves.incident_energy, "energy")),
+        ("reflected wave", answer.tell(waves.reflected_energy, "energy")),
+        (
+            "∫F²/Z dt",
+            f"{answer.tell(waves.tool_energy, 'energy')}; the energy that passes only while nothing has come back",
+        ),
+        ("left in the rod", answer.tell(answer.blow.rod_energy, "energy")),
+    ]
+    return Section("The wave in the rod", tuple(rows))
+
+
+def _rock(answer: BlowAnswer) -> Section:
+    blow = answer.blow
+    assert blow.bit_force is not None
+    depth = [blow.greatest_penetration or 0.0, blow.residual_penetration or 0.0]
+    rows = [
+        (
+            "work on it",
+            f"{answer.tell(blow.rock_work, 'energy')}, of which {answer.tell(blow.rock_dissipated, 'energy')} for good",
+        ),
+        ("penetration", f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"),
+        ("peak force", answer.tell(blow.bit_force.peak, "force")),
+    ]
+    if answer.beta is not None:
+        rows.append(("β", f"{number(answer.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"))
+    if blow.efficiency is not None:
+        rows.append(("efficiency", f"{percent(blow.efficiency)} of the energy before the blow"))
+    if blow.efficiency_with_rebound is not None:
+        rows.append(("", f"{percent(blow.efficiency_with_rebound)} without what rebounds with the striker"))
+    return Section("The rock", tuple(rows))
+
+
+def _stresses(answer: BlowAnswer) -> Grid:
+    own, rod = answer.peaks
+    rows = [_peak(answer, f"striker {i}", one) for i, one in enumerate(own)]
+    rows += [_peak(answer, f"rod {i}", one) for i, one in enumerate(rod)]
+    what = "stress" if answer.is_si else "force"
+    columns = ("section, from 0", f"compression ({what})", "where", "when", "tension", "where", "when")
+    return Grid("Greatest stresses" if answer.is_si else "Greatest forces", columns, tuple(rows))
+
+
+def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
+    def told(value: float, place: float | None, time: float | None) -> tuple[str, str, str]:
+        if place is None or time is None:
+            return "none", "", ""
+        return answer.tell(value, "stress"), answer.tell(place, "length"), answer.tell(time, "time")
+
+    first = told(peak.compression, peak.compression_place, peak.compression_time)
+    return (name, *first, *told(peak.tension, peak.tension_place, peak.tension_time))
+
+
+def _further(answer: BlowAnswer) -> list[Section]:
+    """What formulas say of such a blow, and what the theory leaves out."""
+    found = []
+    if answer.formulas:
+        found.append(Section("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
+    if answer.left_out:
+        found.append(Section("What one-dimensional waves leave out", answer.left_out))
+    return found

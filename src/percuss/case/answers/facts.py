@@ -2,7 +2,7 @@
 
 Answers hold tables of `Fact`. JSON (`json_of`), the lines of text and HTML reports (`rows_of`) and the reference
 (`reference_of`) are made from them; a `Teller` says a value with the unit of its hammer, so that no line is written
-twice, with units and without.
+twice, with units and without. `Report` is all that stands between an answer and what prints it.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from percuss.model import Machine
 
 if TYPE_CHECKING:
     from percuss.model import System
+
 
 S = TypeVar("S")
 
@@ -177,3 +178,38 @@ def reference_of(facts: Iterable[Fact[Any]], si: bool) -> str:
         if keys:
             lines.append(f"| {', '.join(f'`{key}`' for key in keys)} | {fact.meaning} |")
     return "\n".join(lines)
+
+
+# ---- What a report is made of: a title, a summary, sections of labelled lines, and grids of figures
+
+
+GOOD, BAD, PLAIN = "good", "bad", ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and its lines: (label, text). `tone` says whether the news is good, bad or neither."""
+
+    heading: str
+    rows: tuple[tuple[str, str], ...]
+    tone: str = PLAIN
+    level: int = 1
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A heading and a table: the names of its columns, and its rows; all but the first column are figures."""
+
+    heading: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `percuss.cli.report_printing` prints."""
+
+    title: str
+    summary: str
+    tone: str
+    sections: tuple[Section | Grid, ...]

@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.facts import Teller, plain_of
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller, plain_of, rows_of
+from percuss.case.answers.heading import machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
@@ -20,9 +21,16 @@ from percuss.case.answers.machine_figures import (
     sensitivities,
     told_blank,
 )
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import number as numerals_number
-from percuss.case.answers.numerals import numbers, picked, plain, plain_value
+from percuss.case.answers.numerals import (
+    counted,
+    json_number,
+    number,
+    numbers,
+    percent,
+    picked,
+    plain,
+    plain_value,
+)
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import ParameterError
@@ -153,12 +161,12 @@ class MachineAnswer(Shown):
         return {
             **cycle_dict(self),
             "starts_from_rest": bool(self.motion.starts_from_rest),
-            "margins": _margins(self),
-            "supply": _supply(self),
+            "margins": _margins_dict(self),
+            "supply": _supply_dict(self),
             "sensitivities": [plain(asdict(one)) for one in self.sensitivities],
             "pressure_curve": [plain(asdict(one)) for one in self.curve],
             "blank_blow": None if self.blank is None else self.blank.to_json_dict(),
-            "rigid": None if other is None else _cycle(other),
+            "rigid": None if other is None else _cycle_dict(other),
             "rigid_si": None if other is None else figures_in_si(self.machine, other.cycle),
             "warnings": list(self.warnings),
         }
@@ -228,7 +236,7 @@ def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
         "modes": motion.modes,
         "outcome": answer.outcome,
         "label": answer.label,
-        **_cycle(motion),
+        **_cycle_dict(motion),
         "failed_condition": _condition(motion),
         "stable": None if motion.cycle is None else bool(motion.cycle.stable),
         "si": answer.si,
@@ -240,10 +248,10 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
     """The numbers of a machine: its body, its valve and its gas, dimensionless."""
     valve = machine.valve
     return {
-        "s": number(machine.body.s),
-        "d": number(machine.drag),
-        "restitution": number(machine.contact.restitution),
-        "states": {name: number(force) for name, force in valve.pairs},
+        "s": json_number(machine.body.s),
+        "d": json_number(machine.drag),
+        "restitution": json_number(machine.contact.restitution),
+        "states": {name: json_number(force) for name, force in valve.pairs},
         "chamber": picked(valve.chamber, "force stiffness"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
         "ports": [picked(port, "to behind side delay reads on") for port in valve.ports],
@@ -251,7 +259,7 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
     }
 
 
-def _cycle(motion: SelfExcited) -> dict[str, Any]:
+def _cycle_dict(motion: SelfExcited) -> dict[str, Any]:
     cycle = motion.cycle
     if cycle is None:
         return plain_of(None, (*CYCLE, *POWER)) | {name: [] for name in ("blows", "ports", "valve", "multipliers")}
@@ -259,8 +267,10 @@ def _cycle(motion: SelfExcited) -> dict[str, Any]:
     return {
         **plain_of(Running(motion.machine, cycle), (*CYCLE, *POWER)),
         "blows": [{"time": time, "speed": speed, "energy": energy} for time, speed, energy in blows],
-        "ports": [{**picked(one, "port time"), "speed": number(-one.velocity)} for one in cycle.uncoverings],
-        "valve": [{**picked(one, "time to behind work"), "speed": number(-one.velocity)} for one in cycle.switches],
+        "ports": [{**picked(one, "port time"), "speed": json_number(-one.velocity)} for one in cycle.uncoverings],
+        "valve": [
+            {**picked(one, "time to behind work"), "speed": json_number(-one.velocity)} for one in cycle.switches
+        ],
         "multipliers": plain_value(cycle.multipliers[:SHOWN_MULTIPLIERS]),
     }
 
@@ -272,36 +282,36 @@ def _condition(motion: SelfExcited) -> dict[str, Any] | None:
     return {"condition": obstacle.value, **picked(obstacle, "words remedy"), **picked(motion, "found needed")}
 
 
-def _margins(answer: MachineAnswer) -> dict[str, Any] | None:
+def _margins_dict(answer: MachineAnswer) -> dict[str, Any] | None:
     margins, cycle = answer.margins, answer.cycle
     if margins is None or cycle is None:
         return None
     rigid, own, ringing = answer.rigid.cycle, cycle.rhythm_multiplier, cycle.ringing
     rhythm = rigid.multiplier if own is None and rigid is not None else own
     return {
-        "margin": number(1.0 - abs(cycle.multiplier)),
-        "margin_rhythm": None if rhythm is None else number(1.0 - abs(rhythm)),
+        "margin": json_number(1.0 - abs(cycle.multiplier)),
+        "margin_rhythm": None if rhythm is None else json_number(1.0 - abs(rhythm)),
         "rhythm_of": "rigid" if own is None else "machine",
-        "margin_ringing": None if ringing is None else number(1.0 - abs(ringing.multiplier)),
+        "margin_ringing": None if ringing is None else json_number(1.0 - abs(ringing.multiplier)),
         "ringing": None if ringing is None else _ringing_json(ringing),
         "beyond": None if margins.beyond is None else margins.beyond.value,
         **picked(margins, "return_time latest_return chamber_to_run chamber_to_start flow_to_run accumulator_to_run"),
     }
 
 
-def _supply(answer: MachineAnswer) -> dict[str, Any] | None:
+def _supply_dict(answer: MachineAnswer) -> dict[str, Any] | None:
     """The pressure over the cycle; in Pa where that of the states is known."""
     found, unit = answer.pressure, answer.machine.pressure or 1.0
     if found is None:
         return None
-    pressures = {name: number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")}
+    pressures = {name: json_number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")}
     return pressures | picked(found, "ripple multiplier slow_multiplier memory")
 
 
 def _ringing_json(ringing: Ringing) -> dict[str, Any]:
     return {
         "multiplier": plain_value(ringing.multiplier),
-        "decay_cycles": number(ringing.decay),
+        "decay_cycles": json_number(ringing.decay),
         "modes": [picked(one, "mode share") for one in ringing.told],
     }
 
@@ -347,7 +357,7 @@ def headline(answer: MachineAnswer) -> str:
         rest = ", with a rest on the wall" if cycle.rests else ""
         return (
             f"The machine runs with one blow a cycle{rest}: {figures_in_short(answer.machine, cycle)}; stable, a "
-            f"disturbance is down to {numerals_number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
+            f"disturbance is down to {number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
             f"{starts} from rest on the wall."
         )
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
@@ -362,7 +372,7 @@ def figures_in_short(machine: Machine, cycle: ValveCycle) -> str:
     """Energy, rate and striking speed of a cycle."""
     tell, rate = Teller.of(machine), cycle.blows / cycle.period
     if not tell.is_si:
-        return f"striking speed {numerals_number(cycle.blow_speed, 5)}, period {numerals_number(cycle.period, 5)}"
+        return f"striking speed {number(cycle.blow_speed, 5)}, period {number(cycle.period, 5)}"
     rates = f"{tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')})"
     return f"{tell(cycle.blow_energy, 'energy')} at {rates}, {tell(cycle.blow_speed, 'speed')}"
 
@@ -394,3 +404,188 @@ def decided_by_rigid(answer: MachineAnswer) -> str:
     rigid = answer.rigid
     same = rigid is not answer.motion and rigid.obstacle is answer.motion.obstacle
     return f"{decided_by(rigid)[:-1]}, as a rigid piston)" if same and decided_by(rigid) else ""
+
+
+# ---- The report
+
+
+_FEW = 8  # multipliers that are told
+_NOTHING = 1e-12  # a multiplier that is rounding
+
+
+def machine_report(answer: MachineAnswer) -> Report:
+    """The report of `percuss machine`."""
+    sections: list[Section | Grid] = [machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)]
+    if not answer.runs:
+        sections.append(_obstacle_section(answer.motion))
+    if answer.cycle is not None:
+        sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
+        if answer.machine.is_si:
+            running = Running(answer.machine, answer.cycle)
+            sections.append(Section("Power and oil", tuple(rows_of(running, POWER, Teller.of(answer.machine)))))
+        if answer.pressure is not None:
+            sections.append(_pressure_section(answer.machine, answer.pressure))
+        sections.append(_stability_section(answer, answer.cycle))
+    if answer.margins is not None:
+        sections.append(_margins_section(answer, answer.margins))
+    if answer.sensitivities:
+        sections.append(_sensitivity_grid(answer))
+    if answer.blank is not None:
+        sections.append(Section("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
+    return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))
+
+
+# -- what it does -----------------------------------------------------------------------------------------------------
+
+
+def _obstacle_section(motion: SelfExcited) -> Section:
+    obstacle = motion.obstacle
+    assert obstacle is not None
+    return Section(f"Why not: {obstacle.value}", (("what", obstacle.words), ("remedy", obstacle.remedy)), BAD)
+
+
+def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
+    machine, other = answer.machine, answer.rigid
+    rows = rows_of(Running(machine, cycle), CYCLE, Teller.of(machine))
+    if other is not answer.motion and other.cycle is not None:
+        rows.append(("rigid piston", _rigid_text(machine, other.cycle)))
+    kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"
+    return Section(f"Cycle, {counted(cycle.blows, 'blow')} in it ({kind})", tuple(rows))
+
+
+def _rigid_text(machine: Machine, cycle: ValveCycle) -> str:
+    tell = Teller.of(machine)
+    if not tell.is_si:
+        return f"speed {number(cycle.blow_speed)}, period {number(cycle.period)}"
+    return (
+        f"{tell(cycle.blow_energy, 'energy')}, {tell(cycle.blow_speed, 'speed')}, "
+        f"{tell.given(cycle.blows / cycle.period, 'per_min')}, stroke {tell(cycle.stroke, 'length')}"
+    )
+
+
+def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
+    """Everything that happens in a cycle, in order."""
+    tell = Teller.of(machine)
+    rows: list[tuple[float, str, float, float | None]]
+    rows = [
+        (one.time, f"ports[{one.port}] uncovered", -one.velocity, machine.valve.ports[one.port].behind)
+        for one in cycle.uncoverings
+    ]
+    rows += [(one.time, f"valve: {one.to}", -one.velocity, one.behind) for one in cycle.switches]
+    blows = zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)
+    rows += [(time, "blow", speed, 0.0) for time, speed in blows]
+    rows.sort(key=lambda row: row[0])
+    return Grid(
+        "Events, from just after the blow",
+        ("event", "time", "behind the wall", "speed toward it"),
+        tuple(
+            (
+                what,
+                tell(time, "time"),
+                "" if behind is None else tell(max(behind, 0.0), "length"),
+                tell(speed, "speed"),
+            )
+            for time, what, speed, behind in rows
+        ),
+    )
+
+
+def _pressure_section(machine: Machine, found: SlowPressure) -> Section:
+    mean, blow, least, greatest = (
+        supply_pressure(machine, value) for value in (found.mean, found.at_blow, found.least, found.greatest)
+    )
+    rows = [
+        ("pressure", f"{mean} on average, {blow} at the blow"),
+        ("ripple", f"{least} to {greatest}, {percent(found.ripple)} of the mean"),
+    ]
+    slow = "" if found.slow_multiplier is None else f"; by the pressure alone {number(found.slow_multiplier, 3)}"
+    rows.append(("multiplier", f"{_complex(found.multiplier)} of a disturbance of the pressure{slow}"))
+    if math.isfinite(found.memory):
+        rows.append(("memory", f"{number(found.memory, 3)} cycles until it has fallen to 1/e"))
+    return Section("Pressure of the supply", tuple(rows))
+
+
+def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
+    felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
+    shown = ", ".join(_complex(z) for z in felt[:_FEW])
+    more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
+    rows = [
+        ("multipliers", f"{shown}{more}"),
+        ("margin", f"{number(1.0 - abs(cycle.multiplier))}, 1 minus the greatest modulus"),
+    ]
+    if answer.motion.modes:
+        rows += _rhythm_and_ringing(answer, cycle)
+    rows.append(("compare", "the piston's own valve re-times the load after every blow: there is no phase to lose"))
+    return Section("Stability", tuple(rows), GOOD if cycle.stable else BAD)
+
+
+def _rhythm_and_ringing(answer: MachineAnswer, cycle: ValveCycle) -> list[tuple[str, str]]:
+    own, rigid, ringing = cycle.rhythm_multiplier, answer.rigid.cycle, cycle.ringing
+    rows = []
+    if own is not None:
+        rows.append(("rhythm", f"margin {number(1.0 - abs(own))}, that of the motion as a whole"))
+    elif rigid is not None:
+        text = f"margin {number(1.0 - abs(rigid.multiplier))}, that of a rigid piston"
+        rows.append(("rhythm", f"{text}: here it cannot be told from the ringing"))
+    if ringing is not None:
+        modes = ", ".join(f"{_mode(one.mode)} ({percent(one.share)})" for one in ringing.told)
+        decay = (
+            f"down to 1/e in {number(ringing.decay, 3)} cycles" if math.isfinite(ringing.decay) else "does not die out"
+        )
+        rows.append(("ringing", f"margin {number(1.0 - abs(ringing.multiplier))}, {decay}: {modes}"))
+    return rows
+
+
+def _mode(mode: int) -> str:
+    return f"mode {mode}" if mode else "the motion as a whole"
+
+
+def _complex(z: complex) -> str:
+    return number(z.real, 3) if abs(z.imag) <= 1e-9 * abs(z) else f"{number(z.real, 3)} ± {number(abs(z.imag), 3)}i"
+
+
+def _margins_section(answer: MachineAnswer, margins: ValveMargins) -> Section:
+    machine, tell = answer.machine, Teller.of(answer.machine)
+    now = tell(abs(margins.return_time), "time")
+    side = "after" if margins.return_time >= 0.0 else "before"
+    if margins.latest_return is None:
+        late = f"it comes {now} {side} the blow; no limit was found within eight periods"
+    else:
+        latest = tell(abs(margins.latest_return), "time")
+        then = "the machine stops" if margins.beyond is None else margins.beyond.value
+        limit = "after" if margins.latest_return >= 0.0 else "before"
+        late = f"it comes {now} {side} the blow, and may come up to {latest} {limit} it: beyond, {then}"
+    rows = [("return", late)]
+    gas = machine.valve.chamber
+    if (gas.force > 0.0 or gas.stiffness > 0.0) and machine.valve.supply is None:
+        rows.append(("gas, to run", _factor(margins.chamber_to_run, "no longer runs")))
+        rows.append(("gas, to start", _factor(margins.chamber_to_start, "no longer starts from rest")))
+    if machine.valve.supply is not None:
+        for name, factor in (("flow, to run", margins.flow_to_run), ("accumulator", margins.accumulator_to_run)):
+            least = "no limit was found" if factor is None else f"below {number(factor)} times as much it does not run"
+            rows.append((name, least if factor is None else f"{least}, or not steadily"))
+    return Section("Margins (rigid piston)", tuple(rows))
+
+
+def _factor(factor: float | None, then: str) -> str:
+    if factor is None:
+        return "no limit was found"
+    if factor == 0.0:
+        return "does not start from rest, also without gas"
+    more = number(100.0 * (factor - 1.0), 3)
+    return f"above {number(factor)} times its force and stiffness ({more} % more) the machine {then}"
+
+
+def _sensitivity_grid(answer: MachineAnswer) -> Grid:
+    rows = []
+    for one in answer.sensitivities:
+        figures = ("", "") if one.energy is None or one.rate is None else (_signed(one.energy), _signed(one.rate))
+        stops = [f"{change}: {why}" for change, why in zip(("−10 %", "+10 %"), one.stops, strict=True) if why]
+        rows.append((one.parameter, *figures, "; ".join(stops)))
+    if any(row[3] for row in rows):
+        return Grid("For 10 % more of", ("parameter", "energy", "rate", "does not run at"), tuple(rows))
+    return Grid("For 10 % more of", ("parameter", "energy", "rate"), tuple(row[:3] for row in rows))
+
+
+def _signed(change: float) -> str:
+    return f"{'+' if change >= 0.0 else '−'}{number(100.0 * abs(change), 3)} %"

@@ -6,15 +6,11 @@ import csv
 import io
 import math
 import shlex
-import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from percuss.model import Machine, System
-    from percuss.model.body import Modes
-    from percuss.model.checks import Array
+    pass
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -100,69 +96,6 @@ def table_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 # ---- Values for JSON: every number finite or null, numpy's kinds as Python's own
-
-
-def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) -> dict[str, Any]:
-    """What the answer to any question begins with: the case, the system, its recording, what was assumed."""
-    history = system.load.report
-    return {
-        "case": name,
-        "title": title,
-        "system": system_dict(system),
-        "body": body_dict(system),
-        "contact": contact_dict(system),
-        "history": None if history is None else plain(asdict(history)),
-        "notes": list(notes),
-    }
-
-
-def system_dict(system: System) -> dict[str, Any]:
-    """The system in plain values."""
-    free = system.body.is_free
-    return {
-        "s": json_number(system.s) if free else None,
-        "d": json_number(system.d) if free else None,
-        **({} if free else {"gap": json_number(system.body.gap)}),
-        "restitution": json_number(system.restitution),
-        "coefficients": [[json_number(p.real), json_number(p.imag)] for p in system.load.coefficients.tolist()],
-        "load_factor": json_number(system.load.load_factor),
-    }
-
-
-SHOWN_MODES = 8
-"""Elastic modes that are told of a body."""
-
-
-def body_dict(system: System) -> dict[str, Any]:
-    """The body in plain values: its first elastic modes under the load, per radian of it, and in SI in Hz, too."""
-    modes = system.body.modes(SHOWN_MODES, system.load.at)
-    found: dict[str, Any] = {
-        "kind": system.body.kind,
-        "frequencies": numbers(modes.omega),
-        "gamma": numbers(_without_rounding(modes, system) if system.body.is_free else modes.gamma),
-        "damping": numbers(modes.damping),
-    }
-    if system.frequency is not None:
-        found["frequencies_Hz"] = numbers(modes.omega * system.frequency)
-    return found
-
-
-_ROUNDING = 8.0 * sys.float_info.epsilon
-"""Of the shape of a mode, per radian of its wave; nodes at the load have been seen within a seventh of it."""
-
-
-def _without_rounding(modes: Modes, system: System) -> Array:
-    """γ_n, and 0 where it is rounding: |φ_n(x_p)| at most 8 ε (1 + ω_n/s) times the greatest |φ_n| along the bar."""
-    import numpy as np  # what only writes numbers has no need of it
-
-    along = np.abs(system.body.shapes(np.linspace(0.0, 1.0, 65), modes.size).displacement).max(axis=0)
-    rounding = _ROUNDING * (1.0 + modes.omega / system.s) * along
-    return np.asarray(np.where(np.abs(modes.at_load) > rounding, modes.gamma, 0.0))
-
-
-def contact_dict(system: System | Machine) -> dict[str, str]:
-    """The contact law in plain values."""
-    return {"law": system.contact.law, "strain": system.contact.kind}
 
 
 def json_number(value: Any) -> float | int | None:

@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from percuss.case.answers.facts import Teller
-from percuss.case.answers.machine_answer import MachineAnswer, figures_in_short
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import number as numerals_number
-from percuss.case.answers.numerals import numbers, picked
+from percuss.case.answers.facts import BAD, GOOD, Grid, Report, Section, Teller
+from percuss.case.answers.machine_answer import MachineAnswer, figures_in_short, machine_report
+from percuss.case.answers.numerals import counted, json_number, number, numbers, percent, picked
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.model.checks import count, finite, positive
@@ -24,11 +23,9 @@ from percuss.steady import ForceRecord, recorded_valve, self_excited_motion, ste
 from percuss.steady.recorded.force_record import load_phases
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from percuss.case.case import Case
     from percuss.model import System
-    from percuss.steady import Reading, RecordedSwitch, RecordedValve
+    from percuss.steady import Interval, Reading, RecordedSwitch, RecordedValve
     from percuss.steady.self_excited import ValveCycle
 
 
@@ -100,14 +97,14 @@ def _recorded_dict(answer: RecordedAnswer) -> dict[str, Any]:
         "clock": picked(answer.clock, "exists stable multiplier"),
         "recorded": {
             **picked(read, "phase phases restitution opposing_share"),
-            "period": number(read.period * scale("time")),
-            "speed": number(read.speed * scale("speed")),
-            "stroke": number(read.stroke * scale("length")),
+            "period": json_number(read.period * scale("time")),
+            "speed": json_number(read.speed * scale("speed")),
+            "stroke": json_number(read.stroke * scale("length")),
             "cycles": int(read.cycles),
             "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
             "switches": [_switch(switch, scale) for switch in read.switches],
-            "least_delays": _reading(read.by_ports),
-            "longest_delays": _reading(read.by_delays),
+            "least_delays": _reading_dict(read.by_ports),
+            "longest_delays": _reading_dict(read.by_delays),
         },
     }
 
@@ -125,16 +122,16 @@ def _switch(switch: RecordedSwitch, scale: Callable[[str], float]) -> dict[str, 
     }
 
 
-def _reading(reading: Reading) -> dict[str, Any]:
+def _reading_dict(reading: Reading) -> dict[str, Any]:
     """One of the extreme readings: its ports, and whether and how it runs."""
     machine, cycle = reading.machine, reading.cycle
     length, time = map(Teller.of(machine).scale, ("length", "time"))
     ports = [
         {
             "to": port.to,
-            "behind": None if port.behind is None else number(port.behind * length),
+            "behind": None if port.behind is None else json_number(port.behind * length),
             "side": port.side,
-            "delay": number(port.delay * time),
+            "delay": json_number(port.delay * time),
             "on": port.on,
         }
         for port in machine.valve.ports
@@ -142,7 +139,7 @@ def _reading(reading: Reading) -> dict[str, Any]:
     return {
         "ports": ports,
         "runs": bool(reading.runs),
-        "multiplier": None if cycle is None else number(abs(cycle.multiplier)),
+        "multiplier": None if cycle is None else json_number(abs(cycle.multiplier)),
     }
 
 
@@ -264,11 +261,7 @@ def by_clock(answer: RecordedAnswer) -> str:
         return "no steady motion with the blow where it is"
     z = clock.multiplier
     turning = abs(z.imag) > 1e-9 * abs(z)
-    size = (
-        f"a pair of multipliers of modulus {numerals_number(abs(z), 3)}"
-        if turning
-        else f"multiplier {numerals_number(z.real, 3)}"
-    )
+    size = f"a pair of multipliers of modulus {number(abs(z), 3)}" if turning else f"multiplier {number(z.real, 3)}"
     if abs(z) < 1.0:
         return f"{'stable' if clock.stable else 'unstable by its ringing, its rhythm stable'}, {size}"
     kind = "turning" if turning else "flip" if z.real < 0.0 else "beyond the fold"
@@ -279,5 +272,97 @@ def by_valve(cycle: ValveCycle | None) -> str:
     """``stable, multiplier 0.028`` of the machine that was read."""
     if cycle is None:
         return "no cycle"
-    size = numerals_number(abs(cycle.multiplier), 3)
+    size = number(abs(cycle.multiplier), 3)
     return f"{'stable' if cycle.stable else 'unstable'}, greatest multiplier {size}"
+
+
+# ---- A recorded load read as a valve, as the report that a person reads
+
+
+def recorded_report(answer: RecordedAnswer) -> Report:
+    """The report of `percuss machine` for a recorded load: what was read, then the machine's own."""
+    whole = machine_report(answer.answer)
+    own = (_read_section(answer), _switches_grid(answer), _readings_section(answer), _verdicts_section(answer))
+    mark = GOOD if answer.runs else BAD
+    return Report(answer.answer.title, recorded_headline(answer), mark, (*own, *whole.sections))
+
+
+def _read_section(answer: RecordedAnswer) -> Section:
+    read, machine, tell = answer.read, answer.read.machine, Teller.of(answer.read.machine)
+    cycles = "the mean cycle" if not read.cycles else f"{counted(read.cycles, 'cycle')}, one by one"
+    rows = [
+        ("read from", cycles),
+        ("blow", f"at phase {number(read.phase)} rad of the load, {tell(read.speed, 'speed')}"),
+        ("stroke", tell(read.stroke, "length")),
+    ]
+    if read.restitution is not None:
+        low, high = number(read.restitution.low, 3), number(read.restitution.high, 3)
+        rows.append(("rebound", f"R = {number(read.restitution.value, 3)} ({low} to {high}) by the measured blows"))
+    gas = read.stiffness
+    if gas.value > 0.0:
+        scale = machine.force_scale / machine.length_scale if machine.is_si else 1.0
+        unit = " N/m" if machine.is_si else ""
+        slope = f"{number(gas.value * scale)}{unit} ({number(gas.low * scale)} to {number(gas.high * scale)})"
+        rows.append(("gas", f"stiffness {slope}, by the slope of the force against the distance"))
+    if read.opposing_share is not None:
+        text = (
+            f"{percent(read.opposing_share)} of the highest force, constant: an estimate, with which the blow comes as "
+            "the force falls. If the front chamber is always under supply, it is the ratio of its area to the rear one"
+        )
+        rows.append(("opposing force", text))
+    rows += [("warning", warning) for warning in answer.warnings]
+    rows += [("note", note) for note in read.notes]
+    return Section("From the record", tuple(rows))
+
+
+def _switches_grid(answer: RecordedAnswer) -> Grid:
+    tell = Teller.of(answer.read.machine)
+    rows = []
+    for switch in answer.read.switches:
+        side = "before" if switch.time.value < 0.0 else "after"
+        rows.append(
+            (
+                switch.to,
+                f"{tell(abs(switch.time.value), 'time')} {side} the blow",
+                _interval(tell, switch.behind, "length"),
+                tell(-switch.velocity.value, "speed"),
+                _recorded_port_text(tell, switch),
+            )
+        )
+    columns = ("switch to", "time", "behind the wall", "speed toward it", "port and delay")
+    return Grid("Switches of the force", columns, tuple(rows))
+
+
+def _recorded_port_text(tell: Teller, switch: RecordedSwitch) -> str:
+    found = switch.found
+    if not found.told_apart:
+        return f"not told apart: a delay of {tell(max(found.least, 0.0), 'time')} or more"
+    return f"{_interval(tell, found.port, 'length')}, {_interval(tell, found.delay, 'time')}"
+
+
+def _interval(tell: Teller, interval: Interval, kind: str) -> str:
+    value, low, high = (tell(one, kind) for one in interval)
+    return value if low == high else f"{value} ({low} to {high})"
+
+
+def _readings_section(answer: RecordedAnswer) -> Section:
+    rows = [("least delays", _reading(answer.read.by_ports)), ("longest", _reading(answer.read.by_delays))]
+    rows.append(("of these", "each gives the recorded motion; with longer delays the machine would not run steadily"))
+    return Section("The two extreme readings (rigid piston)", tuple(rows))
+
+
+def _reading(reading: Reading) -> str:
+    tell, ports = Teller.of(reading.machine), []
+    for port in reading.machine.valve.ports:
+        where = "at the blow" if port.behind is None else f"port at {tell(port.behind, 'length')}"
+        ports.append(f"{port.to}: {where}, delay {tell(max(port.delay, 0.0), 'time')}")
+    return f"{'; '.join(ports)}; {by_valve(reading.cycle)}"
+
+
+def _verdicts_section(answer: RecordedAnswer) -> Section:
+    rows = (
+        ("under a clock", by_clock(answer)),
+        ("with the valve", by_valve(answer.answer.cycle)),
+        ("both", "have the phase, speed and energy of the recorded motion; a clock does not wait for a late blow"),
+    )
+    return Section("The two verdicts on the recorded motion", rows, GOOD if answer.runs else BAD)

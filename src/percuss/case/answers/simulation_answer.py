@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -11,12 +12,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.numerals import counted, heading_dict, numbers, picked, plain
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.orbits_answer import orbit_dict
+from percuss.case.answers.exploring.orbits_answer import orbit_dict
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller
+from percuss.case.answers.heading import clock_in_short, heading_dict, machine_section, supply_pressure, system_section
+from percuss.case.answers.numerals import counted, json_number, number, numbers, picked, plain, quantity
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, positive
+from percuss.model.system import rests
 from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
 from percuss.stability import orbit_multipliers
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Cycle, Progress, Summary
+    from percuss.simulate import Cycle, Event, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
@@ -49,7 +52,7 @@ def held_down_in_words(shares: Array) -> tuple[tuple[str, str], ...]:
 
 def held_down_dict(shares: Array) -> dict[str, Any] | None:
     """How often, and the greatest share of the energy of the greatest blow that was given up so."""
-    return {"rests": int(shares.size), "greatest_share": number(shares.max())} if shares.size else None
+    return {"rests": int(shares.size), "greatest_share": json_number(shares.max())} if shares.size else None
 
 
 # ---- A simulated motion in plain values with the names that other programs read; every number finite or null
@@ -72,7 +75,8 @@ def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
     seconds = system.time_scale if system.is_si else None
     names = "kind time phase impact_velocity rebound_velocity energy_lost resolved"
     return [
-        {**picked(event, names), "time_s": None if seconds is None else number(event.time * seconds)} for event in part
+        {**picked(event, names), "time_s": None if seconds is None else json_number(event.time * seconds)}
+        for event in part
     ]
 
 
@@ -199,9 +203,9 @@ def _pressure(motion: Trajectory) -> dict[str, Any] | None:
         return None
     unit = motion.machine.pressure or 1.0
     return {
-        "at_start": number(float(motion.start.row[2]) * unit),
+        "at_start": json_number(float(motion.start.row[2]) * unit),
         "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
-        "at_end": number(float(motion.pressure(motion.end_time)[0]) * unit),
+        "at_end": json_number(float(motion.pressure(motion.end_time)[0]) * unit),
     }
 
 
@@ -212,8 +216,8 @@ def _machine_events(motion: Trajectory, last: int | None) -> list[dict[str, Any]
     return [
         {
             **picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved"),
-            "time_s": None if seconds is None else number(event.time * seconds),
-            "speed": number(event.impact_velocity),
+            "time_s": None if seconds is None else json_number(event.time * seconds),
+            "speed": json_number(event.impact_velocity),
             "to": event.state,
         }
         for event in list(events)[first:]
@@ -389,3 +393,324 @@ def _warnings(motion: Trajectory) -> list[str]:
     if motion.outcome == "departed":
         found.append("the bar has left the wall for good: the load does not push it back")
     return found
+
+
+_TURN = 2.0 * math.pi
+_FEW = 3  # blows of a cycle that the headline tells one by one
+
+ENDINGS = {
+    "impacts": "the number of impacts is reached",
+    "time": "the time is reached",
+    "rest": "the bar lies on the wall for good",
+    "periodic": "a periodic motion is found",
+    "departed": "the bar has left the wall for good",
+    "work": "one flight takes too much work",
+    "memory": "the record has reached 1 GB",
+    "cancelled": "interrupted",
+    "unresolved": "released twice in the same state, but the period hangs on rounding",
+}
+
+
+def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
+    """The report of `percuss simulate` with the `last` events; None shows all of them."""
+    motion = answer.motion
+    sections: list[Section | Grid] = [
+        system_section(answer.name, answer.system, answer.notes),
+        _motion_section(answer),
+        _figures_section(answer),
+    ]
+    if last != 0 and len(motion.events):
+        sections.append(_events_grid(answer, last))
+    summary, tone = _summary(answer)
+    clock = clock_in_short(answer.system.load)
+    return Report(answer.title, f"{summary} {clock}".rstrip(), tone, tuple(sections))
+
+
+# -- in words -------------------------------------------------------------------------------------------------------
+
+
+def _summary(answer: SimulationAnswer) -> tuple[str, str]:
+    motion = answer.motion
+    text = f"{label_in_words(motion)} ({motion.label})"
+    figures, si = motion.summary, motion.summary.si
+    if motion.label in ("rest", "departed") or figures.main_blow_rate is None:
+        return f"{text}.", BAD if motion.label in ("rest", "departed") else PLAIN
+    if si is not None and si.main_blow_rate_Hz is not None and si.blow_energy_J is not None:
+        blows = "main blows/s" if _chatters(figures) else "Hz"
+        speeds, energies = (
+            each if each and len(each) <= _FEW else None for each in (si.cycle_velocities_m_s, si.cycle_energies_J)
+        )
+        speed = _values(si.impact_velocity_m_s or 0.0, speeds, lambda v: f"{number(v)} m/s")
+        energy = _values(si.blow_energy_J, energies, lambda e: quantity(e, "J"))
+        text += f": {energy} at {number(si.main_blow_rate_Hz)} {blows}, {speed}"
+    elif figures.impact_velocity is not None:
+        text += f": mean striking speed {number(figures.impact_velocity)}"
+    settled = motion.label.startswith("z=")
+    return f"{text}.", GOOD if settled else PLAIN
+
+
+def label_in_words(motion: Trajectory) -> str:
+    """What the label of a motion says."""
+    name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
+    system = motion.system
+    who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")
+    if name == "z":
+        p, n = (int(x) for x in numbers.split("/"))
+        blows = f"one {blow}" if p == 1 else f"{p} {blow}s"
+        return f"{who} settles on {blows} {_in_periods(n)}"
+    if motion.period_unresolved:
+        return f"{who} rests on the wall again and again from the same release on, but how soon depends on rounding"
+    if name in ("chatter", "rest") and numbers:
+        how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
+        return (
+            f"{who} settles on a cycle {_of_periods(int(numbers))}: it {how}, until {_what_pulls(system)} pulls it off"
+        )
+    if name == "rest" and not rests(system, motion.modes):
+        return "The wall stops the contact, and the structure goes on in ways that are not simulated"
+    if name == "rest":
+        return f"{who} comes to rest on the wall and stays there"
+    if name == "departed":
+        return f"{'The bar' if system.body.is_free else who} leaves the wall for good"
+    if name == "aperiodic":
+        return f"{who} finds no rhythm: its last impacts do not return to any earlier state"
+    return "No periodic motion has been found so far"
+
+
+def _what_pulls(system: System) -> str:
+    return "the load" if system.body.is_free else "the force of load and spring"
+
+
+def _in_periods(n: int) -> str:
+    return "every load period" if n == 1 else f"in {n} load periods"
+
+
+def _of_periods(n: int) -> str:
+    return "of one load period" if n == 1 else f"of {n} load periods"
+
+
+def _chatters(figures: Summary) -> bool:
+    """Whether the settled part has completed chatter, so that a mean over all impacts says little."""
+    main, every = figures.main_blow_rate, figures.blow_rate
+    return main is not None and every is not None and not math.isclose(main, every, rel_tol=1e-9)
+
+
+# -- sections -------------------------------------------------------------------------------------------------------
+
+
+def _motion_section(answer: SimulationAnswer) -> Section:
+    motion, system = answer.motion, answer.system
+    length = motion.end_time - motion.begin_time
+    span = f"{number(length / _TURN, 6)} load periods"
+    if system.is_si:
+        span += f" = {Teller.of(system)(length, 'time')}"
+    counts = [counted(motion.impacts, "impact")]
+    mode = "elastic mode" if system.body.is_free else "mode"
+    modes = counted(motion.modes, mode) if motion.modes else "no elastic modes"
+    for kind, many in (("chatter", "chatters"), ("rest", "rests"), ("release", "releases"), ("grazing", "grazings")):
+        size = len(motion.events.of(kind))
+        if size:
+            counts.append(f"{size} {kind if size == 1 else many}")
+    rows = [
+        ("start", _start(answer)),
+        ("followed", f"{span}; {', '.join(counts)}; {modes}"),
+        ("ended", f"{ENDINGS[motion.outcome]} ({motion.outcome})"),
+        ("label", f"{motion.label}, {_tolerance(motion)}"),
+    ]
+    if answer.orbit is not None:
+        rows.append(("orbit", orbit_in_words(answer.orbit)))
+    rows += held_down_in_words(answer.motion.events.held_down)
+    rows += [("warning", warning) for warning in answer.warnings]
+    return Section("Motion", tuple(rows))
+
+
+def _start(answer: SimulationAnswer) -> str:
+    motion, system = answer.motion, answer.system
+    y = float(motion.gap([motion.begin_time])[0])
+    velocity = float(motion.bar_velocity(1.0, [motion.begin_time], "left")[0, 0])
+    velocity = velocity if abs(velocity) > 1e-15 else 0.0  # the sum of the modes rounds
+    tell, end = Teller.of(system), "striking end" if system.body.is_free else "contact"
+    start = f"{end} at {tell(y, 'length')} with velocity {tell(velocity, 'speed')}"
+    return f"load phase {number(motion.begin_time)} rad, {start}"
+
+
+def _tolerance(motion: Trajectory) -> str:
+    if motion.transient is not None:
+        impacts = "impact" if motion.transient == 1 else "impacts"
+        return (
+            f"from impact {motion.transient + 1} on ({motion.transient} {impacts} before), to {motion.stop.tolerance:g}"
+        )
+    if motion.period_unresolved:
+        return "released twice in the same state, but a change of 1e-12 in R changes the number of load periods between"
+    if motion.label == "aperiodic":
+        return "the last 64 impacts do not return to any of the 32 before each (within 1e-3)"
+    return "proved" if motion.label in ("rest", "departed") else f"no return within {motion.stop.tolerance:g}"
+
+
+def _figures_section(answer: SimulationAnswer) -> Section:
+    figures = answer.summary
+    if figures.impacts == 0:
+        return Section("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
+    shown = f"Figures (impacts {figures.first + 1} to {figures.last + 1})"
+    return Section(shown, tuple(_figure_rows(answer, figures)))
+
+
+def _figure_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
+    tell, si, rows = Teller.of(answer.system), figures.si, []
+    if figures.blow_rate is not None:
+        rows.append(("blow rate", _rates(answer.system, figures.blow_rate, figures.main_blow_rate)))
+        rows.append(("interval", _interval(tell, figures)))
+    if figures.impact_velocity is not None and figures.blow_energy is not None:
+        which, share = _which(figures), ""
+        speed = _values(figures.impact_velocity, figures.cycle_velocities, lambda v: tell(v, "speed", plain=6))
+        blow = _values(figures.blow_energy, figures.cycle_energies, lambda e: tell(e, "energy", plain=6))
+        if si is not None and si.delivered_energy_J is not None and si.blow_energy_J:
+            share = f", of which the impact takes {number(100.0 * si.delivered_energy_J / si.blow_energy_J)} %"
+        rows += [("striking speed", f"{speed}{which}"), ("blow", f"{blow}{which}{share}")]
+    if figures.energy_lost_per_period is not None:
+        each = f"by the impacts {tell(figures.energy_lost_per_period, 'energy', plain=6)} per load period"
+        power = f", {tell(figures.energy_lost_per_period / _TURN, 'power')}" if tell.is_si else ""
+        rows.append(("taken", each + power))
+    return rows
+
+
+def _values(mean: float, each: tuple[float, ...] | None, shown: Callable[[float], str]) -> str:
+    """The values of a short cycle, or the mean; equal ones, as they are shown, once."""
+    texts = list(dict.fromkeys(shown(value) for value in each)) if each else [shown(mean)]
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def _which(figures: Summary) -> str:
+    """The words that say over which blows a speed or an energy is the mean."""
+    blows = "main blows" if _chatters(figures) else "blows"
+    if figures.cycle_velocities is None:
+        return f" (mean of the {blows})"
+    many = len(figures.cycle_velocities)
+    return f" (the {blows} of one cycle)" if many > 1 else f" (the {blows[:-1]})" if _chatters(figures) else ""
+
+
+def _rates(system: System, all_blows: float, main: float | None) -> str:
+    scale, unit = (1.0, "per load period") if system.frequency is None else (system.frequency, "Hz")
+    text = f"{number(all_blows * scale, 6)} {unit}"
+    if main is None or math.isclose(main, all_blows, rel_tol=1e-9):
+        return text
+    return f"{text}, all impacts; {number(main * scale, 6)} {unit}, main blows (each chatter counted once)"
+
+
+def _interval(tell: Teller, figures: Summary) -> str:
+    mean, std = figures.interval_mean or 0.0, figures.interval_std or 0.0
+    if std <= 1e-9 * mean:
+        return f"{tell(mean, 'time', plain=6)}, the same every time to 1e-9"
+    return f"{tell(mean, 'time', plain=6)} (mean), {tell(std, 'time', plain=6)} (standard deviation)"
+
+
+# -- events ---------------------------------------------------------------------------------------------------------
+
+
+def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
+    events, si = answer.motion.events, answer.system.is_si
+    part = events if last is None else events[max(len(events) - last, 0) :]
+    shown = f"all {len(events)}" if len(part) == len(events) else f"last {len(part)} of {len(events)}"
+    time, speed, energy = ("time [s]", "before [m/s]", "lost [J]") if si else ("time [rad]", "before", "lost")
+    columns = ("kind", time, "phase [rad]", speed, speed.replace("before", "after"), energy)
+    return Grid(f"Events ({shown})", columns, tuple(_row(answer, event) for event in part))
+
+
+def _row(answer: SimulationAnswer, event: Event) -> tuple[str, ...]:
+    time, speed, energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
+    kind = f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind
+    return (
+        kind,
+        f"{event.time * time:.6f}",
+        f"{event.phase:.6f}",
+        f"{event.impact_velocity * speed:.5g}",
+        f"{event.rebound_velocity * speed:.5g}",
+        f"{event.energy_lost * energy:.4g}",
+    )
+
+
+# ---- The orbit that a simulated motion has settled on, in a line
+
+
+def orbit_in_words(orbit: PeriodicOrbit) -> str:
+    """Its label, its largest multiplier, and what that means."""
+    found = orbit_multipliers(orbit)
+    text = f"{orbit.label}, largest multiplier {number(found.largest)}"
+    if not found.stable:
+        return text
+    if found.largest < 0.1:
+        return f"{text}: disturbances die out within a cycle"
+    cycles = math.ceil(math.log(0.1) / math.log(found.largest))
+    return f"{text}: a disturbance dies out to a tenth in {cycles} cycle{'s' if cycles > 1 else ''}"
+
+
+# ---- The first sentence of the answer for a machine that switches itself from a start: one home for terminal and page
+
+
+def from_this_start(answer: MachineMotion) -> str:
+    """How the motion ends, in one sentence."""
+    motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
+    text = f"From this start the machine {_in_words(motion.label)}"
+    if cycle is None or not motion.impacts:
+        return f"{text}."
+    if not machine.is_si:
+        return f"{text}: strongest blow {number(cycle.blow_speed)}, period {number(cycle.period)}."
+    rate = cycle.impacts / (cycle.period * machine.time_scale)
+    energy = float(motion.blow_energies[-max(cycle.impacts, 1) :].max()) * machine.energy_scale
+    return (
+        f"{text}: {quantity(energy, 'J')} at {number(rate)} Hz ({number(60.0 * rate)} blows/min), "
+        f"{number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
+    )
+
+
+def _in_words(label: str) -> str:
+    """The label behind "the machine"."""
+    if label.startswith(("runs", "stalls", "cycles")):
+        return label
+    return {"undecided": "has not settled yet", "irregular": "strikes irregularly"}.get(label, f"ends as '{label}'")
+
+
+# ---- A simulated motion of a machine that switches its own valve, as the report that a person reads
+
+
+def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
+    """The report of `percuss simulate` for a machine, with the `last` events; None shows all of them."""
+    motion, machine, tell = answer.motion, answer.machine, Teller.of(answer.machine)
+    sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
+    rows = [
+        ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {tell(motion.end_time, 'time')}"),
+        ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
+    ]
+    if motion.machine.valve.supply is not None:
+        rows.append(("pressure", _pressures(motion)))
+    if motion.cycle is not None:
+        rows.append(("period", tell(motion.cycle.period, "time")))
+    rows += held_down_in_words(motion.events.held_down)
+    sections.append(Section("Motion", tuple(rows)))
+    if last != 0 and len(motion.events):
+        sections.append(_motion_events_grid(answer, last))
+    tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
+    return Report(answer.title, from_this_start(answer), tone, tuple(sections))
+
+
+def _pressures(motion: Trajectory) -> str:
+    """The pressure of a supply at the start, and after the last blow."""
+    last = motion.blow_times[-1:] if motion.impacts else motion.end_time
+    values = [float(motion.start.row[2]), float(motion.pressure(last)[0])]
+    first, then = (supply_pressure(motion.machine, value) for value in values)
+    return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
+
+
+def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
+    """The last events, one a line."""
+    events, tell = list(answer.motion.events), Teller.of(answer.machine)
+    shown = events if last is None else events[max(len(events) - last, 0) :]
+    rows = []
+    for event in shown:
+        what = event.kind
+        if event.kind == "port":
+            what = f"ports[{event.port}] demands"
+        if event.kind == "valve":
+            what = f"valve: {event.state}"
+        rows.append((what, tell(event.time, "time"), tell(event.impact_velocity, "speed")))
+    heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
+    return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

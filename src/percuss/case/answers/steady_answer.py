@@ -3,30 +3,262 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.clock_note import CLOCKED, Clocked, clocked_because
-from percuss.case.answers.ends import Ends, ends_of, not_followed
-from percuss.case.answers.numerals import contact_dict, heading_dict, picked, plain, plain_value
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.reach_in_words import reach_dict
+import numpy as np
+
+from percuss.case.answers.facts import Fact, Teller, json_of
+from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
+from percuss.case.answers.numerals import json_number, number, picked, plain, plain_value
 from percuss.case.case import checked_case
+from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
-from percuss.stability import stability_of, timed_stability
+from percuss.stability import floquet_multipliers, stability_of, timed_stability
+from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
-    from percuss.case.answers.reach_in_words import CaseReach
     from percuss.case.case import Case
+    from percuss.explore.continuation.reaching import Reach, ReachEnd
     from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
-    from percuss.stability import Reduced, Stability, TimedStability, Waveform
+    from percuss.simulate import Ensemble
+    from percuss.stability import Multipliers, Reduced, Stability, TimedStability, Waveform
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates, TimedOrbit, TimedStates
+
+
+# ---- Where a handful of random starts end: whether a hammer that can sustain a motion also finds it
+
+
+STARTS = 24
+"""Starts that `percuss steady` follows: of those that end otherwise one in ten is missed once in twelve times."""
+
+DISTRIBUTION, SEED = "wall", 0
+"""Of the starts, as `percuss experiment` draws them when nothing else is asked for."""
+
+_MOST_STARTS = 1000
+_MOST_MODES = 64  # elastic modes; more of them cost time and change no end
+_LEAST_IMPACTS = 200
+_WORK = 5e8  # starts times impacts times modes times harmonics, about half a second
+_EVALUATIONS = 200  # for every impact; machines need fewer than 50, a bar that hovers before the wall any number
+
+
+@dataclass(frozen=True)
+class End:
+    """One of the motions in which starts end.
+
+    Attributes
+    ----------
+    label
+        As `percuss.simulate.Trajectory.label`.
+    starts
+        How many end in it.
+    blow_rate
+        Main blows per load period, a completed chatter counted once; None where nothing strikes any more.
+    delivered_power
+        What the impacts take, per radian of the load; dimensionless; None where nothing strikes any more.
+    """
+
+    label: str
+    starts: int
+    blow_rate: float | None
+    delivered_power: float | None
+
+
+@dataclass(frozen=True)
+class Ends:
+    """Where random starts end.
+
+    Attributes
+    ----------
+    followed
+        How many starts.
+    modes, impacts
+        Elastic modes, and the most impacts of a start.
+    ends
+        The most frequent first.
+    note
+        Why none were followed, or some not to their end; else "".
+    """
+
+    followed: int
+    modes: int
+    impacts: int
+    ends: tuple[End, ...]
+    note: str = ""
+
+    def to_json_dict(self, system: System) -> dict[str, Any]:
+        """In plain values, with SI for a system that has scales."""
+        return {
+            **picked(self, "followed modes impacts note"),
+            "distribution": DISTRIBUTION,
+            "seed": SEED,
+            "ends": [
+                {**json_of(end, END, Teller.of(system)), "share": end.starts / self.followed} for end in self.ends
+            ],
+        }
+
+
+END: tuple[Fact[End], ...] = (
+    Fact("label", "motion", "what they settle on", "", lambda end: end.label),
+    Fact("starts", "starts", "how many", "", lambda end: end.starts),
+    Fact("blow_rate blow_rate_Hz", "main blows", "main blows per second", "cycles", lambda end: end.blow_rate),
+    Fact("delivered_power delivered_power_kW", "power", "power that the impacts take", "power",
+         lambda end: end.delivered_power),
+)  # fmt: skip
+"""What one of the ends is."""
+
+
+def not_followed(why: str) -> Ends:
+    """No starts, and the reason."""
+    return Ends(0, 0, 0, (), why)
+
+
+def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
+    """Where random starts of a case end, the same starts and motions as `percuss experiment` with so many starts.
+
+    Loads the simulator; its first use on a computer compiles it, which takes up to a minute. A load of very many
+    harmonics is followed for fewer impacts than an experiment takes, and a bar that hovers before the wall for fewer
+    evaluations, so that it is quick all the same. Both are numbers: what comes out does not depend on the computer.
+    """
+    from percuss.explore.attractors.experiments import experiment_job
+
+    number = count("starts", starts, most=_MOST_STARTS)
+    simulation = case.simulation()
+    kept = min(simulation.modes if modes is None else modes, _MOST_MODES)
+    size = case.load().harmonics.size
+    enough = max(_LEAST_IMPACTS, int(_WORK / (number * (kept + 8) * (size + 8))))
+    impacts = min(simulation.stop.most_impacts, enough)
+    try:
+        stop = replace(simulation.stop, periodic=True, impacts=impacts)
+        job = experiment_job(case.system(), number, DISTRIBUTION, SEED, modes=kept, stop=stop)
+    except ParameterError:
+        raise
+    except PercussError as error:  # an undamped mode in resonance has no bounded motion
+        return not_followed(error.message)
+    from percuss.explore.attractors.drawn_starts import named
+    from percuss.simulate import simulate_many
+
+    most = _EVALUATIONS * impacts
+    drawn = named(case.system(), DISTRIBUTION, number, SEED)
+    many = simulate_many(case.system(), drawn, modes=job.modes, stop=job.stop, work=most)
+    long = int(np.count_nonzero(many.outcome == "work"))
+    note = f"{long} of {number} not followed to their end: each would take more than {most} evaluations of its motion"
+    return Ends(number, job.modes, job.stop.most_impacts, _ends(many), note if long else "")
+
+
+def _ends(many: Ensemble) -> tuple[End, ...]:
+    names, rate = many.label, many.main_blow_rate
+    power = many.energy_lost_per_period / (2.0 * np.pi)
+    return tuple(
+        End(name, number, _mean(rate[names == name]), _mean(power[names == name]))
+        for name, number in Counter(names.tolist()).most_common()
+    )
+
+
+def _mean(values: np.typing.NDArray[np.float64]) -> float | None:
+    """Over what is known; None when nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else None
+
+
+# ---- How far a parameter may move before a motion is lost
+
+
+@dataclass(frozen=True)
+class CaseReach(Shown):
+    """How far one parameter of a case may move.
+
+    Parameters
+    ----------
+    name, label, unit
+        Of the parameter.
+    value
+        That of the case, in the unit.
+    found
+        How far it may move; None where it cannot be told.
+    refusal
+        Why not.
+    """
+
+    name: str
+    label: str
+    unit: str
+    value: float
+    found: Reach | None
+    refusal: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.label} = {self.words}"
+
+    @property
+    def words(self) -> str:
+        """The sentence behind the name of the parameter."""
+        unit = f" {self.unit}" if self.unit else ""
+        head = f"{number(self.value)}{unit}"
+        if self.found is None:
+            return f"{head}: {self.refusal}"
+        below, above = (
+            _end_in_words(one, unit, self.name.rpartition(".")[2]) for one in (self.found.below, self.found.above)
+        )
+        return f"{head}: down to {below}; up to {above}"
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The same in plain values."""
+        return {
+            "parameter": self.name,
+            **picked(self, "label unit value"),
+            "below": None if self.found is None else _end_dict(self.found.below),
+            "above": None if self.found is None else _end_dict(self.found.above),
+            "text": str(self),
+        }
+
+
+_WHERE = {
+    "fold": "where the motion ceases to exist",
+    "nonsmooth_fold": "where the {blow} meets a step of the load and the motion ceases to exist",
+    "flip": "where the period doubles",
+    "neimark_sacker": "where the motion begins to waver, by a pair of multipliers",
+    "branch_point": "where another motion takes over, as a multiplier passes 1",
+    "corner": "where the {blow} meets a step of the load and is no longer stable",
+    "grazing_touch": "where the {bar} touches the wall between two {blow}s",
+    "grazing_impact_dies": "where the {blow} has no speed left",
+    "sticking": "where the {bar} would rest on the wall after {blow_}",
+    "load_stops_pushing": "where the load stops pushing",
+    "parameter_end": "beyond which there is no such {system}",
+    "resonance": "where {mode_} resonates",
+    "impacts_coalesce": "where two {blow}s fall together",
+    "lost": "beyond which the motion could not be followed",
+}
+_HAMMER = {"bar": "bar", "blow": "blow", "blow_": "a blow", "system": "hammer", "mode_": "an elastic mode"}
+_STRUCTURE = {"bar": "structure", "blow": "impact", "blow_": "an impact", "system": "structure", "mode_": "a mode"}
+_LAST = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)} | dict.fromkeys(
+    ("d", "damping", "damping_ratio", "drag", "eta", "dashpot"), (0.0,)
+)  # values beyond which there are none
+
+
+def _end_in_words(end: ReachEnd, unit: str, name: str) -> str:
+    then = "" if end.then is None else f" (then {end.then})"
+    if end.is_open:
+        return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
+    names = _HAMMER if end.orbit.system.body.is_free else _STRUCTURE
+    return f"{number(end.value)}{unit}, {_WHERE.get(end.kind.value, end.kind.words).format(**names)}{then}"
+
+
+def _end_dict(end: ReachEnd) -> dict[str, Any]:
+    return {
+        "type": end.kind.value,
+        "value": json_number(end.value),
+        "phase": json_number(end.orbit.phase),
+        "beyond": end.beyond,
+        "then": end.then,
+    }
 
 
 # ---- What a law that knows the duration of the blow says of the steady motions of a case, beside B77's law
@@ -53,12 +285,12 @@ class TimedAnswer(Shown):
                 "phase phase_b77 phase_shift rigid_velocity contact_velocity impulse blow_energy energy_change "
                 "delivered_energy ringing_energy advance ringing_left admissible warnings",
             ),
-            "contact_start": number(orbit.contact[0]),
-            "contact_end": number(orbit.contact[1]),
-            "passage_time": None if violation is None else number(violation.time),
-            "passage_depth": None if violation is None else number(violation.depth),
+            "contact_start": json_number(orbit.contact[0]),
+            "contact_end": json_number(orbit.contact[1]),
+            "passage_time": None if violation is None else json_number(violation.time),
+            "passage_depth": None if violation is None else json_number(violation.depth),
             **picked(self.stability, "stable reason margin multipliers"),
-            "margin_b77": None if judged is None else number(judged.margin_rhythm),
+            "margin_b77": None if judged is None else json_number(judged.margin_rhythm),
         }
 
     @property
@@ -66,7 +298,7 @@ class TimedAnswer(Shown):
         """What stands in the motion of B77's law: both multipliers, and the advance in m or lengths of the bar."""
         orbit = self.orbit
         length = orbit.system.length_scale if orbit.system.is_si else 1.0
-        advance = number(orbit.advance * length)
+        advance = json_number(orbit.advance * length)
         return {"blow_multipliers": plain_value(self.stability.multipliers), "advance_per_blow": advance}
 
 
@@ -90,8 +322,8 @@ class TimedPeriod(Shown):
     def to_json_dict(self, judged: Mapping[float, Stability]) -> dict[str, Any]:
         """Level, existence and motions; with the verdicts on the motions of B77's law by their phases."""
         return {
-            "level": number(self.states.level),
-            "level_max": number(self.states.level_max),
+            "level": json_number(self.states.level),
+            "level_max": json_number(self.states.level_max),
             "exists": self.states.exists,
             "orbits": [
                 one.to_json_dict(None if one.orbit.phase_b77 is None else judged[one.orbit.phase_b77])
@@ -159,7 +391,7 @@ def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_dra
         "orbits": orbits,
         "nearest": None
         if nearest is None
-        else {**picked(nearest, "load_factor restitution"), "d": number(greatest_drag)},
+        else {**picked(nearest, "load_factor restitution"), "d": json_number(greatest_drag)},
     }
 
 
@@ -181,7 +413,7 @@ def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None)
 
 def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]:
     """A motion of B77's law with the phase of the motion that continues it when its blows take time; None for none."""
-    phase = told["phase"] if timed is None else number(timed.orbit.phase)
+    phase = told["phase"] if timed is None else json_number(timed.orbit.phase)
     blow = {"blow_multipliers": None, "advance_per_blow": None} if timed is None else timed.in_orbit
     return {**told, "phase": phase, "phase_b77": told["phase"], **blow}
 
@@ -326,7 +558,7 @@ class SteadyAnswer(Shown):
             "periods": [period.to_json_dict() for period in self.periods],
             "rest": rest_dict(self.rest, self.system.contact),
             "starts": plain(self.starts.to_json_dict(self.system)),
-            "reach": None if self.reach is None else reach_dict(self.reach),
+            "reach": None if self.reach is None else [one.to_json_dict() for one in self.reach],
         }
 
     def _blow(self) -> dict[str, Any]:
@@ -351,7 +583,7 @@ def steady_answer(
         Elastic modes for the mode sums and for the multipliers; by default the sums take as many as their
         tolerance needs and the multipliers 32.
     starts
-        How many random starts to follow besides, 0 to 1000; see `percuss.case.answers.ends.ends_of`.
+        How many random starts to follow besides, 0 to 1000; see `percuss.case.answers.steady_answer.ends_of`.
 
     Raises
     ------
@@ -392,3 +624,138 @@ def judged(orbit: Orbit, timed: TimedPeriod | None = None) -> OrbitAnswer:
     found = None if timed is None else timed.continuing(orbit)
     ended = timed is not None and found is None
     return OrbitAnswer(orbit, stability_of(orbit), si, found, ended)
+
+
+# ---- The steady motions with one impact of a structure that is held
+
+
+@dataclass(frozen=True)
+class StructureMotion(Shown):
+    """One motion, and its multipliers; where the load jumps at the impact the worse ones of the two sides."""
+
+    orbit: Orbit
+    multipliers: Multipliers
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out."""
+        return self.multipliers.largest < 1.0 - NEUTRAL and not self.orbit.fold
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The motion in plain values."""
+        orbit = self.orbit
+        found = {
+            **picked(orbit, "phase impact_velocity rebound_velocity blow_energy admissible fold"),
+            "energy": picked(orbit.energy, "input damping impact"),
+            "reason": None if orbit.obstacle is None else orbit.obstacle.value,
+            "multipliers": plain_value(self.multipliers.values),
+            "stable": self.stable,
+        }
+        if orbit.system.is_si:
+            found["impact_velocity_m_s"] = json_number(orbit.impact_velocity * orbit.system.speed_scale)
+            found["blow_energy_J"] = json_number(orbit.blow_energy * orbit.system.energy_scale)
+        return found
+
+
+@dataclass(frozen=True)
+class StructureAnswer(Shown):
+    """The answer to "what steady motions with one impact does this structure have?".
+
+    Parameters
+    ----------
+    name, title, system, notes
+        As of a `SteadyAnswer`.
+    states
+        For every m that was asked for; its `level_max` is how far the contact would come at most.
+    motions
+        Those of each of them, by phase.
+    reach
+        How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
+    """
+
+    name: str
+    title: str
+    system: System
+    notes: tuple[str, ...]
+    states: tuple[SteadyStates, ...]
+    motions: tuple[tuple[StructureMotion, ...], ...]
+    reach: tuple[CaseReach, ...] | None = None
+
+    @property
+    def chosen(self) -> StructureMotion | None:
+        """The first motion that is possible and stable."""
+        each = (one for motions in self.motions for one in motions)
+        return next((one for one in each if one.stable and one.orbit.admissible), None)
+
+    @property
+    def runs(self) -> bool:
+        """Whether one of the motions is possible and stable."""
+        return self.chosen is not None
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """The answer in plain values."""
+        periods = [
+            {
+                "periods": states.periods,
+                "modes": states.modes,
+                "gap": json_number(states.level),
+                "greatest_place": json_number(states.level_max),
+                "note": states.note,
+                "orbits": [one.to_json_dict() for one in motions],
+            }
+            for states, motions in zip(self.states, self.motions, strict=True)
+        ]
+        reach = {} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}
+        return {**heading_dict(self.name, self.title, self.system, self.notes), "periods": periods, **reach}
+
+
+def structure_answer(case: Case, periods: Sequence[int] = (1,), modes: int | None = None) -> StructureAnswer:
+    """The steady motions with one impact of the structure of a case, all of them, with their multipliers.
+
+    Parameters
+    ----------
+    case
+        A case with a table [body].
+    periods
+        The m to answer for.
+    modes
+        N; None for all that its table has, or 32 of a bar.
+
+    Raises
+    ------
+    ParameterError
+        For a case of a free bar, of which `steady_answer` tells.
+    LoadError, ResonanceError
+        When the load is constant, or drives an undamped mode at its own frequency.
+
+    Examples
+    --------
+    >>> from percuss.case import Case
+    >>> tables = '''
+    ... [body]
+    ... kind = "mounted"
+    ... spring = 0.25
+    ... [system]
+    ... restitution = 0.8
+    ... [load]
+    ... kind = "harmonic"
+    ... mean = 0.0
+    ... amplitude = 0.25
+    ... '''
+    >>> answer = structure_answer(Case.from_text(tables))
+    >>> [round(one.orbit.impact_velocity, 9) for one in answer.motions[0]]
+    [3.333333333, -3.333333333]
+    """
+    checked_case(case)
+    system = case.system()
+    if system.body.is_free:
+        raise ParameterError("case", case.title, "a case with a table [body]", "ask steady_answer of a free bar")
+    asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
+    states = tuple(steady_states(system, m, modes=modes) for m in asked)
+    motions = tuple(tuple(_of_structure(orbit) for orbit in each.orbits) for each in states)
+    return StructureAnswer(case.file, case.title, system, case.notes, states, motions)
+
+
+def _of_structure(orbit: Orbit) -> StructureMotion:
+    sides = [floquet_multipliers(orbit, orbit.modes, side=side) for side in orbit.system.load.sides]
+    return StructureMotion(orbit, max(sides, key=lambda found: found.largest))

@@ -10,10 +10,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, json_of
-from percuss.case.answers.numerals import heading_dict, number, numbers, percent, picked, plain, plain_value
-from percuss.case.answers.numerals import json_number as json_values_number
-from percuss.case.answers.simulation_answer import ToldMotion
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, json_of
+from percuss.case.answers.heading import heading_dict, system_section
+from percuss.case.answers.numerals import (
+    counted,
+    json_number,
+    number,
+    numbers,
+    percent,
+    picked,
+    plain,
+    plain_value,
+    quantity,
+)
+from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
 from percuss.model import Contact, System
@@ -23,7 +33,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
-    from percuss.blow.periods import WaveMotion
+    from percuss.blow.periods import Impacts, WaveMotion
     from percuss.case.case import Case
     from percuss.simulate import Progress, Stop, Trajectory
     from percuss.steady import Orbit, TimedOrbit
@@ -39,8 +49,8 @@ def waves_dict(
     return {
         "outcome": motion.outcome,
         "label": motion.label,
-        "begin_time": json_values_number(motion.start.time),
-        "end_time": json_values_number(motion.end_time),
+        "begin_time": json_number(motion.start.time),
+        "end_time": json_number(motion.end_time),
         **picked(motion, "grazes pushed_back quiet"),
         "lattice": picked(motion.lattice, "steps cells rounding"),
         "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
@@ -396,3 +406,186 @@ def _simulated(motion: WaveMotion, law: Trajectory) -> Beside:
 def _apart(one: float, other: float) -> float:
     """The first phase less the second, from −π to π."""
     return math.remainder(one - other, 2.0 * math.pi)
+
+
+# ---- A motion by waves as the report that a person reads, beside that of the contact law
+
+_FEW_WAVES = 4  # impacts of a cycle that are told one by one
+
+
+def waves_report(answer: WavesAnswer, last: int | None) -> Report:
+    """The report of `percuss simulate --contact waves` with the `last` impacts; None shows all of them."""
+    sections: list[Section | Grid] = [
+        system_section(answer.name, answer.system, answer.notes),
+        _waves_section(answer),
+        _laws_grid(answer),
+    ]
+    if last != 0 and answer.motion.impacts.size:
+        sections.append(_impacts_grid(answer.motion, last))
+    text, tone = _waves_summary(answer)
+    return Report(answer.title, text, tone, tuple(sections))
+
+
+def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
+    motion = answer.motion
+    if motion.label == "rest":
+        return "By waves the hammer comes to rest on what it strikes (rest).", BAD
+    if motion.label == "none":
+        return "By waves the hammer strikes nothing (none).", BAD
+    if motion.cycle is None:
+        return "By waves no periodic motion has been found (irregular).", PLAIN
+    p, n = motion.cycle.impacts, motion.cycle.periods
+    blows = "one blow" if p == 1 else f"{p} blows"
+    periods = "every load period" if n == 1 else f"in {n} load periods"
+    text = f"By waves the hammer settles on {blows} {periods} ({motion.label})"
+    first = answer.beside[0]
+    return f"{text}; by the law {first.law}: {first.label}.", GOOD
+
+
+def _waves_section(answer: WavesAnswer) -> Section:
+    motion, own = answer.motion, answer.motion.settled
+    length = motion.end_time - motion.start.time
+    rows = [
+        ("followed", f"{number(length / _TURN, 6)} load periods; {counted(motion.impacts.size, 'impact')}"),
+        ("ended", f"{ENDINGS[motion.outcome]} ({motion.outcome})"),
+        ("struck", _struck(motion)),
+    ]
+    if own.size:
+        which = "" if own.size <= _FEW_WAVES else f" (the first {_FEW_WAVES} of {own.size})"
+        rows.append(("phase", f"{_each(own.phase[:_FEW_WAVES], 5)} rad at the centroid of the force{which}"))
+        rows.append(("speed", f"{_speeds(motion)}, of the rigid motion there"))
+        rows.append(("restitution", f"{_each(own.restitution[:_FEW_WAVES], 4)}, as these impacts have it"))
+        rows.append(("contact", _contact(motion)))
+        rows.append(("ringing", f"{percent(float(own.ringing_share.max()))} of the energy before the impact, at most"))
+        rows.append(("blow rate", _rate(motion)))
+    if answer.system.is_si:
+        rows.append(("given", _given(motion)))
+    rows.append(("lattice", _lattice(motion)))
+    rows += [("warning", warning) for warning in answer.warnings]
+    return Section("Motion by waves", tuple(rows))
+
+
+def _struck(motion: WaveMotion) -> str:
+    from percuss.blow import Wall
+
+    if isinstance(motion.target, Wall):
+        return "a rigid wall"
+    end = motion.target.end
+    stays = "is fed by what each blow leaves of the penetration" if end == "rock" else "stays where a blow has put it"
+    how = "is pushed back after each blow" if motion.pushed_back else stays
+    ringing = "; all ringing is made to end between blows" if motion.quiet else ""
+    return f"{_RODS[end]}, which {how}{ringing}"
+
+
+_RODS = {
+    "infinite": "a rod with an endless end",
+    "fixed": "a rod with a fixed end",
+    "free": "a rod with a free end",
+    "rock": "a rod on rock",
+}
+
+
+def _given(motion: WaveMotion) -> str:
+    system, own = motion.system, motion.settled
+    text = f"{quantity(motion.delivered_power * system.power_scale, 'W')} to what is struck"
+    if motion.rock_power:
+        text += f"; the rock keeps {quantity(motion.rock_power * system.power_scale, 'W')} of it"
+    deepest = float(own.fed.max()) if own.size else 0.0
+    return f"{text}; fed by {quantity(deepest * system.length_scale, 'm', 3)} after a blow" if deepest else text
+
+
+def _contact(motion: WaveMotion) -> str:
+    own, system = motion.settled, motion.system
+    longest = float(own.duration.max())
+    time = quantity(longest * system.time_scale, "s", 3) if system.is_si else f"{number(longest)} rad"
+    transits = number(longest / system.body.transit_time, 3)
+    many = f"; up to {counted(int(own.contacts.max()), 'contact')} an impact" if own.contacts.max() > 1 else ""
+    return f"{time} at most, {transits} transit times of the bar{many}"
+
+
+def _rate(motion: WaveMotion) -> str:
+    system = motion.system
+    if system.frequency is not None:
+        return f"{number(motion.blow_rate * system.frequency, 6)} Hz"
+    return f"{number(motion.blow_rate, 6)} per load period"
+
+
+def _lattice(motion: WaveMotion) -> str:
+    lattice, unsure = motion.lattice, motion.uncertainty
+    text = (
+        f"{sum(lattice.cells[: lattice.striker])} cells, transit times rounded by {lattice.rounding:.1g} of the bar's"
+    )
+    if unsure is not None and unsure.phase is not None and unsure.velocity is not None:
+        text += f"; with half the cells phases differ by {unsure.phase:.1g} rad, speeds by {unsure.velocity:.1g}"
+    return text
+
+
+def _speeds(motion: WaveMotion) -> str:
+    velocities, system = motion.velocities[:_FEW_WAVES], motion.system
+    return f"{_each(velocities * system.speed_scale)} m/s" if system.is_si else _each(velocities, 6)
+
+
+def _each(values: object, digits: int = 4) -> str:
+    """Values one after another; equal ones, as they are shown, once."""
+    texts = list(dict.fromkeys(number(float(value), digits) for value in values))  # type: ignore[attr-defined]
+    return ", ".join(texts)
+
+
+# -- beside the laws ------------------------------------------------------------------------------------------------
+
+
+def _laws_grid(answer: WavesAnswer) -> Grid:
+    motion = answer.motion
+    own = (
+        "waves",
+        motion.label,
+        _each(motion.phases[:_FEW_WAVES], 5),
+        _scaled_speeds(motion, motion.velocities[:_FEW_WAVES]),
+        number(motion.blow_rate, 5),
+        "",
+        "",
+    )
+    unit = " [m/s]" if motion.system.is_si else ""
+    columns = ("", "settles on", "phase [rad]", f"speed{unit}", "blows per period", "phase less", "speed less")
+    return Grid("Beside the laws", columns, (own, *(_law_row(motion, one) for one in answer.beside)))
+
+
+def _law_row(motion: WaveMotion, one: Beside) -> tuple[str, ...]:
+    return (
+        one.law,
+        one.label or "",
+        _each(one.phases[:_FEW_WAVES], 5),
+        _scaled_speeds(motion, one.velocities[:_FEW_WAVES]),
+        "" if one.blow_rate is None else number(one.blow_rate, 5),
+        "" if one.phase_difference is None else f"{one.phase_difference:+.2g}",
+        "" if one.velocity_difference is None else f"{100.0 * one.velocity_difference:+.2g} %",
+    )
+
+
+def _scaled_speeds(motion: WaveMotion, velocities: object) -> str:
+    scale = Teller.of(motion.system).scale("speed")
+    return _each([float(v) * scale for v in velocities], 4)  # type: ignore[attr-defined]
+
+
+# -- impacts --------------------------------------------------------------------------------------------------------
+
+
+def _impacts_grid(motion: WaveMotion, last: int | None) -> Grid:
+    every, system = motion.impacts, motion.system
+    part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
+    shown = f"all {every.size}" if part.size == every.size else f"last {part.size} of {every.size}"
+    time, speed = ("start [s]", "speed [m/s]") if system.is_si else ("start [rad]", "speed")
+    columns = (time, "phase [rad]", "contacts", speed, "restitution", "ringing")
+    return Grid(f"Impacts ({shown})", columns, tuple(_waves_row(motion, part, i) for i in range(part.size)))
+
+
+def _waves_row(motion: WaveMotion, part: Impacts, i: int) -> tuple[str, ...]:
+    time, speed = map(Teller.of(motion.system).scale, ("time", "speed"))
+    return (
+        f"{part.start[i] * time:.6f}",
+        f"{part.phase[i]:.6f}",
+        str(int(part.contacts[i])),
+        f"{part.velocity[i] * speed:.5g}",
+        f"{part.restitution[i]:.4f}",
+        percent(float(part.ringing_share[i])),
+    )

@@ -98,13 +98,7 @@ def is_sample(name: str) -> bool:
 
 
 def machine_text(name: str) -> str:
-    """The commented case file of a machine, or of a structure.
-
-    Raises
-    ------
-    CaseError
-        When the catalogue has none of this name.
-    """
+    """The commented case file of a machine, or of a structure."""
     if not isinstance(name, str):
         raise ParameterError("name", name, "the name of a machine, such as 'mini-breaker'", "see MACHINES")
     if not is_sample(name):

@@ -7,33 +7,32 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.body_tables import (
+    MATERIALS,
     BlowTable,
     BodyTable,
+    DampingTable,
+    Material,
     PlainTool,
     RockTable,
-    ToolSectionTable,
+    SectionTable,
     ToolTable,
-    by_what_was_given,
-    damping_law,
-    drag_in,
-    sectioned_bar,
-    sections_of,
 )
 from percuss.case.file_format.schema import BarTable, ContactTable, PhysicalCase, PlainCase, SystemTable
-from percuss.case.file_format.values import above_zero, number_of
+from percuss.case.file_format.values import above_zero, given_in, keyed, number_of
 from percuss.errors import ParameterError
 from percuss.model import Bar, External, HeldBody, ModalBody, Mounted, Ratio, SizedBody, SteppedBar, UniformBar
-from percuss.model.body import Body, Damping, Section, SizedModes, SizedMounted
+from percuss.model.body import DAMPINGS, Body, Damping, Section, SectionedBar, SizedModes, SizedMounted
 from percuss.model.body.damping import share_of_critical
-from percuss.model.checks import non_negative, positive
+from percuss.model.checks import finite, non_negative, positive
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -46,37 +45,67 @@ DEFAULT_RATIO = 1e-3
 
 def sized_body(table: BarTable) -> SizedBody:
     """The body that the table [bar] describes."""
-    if table.sections is not None:
-        return _sectioned(table)
-    if (table.area is None) == (table.diameter is None):
-        raise ParameterError("diameter", table.diameter, "either a diameter or an area")
-    sizes: dict[str, Any] = {
-        name: above_zero(name, text, dimension)
-        for name, dimension in _SIZES.items()
-        if (text := getattr(table, name)) is not None
-    }
-    return Bar(**sizes, **_damping(table))
+    given, damping = given_in(table), _damping(table)
+    sizes = [name for name in ("length", "area", "diameter") if name in given]
+    if table.sections is None:
+        if len(sizes) != 2 or "length" not in sizes:
+            raise ParameterError("diameter", table.diameter, "either a diameter or an area")
+        material = {name: given[name] for name in ("youngs_modulus", "density") if name in given}
+        return Bar(**{name: given[name] for name in sizes}, **material, **damping)
+    if sizes:
+        raise ParameterError(sizes[0], getattr(table, sizes[0]), f"either sections or a {sizes[0]}, not both")
+    sections = sections_of(table.sections, table)
+    with _by_what_was_given(table.sections):
+        bar = SectionedBar(sections)
+    law = damping.get("damping")
+    if "damping_ratio" in damping:
+        law = Ratio(share_of_critical("damping_ratio", damping["damping_ratio"]))
+    return replace(bar, damping=law or External(damping["drag"] * bar.length / bar.mass))
 
 
-def _sectioned(table: BarTable) -> SizedBody:
-    assert table.sections is not None
-    for name in ("length", "area", "diameter"):
-        if getattr(table, name) is not None:
-            raise ParameterError(name, getattr(table, name), f"either sections or a {name}, not both")
-    given = _damping(table)
-    ratio, law = given.get("damping_ratio"), given.get("damping")
-    if ratio is not None:
-        law = Ratio(share_of_critical("damping_ratio", ratio))
-    return sectioned_bar(table.sections, table, law, given.get("drag", 0.0))
+def sections_of(tables: Sequence[SectionTable], common: object) -> tuple[Section, ...]:
+    """The sections of a list; what `common` says of the material holds where a section says nothing."""
+    return tuple(_section(f"sections[{i}].", table, common) for i, table in enumerate(tables))
 
 
-_SIZES = {
-    "length": "length",
-    "area": "area",
-    "diameter": "length",
-    "youngs_modulus": "pressure",
-    "density": "density",
-}
+@contextmanager
+def _by_what_was_given(tables: Sequence[SectionTable]) -> Iterator[None]:
+    """The refusal of an area that follows from a diameter, by the key of the diameter."""
+    try:
+        yield
+    except ParameterError as error:
+        found = re.fullmatch(r"(sections\[(\d+)\]\.)area", error.name)
+        if found is None or tables[int(found[2])].diameter is None:
+            raise
+        given = tables[int(found[2])].diameter
+        raise ParameterError(f"{found[1]}diameter", given, error.accepted, error.remedy) from None
+
+
+def _section(name: str, table: SectionTable, common: object) -> Section:
+    given = given_in(table, name)
+    sizes = {key: given[key] for key in ("area", "diameter", "bore") if key in given}
+    material = _material(name, table, common)
+    with keyed(name):
+        try:
+            return Section(given.get("length"), **sizes, **material._asdict())
+        except ParameterError as error:
+            if error.name == "bore" and given["bore"] >= 0.0:
+                raise ParameterError("bore", table.bore, f"less than the diameter, {table.diameter}") from None
+            raise
+
+
+def _material(name: str, table: SectionTable, common: object) -> Material:
+    own = table.youngs_modulus, table.density
+    if table.material is not None:
+        if own != (None, None):
+            raise ParameterError(f"{name}material", table.material, "a material, or a modulus and a density, not both")
+        return MATERIALS[table.material]
+    found = {}
+    for key in ("youngs_modulus", "density"):
+        for where, at in ((table, name), (common, "")):
+            if key not in found and (text := getattr(where, key, None)) is not None:
+                found[key] = above_zero(at + key, text, "pressure" if key == "youngs_modulus" else key)
+    return MATERIALS["steel"]._replace(**found)
 
 
 def _damping(table: BarTable) -> dict[str, Any]:
@@ -87,10 +116,47 @@ def _damping(table: BarTable) -> dict[str, Any]:
         raise ParameterError(given[1], value, f"either {given[0]} or {given[1]}, not both")
     if table.drag is not None:
         return {"drag": non_negative("drag", si(table.drag, "damping", "drag"))}
-    if table.damping is not None:
-        drag = drag_in(table.damping)
-        return {"damping": damping_law(table.damping, units=True)} if drag is None else {"drag": drag}
-    return {"damping_ratio": DEFAULT_RATIO if table.damping_ratio is None else table.damping_ratio}
+    own = table.damping
+    if own is None:
+        return {"damping_ratio": DEFAULT_RATIO if table.damping_ratio is None else table.damping_ratio}
+    if own.kind == "external" and isinstance(own.value, str):
+        return {"drag": non_negative("damping.value", si(own.value, "damping", "damping.value"))}
+    return {"damping": damping_law(own, units=True)}
+
+
+def damping_law(table: DampingTable, units: bool) -> Damping:
+    """The law that a table describes; with the time in seconds for a bar in SI, which `units` tells."""
+    (own,) = DAMPINGS[table.kind].__match_args__  # type: ignore[attr-defined]  # of a dataclass
+    with keyed(keys={own: "damping.value", "value": "damping.value"}):
+        return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
+
+
+def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
+    value = table.value
+    if table.kind == "table":
+        if not isinstance(value, tuple):
+            accepted = "a list of numbers, the damping of each mode" + (" in 1/s" if units else "")
+            raise ParameterError("value", value, accepted)
+        return value
+    if not isinstance(value, str):
+        return finite("value", value, "one finite number")
+    if not units:
+        raise ParameterError("value", value, "a number", "only a case in SI takes units")
+    if table.kind != "kelvin_voigt":
+        raise ParameterError("value", value, "a plain number")
+    return si(value, "time", "value")
+
+
+def damping_table(law: Damping) -> dict[str, Any]:
+    """The table of a law, as JSON has it; `damping_law` backwards.
+
+    Examples
+    --------
+    >>> damping_table(Ratio(0.001))
+    {'kind': 'ratio', 'value': 0.001}
+    """
+    (value,) = vars(law).values()
+    return {"kind": law.kind, "value": list(value) if isinstance(value, tuple) else value}
 
 
 def plain_body(table: SystemTable) -> Body:
@@ -117,13 +183,6 @@ def plain_damping(table: SystemTable) -> Damping:
     return law
 
 
-def body_table(body: Body) -> dict[str, Any]:
-    """What the table [system] says of a body beside s and the damping; `plain_body` backwards."""
-    if not isinstance(body, SteppedBar):
-        return {}
-    return {"impedances": list(body.impedances), "transit_times": list(body.transit_times)}
-
-
 # ---- A file with a table of modes: omega, damping, contact and drive, as a finite-element program exports them
 
 COLUMNS = ("omega", "damping", "contact", "drive")
@@ -131,13 +190,7 @@ _MOST_BYTES = 10_000_000
 
 
 def modes_in(path: Path, name: str) -> dict[str, tuple[float, ...]]:
-    """The columns of a table of modes; lines that begin with # are remarks.
-
-    Parameters
-    ----------
-    path, name
-        The file, and what the case calls it.
-    """
+    """The columns of a table of modes; lines that begin with # are remarks."""
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise ParameterError("file", name, f"a table of at most {_MOST_BYTES // 1_000_000} MB")
@@ -189,47 +242,48 @@ def _check(found: dict[str, list[float]], name: str, lines: list[int]) -> None:
 
 # ---- From the table [body] of a case to the structure that it describes
 
+_OF_STRUCTURE = {"gap": "length", "spring": "stiffness", "dashpot": "dashpot"}
 _OF_KIND = {"modes": ("file", *COLUMNS), "mounted": ("spring", "dashpot", "mass")}
 
 
-def held_body(table: BodyTable, tables: PlainCase, folder: Path) -> HeldBody:
-    """The structure of a dimensionless case."""
-    _check_keys(table)
-    gap = _number(table, "gap", 0.0)
+_MODEL = {"delta": "damping", "stiffness": "spring", "rigid_mass": "mass"}
+"""What the model calls the keys of a structure."""
+
+
+def held_body(table: BodyTable, tables: PlainCase | PhysicalCase, folder: Path) -> HeldBody | SizedBody:
+    """The structure of a case."""
+    for kind, names in _OF_KIND.items():
+        for name in names:
+            if kind != table.kind and getattr(table, name) is not None:
+                raise ParameterError(name, getattr(table, name), f'nothing: it belongs to kind = "{kind}"')
+    si_case = isinstance(tables, PhysicalCase)
+    for name in ("gap", "spring", "dashpot"):
+        if si_case and isinstance(given := getattr(table, name), float | int):
+            accepted = f"text with a number and a unit of {_OF_STRUCTURE[name]} in a case in SI"
+            raise ParameterError(name, given, accepted)
+    own = {"gap": 0.0, "dashpot": 0.0} | given_in(table)
     if table.kind == "modes":
-        with _by_the_case():
-            return ModalBody(**_columns(table, folder), gap=gap)
+        columns = _columns(table, folder)
+        with keyed(keys=_MODEL):
+            return (SizedModes if si_case else ModalBody)(**columns, gap=own["gap"])
+    if "spring" not in own:
+        raise ParameterError("spring", None, "the spring of a body that is mounted")
+    if isinstance(tables, PhysicalCase):
+        bar = sized_body(tables.bar) if "bar" in tables.model_fields_set else None
+        if bar is not None and not isinstance(bar, Bar):
+            raise ParameterError("kind", table.kind, "a bar of one section in [bar]")
+        if (bar is None) == (table.mass is None):
+            wanted = "either a mass or a table [bar], not both"
+            wanted = wanted if bar else 'a mass with its unit, for example "5 kg", or a table [bar]'
+            raise ParameterError("mass", table.mass, wanted)
+        with keyed(keys=_MODEL):
+            return SizedMounted(own["spring"], own["dashpot"], bar, own.get("mass", 1.0), own["gap"])
     if table.mass is not None:
         raise ParameterError("mass", table.mass, "no mass: it is 1 in a dimensionless case")
     s = tables.system.s
-    stiffness, dashpot = _needed(table, "spring"), _number(table, "dashpot", 0.0)
     with_s = {} if s is None else {"s": s, "damping": plain_damping(tables.system)}
-    with _by_the_case():
-        return Mounted(stiffness, dashpot, gap=gap, **with_s)  # type: ignore[arg-type]
-
-
-def sized_structure(table: BodyTable, tables: PhysicalCase, folder: Path) -> SizedBody:
-    """The structure of a case in SI."""
-    _check_keys(table)
-    gap = 0.0 if table.gap is None else _si(table, "gap", "length")
-    if table.kind == "modes":
-        with _by_the_case():
-            return SizedModes(**_columns(table, folder), gap=gap)
-    spring = _si(table, "spring", "stiffness") if table.spring is not None else _needed(table, "spring")
-    dashpot = 0.0 if table.dashpot is None else _si(table, "dashpot", "dashpot")
-    bar = None
-    if "bar" in tables.model_fields_set:
-        found = sized_body(tables.bar)
-        if not isinstance(found, Bar):
-            raise ParameterError("kind", table.kind, "a bar of one section in [bar]")
-        if table.mass is not None:
-            raise ParameterError("mass", table.mass, "either a mass or a table [bar], not both")
-        bar = found
-    elif table.mass is None:
-        raise ParameterError("mass", None, 'a mass with its unit, for example "5 kg", or a table [bar]')
-    mass = 1.0 if table.mass is None else si(table.mass, "mass", "mass")
-    with _by_the_case():
-        return SizedMounted(spring, dashpot, bar, mass, gap)
+    with keyed(keys=_MODEL):
+        return Mounted(own["spring"], own["dashpot"], gap=own["gap"], **with_s)  # type: ignore[arg-type]
 
 
 def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | None:
@@ -239,11 +293,9 @@ def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | Non
     for name in ("tool", "rock", "blow"):
         if getattr(tables, name, None) is not None:
             return name, "", "no such table beside [body]: its contact is with a rigid wall"
-    struck = tables.system if isinstance(tables, PlainCase) else tables.contact
-    if struck is not None and struck.law not in (None, "b77"):
-        return "contact" if isinstance(tables, PhysicalCase) else "system", "law", 'only "b77" beside [body]'
-    if struck is not None and struck.strain == "reversed":
-        return "contact" if isinstance(tables, PhysicalCase) else "system", "strain", 'only "kept" beside [body]'
+    for key, only in (("law", "b77"), ("strain", "kept")):
+        if tables.struck is not None and getattr(tables.struck, key) not in (None, only):
+            return tables.struck_name, key, f'only "{only}" beside [body]'
     if tables.load is not None and tables.load.kind == "valve":
         return "load", "kind", "a load that keeps time beside [body]"
     if tables.load is not None and tables.load.at:
@@ -256,13 +308,6 @@ def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | Non
     elif table.kind == "modes" and "bar" in tables.model_fields_set:
         return "bar", "", "no table [bar] beside a table of modes"
     return None
-
-
-def _check_keys(table: BodyTable) -> None:
-    for kind, names in _OF_KIND.items():
-        for name in names:
-            if kind != table.kind and getattr(table, name) is not None:
-                raise ParameterError(name, getattr(table, name), f'nothing: it belongs to kind = "{kind}"')
 
 
 def _columns(table: BodyTable, folder: Path) -> dict[str, Any]:
@@ -278,65 +323,18 @@ def _columns(table: BodyTable, folder: Path) -> dict[str, Any]:
     return {"delta" if name == "damping" else name: values for name, values in given.items()}
 
 
-@contextmanager
-def _by_the_case() -> Iterator[None]:
-    """A refusal of the model told in the words of the case."""
-    try:
-        yield
-    except ParameterError as error:
-        name, bracket, place = error.name.partition("[")
-        key = {"delta": "damping", "stiffness": "spring", "rigid_mass": "mass"}.get(name, name)
-        raise ParameterError(f"{key}{bracket}{place}", error.value, error.accepted, error.remedy) from None
-
-
-def _number(table: BodyTable, name: str, default: float) -> float:
-    value = getattr(table, name)
-    if isinstance(value, str):
-        raise ParameterError(name, value, "a plain number in a dimensionless case", "only a case in SI takes units")
-    return default if value is None else float(value)
-
-
-def _needed(table: BodyTable, name: str) -> float:
-    if getattr(table, name) is None:
-        raise ParameterError(name, None, f"the {name} of a body that is mounted")
-    return _number(table, name, math.nan)
-
-
-def _si(table: BodyTable, name: str, dimension: str) -> float:
-    value = getattr(table, name)
-    if not isinstance(value, str):
-        raise ParameterError(name, value, f"text with a number and a unit of {dimension} in a case in SI")
-    return si(value, dimension, name)
-
-
 # ---- From the tables [tool], [rock] and [blow] of a case to what the bar strikes, and to the blow that is asked for
 
 
 @dataclass(frozen=True)
 class BlowQuestion:
-    """One blow as a case asks for it: in SI, or dimensionless as the bar is.
-
-    Attributes
-    ----------
-    striker
-        What strikes: the bar in SI, or the dimensionless body.
-    target
-        What it strikes.
-    velocity
-        Speed toward the target, one number or one for each section; None asks for that of the steady motion.
-    until
-        End of the window; None until the blow is over.
-    load
-        The force on the bar: pairs of a time and the force from then on.
-    load_at
-        The step at which it acts; 0 is the driven end.
-    """
+    """One blow as a case asks for it: in SI, or dimensionless as the bar is."""
 
     striker: SizedBody | Body
     target: Rod | Wall
-    velocity: float | tuple[float, ...] | None = None
-    until: float | None = None
-    load: tuple[tuple[float, float], ...] = ()
+    velocity: float | tuple[float, ...] | None = None  # None asks for that of the steady motion
+    until: float | None = None  # None until the blow is over
+    load: tuple[tuple[float, float], ...] = ()  # pairs of a time and the force from then on
     load_at: int = 0
 
 
@@ -347,8 +345,7 @@ def rock_of(table: RockTable) -> Rock:
     """The rock that the table [rock] describes."""
     from percuss.blow import Rock
 
-    ratio = 1.0 if table.unloading_ratio is None else table.unloading_ratio
-    return Rock(_tool_si(table, "stiffness", "stiffness"), ratio, _tool_si(table, "gap", "length"))
+    return Rock(**{"unloading_ratio": 1.0, "gap": 0.0} | given_in(table))
 
 
 def sized_target(tool: ToolTable | None, rock: Rock | None, contact: ContactTable | None, bar: SizedBody) -> Rod | Wall:
@@ -356,56 +353,36 @@ def sized_target(tool: ToolTable | None, rock: Rock | None, contact: ContactTabl
     from percuss.blow import Rod, Wall
 
     if tool is None:
-        return _without_tool(contact, bar)
-    gap = _tool_si(tool, "gap", "length")
+        if contact is None or contact.receiving_area is None:
+            return Wall()
+        area, last = si(contact.receiving_area, "area", "receiving_area"), bar.pieces[-1]
+        return Rod((Section(None, area=area, youngs_modulus=last.youngs_modulus, density=last.density),), "infinite")
+    given = {"gap": 0.0, "bit_mass": 0.0} | given_in(tool)
     if tool.kind == "wall":
         for key in ("sections", "end", "bit_mass"):
             if getattr(tool, key) is not None:
                 raise ParameterError(key, None, f"no {key} of a wall", 'a rod has kind = "rod"')
         if rock is not None:
             raise ParameterError("kind", "wall", '"rod" beside a table [rock]', "take [rock] away, or describe the rod")
-        return Wall(gap)
+        return Wall(given["gap"])
     if tool.sections is None:
         raise ParameterError("sections", None, 'the sections of the rod, or kind = "wall"', _SECTIONS)
-    sections = sections_of("sections", tool.sections, tool)
+    sections, joints = sections_of(tool.sections, tool), []
+    for i, table in enumerate(tool.sections):
+        mass = non_negative(f"sections[{i}].joint_mass", given_in(table).get("joint_mass", 0.0))
+        if mass > 0.0 and table is tool.sections[-1]:
+            name, remedy = f"sections[{i}].joint_mass", "a mass at the end of the rod is bit_mass"
+            raise ParameterError(name, table.joint_mass, "a section with another one behind it", remedy)
+        joints += [] if table.joint_mass is None or table is tool.sections[-1] else [(i + 1, mass)]
     end = _end(tool, sections, rock)
-    bit_mass = _tool_si(tool, "bit_mass", "mass")
-    joints = _joint_masses(tool.sections)
-    try:
-        return Rod(sections, end, bit_mass=bit_mass, joint_masses=joints, rock=rock, gap=gap)
-    except ParameterError as error:
-        raise by_what_was_given(error, tool.sections) from None
-
-
-def _joint_masses(tables: tuple[ToolSectionTable, ...]) -> tuple[tuple[int, float], ...]:
-    """The masses at the steps: of each section but the last, which has none."""
-    found = []
-    for i, table in enumerate(tables):
-        if table.joint_mass is not None:
-            name = f"sections[{i}].joint_mass"
-            mass = non_negative(name, si(table.joint_mass, "mass", name))
-            if i + 1 < len(tables):
-                found.append((i + 1, mass))
-            elif mass > 0.0:
-                remedy = "a mass at the end of the rod is bit_mass"
-                raise ParameterError(name, table.joint_mass, "a section with another one behind it", remedy)
-    return tuple(found)
+    with _by_what_was_given(tool.sections):
+        return Rod(sections, end, bit_mass=given["bit_mass"], joint_masses=tuple(joints), rock=rock, gap=given["gap"])
 
 
 NO_BIT = 'describe what is struck in [tool], a bit for example: sections = [{length = "0.2 m", diameter = "90 mm"}]'
 """What to do about a table [rock] without a table [tool]."""
 
 _SECTIONS = 'for example sections = [{length = "1.2 m", diameter = "38 mm"}]'
-
-
-def _without_tool(contact: ContactTable | None, bar: SizedBody) -> Rod | Wall:
-    from percuss.blow import Rod, Wall
-
-    if contact is None or contact.receiving_area is None:
-        return Wall()
-    area, last = si(contact.receiving_area, "area", "receiving_area"), bar.pieces[-1]
-    rod = Section(None, area=area, youngs_modulus=last.youngs_modulus, density=last.density)
-    return Rod((rod,), "infinite")
 
 
 def _end(tool: ToolTable, sections: tuple[Section, ...], rock: Rock | None) -> End:
@@ -438,12 +415,6 @@ def plain_target(tool: PlainTool | None, body: Body) -> Rod | Wall:
     return Rod.of_impedance(positive("impedance", tool.impedance) * own, gap=gap)
 
 
-def _tool_si(table: ToolTable | RockTable, key: str, dimension: str) -> float:
-    """The quantity of a key in SI; 0 when left out."""
-    text = getattr(table, key)
-    return 0.0 if text is None else si(text, dimension, key)
-
-
 # -- [blow] -----------------------------------------------------------------------------------------------------------
 
 
@@ -453,19 +424,13 @@ def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Ro
         return BlowQuestion(striker, target)
     until = None if table.until is None else above_zero("until", table.until, "time")
     load = tuple((number_of("load", t, "time"), number_of("load", f, "force")) for t, f in table.load or ())
-    _check_load(table, load)
-    body = striker.body(1.0 / striker.transit_time) if isinstance(striker, SizedBody) else striker
-    try:
-        body.place(table.load_at)
-    except ParameterError as error:
-        raise ParameterError("load_at", table.load_at, error.accepted, error.remedy) from None
-    return BlowQuestion(striker, target, _velocity(table, striker), until, load, table.load_at)
-
-
-def _check_load(table: BlowTable, load: tuple[tuple[float, float], ...]) -> None:
     times = [time for time, _ in load]
     if times and (times[0] < 0.0 or any(later <= earlier for earlier, later in pairwise(times))):
         raise ParameterError("load", [t for t, _ in table.load or ()], "times that increase from 0 or later")
+    body = striker.body(1.0 / striker.transit_time) if isinstance(striker, SizedBody) else striker
+    with keyed(keys={"at": "load_at"}):
+        body.place(table.load_at)
+    return BlowQuestion(striker, target, _velocity(table, striker), until, load, table.load_at)
 
 
 def _velocity(table: BlowTable, striker: SizedBody | Body) -> float | tuple[float, ...] | None:

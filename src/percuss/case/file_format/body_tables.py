@@ -1,17 +1,16 @@
-"""The sections of a stepped bar in a case: ``sections = [{length = "120 mm", diameter = "52 mm"}, …]`` in [bar]."""
+"""The tables of what strikes and of what is struck: sections, damping, [body], [tool], [rock] and [blow]."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
     DampingValue,
     Density,
+    Kind,
     Length,
     Mass,
     NumberOrDashpot,
@@ -19,20 +18,17 @@ from percuss.case.file_format.values import (
     NumberOrStiffness,
     Numbers,
     PlainNumber,
-    PlainSteps,
-    PlainVelocities,
     Steps,
     Stiffness,
     Stress,
     Table,
     Time,
     Velocities,
-    above_zero,
+    list_of,
+    plain_is,
 )
 from percuss.errors import ParameterError
-from percuss.model.body import DAMPINGS, Bar, Damping, External, Section, SectionedBar
-from percuss.model.checks import finite, non_negative
-from percuss.units import si
+from percuss.model import Bar
 
 
 class Material(NamedTuple):
@@ -72,80 +68,13 @@ class SectionTable(Table):
     """Density of the material. Allowed: greater than 0. When left out: that of `[bar]`, or steel."""
 
 
-def _several(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or not value:
-        raise ValueError('a list of sections, for example [{length = "120 mm", diameter = "52 mm"}]')
-    return tuple(value)
-
-
-SectionTables = Annotated[tuple[SectionTable, ...], BeforeValidator(_several)]
+SectionTables = Annotated[tuple[SectionTable, ...], list_of("sections", '{length = "120 mm", diameter = "52 mm"}')]
 """The sections from the driven end to the striking end."""
-
-
-def sectioned_bar(tables: tuple[SectionTable, ...], common: Any, damping: Damping | None, drag: float) -> SectionedBar:
-    """The bar of sections; `common` is the table [bar], whose material they share.
-
-    Parameters
-    ----------
-    damping, drag
-        The law of damping, or without one the force per velocity and per metre of bar in N·s/m²: spread over the bar
-        as its mass is.
-    """
-    sections = sections_of("sections", tables, common)
-    try:
-        bar = SectionedBar(sections)
-    except ParameterError as error:
-        raise by_what_was_given(error, tables) from None
-    return replace(bar, damping=damping or External(drag * bar.length / bar.mass))
-
-
-def sections_of(name: str, tables: Sequence[SectionTable], common: Any) -> tuple[Section, ...]:
-    """The sections of a list under a key; what `common` says of the material holds where a section says nothing."""
-    return tuple(_section(f"{name}[{i}].", table, common) for i, table in enumerate(tables))
-
-
-def by_what_was_given(error: ParameterError, tables: Sequence[SectionTable]) -> ParameterError:
-    """The refusal of an area that follows from a diameter, by the key of the diameter."""
-    for i, table in enumerate(tables):
-        if error.name == f"sections[{i}].area" and table.diameter is not None:
-            return ParameterError(f"sections[{i}].diameter", table.diameter, error.accepted, error.remedy)
-    return error
-
-
-def _section(name: str, table: SectionTable, common: Any) -> Section:
-    sizes: dict[str, Any] = {"length": None}
-    for key, dimension in (("length", "length"), ("area", "area"), ("diameter", "length")):
-        if (text := getattr(table, key)) is not None:
-            sizes[key] = above_zero(name + key, text, dimension)
-    bore = 0.0 if table.bore is None else non_negative(f"{name}bore", si(table.bore, "length", f"{name}bore"))
-    material = _material(name, table, common)
-    try:
-        return Section(**sizes, bore=bore, **material._asdict())
-    except ParameterError as error:
-        accepted = f"less than the diameter, {table.diameter}" if error.name == "bore" else error.accepted
-        raise ParameterError(name + error.name, error.value, accepted, error.remedy) from None
-
-
-def _material(name: str, table: SectionTable, common: Any) -> Material:
-    own = table.youngs_modulus, table.density
-    if table.material is not None:
-        if own != (None, None):
-            raise ParameterError(f"{name}material", table.material, "a material, or a modulus and a density, not both")
-        return MATERIALS[table.material]
-    steel, found = MATERIALS["steel"], {}
-    for key, dimension in (("youngs_modulus", "pressure"), ("density", "density")):
-        for where, at in ((table, name), (common, "")):
-            if key not in found and (text := getattr(where, key, None)) is not None:
-                found[key] = above_zero(at + key, text, dimension)
-    return steel._replace(**found)
 
 
 # ---- The law of damping in a case: ``damping = {kind = "ratio", value = 1e-3}``, in [bar] or [system]
 
 _EXAMPLE = 'a table such as {kind = "ratio", value = 0.001}'
-
-_QUANTITIES = {"kelvin_voigt": "time"}
-"""What the value of a law in SI may be written as, other than a plain number."""
 
 
 class DampingTable(Table):
@@ -155,54 +84,6 @@ class DampingTable(Table):
     """The law, which decides what `value` is."""
     value: DampingValue
     """The number of the law, or its numbers."""
-
-
-def damping_law(table: DampingTable, units: bool) -> Damping:
-    """The law that a table describes; with the time in seconds for a bar in SI, which `units` tells."""
-    try:
-        return DAMPINGS[table.kind](_value(table, units))  # type: ignore[call-arg]  # each has one field
-    except ParameterError as error:
-        _, bracket, place = error.name.partition("[")
-        value = error.value if bracket else table.value
-        raise ParameterError(f"damping.value{bracket}{place}", value, error.accepted, error.remedy) from None
-
-
-def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
-    value, quantity = table.value, _QUANTITIES.get(table.kind)
-    if table.kind == "table":
-        accepted = "a list of numbers, the damping of each mode" + (" in 1/s" if units else "")
-        if not isinstance(value, tuple):
-            raise ParameterError("value", value, accepted)
-        return value
-    if not isinstance(value, str):
-        return finite("value", value, "one finite number")
-    if not units:
-        raise ParameterError("value", value, "a number", "only a case in SI takes units")
-    if quantity is None:
-        raise ParameterError("value", value, "a plain number")
-    return si(value, quantity, "value")
-
-
-def drag_in(table: DampingTable) -> float | None:
-    """The drag in N·s/m² of an external damping that is written as one, else None."""
-    if table.kind != "external" or not isinstance(table.value, str):
-        return None
-    if not (drag := si(table.value, "damping", "damping.value")) >= 0.0:
-        raise ParameterError("damping.value", table.value, "0 or greater")
-    return drag
-
-
-def damping_table(law: Damping) -> dict[str, Any]:
-    """The table of a law, as JSON has it; `damping_law` backwards.
-
-    Examples
-    --------
-    >>> from percuss.model.body import Ratio
-    >>> damping_table(Ratio(0.001))
-    {'kind': 'ratio', 'value': 0.001}
-    """
-    (value,) = vars(law).values()
-    return {"kind": law.kind, "value": list(value) if isinstance(value, tuple) else value}
 
 
 # -- what the key once was, or is taken for --
@@ -225,14 +106,14 @@ def _no_plain_damping(value: Any, info: ValidationInfo) -> Any:
     return value
 
 
-BarDamping = Annotated[DampingTable, BeforeValidator(_no_drag)]
+BarDamping = Annotated[DampingTable, Kind("table", _no_drag)]
 """The table in [bar], where older case files have a quantity, which is told what it is called now."""
 
-SystemDamping = Annotated[DampingTable, BeforeValidator(_no_plain_damping)]
+SystemDamping = Annotated[DampingTable, Kind("table", _no_plain_damping)]
 """The table in [system]."""
 
 
-# ---- The table [body] of a case: a structure that something holds, in place of a free bar
+# ---- A structure that something holds
 
 
 class BodyTable(Table):
@@ -267,9 +148,7 @@ class BodyTable(Table):
     """With `"mounted"` in SI, without `[bar]`: the rigid mass. When left out: `[bar]` is needed."""
 
 
-# ---- What the bar strikes, in a case: the tables [tool], [rock] and [blow]
-#
-# The text below a key is what the reference prints.
+# ---- What the bar strikes: the tables [tool], [rock] and [blow]
 
 
 class ToolSectionTable(SectionTable):
@@ -283,13 +162,7 @@ class ToolSectionTable(SectionTable):
     last section has no step. When left out: none."""
 
 
-def _several_contacts(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or not value:
-        raise ValueError('a list of sections, for example [{length = "1.2 m", diameter = "38 mm"}]')
-    return tuple(value)
-
-
-ToolSections = Annotated[tuple[ToolSectionTable, ...], BeforeValidator(_several_contacts)]
+ToolSections = Annotated[tuple[ToolSectionTable, ...], list_of("sections", '{length = "1.2 m", diameter = "38 mm"}')]
 """The sections of the tool from the struck face on."""
 
 
@@ -313,6 +186,7 @@ class ToolTable(Table):
     none."""
 
 
+@plain_is(ToolTable)
 class PlainTool(Table):
     """What the bar of a dimensionless case strikes: a wall, or an endless rod known by its impedance alone."""
 
@@ -353,11 +227,3 @@ class BlowTable(Table):
     load_at: int = 0
     """Where this force acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
     greater."""
-
-
-class PlainBlow(BlowTable):
-    """One blow of a dimensionless case: the keys of `BlowTable` without units."""
-
-    velocity: PlainVelocities | None = None  # type: ignore[assignment]  # plain numbers in place of text
-    until: PlainNumber | None = None  # type: ignore[assignment]
-    load: PlainSteps | None = None  # type: ignore[assignment]

@@ -5,6 +5,7 @@ Laws are refused by a `ParameterError` with the key of their table, which `Parts
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,11 +23,10 @@ from percuss.case.file_format.body_building import (
     plain_target,
     rock_of,
     sized_body,
-    sized_structure,
     sized_target,
 )
 from percuss.case.file_format.load_building import ReadHistory, history_load, load_of, pressure_of, valve_of
-from percuss.case.file_format.load_tables import HistoryForce, ValveForce, ValveLoad
+from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import ContactTable, PhysicalCase, PlainCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
@@ -44,55 +44,34 @@ if TYPE_CHECKING:
 # ---- From the tables [contact] and [system] of a case to the law of the contact, as far as no blow is resolved for it
 
 
-def contact_of(table: ContactTable, bar: SizedBody | None, tool: bool) -> Contact | None:
-    """The law of the table [contact]; None where it depends on a bar that could not be made, or on the blow.
+def contact_of(table: ContactTable | SystemTable, bar: SizedBody | None, tool: bool) -> Contact | None:
+    """The law of the contact; None where it depends on a bar that could not be made, or on the blow.
 
-    Parameters
-    ----------
-    tool
-        Whether the case says what the bar strikes.
+    `tool` tells whether the case says what the bar strikes.
     """
-    rod = table.receiving_area is not None
-    if rod and table.restitution is not None:
-        raise ParameterError("receiving_area", table.receiving_area, "either restitution or receiving_area, not both")
-    _check_law(table, tool or rod)
+    area = getattr(table, "receiving_area", None)
+    if area is not None and table.restitution is not None:
+        raise ParameterError("receiving_area", area, "either restitution or receiving_area, not both")
+    _check_law(table, tool or area is not None)
     if table.law == "b77-blow" or table.restitution == FROM_THE_BLOW:
         return None
-    if not rod and table.restitution is None:
-        raise ParameterError(
-            "restitution", None, "a restitution from 0 to 1, or a receiving_area", _OF_BLOW if tool else ""
-        )
-    law = si_law(table, bar)
-    if table.receiving_area is None:
-        return law(_number(table.restitution))
-    receiving = si(table.receiving_area, "area", "receiving_area")
-    return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
+    law = law_of(table, bar)
+    if area is not None:
+        receiving = si(area, "area", "receiving_area")
+        return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
+    if table.restitution is None:
+        remedy = f'that of the blow on the tool is restitution = "{FROM_THE_BLOW}"' if tool else ""
+        raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area", remedy)
+    assert not isinstance(table.restitution, str)
+    return law(table.restitution)
 
 
-_OF_BLOW = f'that of the blow on the tool is restitution = "{FROM_THE_BLOW}"'
-
-
-def si_law(table: ContactTable, bar: SizedBody | None) -> type[Contact]:
-    """The law that the table names; else what the waves in a uniform bar do, and B77's for others."""
+def law_of(table: ContactTable | SystemTable, bar: SizedBody | None) -> type[Contact]:
+    """The law that the table names; else B77's, but in SI what the waves in a uniform bar do."""
     if table.strain is not None:
         return LAWS[table.strain]
-    return Reversed if bar is None or bar.kind == UniformBar.kind else Kept
-
-
-def plain_contact(table: SystemTable, tool: bool) -> Contact | None:
-    """The law of the table [system]; None where its restitution is that of the blow."""
-    _check_law(table, tool)
-    return None if table.restitution == FROM_THE_BLOW else plain_law(table)(_number(table.restitution))
-
-
-def _number(restitution: float | str | None) -> float:
-    assert isinstance(restitution, int | float)  # the word for that of the blow was looked at before
-    return restitution
-
-
-def plain_law(table: SystemTable) -> type[Contact]:
-    """The law that the table names, else B77's."""
-    return Kept if table.strain is None else LAWS[table.strain]
+    uniform = isinstance(table, ContactTable) and (bar is None or bar.kind == UniformBar.kind)
+    return Reversed if uniform else Kept
 
 
 def check_body(table: ContactTable | SystemTable, law: type[Contact], body: Body) -> None:
@@ -249,30 +228,12 @@ class Parts:
         self.blow: BlowQuestion | None = None
         self._problems: list[CaseError] = []
         self._file = file
-        if tables.body is not None:
-            self._structure(tables, folder)
-        elif isinstance(tables, PhysicalCase):
-            if tables.bar.length is None and tables.bar.sections is None:
-                remedy = 'give it with its unit, for example length = "341 mm", or give sections'
-                self._problems.append(CaseError(file, "bar.length", None, "missing", remedy))
-            else:
-                self.bar = self._try("bar", tables.bar, sized_body)
-            if tables.contact is not None:
-                make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
-                self.contact = self._try("contact", tables.contact, make)
-        elif tables.system.s is None:
-            remedy = "add it, or a table [body] for a structure that is held"
-            self._problems.append(CaseError(file, "system.s", None, "missing", remedy))
-        elif not _says_its_damping(tables.system):
-            remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
-            self._problems.append(CaseError(file, "system.d", None, "missing", remedy))
-        else:
-            self.body = self._try("system", tables.system, plain_body)
-            make = partial(plain_contact, tool=tables.tool is not None)
-            self.contact = self._try("system", tables.system, make)
-        if isinstance(tables.load, ValveForce | ValveLoad):
+        if self._make_striker(tables, folder) and tables.struck is not None:
+            make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
+            self.contact = self._try(tables.struck_name, tables.struck, make)
+        if isinstance(tables.load, ValveLoad):
             self.valve = self._try("load", tables.load, valve_of)
-        elif tables.load is not None and not isinstance(tables.load, HistoryForce):
+        elif tables.load is not None and not isinstance(tables.load, HistoryLoad):
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
         self._look_at_blow(tables)
@@ -283,22 +244,38 @@ class Parts:
         if self._problems:
             raise_all(self._problems)
 
-    def _structure(self, tables: PhysicalCase | PlainCase, folder: Path) -> None:
-        """The structure of the table [body], and its contact, which keeps the strain."""
-        unfit = check_beside(tables)
-        if unfit is not None:
-            name, key, accepted = unfit
-            held = getattr(getattr(tables, name), key) if key else None
-            self._problems.append(CaseError(self._file, f"{name}.{key}" if key else name, held, f"expected {accepted}"))
-            return
-        if isinstance(tables, PhysicalCase):
-            self.bar = self._try("body", tables.body, lambda table: sized_structure(table, tables, folder))
-            if tables.contact is not None:
-                make = partial(contact_of, bar=self.bar, tool=False)
-                self.contact = self._try("contact", tables.contact, make)
+    def _make_striker(self, tables: PhysicalCase | PlainCase, folder: Path) -> bool:
+        """The body, in SI or not; whether what the contact needs of it can be told."""
+        found: tuple[str, object, str, str] | None = None  # what is wrong with the tables as a whole
+        make: Callable[..., SizedBody | Body]
+        if tables.body is not None:
+            name, make = "body", partial(held_body, tables=tables, folder=folder)
+            if (unfit := check_beside(tables)) is not None:
+                place, key, accepted = unfit
+                held = getattr(getattr(tables, place), key) if key else None
+                found = f"{place}.{key}" if key else place, held, f"expected {accepted}", ""
+        elif isinstance(tables, PhysicalCase):
+            name, make = "bar", sized_body
+            if tables.bar.length is None and tables.bar.sections is None:
+                remedy = 'give it with its unit, for example length = "341 mm", or give sections'
+                self._problems.append(CaseError(self._file, "bar.length", None, "missing", remedy))
+                return True
         else:
-            self.body = self._try("body", tables.body, lambda table: held_body(table, tables, folder))
-            self.contact = self._try("system", tables.system, partial(plain_contact, tool=False))
+            name, make = "system", plain_body
+            if tables.system.s is None:
+                found = "system.s", None, "missing", "add it, or a table [body] for a structure that is held"
+            elif not _says_its_damping(tables.system):
+                remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
+                found = "system.d", None, "missing", remedy
+        if found is not None:
+            self._problems.append(CaseError(self._file, *found))
+            return False
+        body = self._try(name, getattr(tables, name), make)
+        if isinstance(tables, PhysicalCase):
+            self.bar = body
+        else:
+            self.body = body
+        return True
 
     def _look_at_blow(self, tables: PhysicalCase | PlainCase) -> None:
         """What the bar strikes, and the blow that is asked for."""
@@ -330,33 +307,26 @@ class Parts:
             body = _some_body(self.bar)
         if body is None:
             return
-        if (law := self._law(tables)) is not None:
-            self._try(*_contact_table(tables), lambda table: check_body(table, law, body))
-        if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryForce):
+        if tables.struck is not None:
+            law = law_of(tables.struck, self.bar)
+            self._try(tables.struck_name, tables.struck, lambda table: check_body(table, law, body))
+        if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryLoad):
             self._try("load", tables.load, lambda table: body.place(table.at))
-
-    def _law(self, tables: PhysicalCase | PlainCase) -> type[Contact] | None:
-        """The kind of the contact, whatever its restitution is; None for a case of one blow without a contact."""
-        if isinstance(tables, PlainCase):
-            return plain_law(tables.system)
-        return None if tables.contact is None else si_law(tables.contact, self.bar)
 
     def contact_of_blow(self, tables: PhysicalCase | PlainCase) -> Contact:
         """The contact whose restitution is that of the blow, which is resolved by waves."""
-        law, question = self._law(tables), self.blow
-        assert law is not None and question is not None
-        name, table = _contact_table(tables)
-        found: Contact | None = self._try(name, table, lambda _: law(restitution_of(question)))
-        if found is None:
-            raise_all(self._problems)
+        assert tables.struck is not None
+        law = law_of(tables.struck, self.bar)
+        found: Contact = self._of_blow(tables, lambda _, question: law(restitution_of(question)))
         return found
 
     def timed(self, tables: PhysicalCase | PlainCase, system: System) -> Timed | None:
         """The law of a blow that takes time, where the case names one."""
-        question = self.blow
-        assert question is not None
-        name, table = _contact_table(tables)
-        found: Timed | None = self._try(name, table, lambda own: timed_law(own, question, system))
+        found: Timed | None = self._of_blow(tables, partial(timed_law, system=system))
+        return found
+
+    def _of_blow(self, tables: PhysicalCase | PlainCase, make: Any) -> Any:
+        found = self._try(tables.struck_name, tables.struck, lambda own: make(own, self.blow))
         if self._problems:
             raise_all(self._problems)
         return found
@@ -370,11 +340,6 @@ class Parts:
         except ArithmeticError:
             self._problems.append(extreme(self._file, name))
         return None
-
-
-def _contact_table(tables: PhysicalCase | PlainCase) -> tuple[str, BaseModel | None]:
-    """The table that says how the bar leaves what it strikes, and its name."""
-    return ("system", tables.system) if isinstance(tables, PlainCase) else ("contact", tables.contact)
 
 
 def _says_its_damping(table: SystemTable) -> bool:
@@ -392,7 +357,7 @@ def _some_body(bar: SizedBody) -> Body | None:
 
 def recording_of(tables: PhysicalCase | PlainCase, file: str, folder: Path) -> ReadHistory | None:
     """The load of the recording that a case names, or None when its load is a formula."""
-    return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryForce) else None
+    return history_load(tables.load, file, folder) if isinstance(tables.load, HistoryLoad) else None
 
 
 def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
@@ -449,7 +414,7 @@ def extreme(file: str, key: str) -> CaseError:
 def check_clock(tables: PhysicalCase | PlainCase, file: str) -> None:
     """Refuse a machine that switches itself, where a load that keeps time by itself is asked for."""
     check_motion(tables, file)
-    if isinstance(tables.load, ValveForce | ValveLoad):
+    if isinstance(tables.load, ValveLoad):
         remedy = "'percuss machine' answers for a valve that the piston switches, and 'percuss simulate' from a start"
         raise CaseError(file, "load.kind", "valve", "expected a load that keeps time by itself", remedy)
 
@@ -458,7 +423,7 @@ def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Mac
     """The machine of a case whose load the piston switches."""
     check_motion(tables, file)
     table = tables.load
-    if not isinstance(table, ValveForce | ValveLoad):
+    if not isinstance(table, ValveLoad):
         assert table is not None
         remedy = "describe the valve by its states and ports; 'percuss steady' answers for a load that keeps time"
         raise CaseError(file, "load.kind", table.kind, "expected 'valve', a load that the piston switches", remedy)

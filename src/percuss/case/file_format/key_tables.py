@@ -9,126 +9,56 @@ import ast
 import inspect
 import re
 import sys
-import types
-import typing
 from functools import cache
-from typing import Any, Literal, NamedTuple
+from types import UnionType
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from pydantic.fields import FieldInfo
-
-from percuss.case.file_format import body_tables as damping_table
-from percuss.case.file_format import body_tables as section_tables
-from percuss.case.file_format import body_tables as tool_tables
-from percuss.case.file_format import load_tables, schema, values
-from percuss.case.file_format import load_tables as valve_tables
+from percuss.case.file_format import body_tables, load_tables, schema
+from percuss.case.file_format.values import Kind, Table, hints_of, plain_form
 from percuss.errors import ParameterError
 
-TABLES = {
-    "bar": "BarTable",
-    "bar.sections": "SectionTable",
-    "damping": "DampingTable",
-    "body": "BodyTable",
-    "contact": "ContactTable",
-    "load.harmonic": "HarmonicForce",
-    "load.square": "SquareForce",
-    "load.steps": "StepsForce",
-    "load.fourier": "FourierForce",
-    "load.history": "HistoryForce",
-    "load.valve": "ValveForce",
-    "load.ports": "PortTable",
-    "load.chamber": "ChamberTable",
-    "load.states": "AreasTable",
-    "load.cushion": "CushionTable",
-    "load.supply": "SupplyTable",
-    "tool": "ToolTable",
-    "tool.sections": "ToolSectionTable",
-    "rock": "RockTable",
-    "blow": "BlowTable",
-    "start": "StartTable",
-    "simulation": "SimulationTable",
-    "system": "SystemTable",
-    "plain.tool": "PlainTool",
-    "plain.blow": "PlainBlow",
-    "plain.load.harmonic": "HarmonicLoad",
-    "plain.load.square": "SquareLoad",
-    "plain.load.steps": "StepsLoad",
-    "plain.load.fourier": "FourierLoad",
-    "plain.load.history": "HistoryLoad",
-    "plain.load.valve": "ValveLoad",
+_LOADS: dict[str, type[Table]] = {
+    f"load.{get_args(load.model_fields['kind'].annotation)[0]}": load
+    for load in (
+        load_tables.HarmonicLoad,
+        load_tables.SquareLoad,
+        load_tables.StepsLoad,
+        load_tables.FourierLoad,
+        load_tables.HistoryLoad,
+        load_tables.ValveLoad,
+    )
+}
+_STRUCK: dict[str, type[Table]] = {"tool": body_tables.ToolTable, "blow": body_tables.BlowTable}
+
+TABLES: dict[str, type[Table]] = {
+    "bar": schema.BarTable,
+    "bar.sections": body_tables.SectionTable,
+    "damping": body_tables.DampingTable,
+    "body": body_tables.BodyTable,
+    "contact": schema.ContactTable,
+    **_LOADS,
+    "load.ports": load_tables.PortTable,
+    "load.chamber": load_tables.ChamberTable,
+    "load.states": load_tables.AreasTable,
+    "load.cushion": load_tables.CushionTable,
+    "load.supply": load_tables.SupplyTable,
+    **_STRUCK,
+    "tool.sections": body_tables.ToolSectionTable,
+    "rock": body_tables.RockTable,
+    "start": schema.StartTable,
+    "simulation": schema.SimulationTable,
+    "system": schema.SystemTable,
+    **{f"plain.{name}": plain_form(table) for name, table in (_STRUCK | _LOADS).items()},
 }
 """The tables by their place in a case file; those of dimensionless cases that differ begin with ``plain``."""
 
-_VALUES: list[tuple[Any, str]] = [
-    (values.Length, "length"),
-    (values.Area, "area"),
-    (values.Frequency, "frequency"),
-    (values.Time, "time"),
-    (values.Stress, "pressure"),
-    (values.Density, "density"),
-    (values.Drag, "damping"),
-    (values.DampingValue, "number, text with a unit, or list of numbers"),
-    (damping_table.BarDamping, "table"),
-    (damping_table.SystemDamping, "table"),
-    (section_tables.SectionTables, "list of tables"),
-    (tool_tables.ToolSections, "list of tables"),
-    (valve_tables.States, "table of forces or tables"),
-    (valve_tables.PlainStates, "table of numbers"),
-    (valve_tables.Ports, "list of tables"),
-    (valve_tables.PlainPorts, "list of tables"),
-    (valve_tables.ChamberTable, "table"),
-    (valve_tables.CushionTable, "table"),
-    (valve_tables.PlainCushion, "table"),
-    (valve_tables.SupplyTable, "table"),
-    (valve_tables.CushionTable, "table"),
-    (valve_tables.PlainCushion, "table"),
-    (valve_tables.PlainChamber, "table"),
-    (valve_tables.PlainSupply, "table"),
-    (valve_tables.Reads, '`"centre"` or number'),
-    (values.Mass, "mass"),
-    (values.NumberOrStiffness, "stiffness"),
-    (values.NumberOrDashpot, "dashpot"),
-    (values.Stiffness, "stiffness"),
-    (values.Flow, "flow"),
-    (values.Compliance, "compliance"),
-    (values.Restitution, 'number or `"from the blow"`'),
-    (values.Velocities, "velocity, or list of velocities"),
-    (values.PlainVelocities, "number, or list of numbers"),
-    (values.Steps, "list of pairs `[time, force]`"),
-    (values.PlainSteps, "list of pairs of numbers"),
-    (values.Force, "force"),
-    (values.ForceOrPressure, "force or pressure"),
-    (values.ForceUnit, "unit of force or pressure"),
-    (values.Coefficients, "list of pairs `[re, im]`"),
-    (values.Column, "name or number"),
-    (values.PlainNumber, "number"),
-    (values.Numbers, "list of numbers"),
-    (values.NumberOrLength, "number or length"),
-    (values.NumberOrVelocity, "number or velocity"),
-    (values.NumberOrTime, "number or time"),
-    (float, "number"),
-    (int, "whole number"),
-    (bool, "true or false"),
-    (str, "text"),
-]
 
-
-def said_of(table: type[values.Table], key: str) -> dict[str, str]:
-    """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
-
-    A key without a text has that of the SI form of its load, or of the nearest class before its own with such a key.
-    """
-    said = _said_in(table.__module__)
-    classes = [name for name, thing in vars(sys.modules[table.__module__]).items() if isinstance(thing, type)]
-    name = table.__name__
-    places = [name, name.replace("Load", "Force"), *classes[classes.index(name) :: -1]]
-    text = next((said[place, key] for place in places if (place, key) in said), None)
-    if text is None:
-        raise LookupError(f"{table.__module__} says nothing below {table.__name__}.{key}")
-    meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)
-    found = {"meaning": meaning.rstrip(".")}
-    for part in rest:
-        name, _, what = part.partition(": ")
-        found[name.lower().removeprefix("when ")] = what.rstrip(".")
+def table_class(name: str) -> type[Table]:
+    """The class of a table by its own name, or by one of `TABLES`."""
+    by_class = {table.__name__: table for table in TABLES.values()}
+    found = TABLES.get(name.strip("[]")) or by_class.get(name)
+    if found is None:
+        raise ParameterError("table", name, f"one of {', '.join(TABLES)}")
     return found
 
 
@@ -139,6 +69,42 @@ class KeyRow(NamedTuple):
     value: str
     without: str
     meaning: str
+
+
+def rows_of(table: type[Table]) -> list[KeyRow]:
+    """The keys that a table declares itself."""
+    return [_row(table, key) for key in table.__annotations__ if key in table.model_fields]
+
+
+def _row(table: type[Table], key: str) -> KeyRow:
+    said, field = said_of(table, key), table.model_fields[key]
+    value = _words(hints_of(table)[key]) + (f", {said['allowed']}" if "allowed" in said else "")
+    default = "" if field.default is None else f"`{field.default}`"
+    without = "**needed**" if field.is_required() else said.get("left out") or default
+    return KeyRow(field.alias or key, value, without, said["meaning"])
+
+
+def said_of(table: type[Table], key: str) -> dict[str, str]:
+    """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
+
+    A key without a text has that of its SI form, or of the nearest class before its own with such a key.
+    """
+    own = [one for one in table.mro() if issubclass(one, Table)]
+    said = _said_in(table.__module__)
+    names = [one.__name__ for one in own]
+    declared = next(name for name in names if any(name == there for there, _ in said))
+    before = list(dict.fromkeys(there for there, _ in said))
+    places = [*names, *before[: before.index(declared)][::-1]]
+    here = table.in_plain.get(key) if table.is_plain else None
+    text = here or next((said[place, key] for place in places if (place, key) in said), None)
+    if text is None:
+        raise LookupError(f"{table.__module__} says nothing below {table.__name__}.{key}")
+    meaning, *rest = re.split(r" (?=Allowed: |When left out: )", text)
+    found = {"meaning": meaning.rstrip(".")}
+    for part in rest:
+        name, _, what = part.partition(": ")
+        found[name.lower().removeprefix("when ")] = what.rstrip(".")
+    return found
 
 
 @cache
@@ -155,51 +121,22 @@ def _said_in(module: str) -> dict[tuple[str, str], str]:
     return found
 
 
-def table_class(name: str) -> type[values.Table]:
-    """The class of a table by its own name, or by one of `TABLES`.
-
-    Raises
-    ------
-    ParameterError
-        When there is none.
-    """
-    class_name = TABLES.get(name.strip("[]"), name)
-    for module in (schema, load_tables):
-        found = getattr(module, class_name, None)
-        if isinstance(found, type) and issubclass(found, values.Table):
-            return found
-    raise ParameterError("table", name, f"one of {', '.join(TABLES)}")
+_WORDS = {float: "number", int: "whole number", bool: "true or false", str: "text"}
 
 
-def rows_of(table: type[values.Table]) -> list[KeyRow]:
-    """The keys that a table declares itself."""
-    hints = typing.get_type_hints(table, include_extras=True)
-    return [_row(table, key, hints[key], table.model_fields[key]) for key in table.__annotations__]
-
-
-def _row(table: type[values.Table], key: str, hint: Any, field: FieldInfo) -> KeyRow:
-    said = said_of(table, key)
-    value = _value(hint)
-    if "allowed" in said:
-        value += f", {said['allowed']}"
-    if field.is_required():
-        without = "**needed**"
-    else:
-        without = said.get("left out") or (f"`{field.default}`" if field.default is not None else "")
-    return KeyRow(field.alias or key, value, without, said["meaning"])
-
-
-def _value(hint: Any) -> str:
+def _words(hint: Any) -> str:
     """The kind of value in words."""
-    for known, words in _VALUES:
-        if hint == known:
-            return words
-    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        return " or ".join(_value(part) for part in typing.get_args(hint) if part is not type(None))
-    if typing.get_origin(hint) is Literal:
-        return " or ".join(f'`"{word}"`' for word in typing.get_args(hint))
-    if typing.get_origin(hint) is typing.Annotated:
-        kind, *limits = typing.get_args(hint)
-        least = next(part.ge for info in limits for part in info.metadata if hasattr(part, "ge"))
-        return f"{_value(kind)}, {least} or greater"
+    if isinstance(hint, type):
+        return "table" if issubclass(hint, Table) else _WORDS[hint]
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return " or ".join(_words(part) for part in parts if part is not type(None))
+    if origin is Literal:
+        return " or ".join(f'`"{word}"`' for word in parts)
+    if origin is Annotated:
+        kind = next((part for part in parts if isinstance(part, Kind)), None)
+        if kind is not None:
+            return kind.words
+        least = next(part.ge for info in parts[1:] for part in info.metadata if hasattr(part, "ge"))
+        return f"{_words(parts[0])}, {least} or greater"
     raise LookupError(f"no words for the values of {hint}")

@@ -7,36 +7,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from percuss.case.file_format.load_tables import (
     AnyLoad,
     AreasTable,
-    ChamberTable,
-    CushionTable,
-    FourierForce,
-    HarmonicForce,
+    FourierLoad,
     HarmonicLoad,
-    HistoryForce,
     HistoryLoad,
-    PlainChamber,
-    PlainCushion,
-    PlainPort,
-    PlainSupply,
-    PortTable,
-    SquareForce,
+    PlainHistoryLoad,
     SquareLoad,
-    StepsForce,
     StepsLoad,
     SupplyTable,
-    ValveForce,
     ValveLoad,
 )
 from percuss.case.file_format.reading import from_parameter
-from percuss.case.file_format.values import above_zero, number_of
+from percuss.case.file_format.values import above_zero, given_in, keyed, number_of
 from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
 from percuss.model import Chamber, Cushion, Load, Port, Supply, Valve
-from percuss.model.checks import non_negative
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -57,7 +45,7 @@ class ReadHistory(NamedTuple):
     force: Array
 
 
-def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
+def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
     """The load of a recorded history.
 
     Its file is looked for in `folder`, that of the case file.
@@ -66,7 +54,7 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
         recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
         load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
-        if isinstance(table, HistoryLoad):
+        if isinstance(table, PlainHistoryLoad):
             scale = si(table.force_scale, "force", "force_scale")
             if not scale > 0.0:
                 raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
@@ -78,7 +66,7 @@ def history_load(table: HistoryForce, file: str, folder: Path) -> ReadHistory:
         raise _refused(error, table, file) from error
 
 
-def _with_clipping(report: HistoryReport | None, table: HistoryForce, recording: Recording) -> HistoryReport | None:
+def _with_clipping(report: HistoryReport | None, table: HistoryLoad, recording: Recording) -> HistoryReport | None:
     """The report, with what is to say of either channel by itself."""
     from percuss.recordings.history import clipped_share, clipping
 
@@ -90,7 +78,7 @@ def _with_clipping(report: HistoryReport | None, table: HistoryForce, recording:
     return replace(report, warnings=(*report.warnings, *said))
 
 
-def _refused(error: Exception, table: HistoryForce, file: str) -> CaseError:
+def _refused(error: Exception, table: HistoryLoad, file: str) -> CaseError:
     """The refusal of a recording, with its key."""
     if isinstance(error, CaseError):
         return error
@@ -101,7 +89,7 @@ def _refused(error: Exception, table: HistoryForce, file: str) -> CaseError:
     return CaseError(file, "load.file", table.file, f"cannot be read: {error}")  # as a path with a null character
 
 
-def _recorded(table: HistoryForce, file: str, folder: Path) -> tuple[Recording, Array]:
+def _recorded(table: HistoryLoad, file: str, folder: Path) -> tuple[Recording, Array]:
     """The recording that a case names, and the force on the bar."""
     from percuss.recordings.recording import read_recording  # only histories need it
 
@@ -124,7 +112,7 @@ def _recorded(table: HistoryForce, file: str, folder: Path) -> tuple[Recording, 
     return recording, _recorded_force(table, recording, file)
 
 
-def _recorded_force(table: HistoryForce, recording: Recording, file: str) -> Array:
+def _recorded_force(table: HistoryLoad, recording: Recording, file: str) -> Array:
     """The force on the bar: of the one face, less that of the opposing one."""
     force = recording.values * _area(table.area, "area", recording.quantity, file)
     if recording.opposing is not None:
@@ -165,7 +153,6 @@ _MOST_STEPS = 1000
 
 def load_of(table: AnyLoad) -> Load:
     """The load that a formula describes: in N with its frequency, or dimensionless."""
-    assert not isinstance(table, HistoryForce | ValveForce | ValveLoad)
     hertz, square_metres = getattr(table, "frequency", None), getattr(table, "area", None)
     frequency = None if hertz is None else above_zero("frequency", hertz, "frequency")
     area = None if square_metres is None else above_zero("area", square_metres, "area")
@@ -175,23 +162,22 @@ def load_of(table: AnyLoad) -> Load:
             return value
         if area is not None:
             return si(value, "pressure", name) * area
-        try:
+        with keyed(remedies={name: 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'}):
             return si(value, "force", name)
-        except ParameterError as error:
-            remedy = 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'
-            raise ParameterError(name, value, error.accepted, remedy) from None
 
-    unit = number(f"1 {table.unit}", "unit") if isinstance(table, StepsForce | FourierForce) else 1.0
-    if isinstance(table, HarmonicForce | HarmonicLoad):
+    given = getattr(table, "unit", None)
+    unit = 1.0 if given is None else number(f"1 {given}", "unit")
+    if isinstance(table, HarmonicLoad):
         mean, amplitude = number(table.mean, "mean"), number(table.amplitude, "amplitude")
         load = Load.harmonic(mean, amplitude, table.harmonic, frequency=frequency)
-    elif isinstance(table, SquareForce | SquareLoad):
+    elif isinstance(table, SquareLoad):
         load = Load.square(number(table.amplitude, "amplitude"), table.kappa, table.harmonics, frequency=frequency)
-    elif isinstance(table, StepsForce | StepsLoad):
+    elif isinstance(table, StepsLoad):
         if len(table.breaks) > _MOST_STEPS:
             raise ParameterError("breaks", f"{len(table.breaks)} phases", f"at most {_MOST_STEPS}")
         load = Load.steps(table.breaks, [unit * p for p in table.values], table.harmonics, frequency=frequency)
     else:
+        assert isinstance(table, FourierLoad)
         load = Load.fourier([unit * complex(re, im) for re, im in table.coefficients], frequency=frequency)
     return load.acting_at(table.at)
 
@@ -199,125 +185,64 @@ def load_of(table: AnyLoad) -> Load:
 # ---- From the table [load] of a machine that switches itself to its valve
 
 _PRESSURE = "give pressure, that of the supply, or the forces of the states"
+_BEHIND = "the wall is at 0, and the distance is counted away from it"
+_BEYOND = "one that began behind the wall would take part of every blow, which is not in the model"
 
 
-def valve_of(table: ValveForce | ValveLoad) -> Valve:
+def valve_of(table: ValveLoad) -> Valve:
     """The valve that a table describes: in N, m and s, or dimensionless; what else the table says is checked, too."""
-    pressure = pressure_of(table)
-    room = room_of(table)
+    pressure, room = pressure_of(table), room_of(table)
     states = {name: _state_force(name, given, pressure) for name, given in table.states.items()}
-    given: tuple[PortTable | PlainPort, ...] = table.ports
-    ports = tuple(_port(f"ports[{i}].", port) for i, port in enumerate(given))
-    for i, (port, own) in enumerate(zip(ports, given, strict=True)):
-        if port.behind is not None and room is not None and port.behind >= room:
+    ports = []
+    for i, own in enumerate(table.ports):
+        with keyed(f"ports[{i}].", remedies={"behind": _BEHIND}):
+            ports.append(Port(**given_in(own)))
+        if room is not None and (ports[i].behind or 0.0) >= room:
             accepted = f"a port within the room, {table.room}"
             raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
+    with keyed("chamber."):
+        chamber = Chamber() if table.chamber is None else Chamber(**given_in(table.chamber))
+    with keyed("cushion.", remedies={"beyond": _BEYOND}):
+        cushion = None if table.cushion is None else Cushion(**given_in(table.cushion))
+    supply = None if table.supply is None else _supply(table, table.supply, pressure)
     try:
-        chamber, cushion = _chamber(table.chamber), _cushion(table.cushion)
-        return Valve(states, ports, table.start_state, chamber, cushion, _supply(table, pressure))
+        return Valve(states, tuple(ports), table.start_state, chamber, cushion, supply)
     except ParameterError as error:
         name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
-        raise ParameterError(name, error.value, error.accepted, _near(error, table)) from None
+        near = did_you_mean(error.value, table.states) if name.endswith((".to", "start_state")) else ""
+        raise ParameterError(name, error.value, error.accepted, near or error.remedy) from None
 
 
-def pressure_of(table: ValveForce | ValveLoad) -> float | None:
+def pressure_of(table: ValveLoad) -> float | None:
     """The pressure of the supply in Pa, or None."""
-    given = table.pressure if isinstance(table, ValveForce) else None
-    return None if given is None else above_zero("pressure", given, "pressure")
+    return None if table.pressure is None else above_zero("pressure", table.pressure, "pressure")
 
 
-def room_of(table: ValveForce | ValveLoad) -> float | None:
+def room_of(table: ValveLoad) -> float | None:
     """How far behind the wall the piston can go: in m, or dimensionless; None without a limit."""
     return None if table.room is None else above_zero("room", table.room, "length")
 
 
-def _near(error: ParameterError, table: ValveForce | ValveLoad) -> str:
-    """The state that was probably meant, else the remedy as it is."""
-    from percuss.errors import did_you_mean
-
-    if error.name.endswith(".to") or error.name == "start":
-        return did_you_mean(error.value, table.states) or error.remedy
-    return error.remedy
-
-
-def _state_force(name: str, given: Any, pressure: float | None) -> float:
+def _state_force(name: str, given: str | AreasTable, pressure: float | None) -> float:
     key = f"states.{name}"
     if not isinstance(given, AreasTable):
         return number_of(key, given, "force")
     if pressure is None:
         raise ParameterError(key, None, "a force, as there is no pressure for the areas", _PRESSURE)
-    areas = {side: _piston_area(f"{key}.{side}", getattr(given, side)) for side in ("front", "rear")}
-    return pressure * (areas["rear"] - areas["front"])
+    areas: dict[str, float] = given_in(given, f"{key}.")
+    for side, area in areas.items():
+        if area < 0.0:
+            raise ParameterError(f"{key}.{side}", getattr(given, side), "an area, 0 or greater")
+    return pressure * (areas.get("rear", 0.0) - areas.get("front", 0.0))
 
 
-def _piston_area(key: str, given: str | None) -> float:
-    if given is None:
-        return 0.0
-    try:
-        return non_negative(key, si(given, "area", key))
-    except ParameterError:
-        raise ParameterError(key, given, "an area, 0 or greater") from None
-
-
-def _port(key: str, table: PortTable | PlainPort) -> Port:
-    given: dict[str, Any] = {"to": table.to}
-    if table.behind is not None:
-        given["behind"] = above_zero(f"{key}behind", table.behind, "length", _BEHIND)
-    if table.delay is not None:
-        given["delay"] = number_of(f"{key}delay", table.delay, "time")
-    given |= {name: value for name in ("side", "reads", "on") if (value := getattr(table, name)) is not None}
-    try:
-        return Port(**given)
-    except ParameterError as error:
-        raise ParameterError(key + error.name, error.value, error.accepted, error.remedy) from None
-
-
-_BEHIND = "the wall is at 0, and the distance is counted away from it"
-
-
-def _chamber(table: ChamberTable | PlainChamber | None) -> Chamber:
-    if table is None:
-        return Chamber()
-    try:
-        return Chamber(
-            0.0 if table.force is None else number_of("force", table.force, "force"),
-            0.0 if table.stiffness is None else number_of("stiffness", table.stiffness, "stiffness"),
-        )
-    except ParameterError as error:
-        raise ParameterError(f"chamber.{error.name}", error.value, error.accepted, error.remedy) from None
-
-
-_CUSHION = {"beyond": "length", "force": "force", "stiffness": "stiffness", "length": "length", "area": "area"}
-
-
-def _cushion(table: CushionTable | PlainCushion | None) -> Cushion | None:
-    if table is None:
-        return None
-    given = {name: value for name in type(table).model_fields if (value := getattr(table, name)) is not None}
-    try:
-        return Cushion(
-            **{
-                name: value if name == "returned" else number_of(f"cushion.{name}", value, _CUSHION[name])
-                for name, value in given.items()
-            }
-        )
-    except ParameterError as error:
-        remedy = error.remedy
-        if error.name == "beyond":
-            remedy = "one that began behind the wall would take part of every blow, which is not in the model"
-        raise ParameterError(f"cushion.{error.name}", given[error.name], error.accepted, remedy) from None
-
-
-def _supply(table: ValveForce | ValveLoad, pressure: float | None) -> Supply | None:
-    given: SupplyTable | PlainSupply | None = table.supply
-    if given is None:
-        return None
-    flow = above_zero("supply.flow", given.flow, "flow")
-    accumulator = above_zero("supply.accumulator", given.accumulator, "compliance")
-    start = None if given.start is None else number_of("supply.start", given.start, "pressure")
+def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Supply:
+    flow = above_zero("supply.flow", own.flow, "flow")
+    accumulator = above_zero("supply.accumulator", own.accumulator, "compliance")
+    start = None if own.start is None else number_of("supply.start", own.start, "pressure")
     if start is not None and start < 0.0:
-        raise ParameterError("supply.start", given.start, "a pressure, 0 or greater")
-    if isinstance(table, ValveLoad):
+        raise ParameterError("supply.start", own.start, "a pressure, 0 or greater")
+    if table.is_plain:
         return Supply(flow, accumulator, 1.0 if start is None else start)
     for name, state in table.states.items():
         if not isinstance(state, AreasTable):

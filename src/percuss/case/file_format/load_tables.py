@@ -1,14 +1,13 @@
-"""The table [load] of a case file: one pydantic model for every kind of load, in SI and in plain numbers.
+"""The table [load] of a case file: one pydantic model for every kind of load in SI; the plain form follows from it.
 
-A new load is a new class for each form, and a place in the two unions at the end. The text below a key is what the
-reference prints; what stands there for a key of one load holds for its dimensionless form, and for the loads after it
-that say nothing.
+A new load is a new class, and a place in the union at the end. The text below a key is what the reference prints; what
+stands there for a key of one load holds for the loads after it that say nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
@@ -22,6 +21,7 @@ from percuss.case.file_format.values import (
     ForceOrPressure,
     ForceUnit,
     Frequency,
+    Kind,
     Length,
     Numbers,
     PlainNumber,
@@ -29,12 +29,12 @@ from percuss.case.file_format.values import (
     Stress,
     Table,
     Time,
+    list_of,
+    plain_is,
 )
 from percuss.errors import ParameterError, UnitError
 
-# ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber; in SI and in plain numbers
-#
-# What stands for a key of the SI form holds for the dimensionless one that says nothing. `valve_of` makes the valve.
+# ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber
 
 
 class AreasTable(Table):
@@ -55,15 +55,10 @@ class ChamberTable(Table):
     """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
 
 
-class PlainChamber(Table):
-    """A gas chamber in plain numbers."""
-
-    force: PlainNumber | None = None
-    stiffness: PlainNumber | None = None
-
-
 class CushionTable(Table):
     """What stops the piston at the front when it finds no tool, such as oil that it traps."""
+
+    in_plain: ClassVar = {"area": None}
 
     beyond: Length | None = None
     """Where it begins: distance beyond the wall. Allowed: 0 or greater. When left out: at the wall."""
@@ -80,16 +75,6 @@ class CushionTable(Table):
     pressure is told."""
 
 
-class PlainCushion(Table):
-    """A cushion in plain numbers."""
-
-    beyond: PlainNumber | None = None
-    force: PlainNumber | None = None
-    stiffness: PlainNumber | None = None
-    length: PlainNumber | None = None
-    returned: float | None = None
-
-
 class SupplyTable(Table):
     """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
 
@@ -101,25 +86,13 @@ class SupplyTable(Table):
     """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
 
 
-class PlainSupply(Table):
-    """Pump and accumulator in plain numbers."""
-
-    flow: PlainNumber
-    """What the pump gives, as a power at the pressure 1, for which the forces of the states hold. Allowed: greater than
-    0."""
-    accumulator: PlainNumber
-    """Energy of the accumulator, twice that at the pressure 1. Allowed: greater than 0."""
-    start: PlainNumber | None = None
-    """The pressure at the start. Allowed: 0 or greater. When left out: 1."""
-
-
 def _reads(value: Any, info: ValidationInfo) -> Any:
     if value == "centre" or (isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1.0):
         return value
     raise ParameterError("reads", value, '"centre", or a place on the bar from 0 (driven end) to 1 (striking end)')
 
 
-Reads = Annotated[str | float, BeforeValidator(_reads)]
+Reads = Annotated[str | float, Kind('`"centre"` or number', _reads)]
 """Whose place a port reads."""
 
 
@@ -140,23 +113,6 @@ class PortTable(Table):
     (driven end) to 1 (striking end). When left out: `"centre"`."""
     on: Literal["impact"] | None = None
     """Every blow demands the state; instead of `behind` and `side`. When left out: it is a port."""
-
-
-class PlainPort(Table):
-    """A port in plain numbers."""
-
-    to: str
-    behind: PlainNumber | None = None
-    side: Literal["back", "front"] | None = None
-    delay: PlainNumber | None = None
-    reads: Reads | None = None
-    on: Literal["impact"] | None = None
-
-
-def _several(value: Any) -> Any:
-    if not isinstance(value, list | tuple) or not value:
-        raise ValueError('a list of ports, for example [{behind = …, side = "back", to = "power"}]')
-    return tuple(value)
 
 
 def _named(example: str) -> Callable[[Any], Any]:
@@ -189,14 +145,23 @@ State = Annotated[
 ]
 """A state in SI."""
 
-States = Annotated[dict[str, State], BeforeValidator(_named('{return = "-13 kN", power = "12 kN"}'))]
-PlainStates = Annotated[dict[str, PlainNumber], BeforeValidator(_named("{return = -0.3, power = 1.0}"))]
-Ports = Annotated[tuple[PortTable, ...], BeforeValidator(_several)]
-PlainPorts = Annotated[tuple[PlainPort, ...], BeforeValidator(_several)]
+PlainStates = Annotated[dict[str, PlainNumber], Kind("table of numbers", _named("{return = -0.3, power = 1.0}"))]
+States = Annotated[
+    dict[str, State],
+    Kind("table of forces or tables", _named('{return = "-13 kN", power = "12 kN"}'), plain=PlainStates),
+]
+Ports = Annotated[tuple[PortTable, ...], list_of("ports", '{behind = …, side = "back", to = "power"}')]
 
 
-class ValveForce(Table):
+class ValveLoad(Table):
     """A load that the piston switches."""
+
+    in_plain: ClassVar = {
+        "pressure": None,
+        "states": "The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to "
+        "64 of them.",
+        "cushion": "What stops the piston when it finds no tool. When left out: nothing is told of that.",
+    }
 
     kind: Literal["valve"]
     """The kind of load, which decides the other keys."""
@@ -225,27 +190,13 @@ class ValveForce(Table):
     greater."""
 
 
-class ValveLoad(Table):
-    """A load that the piston switches, in plain numbers."""
-
-    kind: Literal["valve"]
-    states: PlainStates
-    """The force of each state, positive toward the wall and without that of `chamber`. Allowed: up to 64 of them."""
-    ports: PlainPorts
-    start_state: str | None = None
-    chamber: PlainChamber | None = None
-    cushion: PlainCushion | None = None
-    """What stops the piston when it finds no tool. When left out: nothing is told of that."""
-    supply: PlainSupply | None = None
-    room: PlainNumber | None = None
-    at: int = 0
+# ---- The loads that keep time by themselves
 
 
-# ---- The table [load] of a case file: one pydantic model for every kind of load, in SI and in plain numbers
-
-
-class HarmonicForce(Table):
+class HarmonicLoad(Table):
     """A load of one harmonic."""
+
+    in_plain: ClassVar = {"area": None, "frequency": None}
 
     kind: Literal["harmonic"]
     """The kind of load, which decides the other keys."""
@@ -264,8 +215,10 @@ class HarmonicForce(Table):
     greater."""
 
 
-class SquareForce(Table):
+class SquareLoad(Table):
     """A load of two steps in a period."""
+
+    in_plain: ClassVar = {"area": None, "frequency": None}
 
     kind: Literal["square"]
     amplitude: ForceOrPressure
@@ -279,8 +232,10 @@ class SquareForce(Table):
     at: int = 0
 
 
-class StepsForce(Table):
+class StepsLoad(Table):
     """A load of steps."""
+
+    in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
 
     kind: Literal["steps"]
     breaks: Numbers
@@ -297,8 +252,10 @@ class StepsForce(Table):
     at: int = 0
 
 
-class FourierForce(Table):
+class FourierLoad(Table):
     """A load by its Fourier coefficients."""
+
+    in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
 
     kind: Literal["fourier"]
     coefficients: Coefficients
@@ -310,7 +267,7 @@ class FourierForce(Table):
     at: int = 0
 
 
-class HistoryForce(Table):
+class HistoryLoad(Table):
     """A load that was recorded."""
 
     kind: Literal["history"]
@@ -343,55 +300,15 @@ class HistoryForce(Table):
     at: int = 0
 
 
-class HarmonicLoad(Table):
-    """A load of one harmonic, in plain numbers."""
-
-    kind: Literal["harmonic"]
-    mean: float
-    amplitude: float
-    harmonic: int = 1
-    at: int = 0
-
-
-class SquareLoad(Table):
-    """A load of two steps in a period, in plain numbers."""
-
-    kind: Literal["square"]
-    amplitude: float
-    kappa: float
-    harmonics: int = 64
-    at: int = 0
-
-
-class StepsLoad(Table):
-    """A load of steps, in plain numbers."""
-
-    kind: Literal["steps"]
-    breaks: Numbers
-    values: Numbers
-    harmonics: int = 64
-    at: int = 0
-
-
-class FourierLoad(Table):
-    """A load by its Fourier coefficients, in plain numbers."""
-
-    kind: Literal["fourier"]
-    coefficients: Coefficients
-    at: int = 0
-
-
-class HistoryLoad(HistoryForce):
+@plain_is(HistoryLoad)
+class PlainHistoryLoad(HistoryLoad):
     """A recording beside a dimensionless system: `force_scale` is the force that counts as p = 1."""
 
     force_scale: Force
     """The force that counts as $p = 1$. Allowed: greater than 0."""
 
 
-PhysicalLoad = HarmonicForce | SquareForce | FourierForce | HistoryForce | StepsForce | ValveForce
-"""The loads of the SI form."""
-
-PlainLoad = HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad | ValveLoad
-"""The loads of the dimensionless form."""
-
-AnyLoad = PhysicalLoad | PlainLoad
+AnyLoad = Annotated[
+    HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad | ValveLoad, Field(discriminator="kind")
+]
+"""The loads of the SI form; those of the dimensionless form are classes below these."""

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case
-from percuss.case.file_format.body_building import body_table, modes_in
-from percuss.case.file_format.body_tables import damping_table
-from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
+from percuss.case.file_format.body_building import damping_table, modes_in
+from percuss.case.file_format.load_tables import HistoryLoad, PlainHistoryLoad
 from percuss.case.file_format.reading import checked_tables
 from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
 from percuss.errors import CaseError
-from percuss.model import External, Kept
+from percuss.model import External, Kept, SteppedBar
 
 if TYPE_CHECKING:
     from percuss.model import Load, Machine, System
@@ -26,20 +25,6 @@ MAX_HARMONICS = 1024
 
 def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_HARMONICS) -> Case:
     """The case that tables describe, as JSON has them; keys without a value (null) are taken as not given.
-
-    Parameters
-    ----------
-    tables
-        As a parsed case file.
-    file
-        What messages call the case.
-    harmonics
-        The highest harmonic that its load may have.
-
-    Raises
-    ------
-    CaseError
-        When the tables are no case, with all problems at once, or name a recording, which only a file can.
 
     Examples
     --------
@@ -79,13 +64,7 @@ def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
 
 
 def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:
-    """Refuse a load with more harmonics than that, before arrays of their number are made.
-
-    Raises
-    ------
-    CaseError
-        With the key.
-    """
+    """Refuse a load with more harmonics than that, before arrays of their number are made."""
     pairs, breaks = load.get("coefficients"), load.get("breaks")
     number = len(pairs) - 1 if isinstance(pairs, list) else 0
     for key, value in (("harmonic", load.get("harmonic")), ("harmonics", load.get("harmonics"))):
@@ -128,7 +107,9 @@ def system_table(hammer: System | Machine) -> dict[str, Any]:
     {'s': 20.0, 'restitution': 0.6, 'damping': {'kind': 'ratio', 'value': 0.001}}
     """
     body, law, contact = hammer.body, hammer.body.damping, hammer.contact
-    table: dict[str, Any] = {"s": body.s, "restitution": contact.restitution, **body_table(body)}
+    table: dict[str, Any] = {"s": body.s, "restitution": contact.restitution}
+    if isinstance(body, SteppedBar):
+        table |= {"impedances": list(body.impedances), "transit_times": list(body.transit_times)}
     table |= {"d": law.rigid} if isinstance(law, External) else {"damping": damping_table(law)}
     return table if isinstance(contact, Kept) else {**table, "strain": contact.kind}
 
@@ -137,24 +118,19 @@ def without_files(case: Case) -> Case:
     """The same case with what its files hold in their place; the case itself without any.
 
     A recording comes as its harmonics, a table of modes as its columns.
-
-    Raises
-    ------
-    CaseError
-        When a file cannot be read or used.
     """
     load, body = case.tables.load, case.tables.body
     named = None if body is None else body.file
-    if not isinstance(load, HistoryForce) and named is None:
+    if not isinstance(load, HistoryLoad) and named is None:
         return case
     tables = json_tables(case)
     if named is not None:
         case.system()  # which says by the key what is wrong with the file
         columns = {name: list(column) for name, column in modes_in(case.folder / named, named).items()}
         tables["body"] = {name: value for name, value in tables["body"].items() if name != "file"} | columns
-    if isinstance(load, HistoryForce):
+    if isinstance(load, HistoryLoad):
         table = fourier_table(case.load())
-        if isinstance(load, HistoryLoad):
+        if isinstance(load, PlainHistoryLoad):
             table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
         tables["load"] = table
     return case_of(tables, case.file)

@@ -32,13 +32,7 @@ _DEEP_KEY = re.compile(rf"(?<![\w-])(?:{_PART}[ \t]*+\.[ \t]*+){{20}}")
 
 
 def text_of(path: str) -> str:
-    """The text of a case file; ``-`` stands for the standard input.
-
-    Raises
-    ------
-    CaseError
-        When the file is missing, a directory, unreadable, too large, binary or not UTF-8.
-    """
+    """The text of a case file; ``-`` stands for the standard input."""
     try:
         if path == "-":
             data = sys.stdin.buffer.read(MAX_BYTES + 1)
@@ -70,13 +64,7 @@ def text_of(path: str) -> str:
 
 
 def parsed(text: str, file: str) -> dict[str, Any]:
-    """The tables of a TOML text.
-
-    Raises
-    ------
-    CaseError
-        With line and column when the text is not TOML.
-    """
+    """The tables of a TOML text."""
     if _DEEP_KEY.search(text):  # the parser takes the square of the parts of a key in time and in memory
         raise CaseError(file, "", None, "not a case: a key of twenty parts")
     if sum(1 for _ in islice(_KEY.finditer(text), MAX_KEYS + 1)) > MAX_KEYS:
@@ -137,11 +125,6 @@ def value_at(tables: Any, key: str) -> Any:
 
 def with_value(tables: Any, key: str, value: Any) -> Any:
     """A copy of the tables with another value under a key; None takes the key away.
-
-    Raises
-    ------
-    LookupError
-        For a key inside what is no table, or of a list that is not so long.
 
     Examples
     --------
@@ -214,19 +197,7 @@ def from_validation(
     fields: Mapping[str, Sequence[str]],
     missing_tables: Sequence[str] = (),
 ) -> list[CaseError]:
-    """The problems that pydantic found in the tables of a case, and the tables that are missing.
-
-    Parameters
-    ----------
-    error
-        What pydantic says; None when nothing but tables are missing.
-    data
-        The tables as parsed.
-    fields
-        The keys that each table takes; '' stands for the top of the file.
-    missing_tables
-        Tables that this file needs, though another may do without.
-    """
+    """The problems that pydantic found in the tables, whose keys are `fields`, and the tables that are missing."""
     found: list[Any] = [] if error is None else error.errors(include_url=False)[:_MOST]
     found += [{"type": "missing", "loc": (name,), "input": data} for name in missing_tables]
     extra = {_key(e["loc"], data): e for e in found if e["type"] == "extra_forbidden"}
@@ -378,13 +349,7 @@ def _how_to_give(key: str) -> str:
 
 
 def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
-    """The tables of a parsed file.
-
-    Raises
-    ------
-    CaseError
-        When they are no case; with every problem of the file.
-    """
+    """The tables of a parsed file."""
     form = _form(data, file)
     missing, found = _missing(form, data), None
     try:
@@ -395,7 +360,7 @@ def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
         found = error
     load = data.get("load")
     kind = load.get("kind") if isinstance(load, dict) else None
-    raise_all(from_validation(found, file, data, table_fields(form, kind), missing))
+    raise_all(from_validation(found, file, data, table_fields(form, kind if isinstance(kind, str) else None), missing))
 
 
 def _missing(form: type[PhysicalCase] | type[PlainCase], data: dict[str, Any]) -> list[str]:

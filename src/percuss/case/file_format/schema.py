@@ -1,14 +1,15 @@
-"""What a case file may say: one pydantic model for every table, in the SI form and in the dimensionless form.
+"""What a case file may say: one pydantic model for every table of the SI form; the dimensionless one follows from it.
 
 The models keep what the file says (SI quantities as text with their units), so that a case can be written back as it
-was read; `percuss.case.file_format.building` makes the objects. The loads have a file of their own, and so has the law
-of damping; a new table is a new optional field of both cases. The text below a key is what the reference prints.
+was read; `percuss.case.file_format.building` makes the objects. The loads have a file of their own, and so have the
+tables of bodies; a new table is a new optional field of both cases. The text below a key is what the reference prints.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, get_args
+from functools import cache
+from typing import Any, ClassVar, Literal, get_args
 
 from pydantic import Field
 
@@ -16,29 +17,13 @@ from percuss.case.file_format.body_tables import (
     BarDamping,
     BlowTable,
     BodyTable,
-    DampingTable,
-    PlainBlow,
     PlainTool,
     RockTable,
-    SectionTable,
     SectionTables,
     SystemDamping,
-    ToolSectionTable,
     ToolTable,
 )
-from percuss.case.file_format.load_tables import (
-    AreasTable,
-    ChamberTable,
-    CushionTable,
-    PhysicalLoad,
-    PlainChamber,
-    PlainCushion,
-    PlainLoad,
-    PlainPort,
-    PlainSupply,
-    PortTable,
-    SupplyTable,
-)
+from percuss.case.file_format.load_tables import AnyLoad
 from percuss.case.file_format.values import (
     Area,
     Density,
@@ -48,39 +33,15 @@ from percuss.case.file_format.values import (
     NumberOrTime,
     NumberOrVelocity,
     Numbers,
-    PlainNumber,
+    PlainOf,
     Restitution,
     Stress,
     Table,
+    hints_of,
+    keys_of,
+    tables_in,
 )
 from percuss.errors import did_you_mean
-
-__all__ = [
-    "BarTable",
-    "BlowTable",
-    "BodyTable",
-    "ChamberTable",
-    "ContactTable",
-    "CushionTable",
-    "DampingTable",
-    "PhysicalCase",
-    "PlainBlow",
-    "PlainCase",
-    "PlainSimulation",
-    "PlainStart",
-    "PlainTool",
-    "PortTable",
-    "RockTable",
-    "SimulationTable",
-    "StartTable",
-    "SupplyTable",
-    "SystemTable",
-    "ToolSectionTable",
-    "ToolTable",
-    "keys_of",
-    "missing_tables",
-    "table_fields",
-]
 
 Strain = Literal["kept", "reversed"]
 """The contact laws by what they do to the strain."""
@@ -196,14 +157,6 @@ class StartTable(Table):
     """With `random`; the same seed gives the same start. Allowed: 0 or greater. When left out: 0."""
 
 
-class PlainStart(StartTable):
-    """Where a simulation of a dimensionless system starts: the keys of `StartTable` without units."""
-
-    position: PlainNumber | None = None
-    velocity: PlainNumber | None = None
-    time: PlainNumber | None = None
-
-
 class SimulationTable(Table):
     """How a simulation is made and when it ends; times with a unit, or in radians of the load's fundamental."""
 
@@ -220,20 +173,28 @@ class SimulationTable(Table):
     """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
-class PlainSimulation(SimulationTable):
-    """How a dimensionless system is simulated: the keys of `SimulationTable` without units."""
+class _Struck(Table):
+    """Tables of which one says how the bar leaves the wall."""
 
-    time: PlainNumber | None = None
+    struck_name: ClassVar[str]
+
+    @property
+    def struck(self) -> ContactTable | SystemTable | None:
+        """That table; None where a case describes one blow."""
+        found: ContactTable | SystemTable | None = getattr(self, self.struck_name)
+        return found
 
 
-class PhysicalCase(Table):
+class PhysicalCase(_Struck):
     """The SI form: [bar], [load], [contact], what the bar strikes, and what a simulation takes."""
+
+    struck_name = "contact"
 
     title: str | None = None
     """Free text."""
     bar: BarTable = Field(default_factory=BarTable)
     body: BodyTable | None = None
-    load: Annotated[PhysicalLoad, Field(discriminator="kind")] | None = None
+    load: AnyLoad | None = None
     contact: ContactTable | None = None
     tool: ToolTable | None = None
     rock: RockTable | None = None
@@ -242,33 +203,19 @@ class PhysicalCase(Table):
     simulation: SimulationTable | None = None
 
 
-class PlainCase(Table):
+class PlainCase(_Struck):
     """The dimensionless form: [system], [load], what the bar strikes, and what a simulation takes."""
+
+    struck_name = "system"
 
     title: str | None = None
     system: SystemTable
-    body: BodyTable | None = None
-    load: Annotated[PlainLoad, Field(discriminator="kind")] | None = None
+    body: PlainOf[BodyTable] | None = None
+    load: PlainOf[AnyLoad] | None = None
     tool: PlainTool | None = None
-    blow: PlainBlow | None = None
-    start: PlainStart | None = None
-    simulation: PlainSimulation | None = None
-
-
-_LOADS: dict[type[Table], dict[str, type[Table]]] = {
-    form: {get_args(load.model_fields["kind"].annotation)[0]: load for load in get_args(loads)}
-    for form, loads in ((PhysicalCase, PhysicalLoad), (PlainCase, PlainLoad))
-}
-_TABLES: dict[str, type[Table]] = {
-    "bar": BarTable,
-    "body": BodyTable,
-    "contact": ContactTable,
-    "system": SystemTable,
-    "rock": RockTable,
-    "blow": BlowTable,
-    "start": StartTable,
-    "simulation": SimulationTable,
-}
+    blow: PlainOf[BlowTable] | None = None
+    start: PlainOf[StartTable] | None = None
+    simulation: PlainOf[SimulationTable] | None = None
 
 
 def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
@@ -281,26 +228,21 @@ def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
     return missing
 
 
-def table_fields(form: type[Table], kind: object) -> dict[str, list[str]]:
+@cache
+def table_fields(form: type[Table], kind: str | None) -> dict[str, list[str]]:
     """The keys that every table of a form takes, for a load of the given kind; '' is the top of the file."""
-    fields = {"": keys_of(form)}
-    fields |= {name: keys_of(table) for name, table in _TABLES.items() if name in form.model_fields}
-    fields |= {f"{name}.damping": keys_of(DampingTable) for name in ("bar", "system") if name in fields}
-    fields["tool"] = keys_of(ToolTable if form is PhysicalCase else PlainTool)
-    if "bar" in fields:
-        fields["bar.sections"], fields["tool.sections"] = keys_of(SectionTable), keys_of(ToolSectionTable)
-    load = _LOADS[form].get(kind) if isinstance(kind, str) else None
-    fields["load"] = keys_of(load) if load else ["kind"]
-    if kind == "valve":
-        plain = form is PlainCase
-        fields["load.ports"] = keys_of(PlainPort if plain else PortTable)
-        fields["load.chamber"] = keys_of(PlainChamber if plain else ChamberTable)
-        fields["load.cushion"] = keys_of(PlainCushion if plain else CushionTable)
-        fields["load.supply"] = keys_of(PlainSupply if plain else SupplyTable)
-        fields["load.states"] = [] if plain else keys_of(AreasTable)
-    return fields
+    found = {"": keys_of(form)}
 
+    def add(place: str, hint: Any) -> None:
+        tables = tables_in(hint)
+        if place == "load":
+            tables = [table for table in tables if kind in get_args(table.model_fields["kind"].annotation)]
+            found[place] = ["kind"]
+        for table in tables:
+            found[place] = keys_of(table)
+            for key, inner in hints_of(table).items():
+                add(f"{place}.{key}", inner)
 
-def keys_of(table: type[Table]) -> list[str]:
-    """The keys of a table as a file has them; one that is a word of Python is another field here."""
-    return [field.alias or name for name, field in table.model_fields.items()]
+    for name, hint in hints_of(form).items():
+        add(name, hint)
+    return found

@@ -1,17 +1,50 @@
-"""The kinds of values in a case file: numbers, text with a unit, lists; checked and kept as they are written."""
+"""What the tables of a case file are made of: kinds of values, checked and kept as they are written, in both forms."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from types import UnionType
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 
 from percuss.errors import ParameterError, UnitError, did_you_mean
 from percuss.units import si
 
-# ---- The kinds of values in a case file: numbers, text with a unit, lists; checked and kept as they are written
+
+@dataclass(frozen=True)
+class Kind:
+    """What the values of a key are: how they are checked, and what the reference and a dimensionless case make of them.
+
+    It stands in the annotation of a key, where pydantic finds the check.
+    """
+
+    words: str
+    check: Callable[..., Any] | None = None
+    dimensions: tuple[str, ...] = ()
+    """What text with a unit may be of."""
+    plain: Any = None
+    """The values in a dimensionless case; None for the same."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        if self.check is None:
+            return handler(source)
+        return BeforeValidator(self.check).__get_pydantic_core_schema__(source, handler)
 
 
 def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
@@ -32,6 +65,22 @@ def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
         raise UnitError(name, value, accepted, refusals[0].remedy)
 
     return check
+
+
+def _plain_number(value: Any, info: ValidationInfo) -> Any:
+    """A check that a value is a plain number."""
+    if not _is_number(value) or not math.isfinite(value):
+        remedy = "only a case in SI takes units" if isinstance(value, str) else ""
+        raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
+    return value
+
+
+PlainNumber = Annotated[float, Kind("number", _plain_number)]
+
+
+def _quantity_of(*dimensions: str) -> Kind:
+    """Text with a unit; a plain number in a dimensionless case."""
+    return Kind(" or ".join(dimensions), _quantity(*dimensions), dimensions, PlainNumber)
 
 
 def _unit(value: Any, info: ValidationInfo) -> Any:
@@ -58,8 +107,8 @@ def _pairs(value: Any) -> Any:
     return tuple(tuple(float(x) for x in pair) for pair in value)
 
 
-def _number_or(dimension: str) -> Callable[[Any, ValidationInfo], Any]:
-    """A check that a value is a plain number (dimensionless), or text with a unit of the dimension."""
+def _number_or(dimension: str, words: str = "") -> Kind:
+    """A plain number (dimensionless), or text with a unit of the dimension."""
     quantity = _quantity(dimension)
 
     def check(value: Any, info: ValidationInfo) -> Any:
@@ -70,15 +119,7 @@ def _number_or(dimension: str) -> Callable[[Any, ValidationInfo], Any]:
             raise UnitError(info.field_name or "value", value, accepted)
         return value
 
-    return check
-
-
-def _plain_number(value: Any, info: ValidationInfo) -> Any:
-    """A check that a value is a plain number."""
-    if not _is_number(value) or not math.isfinite(value):
-        remedy = "only a case in SI takes units" if isinstance(value, str) else ""
-        raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
-    return value
+    return Kind(words or f"number or {dimension}", check, (dimension,), PlainNumber)
 
 
 def _numbers(value: Any) -> Any:
@@ -108,7 +149,7 @@ def _one_or_several(check: Callable[[Any, ValidationInfo], Any]) -> Callable[[An
 
 def _steps(
     time: Callable[[Any, ValidationInfo], Any], force: Callable[[Any, ValidationInfo], Any], example: str
-) -> Any:
+) -> Callable[[Any, ValidationInfo], Any]:
     """A check of a list of pairs, a time and the force from then on; it becomes a tuple of pairs."""
 
     def checked(value: Any, info: ValidationInfo) -> Any:
@@ -120,7 +161,7 @@ def _steps(
                 raise ValueError(f"pairs of a time and the force from then on, for example {example}; {found}")
         return tuple((time(when, info), force(what, info)) for when, what in value)
 
-    return BeforeValidator(checked)
+    return checked
 
 
 def _is_number(value: Any) -> bool:
@@ -136,6 +177,17 @@ def _damping_value(value: Any, info: ValidationInfo) -> Any:
     raise UnitError(info.field_name or "value", value, "a finite number, text with a unit, or a list of numbers")
 
 
+def list_of(what: str, example: str) -> Kind:
+    """A list of tables, as a tuple."""
+
+    def check(value: Any) -> Any:
+        if not isinstance(value, list | tuple) or not value:
+            raise ValueError(f"a list of {what}, for example [{example}]")
+        return tuple(value)
+
+    return Kind("list of tables", check)
+
+
 FROM_THE_BLOW = "from the blow"
 """The restitution of a contact whose blow is resolved by waves."""
 
@@ -149,40 +201,50 @@ def _restitution(value: Any, info: ValidationInfo) -> Any:
     raise ParameterError(info.field_name or "restitution", value, f'{accepted}, or "{FROM_THE_BLOW}"', remedy)
 
 
-Length = Annotated[str, BeforeValidator(_quantity("length"))]
-Area = Annotated[str, BeforeValidator(_quantity("area"))]
-Frequency = Annotated[str, BeforeValidator(_quantity("frequency"))]
-Time = Annotated[str, BeforeValidator(_quantity("time"))]
-Stress = Annotated[str, BeforeValidator(_quantity("pressure"))]
-Density = Annotated[str, BeforeValidator(_quantity("density"))]
-Drag = Annotated[str, BeforeValidator(_quantity("damping"))]
-Mass = Annotated[str, BeforeValidator(_quantity("mass"))]
-Stiffness = Annotated[str, BeforeValidator(_quantity("stiffness"))]
-Flow = Annotated[str, BeforeValidator(_quantity("flow"))]
-Compliance = Annotated[str, BeforeValidator(_quantity("compliance"))]
-Force = Annotated[str, BeforeValidator(_quantity("force"))]
-ForceOrPressure = Annotated[str, BeforeValidator(_quantity("force", "pressure"))]
-ForceUnit = Annotated[str, BeforeValidator(_unit)]
-Coefficients = Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
-Column = str | int
-PlainNumber = Annotated[float, BeforeValidator(_plain_number)]
-Numbers = Annotated[tuple[float, ...], BeforeValidator(_numbers)]
-DampingValue = Annotated[float | str | tuple[float, ...], BeforeValidator(_damping_value)]
-NumberOrLength = Annotated[float | str, BeforeValidator(_number_or("length"))]
-NumberOrVelocity = Annotated[float | str, BeforeValidator(_number_or("velocity"))]
-NumberOrStiffness = Annotated[float | str, BeforeValidator(_number_or("stiffness"))]
-NumberOrDashpot = Annotated[float | str, BeforeValidator(_number_or("dashpot"))]
-NumberOrTime = Annotated[float | str, BeforeValidator(_number_or("time"))]
-Restitution = Annotated[float | str, BeforeValidator(_restitution)]
-Velocities = Annotated[str | tuple[str, ...], BeforeValidator(_one_or_several(_quantity("velocity")))]
-PlainVelocities = Annotated[float | tuple[float, ...], BeforeValidator(_one_or_several(_plain_number))]
-Steps = Annotated[
-    tuple[tuple[str, str], ...],
-    _steps(_quantity("time"), _quantity("force"), '[["0 s", "4 kN"], ["1 ms", "-2 kN"]]'),
+Length = Annotated[str, _quantity_of("length")]
+Area = Annotated[str, _quantity_of("area")]
+Frequency = Annotated[str, _quantity_of("frequency")]
+Time = Annotated[str, _quantity_of("time")]
+Stress = Annotated[str, _quantity_of("pressure")]
+Density = Annotated[str, _quantity_of("density")]
+Drag = Annotated[str, _quantity_of("damping")]
+Mass = Annotated[str, _quantity_of("mass")]
+Stiffness = Annotated[str, _quantity_of("stiffness")]
+Flow = Annotated[str, _quantity_of("flow")]
+Compliance = Annotated[str, _quantity_of("compliance")]
+Force = Annotated[str, _quantity_of("force")]
+ForceOrPressure = Annotated[str, _quantity_of("force", "pressure")]
+ForceUnit = Annotated[str, Kind("unit of force or pressure", _unit)]
+NumberOrLength = Annotated[float | str, _number_or("length")]
+NumberOrVelocity = Annotated[float | str, _number_or("velocity")]
+NumberOrTime = Annotated[float | str, _number_or("time")]
+NumberOrStiffness = Annotated[float | str, _number_or("stiffness", "stiffness")]
+NumberOrDashpot = Annotated[float | str, _number_or("dashpot", "dashpot")]
+Column = Annotated[str | int, Kind("name or number")]
+Coefficients = Annotated[tuple[tuple[float, float], ...], Kind("list of pairs `[re, im]`", _pairs)]
+Numbers = Annotated[tuple[float, ...], Kind("list of numbers", _numbers)]
+DampingValue = Annotated[
+    float | str | tuple[float, ...], Kind("number, text with a unit, or list of numbers", _damping_value)
+]
+Restitution = Annotated[float | str, Kind('number or `"from the blow"`', _restitution)]
+PlainVelocities = Annotated[
+    float | tuple[float, ...], Kind("number, or list of numbers", _one_or_several(_plain_number))
+]
+Velocities = Annotated[
+    str | tuple[str, ...],
+    Kind("velocity, or list of velocities", _one_or_several(_quantity("velocity")), plain=PlainVelocities),
 ]
 PlainSteps = Annotated[
     tuple[tuple[float, float], ...],
-    _steps(_plain_number, _plain_number, "[[0.0, 0.4], [0.1, -0.2]]"),
+    Kind("list of pairs of numbers", _steps(_plain_number, _plain_number, "[[0.0, 0.4], [0.1, -0.2]]")),
+]
+Steps = Annotated[
+    tuple[tuple[str, str], ...],
+    Kind(
+        "list of pairs `[time, force]`",
+        _steps(_quantity("time"), _quantity("force"), '[["0 s", "4 kN"], ["1 ms", "-2 kN"]]'),
+        plain=PlainSteps,
+    ),
 ]
 
 
@@ -200,7 +262,135 @@ def above_zero(key: str, given: float | str, dimension: str, remedy: str = "") -
     return value
 
 
+T = TypeVar("T")
+
+
 class Table(BaseModel):
     """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
+
+    in_plain: ClassVar[dict[str, str | None]] = {}
+    """What of the dimensionless form does not follow from this one: the text of a key, None for a key that it lacks."""
+    is_plain: ClassVar[bool] = False
+
+
+def keys_of(table: type[Table]) -> list[str]:
+    """The keys of a table as a file has them; one that is a word of Python is another field here."""
+    return [field.alias or name for name, field in table.model_fields.items()]
+
+
+# ---- The dimensionless form of a case file: the SI form with plain numbers for text with a unit
+
+_PLAIN: dict[type[Table], type[Table]] = {}
+
+
+def plain_form(table: type[Table]) -> type[Table]:
+    """The table with plain numbers for text with a unit, without the keys that only a case in SI has.
+
+    It is a subclass, in which these keys are None; the table itself where nothing changes.
+    """
+    if table not in _PLAIN:
+        hints = hints_of(table)
+        kept = {name: plain_of(hint) for name, hint in hints.items() if table.in_plain.get(name, "") is not None}
+        gone = {name: ClassVar[None] for name in hints.keys() - kept.keys()}
+        if not gone and all(kept[name] == hints[name] for name in kept):
+            _PLAIN[table] = table
+            return table
+        fields = table.model_fields
+        content = {name: fields[name].default for name in kept if not fields[name].is_required()}
+        about = (table.__doc__ or "").partition("\n")[0].removesuffix(".")
+        content |= {"__annotations__": kept | gone, "__module__": table.__module__, "is_plain": True}
+        content |= {"__doc__": f"{about}, in plain numbers.", **dict.fromkeys(gone)}
+        _PLAIN[table] = type(f"Plain{table.__name__.removesuffix('Table')}", (table,), content)
+    return _PLAIN[table]
+
+
+def plain_is(table: type[Table]) -> Callable[[type[T]], type[T]]:
+    """A table that is the dimensionless form of another, from which it does not follow."""
+
+    def put(own: type[T]) -> type[T]:
+        own.is_plain = True  # type: ignore[attr-defined]
+        _PLAIN[table] = own  # type: ignore[assignment]
+        return own
+
+    return put
+
+
+def plain_of(hint: Any) -> Any:
+    """What an annotation of the SI form is in the dimensionless one."""
+    if isinstance(hint, type) and issubclass(hint, Table):
+        return plain_form(hint)
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        plain = next((part.plain for part in parts[1:] if isinstance(part, Kind) and part.plain is not None), None)
+        return Annotated[(plain_of(parts[0]), *parts[1:])] if plain is None else plain
+    if origin in (Union, UnionType):
+        return Union[tuple(map(plain_of, parts))]  # noqa: UP007  # of so many
+    if origin is tuple and parts[1:] == (...,):
+        return tuple.__class_getitem__((plain_of(parts[0]), ...))
+    return hint
+
+
+if TYPE_CHECKING:
+    PlainOf = Annotated[T, "plain"]
+else:
+
+    class PlainOf:
+        """``PlainOf[hint]`` is `plain_of` the hint."""
+
+        def __class_getitem__(cls, hint: Any) -> Any:
+            return plain_of(hint)
+
+
+# ---- What the annotations of a table say
+
+
+@cache
+def hints_of(table: type[Table]) -> dict[str, Any]:
+    """The annotations of the keys of a table."""
+    hints = get_type_hints(table, include_extras=True)
+    return {name: hints[name] for name in table.model_fields}
+
+
+def tables_in(hint: Any) -> list[type[Table]]:
+    """The tables that values of an annotation may be."""
+    if isinstance(hint, type) and issubclass(hint, Table):
+        return [hint]
+    return [table for part in get_args(hint) for table in tables_in(part)] if get_origin(hint) is not Literal else []
+
+
+@cache
+def _dimensions(table: type[Table]) -> dict[str, str]:
+    """The dimension of each key that text with a unit of one of them may stand for."""
+
+    def kinds(hint: Any) -> list[Kind]:
+        return [hint] if isinstance(hint, Kind) else [kind for part in get_args(hint) for kind in kinds(part)]
+
+    found = {name: next(iter(kinds(hint)), Kind("")).dimensions for name, hint in hints_of(table).items()}
+    return {name: dimensions[0] for name, dimensions in found.items() if len(dimensions) == 1}
+
+
+def given_in(table: Table, name: str = "") -> dict[str, Any]:
+    """The keys of a table that are given, quantities as numbers in base units."""
+    dimensions, found = _dimensions(type(table)), {}
+    for key in type(table).model_fields:
+        if (value := getattr(table, key)) is not None:
+            found[key] = (
+                si(value, dimensions[key], name + key) if key in dimensions and isinstance(value, str) else value
+            )
+    return found
+
+
+@contextmanager
+def keyed(
+    name: str = "", keys: Mapping[str, str] | None = None, remedies: Mapping[str, str] | None = None
+) -> Iterator[None]:
+    """What the model refuses by its own names, by the keys of a case; `name` stands before them."""
+    try:
+        yield
+    except ParameterError as error:
+        own, bracket, place = error.name.partition("[")
+        found = f"{name}{(keys or {}).get(own, own)}{bracket}{place}"
+        remedy = (remedies or {}).get(own, error.remedy)
+        raise ParameterError(found, error.value, error.accepted, remedy) from None

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.case import Case, checked_case
-from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.file_format.load_tables import HistoryLoad
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.reading import value_at
 from percuss.case.file_format.start_and_simulation import start_of
@@ -190,7 +190,7 @@ class CaseFamily:
             the frequency and the area of a recording.
         """
         keys: dict[str, tuple[float, str]] = {}
-        recorded = isinstance(self.case.tables.load, HistoryForce)
+        recorded = isinstance(self.case.tables.load, HistoryLoad)
         for name, value in mapping("values", values, "values of parameters by name").items():
             key = self.key(name)
             if not key or key == LOAD_SCALE or (recorded and key in (FREQUENCY, LOAD_AREA)):
@@ -225,7 +225,7 @@ class CaseFamily:
         scale, _ = keys.pop(LOAD_SCALE, (1.0, ""))
         table = self.case.tables.load
         frequency = None
-        if isinstance(table, HistoryForce):  # analysed once, and kept by all
+        if isinstance(table, HistoryLoad):  # analysed once, and kept by all
             frequency = keys.pop(FREQUENCY, None)
             if LOAD_AREA in keys and table.area is not None:
                 scale *= si(_text(*keys.pop(LOAD_AREA)), "area", "area") / si(table.area, "area", "area")
@@ -240,7 +240,7 @@ class CaseFamily:
     def _varied(self, keys: Mapping[str, tuple[float, str]]) -> Case:
         if not keys:
             return self.case
-        if isinstance(self.case.tables.load, HistoryForce):
+        if isinstance(self.case.tables.load, HistoryLoad):
             self.case.load()  # read once, and kept by all
         values: dict[str, Any] = {
             key: self._held(key, _text(value, unit) if unit else _whole(key, value) if key_of(key).whole else value)
@@ -269,7 +269,7 @@ class CaseFamily:
         """The case, and the load of its recording."""
         tables = {key: table for key, table in self.case.to_dict().items() if key not in ("title", "simulation")}
         about: dict[str, Any] = {"case": tables, "units": dict(self.units)}
-        if isinstance(self.case.tables.load, HistoryForce):
+        if isinstance(self.case.tables.load, HistoryLoad):
             about["recording"] = describe_system(self.case.system())
         return about
 

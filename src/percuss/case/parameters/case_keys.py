@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.file_format.body_tables import SectionTable
-from percuss.case.file_format.load_tables import HistoryForce, PlainPort, PortTable, ValveForce, ValveLoad
+from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, keys_of, table_fields
+from percuss.case.file_format.schema import PhysicalCase, PlainCase, table_fields
+from percuss.case.file_format.values import keys_of
 from percuss.errors import ParameterError, did_you_mean
 from percuss.explore.parameters import PRESSURE
 from percuss.model import External, Ratio
@@ -33,9 +34,9 @@ _OF_MACHINE = re.compile(
 _DIMENSIONS = {"behind": "length", "delay": "time", "stiffness": "stiffness", "force": "force"}
 
 
-def valve_keys(table: ValveForce | ValveLoad) -> list[str]:
+def valve_keys(table: ValveLoad) -> list[str]:
     """The dotted keys of a valve that hold one number, or may; a state by areas has one for each of them."""
-    given_pressure = isinstance(table, ValveForce) and table.pressure is not None and table.supply is None
+    given_pressure = table.pressure is not None and table.supply is None
     keys = [LOAD_PRESSURE] if given_pressure else []
     for name, given in table.states.items():
         if _NAME.fullmatch(name):
@@ -43,15 +44,14 @@ def valve_keys(table: ValveForce | ValveLoad) -> list[str]:
             keys += [f"load.states.{name}.{side}" for side in areas] or [f"load.states.{name}"]
     keys += ["load.chamber.force", "load.chamber.stiffness"]
     keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
-    ports: tuple[PortTable | PlainPort, ...] = table.ports
-    for i, port in enumerate(ports):
+    for i, port in enumerate(table.ports):
         keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]
     return keys
 
 
 def valve_label(table: object, key: str) -> str:
     """A key of a valve in a few words, its ports counted from 1; any other key as it is written."""
-    if not isinstance(table, ValveForce | ValveLoad):
+    if not isinstance(table, ValveLoad):
         return key
     match key.replace("[", ".").replace("]", "").split("."):
         case ["load", "ports", number, name]:
@@ -71,13 +71,7 @@ def is_of_machine(key: str) -> bool:
 
 
 def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, float]:
-    """The parameters of the machine of a case that some of its keys stand for, dimensionless; the pressure a multiple.
-
-    Parameters
-    ----------
-    keys
-        Value and unit of each; ParameterError for a unit that the key does not have, or none where it has one.
-    """
+    """The dimensionless parameters of the machine that keys of its case stand for; the pressure is a multiple."""
     found, machine = {}, case.machine()
     for key, (value, unit) in keys.items():
         if unit and not case.is_si:
@@ -194,11 +188,11 @@ def varied_keys(case: Case) -> list[str]:
     """The dotted keys that the case may hold as one number, and the factor on its load."""
     table = case.tables.load
     fields = table_fields(type(case.tables), None if table is None else table.kind)
-    none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryForce) else set()
-    if isinstance(table, HistoryForce):  # with one face the area is a scale of the force, with two it is not
+    none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryLoad) else set()
+    if isinstance(table, HistoryLoad):  # with one face the area is a scale of the force, with two it is not
         none |= {"opposing_column", "opposing_area"} | ({"area"} if table.opposing_column is not None else set())
     none |= _NO_NUMBERS
-    if isinstance(table, ValveForce | ValveLoad):
+    if isinstance(table, ValveLoad):
         none |= {*fields["load"], "room"}
     tables = [*_TABLES, *(name for name in _STRUCK if getattr(case.tables, name, None) is not None)]
     tables = [name for name in tables if name not in _unvaried(case)]
@@ -209,7 +203,7 @@ def varied_keys(case: Case) -> list[str]:
     if isinstance(case.tables, PhysicalCase) and case.tables.bar.sections is not None:
         none |= _OF_UNIFORM_BARS
     in_lists = _keys_in_lists(case.tables)
-    if isinstance(table, ValveForce | ValveLoad):
+    if isinstance(table, ValveLoad):
         in_lists += valve_keys(table)
     return [*(key for key in keys if key not in none), *in_lists, *([] if table is None else [LOAD_SCALE])]
 
@@ -276,13 +270,7 @@ _LAWS = {"damping_ratio": Ratio, "drag": External, "d": External}
 
 
 def check_same_law(case: Case, name: str, key: str) -> None:
-    """Refuse a key of damping as an axis where its law would take the place of the one that the case names.
-
-    Parameters
-    ----------
-    name, key
-        Of the axis: as it was given, and as a dotted key.
-    """
+    """Refuse a key of damping as an axis where its law would take the place of the one that the case names."""
     table, _, word = key.partition(".")
     tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping
     held = [f"{table}.{other}" for other in (DAMPING, *_LAWS) if other in tables]
@@ -305,15 +293,7 @@ def check_same_law(case: Case, name: str, key: str) -> None:
 
 
 def unknown_parameter(name: str, keys: Sequence[str], plain: Sequence[str]) -> ParameterError:
-    """The refusal; a size of the bar has its places in a bar of sections.
-
-    Parameters
-    ----------
-    name
-        That there is not.
-    keys, plain
-        The keys of the case, and the dimensionless parameters.
-    """
+    """The refusal; a size of the bar has its places in a bar of sections."""
     last = name.rpartition(".")[2].partition("[")[0]
     in_lists = [
         key for key in keys if "[" in key and not key.startswith("load.") and last in re.split(r"[.\[\]]+", key)[1:]

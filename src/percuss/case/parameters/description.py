@@ -6,13 +6,12 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.clock_note import clock_note
-from percuss.case.answers.numerals import body_dict, contact_dict, numbers, plain, system_dict
+from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
 from percuss.case.answers.numerals import json_number as number
-from percuss.case.file_format.load_tables import HistoryForce
+from percuss.case.answers.numerals import numbers, plain
+from percuss.case.file_format.load_tables import HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
-from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.parameters.case_keys import (
     FREQUENCY,
     LOAD_PRESSURE,
@@ -116,7 +115,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
             continue
         label = about.label or valve_label(case.tables.load, name)
         row = _row(name, unit, value, *(_span(case, key) or _around(value)))
-        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryForce)  # there it says where cycles are cut
+        kept = name == FREQUENCY and isinstance(case.tables.load, HistoryLoad)  # there it says where cycles are cut
         row |= {"label": label, "meaning": about.meaning, "slides": about.slides and not kept}
         row["movable"] = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
         found.append(row)
@@ -126,7 +125,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
 def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
     """The number of a key of the case, and its unit; the frequency of a recording, which may keep its waveform."""
     value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
-    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryForce):
+    if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryLoad):
         return case.system().frequency, "Hz"
     return value, unit
 
@@ -179,11 +178,6 @@ def case_dict(case: Case) -> dict[str, Any]:
 
     A machine that switches itself has the same keys, and no system; a second is the unit of time of its dimensionless
     form. A structure that is held has no form in plain numbers.
-
-    Raises
-    ------
-    CaseError
-        When its recording cannot be used, or its parts make no system and no machine.
     """
     hammer = case.machine() if case.is_machine else case.system()
     body, bar, report = hammer.body, hammer.bar, case.history_report
@@ -258,7 +252,7 @@ def plain_tables(case: Case) -> dict[str, Any]:
 
 def _plain_law(case: Case) -> dict[str, Any]:
     """The law of a blow that needs no tool; the tool of a case in SI has no dimensionless form."""
-    given = case.tables.contact if isinstance(case.tables, PhysicalCase) else case.tables.system
+    given = case.tables.struck
     if given is None or given.law != "b77-tau":
         return {}
     return {key: getattr(given, key) for key in ("law", "advance") if getattr(given, key) is not None}

@@ -211,20 +211,6 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
     What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
     its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
 
-    Parameters
-    ----------
-    values
-        By name, in the unit that the case uses.
-    harmonics
-        See `percuss.case.file_format.plain_tables.case_of`.
-
-    Raises
-    ------
-    ParameterError
-        For a parameter that the case does not have, or cannot be moved to.
-    CaseError
-        When there is no such hammer.
-
     Examples
     --------
     >>> from percuss.case import load_case

@@ -39,26 +39,6 @@ def uploaded_history(
     The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
     or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
 
-    Parameters
-    ----------
-    data
-        The file.
-    name
-        What it is called where it comes from.
-    options
-        The other keys that [load] takes with ``kind = "history"``; with ``force_scale`` the load is dimensionless.
-    halt
-        Asked while another process reads; the recording is given up once it returns true.
-
-    Raises
-    ------
-    CaseError
-        When the recording cannot be read or used, or an option is wrong; with the key in [load].
-    MissingExtraError
-        When the package that reads it is not installed.
-    Interrupted
-        When `halt` returned true.
-
     Examples
     --------
     >>> import math
@@ -102,25 +82,6 @@ def uploaded_case(
 
     They are those of `percuss.case.parameters.description.case_dict`. The recording is read as the table [load] of the
     case says; in the answer its harmonics stand in its place.
-
-    Parameters
-    ----------
-    text
-        The case file, in TOML.
-    data, name
-        The recording, and what it is called where it comes from; only the suffix of that counts, and where it is
-        called otherwise than in the case a note says so.
-    harmonics
-        The highest harmonic of a load that may be given in another way.
-    halt
-        As for `uploaded_history`.
-
-    Raises
-    ------
-    CaseError
-        When the case names no recording, or anything is wrong with it or with the recording.
-    MissingExtraError, Interrupted
-        As `uploaded_history`.
     """
     tables = parsed(text, "case")
     load = tables.get("load")

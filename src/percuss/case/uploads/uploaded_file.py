@@ -12,10 +12,10 @@ from pydantic import ValidationError
 
 from percuss.case.answers.numerals import plain
 from percuss.case.file_format.load_building import history_load
-from percuss.case.file_format.load_tables import HistoryForce, HistoryLoad
+from percuss.case.file_format.load_tables import HistoryLoad, PlainHistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table
 from percuss.case.file_format.reading import from_validation, raise_all
-from percuss.case.file_format.schema import keys_of
+from percuss.case.file_format.values import keys_of
 from percuss.errors import CaseError, HistoryError
 from percuss.recordings.separate_process import Found
 from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
@@ -28,13 +28,7 @@ FILE = "load.file"
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What `percuss.case.uploads.upload.uploaded_history` answers, read from a file that we have named.
-
-    Raises
-    ------
-    CaseError, MissingExtraError
-        As there.
-    """
+    """What `percuss.case.uploads.upload.uploaded_history` answers, read from a file that we have named."""
     folder = str(path.parent)
     table = history_table(path.name, dict(options))
     try:
@@ -46,7 +40,7 @@ def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     except CaseError as error:
         raise _without(error, folder) from None
     kind = fourier_table(load)
-    if isinstance(table, HistoryLoad):
+    if isinstance(table, PlainHistoryLoad):
         kind = {key: kind[key] for key in ("kind", "coefficients")}
     return {
         "load": kind,
@@ -60,15 +54,9 @@ def found_here(path: Path, options: Mapping[str, Any]) -> Found:
     return read_here(path, options), {}
 
 
-def history_table(file: str, options: dict[str, Any]) -> HistoryForce:
-    """The checked table [load] of a case with this recording.
-
-    Raises
-    ------
-    CaseError
-        When an option is wrong.
-    """
-    form = HistoryLoad if "force_scale" in options else HistoryForce
+def history_table(file: str, options: dict[str, Any]) -> HistoryLoad:
+    """The checked table [load] of a case with this recording."""
+    form = PlainHistoryLoad if "force_scale" in options else HistoryLoad
     given = {"kind": "history", "file": file, **options}
     try:
         return form.model_validate(given)

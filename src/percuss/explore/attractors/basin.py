@@ -32,26 +32,21 @@ Line = Axis | tuple[str, float, float, int] | tuple[str, Sequence[float]]
 
 @dataclass(frozen=True, eq=False)
 class BasinsJob(StartsJob):
-    """The starts of a plane, row by row from the first value of y on; see `basins`.
-
-    Parameters
-    ----------
-    x, y
-        Names and values of the axes.
-    at
-        What all starts have in common.
-    """
+    """The starts of a plane, row by row from the first value of y on; see `basins`. `at`: what all have in common."""
 
     x: tuple[str, tuple[float, ...]]
     y: tuple[str, tuple[float, ...]]
     at: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def size(self) -> int:
+        return len(self.x[1]) * len(self.y[1])
 
     @cached_property
     def _lines(self) -> tuple[Array, Array]:
         return np.array(self.x[1]), np.array(self.y[1])
 
     def starts(self, first: int, last: int) -> Starts:
-        """The starts `first` … `last` − 1."""
         over, up = self._lines
         rows = np.arange(first, last)
         grid = {name: np.full(rows.size, value) for name, value in self.at}
@@ -60,19 +55,12 @@ class BasinsJob(StartsJob):
         return self.hammer.on_a_grid(grid)
 
     @property
-    def size(self) -> int:
-        """Number of starts."""
-        return len(self.x[1]) * len(self.y[1])
-
-    @property
     def amplitudes(self) -> tuple[int, int]:
-        """How many modal displacements and velocities a start has."""
         n = 1 + max(mode_of(name) for name in (self.x[0], self.y[0], *(name for name, _ in self.at)))
         return n, n
 
     @property
     def asked(self) -> dict[str, Any]:
-        """The kind of the job, and what its starts depend on."""
         x, y = ({"name": name, "values": list(values)} for name, values in (self.x, self.y))
         return {"kind": "basins", "x": x, "y": y, "at": dict(self.at)}
 
@@ -116,25 +104,15 @@ def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]
     return hammer.value(axis, line.name, float(line.values[0]))[0], tuple(line.values.tolist())
 
 
-# ---- Basins of attraction: where the motions of a plane of starts end, as an image
+# ---- The image of them
 
 
 @dataclass(frozen=True, eq=False)
 class Basins(StartsFollowed):
     """Which attractor every start of a plane leads to; made by `basins`.
 
-    Parameters
-    ----------
-    system, modes, stop
-        What was followed.
-    x, y
-        Names and values of the axes; dimensionless, times in radians.
-    at
-        What all starts have in common.
-    columns
-        One row for each start, row by row of the image; those not done have the code −1.
-    distance
-        What tells attractors of one label apart.
+    `x`, `y`: names and values of the axes; dimensionless, times in radians. `at`: what all starts have in common.
+    `columns` has one row for each start, row by row of the image; those not done have the code −1.
     """
 
     system: System | Machine

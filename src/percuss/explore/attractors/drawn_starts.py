@@ -112,7 +112,7 @@ BLOCK = 65_536
 _TURN = 2.0 * np.pi
 
 
-def named(what: System | Machine, distribution: str, number: int, seed: int = 0, first: int = 0) -> Any:
+def named(what: System | Machine, distribution: str, number: int, seed: int = 0, first: int = 0) -> Starts:
     """Starts drawn from a named distribution; which they are does not depend on how many are drawn.
 
     ``wall``
@@ -129,29 +129,9 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
     that leaves has a velocity below 0. Every column of every `BLOCK` rows has a stream of its own, spawned from the
     seed by numpy's `SeedSequence`.
 
-    Parameters
-    ----------
-    what
-        A system or a machine: its load, or valve, and its restitution set the speeds.
-    distribution
-        One of `DISTRIBUTIONS`.
-    number
-        How many.
-    seed
-        0 or greater.
-    first
-        Row of the endless table of this seed with which to begin.
-
-    Returns
-    -------
-    Starts
-        Of a system, or of a machine.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown name, ``wall`` with a load that does not push, and starts on the wall of a machine whose states
-        all push alike: they have no scale.
+    They are `number` rows from row `first` on of the endless table of the seed. ParameterError for an unknown name, for
+    ``wall`` with a load that does not push, and for starts on the wall of a machine whose states all push alike: they
+    have no scale.
 
     Examples
     --------
@@ -255,11 +235,8 @@ def own(what: System | Machine, source: Any, seed: int = 0) -> Starts:
     Instead of a load phase a table of a machine has the column ``state``: the name of the valve's state or its number
     from 0. Without it all start with the valve's own starting state, as `Starts` do.
 
-    Raises
-    ------
-    ParameterError
-        For a file that cannot be read or has unknown columns, a state that the valve does not have, and for a function
-        that gives no starts.
+    ParameterError for a file that cannot be read or has unknown columns, a state that the valve does not have, and for
+    a function that gives no starts.
     """
     from percuss.simulate import Starts
 
@@ -311,6 +288,7 @@ def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, 
 def table_starts(body: Body, at: int, file: str, columns: dict[str, Array], third: str = "time") -> Starts:
     """Starts from the columns of a file, for the modes of a body driven at the place `at`, and a `third` column."""
     from percuss.simulate import Starts
+    from percuss.simulate.spectrum import units
 
     modal = sorted(
         (name for name in columns if name[:2] in ("u_", "v_") and name[2:].isdecimal()), key=lambda n: int(n[2:])
@@ -338,16 +316,9 @@ def table_starts(body: Body, at: int, file: str, columns: dict[str, Array], thir
         return Starts.rigid(position, columns.get("velocity", zero), columns.get("time", zero))
     most = max(int(name[2:]) for name in modal)
     u, v = (np.column_stack([columns.get(f"{kind}_{n}", zero) for n in range(most + 1)]) for kind in "uv")
-    gap = _not_beyond(file, _gap_of(body, at, u), 1e-12 * float(np.abs(u).max()))
+    gap = np.asarray(u[:, 0] + u[:, 1:] @ units(body.modes(most, at)))  # u(1) = u_0 + Σ γ_n u_n
+    gap = _not_beyond(file, gap, 1e-12 * float(np.abs(u).max()))
     return Starts(u, v, gap, columns.get("time", zero))
-
-
-def _gap_of(body: Body, at: int, displacement: Array) -> Array:
-    """u(1) = u_0 + Σ γ_n u_n of each row (of a uniform bar driven at its end: γ_n = 2(−1)ⁿ)."""
-    from percuss.simulate.spectrum import units
-
-    elastic = body.modes(displacement.shape[1] - 1, at)
-    return np.asarray(displacement[:, 0] + displacement[:, 1:] @ units(elastic))
 
 
 def _not_beyond(file: str, gap: Array, noise: float) -> Array:
@@ -377,17 +348,15 @@ def _text(path: Path, states: tuple[str, ...]) -> dict[str, Array]:
         try:
             if len(cells) != len(names):
                 raise ValueError
-            table[i] = [_value(name, cell, states) for name, cell in zip(names, cells, strict=True)]
+            words = [cell.strip().strip('"') for cell in cells]
+            table[i] = [
+                states.index(word) if name == "state" and word in states else float(cell)
+                for name, word, cell in zip(names, words, cells, strict=True)
+            ]
         except ValueError:
             accepted = f"{len(names)} numbers ({', '.join(names)})"
             raise ParameterError(f"{path}, line {line}", text.strip(), accepted, "fix this line") from None
     return dict(zip(names, np.ascontiguousarray(table.T), strict=True))
-
-
-def _value(name: str, cell: str, states: tuple[str, ...]) -> float:
-    """A number, or that of a state that is named."""
-    word = cell.strip().strip('"')
-    return float(states.index(word)) if name == "state" and word in states else float(cell)
 
 
 def _npz(path: Path) -> dict[str, Array]:

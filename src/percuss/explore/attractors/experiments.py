@@ -28,7 +28,7 @@ from percuss.explore.attractors.drawn_starts import (
     start_values,
     starts_from,
 )
-from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_from, hammer_of
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_from, hammer_of, seconds_of_start
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, non_negative
@@ -48,15 +48,7 @@ _MOST_STARTS = 10**12
 
 @dataclass(frozen=True, eq=False)
 class StartsJob(ABC):
-    """Starts, each followed by itself.
-
-    Parameters
-    ----------
-    system, modes, stop
-        What is followed, with how many elastic modes, and until when.
-    threads
-        Of one portion; the numbers do not depend on it.
-    """
+    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion."""
 
     system: System | Machine
     modes: int
@@ -78,14 +70,19 @@ class StartsJob(ABC):
         """The starts `first` … `last` − 1, made where they are needed."""
 
     @property
-    def rough_seconds(self) -> float:
-        """What all starts take, by rule of thumb."""
-        return self.size * self.hammer.seconds(self.modes)
-
-    @property
     @abstractmethod
     def amplitudes(self) -> tuple[int, int]:
         """How many modal displacements and velocities a start has."""
+
+    @property
+    @abstractmethod
+    def asked(self) -> dict[str, Any]:
+        """The kind of the job, and what its starts depend on."""
+
+    @property
+    def rough_seconds(self) -> float:
+        """What all starts take, by rule of thumb."""
+        return self.size * seconds_of_start(self.modes, clock=not self.hammer.states)
 
     @property
     def columns(self) -> Mapping[str, Column]:
@@ -97,11 +94,6 @@ class StartsJob(ABC):
         """What the numbers depend on."""
         about = {"percuss": ASK_FORMAT, **self.hammer.described, "modes": self.modes, "stop": asdict(self.stop)}
         return {**about, **self.asked}
-
-    @property
-    @abstractmethod
-    def asked(self) -> dict[str, Any]:
-        """The kind of the job, and what its starts depend on."""
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """The motions from starts `first` … `last` − 1."""
@@ -122,46 +114,31 @@ def checked_question(system: System | Machine, modes: int, stop: Stop | None) ->
 
 @dataclass(frozen=True, eq=False)
 class ExperimentJob(StartsJob):
-    """The starts of one experiment; see `experiment`.
-
-    Parameters
-    ----------
-    number, seed
-        How many starts, and what they are drawn with.
-    distribution
-        A name of `percuss.explore.attractors.drawn_starts.DISTRIBUTIONS`, or what one's own starts are called.
-    rows
-        One's own starts, or None for a named distribution.
-    """
+    """The starts of one experiment; see `experiment`. `rows`: one's own starts, or None for a named distribution."""
 
     number: int
     distribution: str
     seed: int
     rows: Starts | None = None
 
+    @property
+    def size(self) -> int:
+        return self.number
+
     def starts(self, first: int, last: int) -> Starts:
-        """The starts `first` … `last` − 1, drawn where they are needed."""
         if self.rows is None:
-            found: Starts = named(self.system, self.distribution, last - first, self.seed, first)
-            return found
+            return named(self.system, self.distribution, last - first, self.seed, first)
         if self.number > len(self.rows):
             return drawn(self.rows, last - first, self.seed, first)
         return some(self.rows, slice(first, last))
 
     @property
-    def size(self) -> int:
-        """Number of starts."""
-        return self.number
-
-    @property
     def amplitudes(self) -> tuple[int, int]:
-        """How many modal displacements and velocities a start has."""
         bars = self.rows
         return (1, 1) if bars is None else (bars.displacement.shape[1], bars.velocity.shape[1])
 
     @property
     def asked(self) -> dict[str, Any]:
-        """The kind of the job, and what its starts depend on."""
         found = {"kind": "experiment", "starts": self.number, "distribution": self.distribution, "seed": self.seed}
         return found if self.rows is None else {**found, "rows": fingerprint(self.rows)}
 
@@ -239,15 +216,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 @dataclass(frozen=True)
 class Share(Shown):
-    """The share of the starts that ends in an attractor.
-
-    Parameters
-    ----------
-    attractor
-        Which.
-    share, low, high
-        The part, and Wilson's interval of 95 % of its probability.
-    """
+    """The share of the starts that ends in an attractor: the part, and Wilson's interval of 95 % of its probability."""
 
     attractor: Attractor
     share: float
@@ -284,14 +253,8 @@ class Share(Shown):
 class StartsFollowed(Shown):
     """Starts that were followed, and what they settle on.
 
-    Attributes
-    ----------
-    system, modes, stop
-        What was followed.
-    columns
-        One row for each start; those that are not done have the code −1.
-    distance
-        What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
+    `columns` has one row for each start; those that are not done have the code −1. `distance` tells attractors of one
+    label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
     system: System | Machine
@@ -333,10 +296,7 @@ class StartsFollowed(Shown):
 
     def _si_of(self, name: str) -> dict[str, Any]:
         """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
-        if name not in self.hammer.scales:
-            return {}
-        scale, unit = self.hammer.scales[name]
-        return {"si_scale": scale, "si_units": unit}
+        return dict(zip(("si_scale", "si_units"), self.hammer.scales.get(name, ()), strict=False))
 
     def _dataset_over(
         self, dims: tuple[str, ...], columns: Columns, number: npt.NDArray[np.int64], about: dict[str, Any]
@@ -369,33 +329,18 @@ class StartsFollowed(Shown):
         meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
         for name, meaning in meanings.items():
             found = np.array([getattr(share, name) for share in self.shares])
-            variables[f"attractor_{name}" if name != "share" else "share"] = (
-                "attractor",
-                found,
-                {"long_name": meaning},
-            )
-        attributes = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
-        return xarray.Dataset(
-            variables,
-            coords={"attractor": np.arange(len(self.shares))},
-            attrs={**attributes, "percuss_version": __version__},
-        )
+            key = name if name == "share" else f"attractor_{name}"
+            variables[key] = ("attractor", found, {"long_name": meaning})
+        about = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
+        attributes = {**about, "percuss_version": __version__}
+        return xarray.Dataset(variables, {"attractor": np.arange(len(self.shares))}, attributes)
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
 
-    Parameters
-    ----------
-    system, modes, stop
-        What was followed.
-    distribution, seed
-        What the starts were drawn from, and with.
-    columns
-        One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
-    distance
-        What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
+    `columns` has one row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
     """
 
     system: System | Machine
@@ -464,10 +409,7 @@ class Experiment(StartsFollowed):
             "modes": self.modes,
             "shares": [
                 {
-                    "label": share.label,
-                    "share": share.share,
-                    "low": share.low,
-                    "high": share.high,
+                    **{name: getattr(share, name) for name in ("label", "share", "low", "high")},
                     **share.attractor.figures,
                 }
                 for share in self.shares

@@ -73,54 +73,34 @@ def seconds_of_start(modes: int, clock: bool = True) -> float:
 
 
 class Hammer(ABC):
-    """What is followed: what is kept of its motions, how they are followed, and which of them are the same."""
+    """What is followed: what is kept of its motions, how they are followed, and which of them are the same.
+
+    `kind`: its name in an archive. `columns`: what is kept of every motion. `units`: by which of its scales columns
+    are multiplied for SI, and their unit then. `named_by`: the columns that the label of a motion follows from.
+    `words`: columns whose numbers stand for words. `about`: what a dataset says of the numbers as a whole. `speed`: the
+    scale of speeds by which motions are told apart. `states`: the names of the valve's states; none under a clock.
+    """
 
     kind: ClassVar[str]
-    """The name under which an archive has it: ``system`` or ``machine``."""
     columns: ClassVar[Mapping[str, Column]]
-    """What is kept of every motion."""
     units: ClassVar[Mapping[str, tuple[str, str]]]
-    """By which of its scales columns are multiplied for SI, and their unit then."""
     named_by: ClassVar[tuple[str, ...]]
-    """The columns that the label of a motion follows from."""
-
     what: System | Machine
+    at: int
+    words: Mapping[str, Sequence[str]]
+    about: dict[str, Any]
+    speed: float
 
-    @property
-    @abstractmethod
-    def described(self) -> dict[str, Any]:
-        """All that its motions depend on, of JSON's types."""
-
-    @property
-    @abstractmethod
-    def words(self) -> Mapping[str, Sequence[str]]:
-        """Columns whose numbers stand for words, and the words."""
-
-    @property
-    @abstractmethod
-    def about(self) -> dict[str, Any]:
-        """What a dataset says of the numbers as a whole."""
-
-    @property
-    @abstractmethod
-    def speed(self) -> float:
-        """The scale of speeds by which motions are told apart."""
+    def __init__(self) -> None:
+        self.states = states_of(self.what)
 
     @abstractmethod
     def check(self, modes: int) -> None:
         """Raise now what every start would: a resonance, say."""
 
     @abstractmethod
-    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        """A quantity of starts by its name, and its value as a number; ParameterError for another name or value."""
-
-    @abstractmethod
-    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
-        """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
-
-    @abstractmethod
     def followed(
-        self, starts: Any, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
+        self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
         """`columns` of the motions from all starts, each by itself."""
 
@@ -136,14 +116,38 @@ class Hammer(ABC):
 
     @abstractmethod
     def figures(
-        self, columns: Columns, which: npt.NDArray[np.intp], starts: Any, modes: int, stop: Stop
+        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
     ) -> list[tuple[str, dict[str, Any]]]:
         """`Attractor.mark` and `Attractor.figures` of some motions, which are followed once more."""
 
+    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
+        """A quantity of starts by its name, and its value as a number; ParameterError for another name or value."""
+        third = "state" if self.states else "time"
+        if name == third == "state":
+            if value in self.states:
+                return third, float(self.states.index(str(value)))
+            if isinstance(value, int | float) and value in range(len(self.states)):
+                return third, float(value)
+            raise ParameterError(third, value, f"one of {', '.join(map(repr, self.states[:6]))}")
+        if isinstance(name, str) and (name in ("position", "velocity", third) or MODE.fullmatch(name)):
+            return name, finite(name, value)
+        known = f"one of position, velocity, {third}, u_1, u_2, …, v_1, v_2, …"
+        raise ParameterError(where, name, known, "no clock drives the machine" if name == "time" else "")
+
+    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
+        """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
+        bars = end_starts(self.what.body, self.at, {name: values for name, values in grid.items() if name != "state"})
+        return self.with_valve(bars, grid.get("state"))
+
+    def with_valve(self, bars: Starts, state: Array | None) -> Starts:
+        """Starts with the valve in these states, or in the one in which it starts; under a clock as they are."""
+        return bars
+
     @property
-    def states(self) -> tuple[str, ...]:
-        """The names of the valve's states; none under a clock."""
-        return states_of(self.what)
+    def described(self) -> dict[str, Any]:
+        """All that its motions depend on, of JSON's types."""
+        what = self.what
+        return {self.kind: describe_machine(what) if isinstance(what, Machine) else describe_system(what)}
 
     @property
     def scales(self) -> Mapping[str, tuple[float, str]]:
@@ -151,10 +155,6 @@ class Hammer(ABC):
         if not self.what.is_si:
             return {}
         return {name: (float(getattr(self.what, scale)), unit) for name, (scale, unit) in self.units.items()}
-
-    def seconds(self, modes: int) -> float:
-        """What one start takes, by rule of thumb."""
-        return seconds_of_start(modes, clock=not self.states)
 
     @classmethod
     def labels(cls, columns: Columns) -> npt.NDArray[np.str_]:
@@ -168,18 +168,10 @@ class Hammer(ABC):
         """The number of the attractor of each motion, 0 for the most frequent.
 
         Motions of one label are one attractor unless their numbers leave a gap: they are cut apart wherever, in the
-        order of one of the numbers, two neighbours differ by more than `distance`. What is spread by an early end of a
-        slow approach therefore stays together, and so do motions that differ by whole load periods: their phases are
-        the same. Motions that are not periodic are told apart by their labels alone.
-
-        Parameters
-        ----------
-        columns
-            Of the motions; shape (motions, …).
-        speed
-            See `speed`.
-        distance
-            In radians, relative periods, and in speeds relative to the scale plus the speed; dimensionless.
+        order of one of the numbers, two neighbours differ by more than `distance`, in radians, relative periods, and
+        speeds relative to their scale plus the speed. What is spread by an early end of a slow approach therefore stays
+        together, and so do motions that differ by whole load periods: their phases are the same. Motions that are not
+        periodic are told apart by their labels alone.
         """
         values = cls.tells_apart(columns, speed)
         values = np.where(np.isfinite(values), values, 1e9)
@@ -199,12 +191,9 @@ class Hammer(ABC):
         return number
 
     def attractors(
-        self, columns: Columns, number: npt.NDArray[np.int64], starts: Any, modes: int, stop: Stop
+        self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
     ) -> tuple[Attractor, ...]:
-        """The attractors behind the numbers; the figures are those of the first member, followed once more.
-
-        `starts`: of the motions, in the same order.
-        """
+        """The attractors behind the numbers, with the figures of their first members, which are followed once more."""
         if not number.size:
             return ()
         _, first, members = np.unique(number, return_index=True, return_counts=True)
@@ -291,39 +280,21 @@ class ClockedHammer(Hammer):
     named_by = ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders")
 
     def __init__(self, what: System) -> None:
-        self.what: System = what
-
-    @property
-    def described(self) -> dict[str, Any]:
-        return {self.kind: describe_system(self.what)}
-
-    @property
-    def words(self) -> Mapping[str, Sequence[str]]:
         from percuss.simulate import OUTCOMES
 
-        return {"code": OUTCOMES, "cycle_kind": CYCLE_KINDS}
-
-    @property
-    def about(self) -> dict[str, Any]:
-        frequency = {"frequency_Hz": self.what.frequency} if self.what.is_si else {}
-        return {"scaling": "dimensionless: lengths in bar lengths, times in radians of the load phase", **frequency}
-
-    @property
-    def speed(self) -> float:
-        return float(np.abs(self.what.load.coefficients).sum())
+        self.what: System = what
+        self.at = what.load.at
+        super().__init__()
+        self.words = {"code": OUTCOMES, "cycle_kind": CYCLE_KINDS}
+        self.about = {"scaling": "dimensionless: lengths in bar lengths, times in radians of the load phase"}
+        if what.is_si:
+            self.about["frequency_Hz"] = what.frequency
+        self.speed = float(np.abs(what.load.coefficients).sum())
 
     def check(self, modes: int) -> None:
         from percuss.simulate.spectrum import Spectrum
 
         Spectrum(self.what, modes)
-
-    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        if isinstance(name, str) and (name in ("position", "velocity", "time") or MODE.fullmatch(name)):
-            return name, finite(name, value)
-        raise ParameterError(where, name, "one of position, velocity, time, u_1, u_2, …, v_1, v_2, …")
-
-    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
-        return end_starts(self.what.body, self.what.load.at, grid)
 
     def followed(
         self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
@@ -485,47 +456,22 @@ class SwitchingHammer(Hammer):
     named_by = ("stall", "blows", "valve_cycles", "cycle_kind", "wanders")
 
     def __init__(self, what: Machine) -> None:
-        self.what: Machine = what
-
-    @property
-    def described(self) -> dict[str, Any]:
-        return {self.kind: describe_machine(self.what)}
-
-    @property
-    def words(self) -> Mapping[str, Sequence[str]]:
         from percuss.simulate import OUTCOMES, STALLS
 
-        return {"code": OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
-
-    @property
-    def about(self) -> dict[str, Any]:
-        unit = "seconds" if self.what.is_si else UNIT_OF_TIME
-        return {"scaling": f"lengths in bar lengths, times in the {unit}, energies per unit of mass"}
-
-    @property
-    def speed(self) -> float:
-        return speed_scale(self.what) or farthest_port(self.what)
+        self.what: Machine = what
+        self.at = what.at
+        super().__init__()
+        self.words = {"code": OUTCOMES, "stall": STALLS, "cycle_kind": CYCLE_KINDS, "state": self.states}
+        unit = "seconds" if what.is_si else UNIT_OF_TIME
+        self.about = {"scaling": f"lengths in bar lengths, times in the {unit}, energies per unit of mass"}
+        self.speed = speed_scale(what) or farthest_port(what)
 
     def check(self, modes: int) -> None:
         self.what.modes(modes)
 
-    def value(self, where: str, name: object, value: object) -> tuple[str, float]:
-        if name == "state":
-            if value in self.states:
-                return "state", float(self.states.index(str(value)))
-            if isinstance(value, int | float) and value in range(len(self.states)):
-                return "state", float(value)
-            raise ParameterError("state", value, f"one of {', '.join(map(repr, self.states[:6]))}")
-        if isinstance(name, str) and (name in ("position", "velocity") or MODE.fullmatch(name)):
-            return name, finite(name, value)
-        known = "position, velocity, state, u_1, u_2, …, v_1, v_2, …"
-        raise ParameterError(where, name, f"one of {known}", "no clock drives the machine" if name == "time" else "")
-
-    def on_a_grid(self, grid: dict[str, Array]) -> Starts:
-        bars = {name: values for name, values in grid.items() if name != "state"}
+    def with_valve(self, bars: Starts, state: Array | None) -> Starts:
         usual = self.states.index(self.what.valve.start or self.states[0])
-        state = grid.get("state", np.array(float(usual))).astype(np.int64)
-        return end_starts(self.what.body, self.what.at, bars).with_valve(state, self.states)
+        return bars.with_valve(np.array(usual) if state is None else state.astype(np.int64), self.states)
 
     def followed(
         self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 import numpy.typing as npt
@@ -38,12 +39,14 @@ from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
-# ---- Boundaries as curves over a parameter, and how points are joined to curves
-
 FOLD = "fold"
 
 KINDS = (FOLD, FLIP, SPIRAL, GRAZING)
 """What can happen on a branch of steady motions."""
+
+CRITERIA = ("reduced", "exact")
+
+Row = list[tuple[int, BoundaryCrossing]]  # what crosses the line of one value of x, and on which branch
 
 _FAR = 0.75  # in shares of the range of y and of a half turn: points farther apart are not of one curve
 _GAP = 1e-3  # what each missing value of x adds to that
@@ -151,17 +154,14 @@ class Boundaries(Shown):
         return self._extreme(kind, np.fmin)
 
     def _extreme(self, kind: str, choose: np.ufunc) -> Array:
-        found = np.full(self.x.shape, math.nan)
-        for curve in self.of(kind):
-            found = choose(found, curve.y)
-        return found
+        return np.asarray(reduce(choose, (curve.y for curve in self.of(kind)), np.full(self.x.shape, math.nan)))
 
     def __str__(self) -> str:
         head = f"{self.y_name} from {self.low:g} to {self.high:g} over {self.x.size} values of {self.x_name}"
         return "\n".join([head, *(f"  {c.kind}, branch {c.branch}: {int(c.found.sum())} points" for c in self.curves)])
 
 
-def linked(kind: str, x: Array, rows: list[list[tuple[int, BoundaryCrossing]]], span: float) -> list[BoundaryCurve]:
+def linked(kind: str, x: Array, rows: list[Row], span: float) -> list[BoundaryCurve]:
     """Join the points of one kind to curves: each goes on with the point that is nearest in y and phase."""
     threads: list[dict[int, tuple[int, BoundaryCrossing]]] = []
     for i, row in enumerate(rows):
@@ -179,26 +179,17 @@ def linked(kind: str, x: Array, rows: list[list[tuple[int, BoundaryCrossing]]], 
                 taken_threads.add(a)
                 taken_points.add(b)
         threads += [{i: point} for b, point in enumerate(points) if b not in taken_points]
-    return [_curve(kind, x, thread) for thread in threads]
+    curves = []
+    for thread in threads:
+        columns = np.full((6, x.size), math.nan)
+        for i, (_, point) in thread.items():
+            columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside, point.speed
+        curves.append(BoundaryCurve(kind, thread[min(thread)][0], x, *columns))
+    return curves
 
 
 def _distance(a: BoundaryCrossing, b: BoundaryCrossing, span: float) -> float:
     return abs(a.y - b.y) / span + abs(math.remainder(a.phase - b.phase, 2.0 * math.pi)) / math.pi
-
-
-def _curve(kind: str, x: Array, thread: dict[int, tuple[int, BoundaryCrossing]]) -> BoundaryCurve:
-    columns = np.full((6, x.size), math.nan)
-    for i, (_, point) in thread.items():
-        columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside, point.speed
-    return BoundaryCurve(kind, thread[min(thread)][0], x, *columns)
-
-
-# ---- The boundaries of steady motions in a plane of two parameters, as curves that are solved for and not read off a
-# grid
-
-CRITERIA = ("reduced", "exact")
-
-Row = list[tuple[int, BoundaryCrossing]]  # what crosses the line of one value of x, and on which branch
 
 
 def boundaries(
@@ -278,41 +269,31 @@ def boundaries(
     if samples is not None:
         count("samples", samples, least=2, most=10**6)
     x_name, values, y_name, low, high = checked_boundaries(family, x, y, periods, criterion, modes, kinds)
-    _refuse_structures(family, {y_name: low} if x_name == PERIODS else {x_name: float(values[0]), y_name: low})
+    try:
+        corner = family.system({y_name: low} if x_name == PERIODS else {x_name: float(values[0]), y_name: low})
+    except PercussError:
+        pass  # there is none
+    else:
+        need_free(corner.body, "boundary curves; `follow` finds those of structures")
     meter = Meter(values.size, 0, progress)
-
-    def given_up() -> bool:
-        return meter() or (halt is not None and halt())
-
-    def line(value: float) -> Line:
-        fixed, m = ({}, int(value)) if x_name == PERIODS else ({x_name: value}, periods)
-        return Line(family, fixed, y_name, low, high, m, modes, told=meter.within)
-
-    with halting(given_up):
-        rows, failed = _line_by_line(line, values, meter, lambda one: _on_line(one, criterion, tuple(kinds), samples))
-    curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
-    return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
-
-
-def _line_by_line(
-    line: Callable[[float], Line], values: Array, meter: Meter, found_on: Callable[[Line], Row]
-) -> tuple[list[Row], list[tuple[float, str]]]:
-    """What is found at each value of x, and the values that failed, with the reasons."""
     rows: list[Row] = []
     failed: list[tuple[float, str]] = []
     meter.start(0)
-    for value in values.tolist():
-        one, row = line(value), []
-        try:
-            row = found_on(one)
-        except Interrupted:
-            failed.append((value, "given up"))
-        except PercussError as error:
-            failed.append((value, str(error)))
-        rows.append(row)
-        meter.add(1)
-    meter.tell()
-    return rows, failed
+    with halting(lambda: meter() or (halt is not None and halt())):
+        for value in values.tolist():
+            fixed, m = ({}, int(value)) if x_name == PERIODS else ({x_name: value}, periods)
+            rows.append([])
+            try:
+                line = Line(family, fixed, y_name, low, high, m, modes, told=meter.within)
+                rows[-1] = _on_line(line, criterion, tuple(kinds), samples)
+            except Interrupted:
+                failed.append((value, "given up"))
+            except PercussError as error:
+                failed.append((value, str(error)))
+            meter.add(1)
+        meter.tell()
+    curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
+    return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
 
 
 def checked_boundaries(
@@ -364,16 +345,8 @@ def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
         raise ParameterError(axis, line, accepted)
 
 
-def _on_line(
-    line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None
-) -> list[tuple[int, BoundaryCrossing]]:
-    """Everything that happens at one value of x, with the number of its branch.
-
-    Raises
-    ------
-    ParameterError
-        When what is asked for does not hold for the contact law.
-    """
+def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> Row:
+    """Everything that happens at one value of x; ParameterError where it does not hold for the contact law."""
     line.middle.contact.need(Result.LEVEL)
     if criterion == "reduced" and {FLIP, SPIRAL} & set(kinds):
         line.middle.contact.need(Result.REDUCED)
@@ -387,7 +360,8 @@ def _on_line(
     part = 0
 
     def told(share: float) -> None:
-        line.tell((part + share) / parts)
+        if line.told is not None:
+            line.told((part + share) / parts)
 
     for stretch in stretches:
         crossings: list[BoundaryCrossing] = []
@@ -414,12 +388,3 @@ def _speed(line: Line, crossing: BoundaryCrossing) -> float:
     if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:
         motion = replace(motion, requested_modes=None)
     return motion.impact_velocity
-
-
-def _refuse_structures(family: Family, values: dict[str, float]) -> None:
-    """ParameterError where the bodies are held, whose motions B77 (14) does not tell of."""
-    try:
-        body = family.system(values).body
-    except PercussError:  # there is no system in this corner
-        return
-    need_free(body, "boundary curves; `follow` finds those of structures")

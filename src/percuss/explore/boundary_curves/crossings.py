@@ -52,18 +52,20 @@ class BoundaryCrossing(NamedTuple):
     speed: float = math.nan
 
 
-def _found(stretch: MotionArc, kind: str, f: Function, places: Array) -> list[BoundaryCrossing]:
-    """The crossings at roots of f, with the step that Newton's method would still make in y as their residual."""
-    found = []
-    for t in places.tolist():
-        low, high = max(t - _SLOPE, 0.0), min(t + _SLOPE, 1.0)
-        values, ys = f(np.array([low, t, high])), stretch.place(np.array([low, high]))[0]
-        rise = float(values[2] - values[0])
-        residual = abs(float(values[1]) / rise * float(ys[1] - ys[0])) if rise else math.nan
-        y, phase = stretch.place(np.array([t]))
-        angle = math.pi if kind == FLIP else math.nan
-        found.append(BoundaryCrossing(kind, float(y[0]), float(phase[0]), residual, angle))
-    return found
+def _crossing(stretch: MotionArc, kind: str, t: float, off: float, angle: float = math.nan) -> BoundaryCrossing:
+    """The crossing at a place; `off`: the step in t that Newton's method would still make there."""
+    y, phase = stretch.place(np.array([t]))
+    low, high = max(t - _SLOPE, 0.0), min(t + _SLOPE, 1.0)
+    ys = stretch.place(np.array([low, high]))[0]
+    return BoundaryCrossing(kind, float(y[0]), float(phase[0]), off * abs(float(ys[1] - ys[0])) / (high - low), angle)
+
+
+def _off(f: Function, t: float, low: float = 0.0, high: float = 1.0) -> float:
+    """The step in t that Newton's method would still make at a root of f between two places; NaN where f is flat."""
+    around = np.clip(np.array([t - _SLOPE, t, t + _SLOPE]), low, high)
+    values = f(around)
+    rise = float(values[2] - values[0])
+    return abs(float(values[1]) / rise) * float(around[2] - around[0]) if rise else math.nan
 
 
 # -- B77's reduced criterion --
@@ -81,16 +83,16 @@ def reduced_crossings(stretch: MotionArc, samples: int | None, spirals: bool = T
         a_0, _, a_2 = stretch.quadratic(t)
         return np.asarray((a_2 - a_0) / (np.abs(a_0) + np.abs(a_2)))
 
-    turns = roots_on(flip, nodes)
     found = []
-    for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True):
+    for t in roots_on(flip, nodes).tolist():
         a_0, _, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
+        crossing = _crossing(stretch, FLIP, t, _off(flip, t), math.pi)
         found.append(crossing._replace(outside=float(abs(a_0) > (1.0 + _OUTSIDE) * abs(a_2))))
-    places = roots_on(spiral, nodes) if spirals else np.empty(0)
-    for crossing, t in zip(_found(stretch, SPIRAL, spiral, places), places, strict=True):
+    for t in roots_on(spiral, nodes).tolist() if spirals else ():
         a_0, a_1, a_2 = (float(a[0]) for a in stretch.quadratic(np.array([t])))
         if abs(a_1) < (1.0 - _REAL) * abs(a_0 + a_2):
-            found.append(crossing._replace(angle=math.acos(-a_1 / (a_0 + a_2)), outside=0.0))
+            angle = math.acos(-a_1 / (a_0 + a_2))
+            found.append(_crossing(stretch, SPIRAL, t, _off(spiral, t), angle)._replace(outside=0.0))
     return found
 
 
@@ -104,10 +106,7 @@ def exact_crossings(
     spirals: bool = True,
     told: Callable[[float], None] | None = None,
 ) -> list[BoundaryCrossing]:
-    """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ).
-
-    `told` is called with the share of the samples that is done, 0 to 1.
-    """
+    """Flips and spirals of the map of modes 0 … `modes`: roots of its secular function at −1 and at exp(iθ)."""
     nodes = stretch.nodes(samples, _INSIDE, EXACT_SAMPLES)
     steps = itertools.count(1)
 
@@ -127,10 +126,9 @@ def exact_crossings(
         maps = [matrix(value) for value in t.tolist()]
         return np.array([one.speed * one.secular(-1.0).real for one in maps])
 
-    turns = roots_on(flip, nodes)
     found = [
-        crossing._replace(outside=_outside(matrix(float(t))))
-        for crossing, t in zip(_found(stretch, FLIP, flip, turns), turns, strict=True)
+        _crossing(stretch, FLIP, t, _off(flip, t), math.pi)._replace(outside=_outside(matrix(t)))
+        for t in roots_on(flip, nodes).tolist()
     ]
     for i in range(nodes.size - 1 if spirals else 0):
         found += _spirals(stretch, matrix, nodes[i], nodes[i + 1], _DEPTH)
@@ -173,21 +171,21 @@ def _spirals(
     if not _REAL < angle < math.pi - _REAL:
         return []
     place, angle, off = _polished(matrix, place, angle)
-    y, phase = stretch.place(np.array([place]))
-    ys = stretch.place(np.array([max(place - _SLOPE, 0.0), min(place + _SLOPE, 1.0)]))[0]
-    residual = off * abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)
-    return [BoundaryCrossing(SPIRAL, float(y[0]), float(phase[0]), residual, angle, _outside(matrix(place)))]
+    return [_crossing(stretch, SPIRAL, place, off, angle)._replace(outside=_outside(matrix(place)))]
 
 
 def _polished(matrix: Callable[[float], LinearMap], t: float, angle: float) -> tuple[float, float, float]:
     """Newton's method on the secular function at exp(iθ): place, angle, and the last step of the place."""
+
+    def at(t: float, angle: float) -> complex:
+        return matrix(t).secular(cmath.exp(1j * angle))
+
     step = math.inf
     for _ in range(6):
-        here, more, less = (cmath.exp(1j * (angle + by)) for by in (0.0, _SLOPE, -_SLOPE))
-        value = matrix(t).secular(here)
-        by_t = (matrix(t + _SLOPE).secular(here) - matrix(t - _SLOPE).secular(here)) / (2.0 * _SLOPE)
-        by_angle = (matrix(t).secular(more) - matrix(t).secular(less)) / (2.0 * _SLOPE)
-        jacobian = np.array([[by_t.real, by_angle.real], [by_t.imag, by_angle.imag]])
+        value = at(t, angle)
+        by_t = at(t + _SLOPE, angle) - at(t - _SLOPE, angle)
+        by_angle = at(t, angle + _SLOPE) - at(t, angle - _SLOPE)
+        jacobian = np.array([[by_t.real, by_angle.real], [by_t.imag, by_angle.imag]]) / (2.0 * _SLOPE)
         if abs(np.linalg.det(jacobian)) == 0.0:
             break
         change = np.linalg.solve(jacobian, np.array([value.real, value.imag]))
@@ -280,30 +278,17 @@ def _grazing(
             middle = 0.5 * (good + bad)
             good, bad = (middle, bad) if _possible(orbit(middle)) else (good, middle)
             continue
-        beside = touch.place + math.copysign(_REACH * max(1.0, abs(touch.place)), good - bad)
+        place, off = touch
+        beside = place + math.copysign(_REACH * max(1.0, abs(place)), good - bad)
         if (beside - good) * (bad - good) <= 0.0 or _possible(orbit(beside)):
-            return touch.place, _crossing(stretch, touch)
+            return place, _crossing(stretch, GRAZING, place, off)
         bad = beside
     ys, phases = stretch.place(np.array([good, bad]))
     return good, BoundaryCrossing(GRAZING, float(ys[0]), float(phases[0]), abs(float(ys[1] - ys[0])))
 
 
-class _Touch(NamedTuple):
-    """A place of a stretch, and the step in t that Newton's method would still make there."""
-
-    place: float
-    off: float
-
-
-def _crossing(stretch: MotionArc, touch: _Touch) -> BoundaryCrossing:
-    y, phase = stretch.place(np.array([touch.place]))
-    ys = stretch.place(np.array([max(touch.place - _SLOPE, 0.0), min(touch.place + _SLOPE, 1.0)]))[0]
-    slope = abs(float(ys[1] - ys[0])) / (2.0 * _SLOPE)
-    return BoundaryCrossing(GRAZING, float(y[0]), float(phase[0]), touch.off * slope)
-
-
-def _touch(orbit: Callable[[float], Orbit], good: float, bad: float) -> _Touch | None:
-    """The place between the two at which the first motion ceases to be what makes it possible; None when unseen."""
+def _touch(orbit: Callable[[float], Orbit], good: float, bad: float) -> tuple[float, float] | None:
+    """The place between the two where the first motion ceases to be what makes it possible, and the error of it."""
     depth = _fault(orbit(bad))
 
     def excess(places: Array) -> Array:
@@ -314,9 +299,7 @@ def _touch(orbit: Callable[[float], Orbit], good: float, bad: float) -> _Touch |
     if not values[0][0] < 0.0 < values[1][0]:
         return None
     place = float(bracketed_roots(excess, *ends, *values)[0])
-    around = excess(np.clip(np.array([place - _SLOPE, place, place + _SLOPE]), min(good, bad), max(good, bad)))
-    rise = float(around[2] - around[0])
-    return _Touch(place, abs(float(around[1]) / rise) * 2.0 * _SLOPE if rise else math.nan)
+    return place, _off(excess, place, min(good, bad), max(good, bad))
 
 
 def _fault(motion: Orbit) -> Callable[[Orbit], float]:

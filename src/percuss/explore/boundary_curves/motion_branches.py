@@ -68,11 +68,8 @@ class ParameterArc(MotionArc):
         return arcs, float(on_circle(np.array(phase_at(arcs, self.branch, height))))
 
     def _row(self, y: float) -> tuple[float, float, float]:
-        if y not in self._rows:
-            self._rows[y] = self._computed(y)
-        return self._rows[y]
-
-    def _computed(self, y: float) -> tuple[float, float, float]:
+        if y in self._rows:
+            return self._rows[y]
         arcs, phase = self._found(y)
         system, response = arcs.response.system, forced_response(arcs.response.system)
         feeds = system.contact.holds(Result.FEEDBACK)
@@ -80,7 +77,8 @@ class ParameterArc(MotionArc):
         slope = float(response.slope_on(self.branch, np.array([phase]))[0])
         push, period = system.load.mean, self.line.period
         sigma, slope = velocity / (push * period), slope / push
-        return quadratic_coefficients(system.d, system.contact.velocity_factor, period, sigma, slope)
+        self._rows[y] = quadratic_coefficients(system.d, system.contact.velocity_factor, period, sigma, slope)
+        return self._rows[y]
 
 
 def _near_resonances(line: Line) -> Array:
@@ -96,16 +94,16 @@ def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold
     folds: list[Fold] = []
     stretches: list[MotionArc] = []
     for low, high, form in _same_form(line, _crowded(line.low, line.high, samples)):
-        excess, count = _Excess(line, form), abs(form)
-        nodes = _crowded(low, high, samples)
-        turns = [roots_on(excess.at(j), nodes) for j in range(count)]
+        count = abs(form)
+        excess, nodes = [_excess(line, form, j) for j in range(count)], _crowded(low, high, samples)
+        turns = [roots_on(one, nodes) for one in excess]
         for j, found in enumerate(turns):
             folds += [fold for y in found.tolist() if (fold := _fold(line, y, j)) is not None]
         for j in range(count if not folds_alone else 0):
             both = np.unique(np.concatenate([[low, high], turns[j], turns[(j + 1) % count]]))
             for start, stop in pairwise(both.tolist()):
                 middle = np.array([0.5 * (start + stop)])
-                if float((excess.at(j)(middle) * excess.at((j + 1) % count)(middle))[0]) < 0.0:
+                if float((excess[j](middle) * excess[(j + 1) % count](middle))[0]) < 0.0:
                     stretches.append(ParameterArc(line, j, start, stop))
     return folds, stretches
 
@@ -129,21 +127,15 @@ def _fold(line: Line, y: float, end: int) -> Fold | None:
     return Fold(y, float(on_circle(arcs.ends[end])), end, off / abs(slope) if slope else math.nan)
 
 
-@dataclass(frozen=True)
-class _Excess:
-    """v_f at the ends of the arcs less the level, over y; NaN where the arcs have another form."""
+def _excess(line: Line, form: int, end: int) -> Function:
+    """v_f at an end of the arcs less the level, of an array of y; NaN where the arcs have another form."""
 
-    line: Line
-    form: int
-
-    def at(self, end: int) -> Function:
-        """The excess at one end, of an array of y."""
-        return lambda y: np.array([self._value(value, end) for value in y.tolist()])
-
-    def _value(self, y: float, end: int) -> float:
-        condition = self.line.condition(y)
+    def excess(y: float) -> float:
+        condition = line.condition(y)
         v = condition.arcs.velocities
-        return float(v[end]) - condition.level if _form_of(v) == self.form else math.nan
+        return float(v[end]) - condition.level if _form_of(v) == form else math.nan
+
+    return lambda y: np.array([excess(value) for value in y.tolist()])
 
 
 def _form(line: Line, y: float) -> int:
@@ -297,11 +289,7 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[MotionArc]]
     return folds, stretches
 
 
-# ---- The branches of steady motions along one parameter: curves of (y, phase) that are followed without folds in the
-# way
-
-
 def folds_and_stretches(line: Line, samples: int, folds_alone: bool = False) -> tuple[list[Fold], list[MotionArc]]:
     """All folds on a line, and all branches between them unless only folds are wanted."""
     heights = heights_of(line)
-    return by_phase(line, heights) if heights is not None else by_parameter(line, samples, folds_alone)
+    return by_parameter(line, samples, folds_alone) if heights is None else by_phase(line, heights)

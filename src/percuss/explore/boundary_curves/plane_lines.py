@@ -31,22 +31,10 @@ PER_HARMONIC = 8
 
 @dataclass(frozen=True)
 class Line:
-    """All systems at one value of x: y runs from `low` to `high`.
+    """All systems at one value of x, m load periods to an impact: y runs from `low` to `high`.
 
-    Parameters
-    ----------
-    family
-        Gives the systems.
-    fixed
-        The value of x, or other parameters that stay as they are, by name.
-    name, low, high
-        The parameter y and its range.
-    periods
-        m.
-    modes, tolerance
-        Of the orbits; see `steady_states`.
-    told
-        Called with the share of the line's work that is done, 0 to 1.
+    `fixed`: what stays as it is, by name. `modes`, `tolerance`: of the orbits. `told`: called with the share of the
+    line's work that is done, 0 to 1.
     """
 
     family: Family
@@ -65,11 +53,6 @@ class Line:
     def period(self) -> float:
         """T = 2πm."""
         return 2.0 * math.pi * self.periods
-
-    def tell(self, share: float) -> None:
-        """So much of the line's work is done, 0 to 1."""
-        if self.told is not None:
-            self.told(share)
 
     def system(self, y: float) -> System:
         """The system at a value of y, made once."""
@@ -112,17 +95,7 @@ class Fold(NamedTuple):
 
 @dataclass(frozen=True)
 class MotionArc(ABC):
-    """A part of one branch, over t in [0, 1].
-
-    Parameters
-    ----------
-    line
-        What it lies on.
-    branch
-        The number of its arc.
-    start, stop
-        Where it begins and ends: values of y, or phases.
-    """
+    """A part of one branch, arc number `branch`, over t in [0, 1]; from `start` to `stop`, values of y or phases."""
 
     line: Line
     branch: int
@@ -130,11 +103,12 @@ class MotionArc(ABC):
     stop: float
 
     def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
-        """Increasing places, `inside` the ends, at which what happens on it shows: by default as many as `places` says.
+        """Increasing places, `inside` the ends, at which what happens on it shows: of many harmonics more.
 
         Where resonances crowd there are more.
         """
-        return np.linspace(inside, 1.0 - inside, samples or places(self.line, least))
+        many = least + PER_HARMONIC * int(self.line.middle.load.harmonics.max(initial=0))
+        return np.linspace(inside, 1.0 - inside, samples or many)
 
     @abstractmethod
     def place(self, t: Array) -> tuple[Array, Array]:
@@ -143,11 +117,6 @@ class MotionArc(ABC):
     @abstractmethod
     def quadratic(self, t: Array) -> tuple[Array, Array, Array]:
         """a_0, a_1, a_2 of B77 (29)–(31); shapes of `t`."""
-
-
-def places(line: Line, least: int) -> int:
-    """How many places of a stretch are looked at first: `least`, and more for many harmonics."""
-    return least + PER_HARMONIC * int(line.middle.load.harmonics.max(initial=0))
 
 
 def orbit_on(stretch: MotionArc, t: float) -> tuple[Orbit, Side]:
@@ -183,15 +152,6 @@ _NEAR = 0.25  # a sample whose neighbours promise an extreme nearer to 0 than th
 def bracketed_roots(f: Function, low: Array, high: Array, f_low: Array, f_high: Array, steps: int = 120) -> Array:
     """One root in each bracket, to rounding, by Chandrupatla's method: inverse quadratic steps where they are safe.
 
-    Parameters
-    ----------
-    f
-        Of an array of arguments, equal shapes.
-    low, high, f_low, f_high
-        Brackets and the values of `f` there, of opposite sign; shape (n,).
-
-    References
-    ----------
     T. R. Chandrupatla, Adv. Eng. Softw. 28 (1997) 145–149.
 
     Examples

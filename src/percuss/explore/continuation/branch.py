@@ -355,7 +355,7 @@ class PointCurve(Branch):
     is_orbit: npt.NDArray[np.bool_] = field(repr=False)
     angles: Array = field(default_factory=_nothing, repr=False)
     event_phases: Array = field(default_factory=_nothing, repr=False)
-    units: tuple[str, str]
+    units: tuple[str, ...]
 
     @property
     def kind(self) -> str:

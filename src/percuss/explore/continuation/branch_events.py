@@ -9,14 +9,18 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.load_steps import Passed, landed, lateness, steps_passed
-from percuss.explore.continuation.solution_curve import (
+from percuss.explore.continuation.orbit_curve import (
+    Passed,
     SolutionCurve,
+    landed,
+    lateness,
+    steps_passed,
     turning,
     twice,
     where_it_vanishes,
 )
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint
+from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number

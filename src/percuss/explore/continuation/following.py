@@ -27,7 +27,6 @@ from percuss.explore.continuation.branch_events import (
     to_corner,
     unstable,
 )
-from percuss.explore.continuation.load_steps import beyond_corner, corner_ahead, steps_passed
 from percuss.explore.continuation.missed_events import (
     BESIDE,
     crossings,
@@ -38,27 +37,15 @@ from percuss.explore.continuation.missed_events import (
     sheet_jump,
     turning_back,
 )
-from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
-from percuss.explore.continuation.solution_curve import SolutionCurve
-from percuss.explore.continuation.walk import (
-    FIRST,
-    CorrectorFailed,
-    CurvePoint,
-    CurveSegment,
-    LocatedEvent,
-    Look,
-    Target,
-    Walk,
-    both_ways,
-    joined,
-)
-from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.continuation.orbit_curve import SolutionCurve, beyond_corner, corner_ahead, steps_passed
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, varied
+from percuss.explore.continuation.walk import FIRST, CurveSegment, LocatedEvent, Look, Target, Walk, both_ways, joined
+from percuss.explore.family import Family
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, text
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
-from percuss.steady.states import check_pushes
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
 
@@ -69,7 +56,9 @@ _BESIDE, _ASIDE = 1e-6, 1e-3  # rad, on both sides of a fold or flip, and how fa
 
 def beginning(curve: SolutionCurve, orbit: PeriodicOrbit, value: float, bounds: tuple[float, float]) -> CurvePoint:
     """The point of the orbit, the tangent towards greater values of the parameter; of a fold or flip, one beside it."""
-    check_pushes(curve.system(value))
+    refusal = curve.refusal(value)
+    if refusal is not None:
+        raise refusal
     if not orbit.admissible:
         raise ParameterError("orbit", str(orbit), "an admissible orbit")
     x = curve.unknowns(orbit, value)
@@ -413,14 +402,12 @@ def follow(
     grazing_touch 0.527909682
     """
     instance("orbit", orbit, PeriodicOrbit)
-    systems = SystemFamily(orbit.system) if family is None else family_of(family)
     name = text("along", along, "the name of a parameter")
-    systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    here = value_at(orbit.system, name, value)
-    bounds = range_around(between, here)
+    over = varied(orbit.system, family, [name], [between], [value])
+    (here,), (bounds,) = over.here, over.bounds
     points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     callback("halt", halt)
-    curve = SolutionCurve(systems, name, orbit.impacts, orbit.periods, orbit.modes, unit_of(bounds, here))
+    curve = SolutionCurve(over.family, name, orbit.impacts, orbit.periods, orbit.modes, *over.units)
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = beginning(curve, orbit, here, bounds)

@@ -12,15 +12,10 @@ import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import (
-    BEYOND,
-    greatest_top,
-    multipliers,
-    outside,
-    unstable,
-)
-from percuss.explore.continuation.solution_curve import SolutionCurve, refused, twice, where_it_vanishes
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.branch_events import BEYOND, greatest_top, multipliers, outside, unstable
+from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where_it_vanishes
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
+from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.mechanics.flow import propagator
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray

@@ -11,8 +11,8 @@ import numpy as np
 
 from percuss.errors import Interrupted, PercussError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
-from percuss.explore.continuation.parameter_range import range_around, value_at
-from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.continuation.problem import varied
+from percuss.explore.family import Family
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, text
@@ -207,20 +207,18 @@ def follow_rest_cycle(
     release_lost 1.0
     """
     instance("cycle", cycle, RestCycle)
-    systems = SystemFamily(cycle.system) if family is None else family_of(family)
-    name = text("along", along, "the name of a parameter")
-    systems.check({name: getattr(systems, "units", {}).get(name, "")})
-    here, share = value_at(cycle.system, name, value), 1.0 / (count("points", points, least=2, most=10_000) - 1)
+    over = varied(cycle.system, family, [text("along", along, "the name of a parameter")], [between], [value])
+    (here,), share = over.here, 1.0 / (count("points", points, least=2, most=10_000) - 1)
     far = _FAR * max(1.0, abs(here))
-    low, high = (here - far, here + far) if between is None else range_around(between, here)
+    low, high = (here - far, here + far) if between is None else over.bounds[0]
     step = share * (high - low) if between is not None else share * (abs(here) or 1.0)
-    walker = _Walker(systems, name, cycle, step, 0.0 if between is not None else share)
+    walker = _Walker(over.family, over.names[0], cycle, step, 0.0 if between is not None else share)
     callback("halt", halt)
     with halting(halt):
         below, first = walker.walked(here, low)
         above, last = walker.walked(here, high)
     rows = [*below[::-1], (here, cycle), *above]
-    return _branch(name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
+    return _branch(walker.name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
 
 
 def _branch(name: str, values: Array, cycles: tuple[RestCycle, ...], points: tuple[BranchPoint, BranchPoint]) -> Branch:

@@ -10,111 +10,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol, Self, TypeAlias, TypeVar
+from typing import Any, NamedTuple, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from percuss.errors import Interrupted, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.model import System
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
-
-# ---- Problems, and points of their curves
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
 """Steps along a curve, of each impact in rad."""
 
 
-class CorrectorFailed(Exception):
-    """Newton's method found no point of the curve, or not the one that was meant."""
-
-
-class CurvePoint(NamedTuple):
-    """A point of a curve.
-
-    Its unknowns, the unit tangent there, how many steps Newton's method took, and where it was asked for the
-    derivatives of the equations.
-    """
-
-    x: Array
-    tangent: Array
-    steps: int
-    matrix: Array | None = None
-
-
 Number: TypeAlias = Callable[[CurvePoint], float]
-
-
-class Limit(NamedTuple):
-    """Where an unknown that is a parameter goes no further: its number, the last value, what is there, and why."""
-
-    unknown: int
-    value: float
-    kind: BranchEvent
-    refusal: PercussError | None = None
-
-
-class Problem(Protocol):
-    """Equations whose solutions are a curve: one less than unknowns, the impact times first among these."""
-
-    @property
-    def impacts(self) -> int:
-        """How many of the unknowns are impact times."""
-        ...
-
-    @property
-    def periods(self) -> int:
-        """Load periods of a cycle."""
-        ...
-
-    @property
-    def places(self) -> tuple[int, ...]:
-        """Which of the unknowns are parameters."""
-        ...
-
-    @property
-    def oriented(self) -> bool:
-        """Whether the equations stay the same along the curve: then their derivatives keep its sense."""
-        ...
-
-    def motion(self, x: Array) -> Any:
-        """The motion at a point."""
-        ...
-
-    def system_at(self, x: Array) -> System:
-        """The system at a point; PercussError where there is none."""
-        ...
-
-    def refusal_at(self, x: Array) -> PercussError | None:
-        """Why there can be no orbit at a point: there is no system, or its load does not push."""
-        ...
-
-    def residual(self, x: Array) -> Array:
-        """The equations."""
-        ...
-
-    def matrix(self, x: Array) -> Array:
-        """Their derivatives by the unknowns."""
-        ...
-
-    def corrected(self, start: Array, normal: Array, along: Array | None = None, near: Any = None) -> CurvePoint:
-        """The point of the curve in a plane, its tangent the way of `along`; CorrectorFailed where there is none."""
-        ...
-
-    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
-        """The limit of a parameter on the way from a point to another place."""
-        ...
-
-
-def unit_tangent(matrix: Array, along: Array) -> Array:
-    """The unit tangent that goes the same way as `along`; CorrectorFailed where it is at right angles to it."""
-    try:
-        found = np.linalg.solve(np.vstack([matrix, along]), np.append(np.zeros(along.size - 1), 1.0))
-    except np.linalg.LinAlgError:
-        raise CorrectorFailed("no tangent") from None
-    return np.asarray(found / np.linalg.norm(found))
 
 
 # ---- A step along a curve, and the places in it where a number vanishes

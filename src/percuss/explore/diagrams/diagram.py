@@ -78,17 +78,8 @@ def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale:
         known = energies[np.isfinite(energies) & (not ended)]
         energy = float(known.mean()) if known.size else np.nan
         made = (float(scales[0]), float(scales[1])) if scales[0] > 0.0 else None
-        found.append(
-            SettledMotion(
-                value,
-                str(words[members[0]]),
-                members.size,
-                passes["phases"][row, i, kept],
-                passes["speeds"][row, i, kept],
-                energy,
-                made,
-            )
-        )
+        kept_impacts = passes["phases"][row, i, kept], passes["speeds"][row, i, kept]
+        found.append(SettledMotion(value, str(words[members[0]]), members.size, *kept_impacts, energy, made))
     return found
 
 
@@ -107,10 +98,8 @@ class Diagram(Shown):
         N, of the simulations and of the branches.
     settled
         What simulations settled on, value by value, the most frequent first.
-    branches
-        All that were traced; each of them once.
-    rest_branches
-        Those of cycles with rest: of rigid bars, and of structures of one mode.
+    branches, rest_branches
+        All that were traced, each of them once; those of cycles with rest of rigid bars, and structures of one mode.
     impossible
         Roots of the equations beyond the grazings at which branches end: no motions.
     ask
@@ -170,11 +159,8 @@ class Diagram(Shown):
     @property
     def is_si(self) -> bool:
         """Whether speeds and energies have units."""
-        return (
-            any(one.scales is not None for one in self.settled)
-            or any(line.scales is not None for line in self.branches)
-            or any(line.scales is not None for line in self.rest_branches)
-        )
+        every: tuple[SettledMotion | DiagramBranch, ...] = (*self.settled, *self.branches, *self.rest_branches)
+        return any(one.scales is not None for one in every)
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -187,8 +173,6 @@ class Diagram(Shown):
     @cached_property
     def dataset(self) -> xarray.Dataset:
         """A row for each impact of what was simulated and of each orbit of the branches, and the events, with units."""
-        pass
-
         about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
         return dataset_of(self.axis, self.settled, (*self.branches, *self.rest_branches), self.is_si, about)
 
@@ -326,13 +310,7 @@ def dataset_of(
     is_si: bool,
     about: Mapping[str, Any],
 ) -> xarray.Dataset:
-    """A diagram over the dimensions ``row``, one impact each, and ``event``, with the attributes `about`.
-
-    Raises
-    ------
-    MissingExtraError
-        Without xarray.
-    """
+    """A diagram over the dimensions ``row``, one impact each, and ``event``, with the attributes `about`."""
     try:
         import xarray
     except ImportError:
@@ -355,11 +333,9 @@ def dataset_of(
         "release_phase": ("row", table["release_phase"], {"units": "rad", "long_name": "when the bar was let go"}),
         "rest_phase": ("row", table["rest_phase"], {"units": "rad", "long_name": "when it comes to rest after that"}),
     }
-    if is_si:
-        about = {"units": "m/s", "long_name": "speed of the striking end just before it"}
-        variables["speed_m_s"] = ("row", table["speed"] * table["speed_scale"], about)
-        about = {"units": "J", "long_name": "mean kinetic energy before a blow"}
-        variables["energy_J"] = ("row", table["energy"] * table["energy_scale"], about)
+    for key, its_unit in (("speed", "m/s"), ("energy", "J")) if is_si else ():
+        told = {"units": its_unit, "long_name": variables[key][2]["long_name"]}
+        variables[f"{key}_{its_unit.replace('/', '_')}"] = ("row", table[key] * table[f"{key}_scale"], told)
     variables |= _events(branches, unit)
     return xarray.Dataset(variables, attrs=dict(about))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
-from percuss.explore.attractors.hammers import INVARIANTS, ClockedHammer, invariants_of, seconds_of_start
+from percuss.explore.attractors.hammers import COLUMNS, ClockedHammer, invariants_of, seconds_of_start
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
 from percuss.explore.diagrams.tracing import SettledCycle, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, drives_itself, family_of
@@ -37,20 +38,19 @@ _LOOKED = 32  # random starts among whose motions one is chosen to be taken alon
 _TURN = 2.0 * np.pi
 
 
+_OF_PASSES = {
+    **{
+        name: COLUMNS[name]
+        for name in ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders", "blow_energy", "invariants")
+    },
+    "phases": Column(shape=(KEPT,), unit="rad", meaning="load phases of the impacts"),
+    "speeds": Column(shape=(KEPT,), meaning="striking speeds of the impacts"),
+}
+
+
 def pass_columns(values: int) -> dict[str, Column]:
     """What is kept of the motions at so many values."""
-    at = (values,)
-    return {
-        "code": Column("int8", at, meaning="how the simulation ended, its number in percuss.simulate.OUTCOMES"),
-        "cycle_impacts": Column("int64", at, meaning="impacts of the periodic motion; 0: none found"),
-        "cycle_periods": Column("int64", at, unit="load periods", meaning="length of the periodic motion"),
-        "cycle_kind": Column("int8", at, meaning="periodic motion without rest (0), with rest (1), with chatter (2)"),
-        "wanders": Column("bool", at, meaning="whether the last impacts do not come near any earlier ones"),
-        "blow_energy": Column(shape=at, meaning="mean kinetic energy just before a main blow"),
-        "invariants": Column(shape=(*at, INVARIANTS), meaning="of the set of impacts of the periodic motion"),
-        "phases": Column(shape=(*at, KEPT), unit="rad", meaning="load phases of the impacts"),
-        "speeds": Column(shape=(*at, KEPT), meaning="striking speeds of the impacts"),
-    }
+    return {name: replace(column, shape=(values, *column.shape)) for name, column in _OF_PASSES.items()}
 
 
 def _empty(values: int) -> Columns:
@@ -228,22 +228,8 @@ _MOST_TRIES, _MOST_DEPTH = 10**6, 16
 class DiagramJob:
     """What a diagram carries out; see `diagram`. Its items are the labels, the longer cycles, then the passes.
 
-    Parameters
-    ----------
-    family
-        The systems.
-    axis
-        The parameter, and the values at which motions are simulated.
-    up_to
-        The greatest p and n whose orbits are searched for; None for no branches.
-    searched
-        At how many values of the range they are searched for.
-    switch, tries
-        As for `percuss.explore.follow` and `percuss.steady.orbits`.
-    starts, runs
-        Passes from new starts at each value, and motions that are taken along, up and down the values.
-    modes, stop, seed
-        Of the simulations; the modes also of the branches.
+    `up_to`: the greatest p and n whose orbits are searched for, at so many `searched` values; None for no branches.
+    `starts`, `runs`: passes from new starts at each value, and motions that are taken along, up and down the values.
     """
 
     family: Family
@@ -325,13 +311,12 @@ class DiagramJob:
     @cached_property
     def systems(self) -> tuple[System | None, ...]:
         """The systems at the values; None where there is none."""
-        return tuple(self._system_or_none(value) for value in self.axis.values.tolist())
-
-    def _system_or_none(self, value: float) -> System | None:
-        try:
-            return self.system(value)
-        except PercussError:
-            return None
+        found: list[System | None] = []
+        for value in self.axis.values.tolist():
+            found.append(None)
+            with suppress(PercussError):
+                found[-1] = self.system(value)
+        return tuple(found)
 
     @cached_property
     def scales(self) -> Array:
@@ -360,29 +345,26 @@ class DiagramJob:
             return found | self._pass(i - self.traces, stopped)
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
         longer = i == len(self.labels)
-        search = (
-            settled_on(self.labels[-1], self.modes, self.stop, self.seed)
-            if longer
-            else of_label(self.labels[i], self.modes, self.tries)
-        )
-        values = self._searched(low, high, _FINER if longer else 1)
-        along = (self.family, self.axis.name, (low, high), values)
-        lines: list[DiagramBranch] = []
+        number = (_FINER if longer else 1) * self.searched
+        shares = (np.arange(number) + 0.5) / number  # the middles of as many parts of the range
+        values = [float(value) for value in low + shares * (high - low)]
         if longer:
-            lines += rests_traced(*along, self.modes, stopped=stopped)
-        label = None if longer else self.labels[i]
-        settled = [one for one in self._settled(stopped) if label == self._label_of(one)]
+            search = settled_on(self.labels[-1], self.modes, self.stop, self.seed)
+        else:
+            search = of_label(self.labels[i], self.modes, self.tries)
+        along = (self.family, self.axis.name, (low, high), values)
+        lines: list[DiagramBranch] = rests_traced(*along, self.modes, stopped=stopped) if longer else []
+        settled = [
+            one
+            for one in self._settled(stopped)
+            if (longer and one.label not in self.labels) or (not longer and one.label == self.labels[i])
+        ]
         switch = 0 if longer else self.switch
         lines += traced(*along, search, switch=switch, modes=self.modes, stopped=stopped, settled=settled)
         data, kept = packed(lines, found["branches"].size)
         found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
         found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept
         return found
-
-    def _label_of(self, one: SettledCycle) -> tuple[int, int] | None:
-        """The label among those searched for of a settled motion; None for a longer one."""
-        label = one.times.size, one.periods
-        return label if label in self.labels else None
 
     def _settled(self, stopped: Callable[[], bool]) -> list[SettledCycle]:
         """The cycles without rest that the passes settle on; none where the answer is no longer wanted.
@@ -413,12 +395,6 @@ class DiagramJob:
     def _cycles(self) -> list[list[SettledCycle]]:
         """What that is, once it is known."""
         return []
-
-    def _searched(self, low: float, high: float, finer: int) -> list[float]:
-        """The values at which orbits are searched for: the middles of as many parts of the range, or of more."""
-        number = finer * self.searched
-        shares = (np.arange(number) + 0.5) / number
-        return [float(value) for value in low + shares * (high - low)]
 
     def _pass(self, number: int, stopped: Callable[[], bool]) -> Columns:
         if number in self._early:

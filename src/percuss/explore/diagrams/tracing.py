@@ -18,7 +18,7 @@ from percuss.explore.diagrams.diagram_lines import (
     with_new,
 )
 from percuss.explore.family import Family
-from percuss.explore.orbit_starts import orbit_seeds
+from percuss.explore.orbit_starts import orbit_at, orbit_seeds
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array
@@ -39,6 +39,11 @@ class SettledCycle(NamedTuple):
     value: float
     times: Array
     periods: int
+
+    @property
+    def label(self) -> tuple[int, int]:
+        """p and n."""
+        return self.times.size, self.periods
 
 
 _NEAR = 0.3  # rad, by which the times between two points of a branch may be off
@@ -94,7 +99,7 @@ def traced(
                 add(value, orbit)
     for one in settled:
         if not stopped() and not any(goes_through(line, one.periods, one.value, one.times) for line in found):
-            polished = _polished(system(one.value), one.times, one.periods, modes)
+            polished = orbit_at(system(one.value), one.times, one.periods, modes)
             if polished is not None:
                 add(one.value, polished)
     return found
@@ -125,7 +130,7 @@ def settled_on(beyond: tuple[int, int], modes: int, stop: Stop, seed: int) -> Se
             known = p <= beyond[0] and n <= beyond[1]
             if kind or not 1 <= p <= MOST_IMPACTS or n > MOST_PERIODS or known:
                 continue
-            orbit = _polished(system, many.last_time[row, -p:], n, modes)
+            orbit = orbit_at(system, many.last_time[row, -p:], n, modes)
             if orbit is not None and not any(
                 _same(orbit, np.array([other.times])) for other in found if other.label == orbit.label
             ):
@@ -133,18 +138,6 @@ def settled_on(beyond: tuple[int, int], modes: int, stop: Stop, seed: int) -> Se
         return found
 
     return search
-
-
-def _polished(system: System, times: Array, periods: int, modes: int) -> PeriodicOrbit | None:
-    """The orbit at which Newton's method ends from simulated impacts; None for none that is possible."""
-    if not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0.0):
-        return None
-    first = 2.0 * np.pi * np.floor(times[0] / (2.0 * np.pi))
-    try:
-        orbit = orbit_near(system, times - first, periods, modes=modes)
-    except PercussError:
-        return None
-    return orbit if orbit is not None and orbit.admissible else None
 
 
 def _is_on(line: DiagramBranch, value: float, orbit: PeriodicOrbit) -> bool:

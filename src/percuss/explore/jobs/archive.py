@@ -76,13 +76,7 @@ _APPEND = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) 
 
 
 class Underway:
-    """The file of one archive.
-
-    Attributes
-    ----------
-    bytes
-        That this process knows to be in it.
-    """
+    """The file of one archive; `bytes`: that this process knows to be in it."""
 
     def __init__(self, folder: Path, columns: Mapping[str, Column], size: int) -> None:
         self.bytes = 0
@@ -109,13 +103,7 @@ class Underway:
             at += _HEAD.size + size
 
     def add(self, records: Iterable[Record]) -> None:
-        """Keep more.
-
-        Raises
-        ------
-        OSError
-            When the disk is full or cannot be written.
-        """
+        """Keep more; OSError when the disk is full or cannot be written."""
         data = b"".join(self._packed(*record) for record in records)
         if not data:
             return
@@ -129,13 +117,7 @@ class Underway:
         self.bytes += len(data)
 
     def begin(self, records: Iterable[Record]) -> None:
-        """Keep these and nothing else.
-
-        Raises
-        ------
-        OSError
-            As `add`.
-        """
+        """Keep these and nothing else; OSError as `add`."""
         data = b"".join(self._packed(*record) for record in records)
         self.bytes = len(data)
         if not data:
@@ -193,22 +175,7 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 class Lock:
-    """The right to write into a folder, from now on until `release` or the end of the process, however that comes.
-
-    Parameters
-    ----------
-    folder
-        What is to be written into.
-    name
-        What messages call it; the folder by default.
-
-    Raises
-    ------
-    ArchiveError
-        When another process, or another part of this one, holds it.
-    OSError
-        When the folder cannot be written.
-    """
+    """The right to write into a folder, until `release` or the end of the process, however that comes."""
 
     def __init__(self, folder: Path, name: str | None = None) -> None:
         self._file = folder / LOCK
@@ -371,13 +338,7 @@ class Archive:
 
     @classmethod
     def create(cls, path: str | os.PathLike[str], job: Job, chunk: int, item_seconds: float = 0.0) -> Archive:
-        """A new archive of a job, empty and locked for this process.
-
-        Raises
-        ------
-        ArchiveError
-            When there is something of that name, or it cannot be written.
-        """
+        """A new archive of a job, empty and locked for this process; ArchiveError when something has its name."""
         check_free(path)
         target = Path(os.path.abspath(path))
         part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.new")
@@ -418,13 +379,7 @@ class Archive:
 
     @classmethod
     def resume(cls, path: str | os.PathLike[str], job: Job) -> Archive:
-        """An archive of exactly this job, to go on with; locked for this process.
-
-        Raises
-        ------
-        ArchiveError
-            When it is of another job or another version of this package, or another process writes it.
-        """
+        """An archive of exactly this job and version of this package, to go on with; locked for this process."""
         folder = Path(os.path.abspath(path))
         group_of(folder, "r")
         links_in(folder)
@@ -444,13 +399,7 @@ class Archive:
             raise
 
     def write(self, number: int, columns: Columns) -> None:
-        """All columns of one chunk, and then the sign that it is there.
-
-        Raises
-        ------
-        ArchiveError
-            When the disk is full or cannot be written; what was there stays readable.
-        """
+        """All columns of one chunk, then the sign that it is there; what was there stays readable when this fails."""
         first, last = self.bounds(number)
         with written(self.path), undisturbed():
             self._arrays.write(first, last, columns)
@@ -460,13 +409,7 @@ class Archive:
                 self._underway.remove()
 
     def keep(self, records: list[Record], anew: bool = False) -> None:
-        """Items of chunks that are not complete yet, besides those that are kept already, or `anew` instead of them.
-
-        Raises
-        ------
-        ArchiveError
-            As `write`.
-        """
+        """Items of chunks that are not complete yet, besides those kept already, or `anew` instead of them."""
         with written(self.path), undisturbed():
             (self._underway.begin if anew else self._underway.add)(records)
 
@@ -585,13 +528,7 @@ class Archive:
 
 
 def check_free(path: str | os.PathLike[str]) -> None:
-    """Refuse a name under which no archive can be begun.
-
-    Raises
-    ------
-    ArchiveError
-        When there is something of that name, or no folder to put it into, or one that cannot be written.
-    """
+    """Refuse a name under which no archive can be begun: a taken one, or in a folder that cannot be written."""
     zarr_package()
     target = Path(os.path.abspath(path))
     if target.exists() or target.is_symlink():

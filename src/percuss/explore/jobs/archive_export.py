@@ -22,13 +22,7 @@ _ROWS = 1 << 15
 
 
 def dataset_of(archive: Archive) -> xarray.Dataset:
-    """What an archive holds, as its kind of result has it, with where it comes from in the attributes.
-
-    Raises
-    ------
-    MissingExtraError
-        Without xarray.
-    """
+    """What an archive holds, as its kind of result has it, with where it comes from in the attributes."""
     found: xarray.Dataset | None = getattr(archive.result(), "dataset", None)
     dataset = plain_dataset(archive) if found is None else found
     origin = {
@@ -65,15 +59,7 @@ def plain_dataset(archive: Archive) -> xarray.Dataset:
 
 
 def write_netcdf(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """One NetCDF 4 file.
-
-    Raises
-    ------
-    MissingExtraError
-        Without h5netcdf.
-    PercussError
-        When it cannot be written.
-    """
+    """One NetCDF 4 file."""
     write_dataset(dataset, path)
 
 

@@ -55,13 +55,7 @@ def all_synced(folder: Path) -> None:
 
 
 def links_in(folder: Path) -> None:
-    """Refuse a folder in which something is kept elsewhere: an archive has no links, and would write through them.
-
-    Raises
-    ------
-    ArchiveError
-        Which names the link.
-    """
+    """Refuse a folder in which something is a link: an archive has none, and would write through them."""
     for here, folders, _ in os.walk(folder):
         for name in folders:
             if os.path.islink(os.path.join(here, name)):
@@ -109,13 +103,7 @@ _LIBRARIES = ("numpy", "numba")
 
 
 def versions() -> dict[str, str]:
-    """Of this package, Python, and the libraries on which the last bits of a number may depend.
-
-    Examples
-    --------
-    >>> sorted(versions())
-    ['numba', 'numpy', 'percuss', 'python']
-    """
+    """Of this package, Python, and the libraries on which the last bits of a number may depend."""
     found = {"percuss": __version__, "python": platform.python_version()}
     for name in _LIBRARIES:
         try:
@@ -180,18 +168,7 @@ def digest(ask: dict[str, Any]) -> str:
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The ask of a canonical text.
-
-    Raises
-    ------
-    ValueError
-        When it is none: no table, or tables in tables without end.
-
-    Examples
-    --------
-    >>> parsed('{"s":Infinity}')
-    {'s': inf}
-    """
+    """The ask of a canonical text; ValueError when it is none: no table, or tables in tables without end."""
     try:
         found = json.loads(text)
         deep = _depth(found)
@@ -408,22 +385,7 @@ def chunk_bounds(number: int, chunk: int, size: int) -> tuple[int, int]:
 
 
 class ChunkArrays:
-    """The arrays of one archive.
-
-    Parameters
-    ----------
-    path, group
-        The folder, and the zarr group in it.
-    columns
-        What the attributes of the archive say of the columns.
-    size, chunk
-        Items, and how many of them are in a chunk.
-
-    Raises
-    ------
-    LookupError, ValueError
-        When an array is missing, or of another kind than the attributes say.
-    """
+    """The arrays of one archive; LookupError or ValueError for one that is missing, or of another kind than told."""
 
     def __init__(self, path: Path, group: Any, columns: Mapping[str, Column], size: int, chunk: int) -> None:
         self.path, self.columns, self.size, self.chunk = path, columns, size, chunk

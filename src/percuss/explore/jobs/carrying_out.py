@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from percuss.errors import ArchiveError, Interrupted, PercussError
 from percuss.explore.jobs.archive import Archive, Record, check_free
+from percuss.explore.jobs.archive_layout import chunk_bounds
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import SMALL, Chunk, Pool, Processes, helpers, undisturbed
 from percuss.explore.jobs.progress import JobProgress, Meter
@@ -32,13 +33,7 @@ def bytes_of(job: Job) -> int:
 
 
 def check_memory(job: Job) -> None:
-    """Refuse a job whose columns do not fit into memory.
-
-    Raises
-    ------
-    PercussError
-        Which says how much it takes and how much there is.
-    """
+    """Refuse a job whose columns do not fit into memory."""
     needed, there = bytes_of(job) + job.size, _memory()
     if needed > there:
         told = f"{job.size} items take {needed / 1e9:.3g} GB and this machine has {there / 1e9:.3g} GB of memory"
@@ -46,15 +41,7 @@ def check_memory(job: Job) -> None:
 
 
 class Sheet:
-    """The columns of a job, filled in any order.
-
-    Attributes
-    ----------
-    columns
-        Arrays of shape (size, *shape of an item); the fill value where nothing is known.
-    known
-        Which items are there, bool of shape (size,).
-    """
+    """The columns of a job, filled in any order: the fill value where nothing is `known`."""
 
     def __init__(self, job: Job) -> None:
         self.columns: Columns = {
@@ -64,13 +51,7 @@ class Sheet:
         self.known = np.zeros(job.size, dtype=bool)
 
     def put(self, first: int, last: int, columns: Columns) -> int:
-        """Write the items `first` … `last` − 1; returns how many of them are new.
-
-        Raises
-        ------
-        ValueError
-            When the job computed other columns than it announced.
-        """
+        """Write the items `first` … `last` − 1; returns how many of them are new."""
         if columns.keys() != self.columns.keys():
             raise ValueError(f"the job computed {sorted(columns)} and announced {sorted(self.columns)}")
         for name, values in columns.items():
@@ -96,13 +77,7 @@ class Sheet:
 
 
 def runs(truth: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """The runs of places where something is true, as (first, last).
-
-    Examples
-    --------
-    >>> runs(np.array([True, True, False, True]))
-    [(0, 2), (3, 4)]
-    """
+    """The runs of places where something is true, as (first, last)."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], truth, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
@@ -257,10 +232,16 @@ class Task:
         self.chunk_asked = chunk is not None
         at_once = max(1, pool.workers) if pool is not None else workers
         unknown = not self.item_seconds and pool is None and workers > 1
-        pace = self._pace(needed=asked is None or (unknown and (self.kept is None or bool(self.kept.missing()))))
+        pace = Pace(0.0)
+        if self.job.size and (asked is None or (unknown and (self.kept is None or bool(self.kept.missing())))):
+            pace = measured(self.job, self.meter)
+            self._heed()
         self.item_seconds = pace.item_seconds or self.item_seconds
         self.chunk = asked or chunk_of(self.job.size, self.item_seconds, at_once)
-        self._foretell(at_once)
+        done = self.kept.items_done if self.kept is not None else 0
+        self.meter.start(done, at_once / self.item_seconds if self.item_seconds else math.nan)
+        self.meter.tell()  # which may refuse before anything is written
+        self._heed()
         check_memory(self.job)  # after the watcher was told of size and time
         if archive is not None and self.kept is None:
             self.kept = Archive.create(archive, self.job, self.chunk, self.item_seconds)
@@ -279,21 +260,6 @@ class Task:
     def known(self) -> Columns | None:
         """All columns so far; None before the first ones."""
         return self.sheet.columns if hasattr(self, "sheet") else None
-
-    def _pace(self, needed: bool) -> Pace:
-        if not self.job.size or not needed:
-            return Pace(0.0)
-        pace = measured(self.job, self.meter)
-        self._heed()
-        return pace
-
-    def _foretell(self, workers: int) -> None:
-        """Let the watcher refuse before anything is written."""
-        done = self.kept.items_done if self.kept is not None else 0
-        expected = workers / self.item_seconds if self.item_seconds else math.nan
-        self.meter.start(done, expected)
-        self.meter.tell()
-        self._heed()
 
     def _heed(self) -> None:
         if self.meter.stopped:
@@ -356,7 +322,7 @@ class Task:
         return found
 
     def _bounds(self, number: int) -> tuple[int, int]:
-        return number * self.chunk, min((number + 1) * self.chunk, self.job.size)
+        return chunk_bounds(number, self.chunk, self.job.size)
 
     def _open(self) -> list[int]:
         """The chunks of which something is not there."""
@@ -519,48 +485,32 @@ def carry_out(
     >>> carry_out(Squares())["square"]
     array([ 0.,  1.,  4.,  9., 16.])
     """
-    _check(job, workers, chunk)
+    check_job(job)
+    for name, number, most in (("chunk", chunk, _MOST_ITEMS), ("workers", workers, _MOST_WORKERS)):
+        if number is not None:
+            count(name, number, most=most)
     callback("progress", progress)
-    _check_places(archive, resume, pool)
-    number = 1 if pool is not None else helpers(job, workers)
-    kept = _resumed(archive, resume, job)
+    if archive is not None:
+        path("archive", archive)
+    flag("resume", resume)
+    if pool is not None:
+        having("pool", pool, ("workers", "begin", "submit", "finished"), "workers, as percuss.cluster.pool gives them")
+    at_once = 1 if pool is not None else helpers(job, workers)
+    kept: Archive | None = None
+    if archive is not None and resume and Path(archive).exists():
+        kept = Archive.resume(archive, job)
+    elif archive is not None:
+        check_free(archive)
     with watched(progress) as watch:
         meter = Meter(job.size, bytes_of(job), watch)
         meter.damaged = 0 if kept is None else len(kept.damaged)
         task = Task(job, kept, meter)
         try:
             with _stopping(task, pool, archive is not None):
-                return task.columns(archive, number, pool, chunk)
+                return task.columns(archive, at_once, pool, chunk)
         finally:
             if task.kept is not None:
                 task.kept.close()
-
-
-def _check(job: Job, workers: int | None, chunk: int | None) -> None:
-    check_job(job)
-    if chunk is not None:
-        count("chunk", chunk, most=_MOST_ITEMS)
-    if workers is not None:
-        count("workers", workers, most=_MOST_WORKERS)
-
-
-def _check_places(archive: object, resume: object, pool: object) -> None:
-    """Where it is computed and kept."""
-    if archive is not None:
-        path("archive", archive)
-    flag("resume", resume)
-    if pool is not None:
-        having("pool", pool, ("workers", "begin", "submit", "finished"), "workers, as percuss.cluster.pool gives them")
-
-
-def _resumed(archive: str | os.PathLike[str] | None, resume: bool, job: Job) -> Archive | None:
-    """The archive to go on with; None where there is none yet, in a place that is free then."""
-    if archive is None:
-        return None
-    if resume and Path(archive).exists():
-        return Archive.resume(archive, job)
-    check_free(archive)
-    return None
 
 
 @contextmanager

@@ -115,13 +115,7 @@ def cores() -> int:
 
 
 def packed(job: Job) -> bytes:
-    """A job as it travels.
-
-    Raises
-    ------
-    PercussError
-        When something in it cannot travel.
-    """
+    """A job as it travels; PercussError when something in it cannot."""
     try:
         return pickle.dumps(job)
     except Exception as error:  # whatever an object's own pickling raises
@@ -333,13 +327,7 @@ SMALL = 3.0
 
 
 def helpers(job: Job, asked: int | None) -> int:
-    """Processes for a job: as many as asked for, or by default all cores for a large one and this process otherwise.
-
-    Raises
-    ------
-    PercussError
-        When processes are asked for that cannot import what the job holds.
-    """
+    """Processes for a job: as many as asked for, or by default all cores for a large one and this process otherwise."""
     if asked == 1 or (asked is None and (cores() == 1 or float(getattr(job, "rough_seconds", math.inf)) <= SMALL)):
         return 1
     try:

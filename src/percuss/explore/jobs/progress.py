@@ -53,15 +53,7 @@ class JobProgress:
 
 
 class Meter:
-    """Counts what is done and tells whoever watches; remembers that they asked for the end.
-
-    Parameters
-    ----------
-    size, bytes_
-        Of the whole job.
-    watcher
-        Called with a `JobProgress` now and then; something true ends the job.
-    """
+    """Counts what is done and tells whoever watches; remembers that they asked for the end."""
 
     def __init__(self, size: int, bytes_: int, watcher: Callable[[JobProgress], object] | None) -> None:
         self.size = size

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.load_steps import step_of, steps_passed
+from percuss.explore.continuation.orbit_curve import OrbitProblem, step_of, steps_passed
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint
+from percuss.explore.family import Family
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady import PeriodicOrbit
@@ -229,3 +231,65 @@ def _plain(number: complex) -> complex:
 def _on_circle(cosine: complex) -> complex:
     """ξ with (ξ + 1/ξ)/2 equal to a cosine; real for one beyond 1."""
     return complex(cosine + np.sqrt(complex(cosine * cosine - 1.0)))
+
+
+# ---- The orbits over two parameters for which a condition holds: its unknowns come last, and its equations
+
+_MOST_STEPS = 16
+_CLOSE = 1e-9  # after a step below this, with the derivatives of the place, there is none
+_LONGEST = 0.5  # rad
+
+
+@dataclass(frozen=True)
+class ExtendedCurve(OrbitProblem):
+    """All orbits z=p/n of a family over two parameters for which a condition holds."""
+
+    family: Family
+    names: tuple[str, ...]
+    units: tuple[float, ...]
+    impacts: int
+    periods: int
+    modes: int
+    condition: Condition
+
+    def renewed(self, x: Array) -> ExtendedCurve:
+        """The same curve with what belongs to a place on it taken anew."""
+        condition = self.condition.renewed(self.motion(x), self.extra(x))
+        return self if condition is self.condition else self.of(condition)
+
+    def of(self, condition: Condition) -> ExtendedCurve:
+        """The curve of another condition, of the same systems."""
+        made = replace(self, condition=condition)
+        made.__dict__["_systems"] = self._systems
+        return made
+
+    def extra(self, x: Array) -> Array:
+        """The unknowns of the condition."""
+        return x[self.impacts + 3 :]
+
+    def placed(self, system: System, times: Array) -> Array:
+        """The times of the impacts as the condition puts them."""
+        return self.condition.placed(system, times)
+
+    def residual(self, x: Array) -> Array:
+        """The equations: those of the orbit, then the condition; one less than unknowns."""
+        orbit = self.motion(x)
+        return np.append(orbit.residuals, self.condition.off(orbit, x[: self.impacts], self.extra(x)))
+
+    def settled(self, start: Array) -> CurvePoint:
+        """The nearest point of the curve, with a tangent either way; or CorrectorFailed."""
+        x = np.array(start)
+        try:
+            for step in range(1, _MOST_STEPS + 1):
+                matrix = self.matrix(x)
+                moved = -np.linalg.pinv(matrix) @ self.residual(x)
+                if not float(np.abs(moved).max()) <= _LONGEST:
+                    break
+                x = x + moved
+                if float(np.abs(moved).max()) <= _CLOSE:
+                    if self.refusal(*self.values(x)) is not None:  # by rounding, where a parameter begins
+                        x[self.impacts + 1 : self.impacts + 3] = start[self.impacts + 1 : self.impacts + 3]
+                    return CurvePoint(x, np.linalg.svd(matrix)[2][-1], step, matrix)
+        except (PercussError, np.linalg.LinAlgError) as error:
+            raise CorrectorFailed(str(error)) from None
+        raise CorrectorFailed("no convergence")

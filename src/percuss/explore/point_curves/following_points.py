@@ -4,66 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
 
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint, PointCurve
 from percuss.explore.continuation.branch_events import in_words
-from percuss.explore.continuation.parameter_range import range_around, unit_of, value_at
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, LocatedEvent, Walk, both_ways, joined
-from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, Multiplier, Pair, Touch
-from percuss.explore.point_curves.curve_walk import PointWalk
-from percuss.explore.point_curves.differenced import TwoParameters
-from percuss.explore.point_curves.extended_curve import ExtendedCurve
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem, Varied, varied
+from percuss.explore.continuation.walk import LocatedEvent, Walk, both_ways, joined
+from percuss.explore.family import Family
+from percuss.explore.point_curves.conditions import Condition, Corner, Death, ExtendedCurve, Multiplier, Pair, Touch
+from percuss.explore.point_curves.point_walk import PointWalk
 from percuss.explore.point_curves.rest_conditions import TURN, rest_condition
 from percuss.explore.point_curves.rest_walk import RestEndCurve, RestEndWalk, rest_end_start
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
-
-Ranges: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
-"""Those of both parameters."""
-
-# ---- Ends of cycles with rest followed through two parameters: onsets, touches, deaths, the last release
-
-
-def followed_rest_point(
-    point: BranchPoint,
-    family: Family,
-    names: tuple[str, str],
-    here: tuple[float, float],
-    bounds: Ranges,
-    most: int,
-    halt: Callable[[], bool] | None,
-) -> PointCurve:
-    """Follow the end of a branch of cycles with rest through two parameters, both ways; see `follow_point`."""
-    units = unit_of(bounds[0], here[0]), unit_of(bounds[1], here[1])
-    (condition, side), cycle = rest_condition(point), point.cycle
-    try:
-        curve, start = rest_end_start(
-            RestEndCurve(family, names, units, condition), np.array(here) / np.array(units), bounds
-        )
-    except Interrupted:
-        raise
-    except (CorrectorFailed, PercussError) as error:
-        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
-        raise ParameterError("point", str(point), f"a point of the systems with {told}", str(error)) from None
-    with halting(halt):
-        walks = both_ways(lambda begin: RestEndWalk(curve, begin, bounds, cycle, side), start, most)
-    _, marks, happened = joined(walks)
-    *backward, forward = walks
-    seen = [one for way in backward for one in way.seen[:0:-1]] + forward.seen
-    values, releases, phases = zip(*seen, strict=True)
-    return PointCurve(
-        event=point.kind, label=cycle.label, modes=cycle.modes, parameters=names, values=np.array(values),
-        releases=np.array(releases), event_phases=np.mod(phases, TURN), is_orbit=np.array(marks, dtype=bool),
-        units=_units(family, names), points=tuple(_point(curve, one, way, most) for one, way in happened),
-    )  # fmt: skip
-
 
 # ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
 
@@ -179,68 +136,69 @@ def follow_point(
     motion = instance("point", point, BranchPoint).motion
     if not isinstance(motion, PeriodicOrbit | RestCycle):
         raise ParameterError("point", str(point), "a point of follow or follow_rest_cycle")
-    system, rests = motion.system, isinstance(motion, RestCycle)
     names = tuple(several("along", along, _TWO))
     if len(names) != 2 or names[0] == names[1]:
         raise ParameterError("along", along, _TWO)
-    systems = SystemFamily(system) if family is None else family_of(family)
-    systems.check({name: getattr(systems, "units", {}).get(name, "") for name in names})
     given = (None, None) if values is None else several("values", values, _VALUES)
     ranges = (None, None) if between is None else several("between", between, _RANGES)
     for told, two, meant in (("values", given, _VALUES), ("between", ranges, _RANGES)):
         if len(two) != 2:
             raise ParameterError(told, two, meant)
-    here = value_at(system, names[0], given[0]), value_at(system, names[1], given[1])
-    bounds = range_around(ranges[0], here[0]), range_around(ranges[1], here[1])
+    over = varied(motion.system, family, names, ranges, given)
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
-    if rests:
-        return followed_rest_point(point, systems, (names[0], names[1]), here, bounds, ways, halt)
+    if isinstance(motion, RestCycle):
+        return _rest_ends(point, over, ways, halt)
     with halting(halt):
-        curve, start = _start(point, systems, (names[0], names[1]), here, bounds)
-        walks = both_ways(lambda point: PointWalk(curve, point, bounds), start, ways)
-    return _told(curve, walks, ways)
+        curve, start = _start(point, over)
+        walks = both_ways(lambda point: PointWalk(curve, point, over.bounds), start, ways)
+    points, marks, happened = joined(walks)
+    rows = np.array([point.x for point in points])
+    return PointCurve(
+        event=curve.condition.kind, label=f"z={curve.impacts}/{curve.periods}", modes=curve.modes,
+        parameters=curve.names, values=np.array([curve.values(x) for x in rows]),
+        times=np.array([curve.motion(x).times for x in rows]),
+        is_orbit=np.array(marks, dtype=bool), angles=_angles(curve, rows), units=over.shown_units,
+        points=tuple(_point(curve, one, walk, ways) for one, walk in happened),
+    )  # fmt: skip
 
 
-def _start(
-    point: BranchPoint,
-    family: Family,
-    names: tuple[str, str],
-    here: tuple[float, float],
-    bounds: Ranges,
-) -> tuple[ExtendedCurve, CurvePoint]:
-    """The curve of a point, and the point on it."""
-    orbit = point.orbit
-    condition, extra = point_condition(point)
-    units = unit_of(bounds[0], here[0]), unit_of(bounds[1], here[1])
-    curve = ExtendedCurve(family, names, units, orbit.impacts, orbit.periods, orbit.modes, condition)
-    places = [value / unit for value, unit in zip(here, units, strict=True)]
+def _start(point: BranchPoint, over: Varied) -> tuple[ExtendedCurve, CurvePoint]:
+    """The curve of a point of orbits, and the point on it."""
+    orbit, (condition, extra) = point.orbit, point_condition(point)
+    curve = ExtendedCurve(over.family, over.names, over.units, orbit.impacts, orbit.periods, orbit.modes, condition)
+    places = [value / unit for value, unit in zip(over.here, over.units, strict=True)]
     x = np.array([*orbit.times, orbit.rigid_rebounds[0], *places, *extra])
     try:
         found = curve.settled(x)
     except CorrectorFailed:
         found = None
     if found is None or float(np.abs(found.x - x).max()) > _SAME:
-        told = ", ".join(f"{name} = {value:.9g}" for name, value in zip(names, here, strict=True))
-        raise ParameterError("point", str(point), f"a point of the systems with {told}")
+        raise ParameterError("point", str(point), f"a point of the systems with {over}")
     return curve, found
 
 
-# -- the answer -------------------------------------------------------------------------------------------------------
-
-
-def _told(curve: ExtendedCurve, walks: Sequence[Walk], most: int) -> PointCurve:
-    """The curve of walks from one point, the one backward first."""
-    points, marks, happened = joined(walks)
-    rows = np.array([point.x for point in points])
+def _rest_ends(point: BranchPoint, over: Varied, most: int, halt: Callable[[], bool] | None) -> PointCurve:
+    """The same of an end of a branch of cycles with rest: an onset, a touch, a death, the last release."""
+    (condition, side), cycle = rest_condition(point), point.cycle
+    try:
+        curve, start = rest_end_start(
+            RestEndCurve(over.family, over.names, over.units, condition), np.divide(over.here, over.units), over.bounds
+        )
+    except Interrupted:
+        raise
+    except (CorrectorFailed, PercussError) as error:
+        raise ParameterError("point", str(point), f"a point of the systems with {over}", str(error)) from None
+    with halting(halt):
+        walks = both_ways(lambda begin: RestEndWalk(curve, begin, over.bounds, cycle, side), start, most)
+    _, marks, happened = joined(walks)
+    *backward, forward = walks
+    seen = [one for way in backward for one in way.seen[:0:-1]] + forward.seen
+    values, releases, phases = zip(*seen, strict=True)
     return PointCurve(
-        event=curve.condition.kind, label=f"z={curve.impacts}/{curve.periods}", modes=curve.modes,
-        parameters=curve.names,
-        values=np.array([curve.values(x) for x in rows]),
-        times=np.array([curve.motion(x).times for x in rows]),
-        is_orbit=np.array(marks, dtype=bool), angles=_angles(curve, rows),
-        units=_units(curve.family, curve.names),
-        points=tuple(_point(curve, one, walk, most) for one, walk in happened),
+        event=point.kind, label=cycle.label, modes=cycle.modes, parameters=over.names, values=np.array(values),
+        releases=np.array(releases), event_phases=np.mod(phases, TURN), is_orbit=np.array(marks, dtype=bool),
+        units=over.shown_units, points=tuple(_point(curve, one, way, most) for one, way in happened),
     )  # fmt: skip
 
 
@@ -252,12 +210,7 @@ def _angles(curve: ExtendedCurve, rows: Array) -> Array:
     return np.full(len(rows), angle)
 
 
-def _units(family: Family, names: tuple[str, str]) -> tuple[str, str]:
-    known = getattr(family, "units", {})
-    return known.get(names[0], ""), known.get(names[1], "")
-
-
-def _point(curve: TwoParameters, one: LocatedEvent, walk: Walk, most: int) -> BranchPoint:
+def _point(curve: Problem, one: LocatedEvent, walk: Walk, most: int) -> BranchPoint:
     beyond = one.kind.words
     if one.kind in (BranchEvent.NO_PUSH, BranchEvent.NO_SYSTEM) and walk.refusal is not None:
         beyond = in_words(walk.refusal)

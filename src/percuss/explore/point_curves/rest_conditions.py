@@ -15,8 +15,8 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint
+from percuss.explore.continuation.problem import CorrectorFailed
 from percuss.explore.continuation.rest_following import short_rest
-from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.model import System
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import set_at_wall, wall_load

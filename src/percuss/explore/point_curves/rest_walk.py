@@ -4,26 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from percuss.errors import Interrupted, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.solution_curve import refused
-from percuss.explore.continuation.walk import (
-    CorrectorFailed,
-    CurvePoint,
-    CurveSegment,
-    Limit,
-    Look,
-    Target,
-    Walk,
-    unit_tangent,
-)
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Limit, Problem, refused, unit_tangent
+from percuss.explore.continuation.walk import CurveSegment, Look, Target, Walk
 from percuss.explore.family import Family
-from percuss.explore.point_curves.differenced import TwoParameters
 from percuss.explore.point_curves.rest_conditions import Endless, Held, Late, RestCondition, Unlike
 from percuss.halting import look
 from percuss.model import System
@@ -42,24 +32,15 @@ _NEAREST, _FURTHEST = 1e-9, 1e-2  # between which a length is searched for
 
 
 @dataclass(frozen=True)
-class RestEndCurve(TwoParameters):
-    """All systems over two parameters for which the number of what ends cycles with rest vanishes.
-
-    Parameters
-    ----------
-    family, names, units
-        The systems, both parameters, and by how much each changes for what counts as a step of 1.
-    condition
-        What ends the cycles, told by the last place.
-    """
+class RestEndCurve(Problem):
+    """All systems over two parameters for which the number of what ends cycles with rest vanishes."""
 
     family: Family
-    names: tuple[str, str]
-    units: tuple[float, float]
+    names: tuple[str, ...]
+    units: tuple[float, ...]
     condition: RestCondition
     impacts: int = 0
     places: tuple[int, int] = (0, 1)
-    _systems: dict[tuple[float, float], System] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def periods(self) -> int:  # type: ignore[override]
@@ -141,19 +122,8 @@ def _root_on_line(number: Callable[[float], float], slope: float) -> tuple[float
 class RestEndWalk(Walk):
     """A walk along ends of cycles with rest; its marks are whether the cycle is there beside the curve.
 
-    Parameters
-    ----------
-    curve, start, bounds
-        As of a `Walk`.
-    cycle
-        The cycle that ends on the curve, where it was first met.
-    side
-        The sign of the number where the cycle is.
-
-    Attributes
-    ----------
-    values, releases, phases
-        Of each point kept both parameters, when the bar is let go, and when the cycle ends.
+    `cycle` is that which ends on the curve, where it was first met, `side` the sign of the number where it is; `seen`
+    has of each point kept both parameters, when the bar is let go, and when the cycle ends.
     """
 
     quick = 5

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.exploration import stop_when_found
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import picked, plain_value
-from percuss.case.answers.orbits_answer import parsed_label
+from percuss.case.answers.exploring.exploration import stop_when_found
+from percuss.case.answers.exploring.orbits_answer import parsed_label
+from percuss.case.answers.facts import PLAIN, Grid, Report, Section
+from percuss.case.answers.numerals import counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -23,6 +23,7 @@ from percuss.model.checks import text
 if TYPE_CHECKING:
     from percuss.explore import BranchPoint, Diagram, DiagramBranch, SettledMotion
     from percuss.explore.diagrams.diagram_job import DiagramJob
+
 
 DEFAULT_MODES = 8
 """Elastic modes of a diagram, where neither the question nor the case names a number."""
@@ -156,7 +157,7 @@ def _settled(one: SettledMotion) -> dict[str, Any]:
     return {
         **picked(one, "value label members phases speeds energy"),
         "speeds_m_s": None if one.scales is None else (one.speeds * speed).tolist(),
-        "energy_J": number(one.energy * energy),
+        "energy_J": json_number(one.energy * energy),
     }
 
 
@@ -228,3 +229,46 @@ def watched_diagram(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Di
         for name, values in row.items():
             columns[name][i] = values[0]
         yield Diagram.of(job, columns)
+
+
+# ---- The report of `percuss diagram`: what simulations settle on, the branches, and what happens on them
+
+_MOST_LABELS = 12
+
+
+def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Report:
+    """Labels of what was simulated with the ranges in which they were met, and each branch.
+
+    `mode`: what a mode is called.
+    """
+    low, high = float(found.axis.values.min()), float(found.axis.values.max())
+    name, unit = found.axis.name, f" {found.axis.unit}" if found.axis.unit else ""
+    summary = f"{name} from {low:.9g} to {high:.9g}{unit}, {counted(found.modes, mode)}; branches: "
+    summary += f"{len(found.branches)}."
+    if found.rest_branches:
+        summary += f" Branches of cycles with rest: {len(found.rest_branches)}."
+    if found.done < 1.0:
+        summary += f" {int(1000.0 * found.done) / 10.0:g} % of the work was done: the diagram is not whole."
+    if found.left_out:
+        summary += f" Branches left out, as there are too many: {found.left_out}; ask for a smaller --switch."
+    sections: list[Section | Grid] = []
+    if found.settled:
+        sections.append(_simulated(found))
+    every: tuple[DiagramBranch, ...] = (*found.branches, *found.rest_branches)
+    sections += [_diagram_branch(number, line) for number, line in enumerate(every, 1)]
+    return Report(title, summary, PLAIN, tuple(sections))
+
+
+def _simulated(found: Diagram) -> Grid:
+    rows = []
+    for label in found.labels[:_MOST_LABELS]:
+        values = sorted({one.value for one in found.settled if one.label == label})
+        rows.append((label, str(len(values)), f"{values[0]:.9g}", f"{values[-1]:.9g}"))
+    more = len(found.labels) - _MOST_LABELS
+    told = "simulated motions" if more <= 0 else f"simulated motions ({more} labels more: --json has all)"
+    return Grid(told, ("label", f"values of {len(found.axis)}", "from", "to"), tuple(rows))
+
+
+def _diagram_branch(number: int, line: DiagramBranch) -> Section:
+    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in line.points)
+    return Section(f"branch {number}: {line.label}, {counted(line.values.size, 'point')}", rows)

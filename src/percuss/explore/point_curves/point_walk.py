@@ -3,28 +3,48 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from percuss.errors import Interrupted, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import FlipForm, press
-from percuss.explore.continuation.load_steps import Passed, step_of, steps_passed
-from percuss.explore.continuation.solution_curve import twice
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.orbit_curve import (
+    Passed,
+    beyond_corner,
+    landed,
+    lateness,
+    step_ahead,
+    step_row,
+    steps_passed,
+    twice,
+)
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
+from percuss.explore.continuation.walk import (
+    FIRST,
+    SHORTEST,
+    CurveSegment,
+    LocatedEvent,
+    Look,
+    Number,
+    Target,
+    Walk,
+    flights_of,
+)
 from percuss.explore.point_curves.conditions import (
     Condition,
     Corner,
     Death,
+    ExtendedCurve,
     Multiplier,
     Pair,
     Touch,
     curvature,
 )
-from percuss.explore.point_curves.extended_curve import ExtendedCurve
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit
@@ -246,8 +266,7 @@ def events_between(segment: CurveSegment, clear: Clearance, passed: Passed) -> l
         number = int(passed[i]) - (after[i] < passed[i])
 
         def off(at: CurvePoint, i: int = i, number: int = number) -> float:
-            orbit = curve.motion(at.x)
-            return float(orbit.times[i]) - step_of(orbit.system, number)
+            return lateness(curve, at.x, i, number)
 
         found.append(located(BranchEvent.WITH_CORNER, off))
     found = without_what_follows(found, curve.condition, _ALIKE * segment.length)
@@ -280,11 +299,8 @@ def halved(curve: ExtendedCurve, near: Array) -> CurvePoint:
     """The point at which both halves are one orbit, from unknowns near it; or CorrectorFailed."""
     p, half = curve.impacts, curve.impacts // 2
     start = np.concatenate([near[:half] + 0.5 * halves_differ(curve, near), near[p : p + 3]])
-    narrow = ExtendedCurve(
-        curve.family, curve.names, curve.units, half, curve.periods // 2, curve.modes, curve.condition
-    )
-    flip = Multiplier.of(narrow.motion(start), -1.0)
-    narrow = replace(narrow, condition=flip, _motions={})
+    narrow = replace(curve, impacts=half, periods=curve.periods // 2)
+    narrow = narrow.of(Multiplier.of(narrow.motion(start), -1.0))
     found = narrow.settled(start)
     if isinstance(curve.condition, Multiplier) and curve.condition.xi > 0.0:
         found = _bent_to_neither_side(narrow, found)
@@ -311,3 +327,121 @@ def _bent_to_neither_side(narrow: ExtendedCurve, start: CurvePoint) -> CurvePoin
             return found
         last, before, along = here, along, along + step
     raise CorrectorFailed("no such flip")
+
+
+# ---- The walk along a curve of points of orbits over two parameters
+
+_COALESCED, _NEARLY = 1e-5, 1e-3  # of the cycle: a flight below which two impacts are one, and where the walk halts
+_ARC = 0.05  # of a step, by which its end may be beside the arc with the tangents at both ends
+_BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a curve, if no more of it away
+_BESIDE = 5e-6  # rad, beyond a step of the load, so that differences are taken on one side of it
+_HALVED = 0.02  # rad, between the halves of a cycle that may become one
+_DOUBLE = BranchEvent.RESONANCE_1, BranchEvent.RESONANCE_2
+
+
+class PointWalk(Walk):
+    """A walk along points of orbits over two parameters; its marks are whether the motions are orbits otherwise."""
+
+    quick = 8
+
+    def __init__(self, curve: ExtendedCurve, start: CurvePoint, bounds: Sequence[tuple[float, float]]) -> None:
+        super().__init__(curve.renewed(start.x), start, bounds)
+
+    def arrive(self, point: CurvePoint) -> None:
+        self.curve = self.curve.renewed(point.x)
+        self.clear, self.passed = clearance_at(self.curve, point), passed_at(self.curve, point)
+        super().arrive(point)
+
+    def mark(self) -> int:
+        return int(self.clear.is_orbit)
+
+    def look(self, target: Target) -> Look:
+        """The points of codimension two in a step, or where both halves of the cycle become one orbit."""
+        segment = CurveSegment(self.curve, self.here, target.point)
+        if goes_back(self.curve):
+            before, after = (halves_differ(self.curve, point.x) for point in (self.here, target.point))
+            if before @ after < 0.0:
+                return Look(segment, [], None, self._halved(target.point.x))
+        return Look(segment, events_between(segment, self.clear, self.passed), target.limit)
+
+    def _halved(self, near: Array) -> LocatedEvent:
+        """Where both halves of the cycle are one orbit."""
+        return LocatedEvent(BranchEvent.HALVING, math.nan, halved(self.curve, near))
+
+    def ends_at(self, one: LocatedEvent) -> bool:
+        condition = self.curve.condition
+        if isinstance(condition, Pair) and one.kind in _DOUBLE:
+            return True
+        return isinstance(condition, Multiplier | Pair) and one.kind is BranchEvent.WITH_CORNER
+
+    def end_here(self) -> BranchEvent | None:
+        return BranchEvent.COALESCENCE if self._shortest() < _COALESCED else None
+
+    def _shortest(self) -> float:
+        """The shortest time between two impacts, or an impact and the touch, as a share of the cycle."""
+        orbit, condition = self.curve.motion(self.here.x), self.curve.condition
+        times = orbit.flight_times
+        if isinstance(condition, Touch):
+            time = float(self.curve.extra(self.here.x)[0])
+            times = np.append(times, [time, times[condition.flight] - time])
+        return float(times.min() / orbit.period)
+
+    def check(self, found: CurvePoint, place: Array, last: bool = False) -> None:
+        super().check(found, place)
+        chord, mean = found.x - self.here.x, self.here.tangent + found.tangent  # along each other on an arc
+        aside = float(np.linalg.norm(chord - (chord @ mean) / (mean @ mean) * mean))
+        if aside > max(_ARC * float(np.linalg.norm(chord)), SHORTEST):
+            raise CorrectorFailed("beside the arc")
+        if isinstance(self.curve.condition, Touch):
+            flight = flights_of(self.curve, found.x)[self.curve.condition.flight]
+            if not 0.0 < float(self.curve.extra(found.x)[0]) < flight:
+                raise CorrectorFailed("the touch passes an impact")
+
+    def shorten(self) -> None:
+        """Try a shorter step, or one past a corner."""
+        if 0.5 * self.size < _BEND and self._past_corner(0.5 * self.size):
+            return
+        super().shorten()
+
+    def stuck(self) -> None:
+        if self._shortest() < _NEARLY:
+            self.end(BranchEvent.COALESCENCE)
+            return
+        if goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
+            try:
+                self.at_last(self._halved(self.here.x), Look(CurveSegment(self.curve, self.here, self.here), []))
+                return
+            except CorrectorFailed:
+                self.end(BranchEvent.LOST)
+                return
+        self.end(BranchEvent.LOST if self.refusal is None else refused(self.refusal))
+
+    def _past_corner(self, size: float) -> bool:
+        """Go past a step of the load that an impact is about to meet; whether there is one, and a way beyond."""
+        own = self.curve.condition.which if isinstance(self.curve.condition, Corner) else -1
+        near = step_ahead(self.curve, self.here, self.passed, own)
+        if near is None or not 0.0 <= near[0] <= _NEAR_STEP * size:
+            return False
+        if isinstance(self.curve.condition, Multiplier | Pair):
+            if size < SHORTEST:
+                self.end(BranchEvent.WITH_CORNER)
+            return self.ended
+        place, which = near
+        start = self.here.x + place * self.here.tangent
+        try:
+            on = landed(self.curve, self.here._replace(x=start), which, self.passed)
+            if float(np.abs(on.x - start).max()) > place:
+                raise CorrectorFailed("another corner")
+            corner, _, passed = beyond_corner(self.curve, on, which, self.passed)
+            row = step_row(self.curve, on.x, which, int(min(passed[which], self.passed[which])))
+            ahead = corner.x + _BESIDE / abs(float(corner.tangent @ row)) * corner.tangent
+            beyond = self.curve.corrected(ahead, corner.tangent, corner.tangent, corner)
+        except Interrupted:
+            raise
+        except (CorrectorFailed, PercussError):
+            return False
+        for point in (on, beyond):
+            self.arrive(point)
+        self.happened.append(LocatedEvent(BranchEvent.WITH_CORNER, math.nan, on))
+        self.size = FIRST
+        return True

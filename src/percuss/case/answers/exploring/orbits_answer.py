@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.numerals import picked, plain_value, table_text
+from percuss.case.answers.facts import PLAIN, Grid, Report, Section
+from percuss.case.answers.numerals import counted, picked, plain_value, table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
@@ -305,8 +306,8 @@ def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, 
     """A branch, and all that were switched to from it; and curves of their points over two parameters."""
     return {
         **picked(branch, "parameter modes"),
-        **_branch(branch),
-        "switched": [_branch(other) for other in branch.family() if other is not branch],
+        **_branch_dict(branch),
+        "switched": [_branch_dict(other) for other in branch.family() if other is not branch],
         "cascade": [row._asdict() for row in branch.cascade],
         "curves": [curve_dict(curve) for curve in curves],
     }
@@ -325,7 +326,7 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
     return {"type": curve.event.value, **picked(curve, "label parameters units"), "points": points, "curve": along}
 
 
-def _branch(branch: Branch) -> dict[str, Any]:
+def _branch_dict(branch: Branch) -> dict[str, Any]:
     return {
         "label": branch.label,
         "points": [_point(point, orbit_dict(point.orbit, point.multipliers)) for point in branch.points],
@@ -522,3 +523,115 @@ def rest_branch_table(branch: Branch) -> str:
         for impact, (phase, speed, (release, rest)) in enumerate(impacts, 1):
             rows.append((1, cycle.label, point, value, int(cycle.stable), impact, phase, speed, release, rest))
     return table_text((*heads, "release_phase", "rest_phase"), rows)
+
+
+# ---- Reports
+
+
+_MOST_TOLD = 4
+"""Impacts of which a line tells."""
+
+
+def orbit_row(name: str, orbit: PeriodicOrbit) -> tuple[str, ...]:
+    """An orbit as a line of a table."""
+    found = orbit_multipliers(orbit)
+    return name, _few(orbit.phases.tolist()), _few(orbit.speeds.tolist()), f"{found.largest:.6g}", _word(found.stable)
+
+
+def _word(stable: bool) -> str:
+    return "yes" if stable else "no"
+
+
+def _few(values: list[float]) -> str:
+    told = ", ".join(f"{value:.6f}" for value in values[:_MOST_TOLD])
+    return told + (", …" if len(values) > _MOST_TOLD else "")
+
+
+def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
+    """What happens on a branch and on those that were switched to from it, and on curves of its points."""
+    every = list(branch.family())
+    sections: list[Section | Grid] = [_branch_section(one) for one in every]
+    if len(branch.cascade) > 1:
+        rows = tuple(
+            (row.label, f"{row.value:.12g}", "" if row.ratio is None else f"{row.ratio:.4f}") for row in branch.cascade
+        )
+        sections.append(Grid("Cascade", ("label", branch.parameter, "ratio"), rows))
+    sections += [curve_section(one) for one in curves]
+    low, high = float(branch.values.min()), float(branch.values.max())
+    summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}; branches: {len(every)}."
+    return Report(title, summary, PLAIN, tuple(sections))
+
+
+def _branch_section(branch: Branch) -> Section:
+    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
+    return Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows)
+
+
+def curve_section(curve: PointCurve) -> Section:
+    """What happens on a curve of points."""
+    head = f"{curve.event.value} of {curve.label} over {' and '.join(curve.parameters)}"
+    rows = tuple(
+        (point.kind.value, f"{point.values[0]:.12g}, {point.values[1]:.12g}: {point.beyond}") for point in curve.points
+    )
+    return Section(f"{head}, {counted(len(curve.values), 'point')}", rows)
+
+
+# ---- The reports of `percuss orbits` and `percuss follow` on cycles with rest
+
+_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
+
+
+def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
+    """The cycles of a label, and where the other releases lead."""
+    told = rest_cycles_dict(found, label)["label"]
+    cycles = found.labelled(told)
+    mode = "elastic mode" if found.system.body.is_free else "mode"
+    summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, mode)}."
+    return Report(title, summary, PLAIN, rest_sections(found, told))
+
+
+def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
+    """The parts of a report on the cycles of a label."""
+    cycles = found.labelled(label)
+    sections: list[Section | Grid] = []
+    if cycles:
+        rows = tuple(
+            (
+                str(number),
+                f"{cycle.release_phase:.9f}",
+                _few(cycle.phases.tolist()),
+                _few(cycle.speeds.tolist()),
+                f"{cycle.rest_phase:.9f}",
+            )
+            for number, cycle in enumerate(cycles, 1)
+        )
+        sections.append(Grid(label, _COLUMNS, rows))
+    lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
+    for release, number in zip(found.releases, found.leads_to, strict=True):
+        end = (
+            found.cycles[number].label
+            if number >= 0
+            else f"no return within {found.most} load periods, or rounding decides when"
+        )
+        lines.append((f"released at {release:.6f} rad", end))
+    if not found.releases:
+        lines.append(("release", "the load never turns from push to pull"))
+    sections.append(Section(f"{label}: from the releases", tuple(lines)))
+    return tuple(sections)
+
+
+def rest_branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
+    """Where a branch of cycles with rest ends, how long the bar rests there, and what happens on curves of its ends."""
+    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
+    rests = branch.rest_times
+    lines = (
+        ("multipliers", "all 0: stable all along"),
+        ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
+    )
+    sections = (
+        Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows),
+        Section(f"{branch.label}: on the way", lines),
+        *(curve_section(one) for one in curves),
+    )
+    low, high = float(branch.values[0]), float(branch.values[-1])
+    return Report(title, f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}.", PLAIN, sections)

@@ -1,4 +1,4 @@
-"""The curve of an orbit over a parameter: its equations, the way back to it, and its tangent.
+"""Curves of orbits: over one parameter, with the way back to them and their tangents, and round steps of the load.
 
 The unknowns are the impact times, the mean velocity just after the first impact and the parameter, x = (t_1 … t_p, r,
 λ/unit): p + 1 equations, so that the solutions are a curve. It is walked by its arclength (Keller, in: Rabinowitz, ed.,
@@ -9,23 +9,23 @@ speed of an impact it is as smooth where an impact dies as elsewhere.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from percuss.errors import LoadError, PercussError
-from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit, Number
+from percuss.errors import PercussError
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Limit, Problem, refused, unit_tangent
+from percuss.explore.continuation.walk import Number
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
 from percuss.steady.periodic.impact_chain import Numbers, numbers_of, orbit_kernels
-from percuss.steady.states import check_pushes
 
 # ---- The systems of a family over one parameter as rows of numbers, and how these change with it
 
@@ -116,17 +116,11 @@ def _agree(one: Array, other: Array, size: Array) -> bool:
     return bool(np.all(np.abs(one - other) <= _EVEN * size))
 
 
-def refused(refusal: PercussError) -> BranchEvent:
-    """What ends a branch where there is no system, or its load does not push."""
-    return BranchEvent.NO_PUSH if isinstance(refusal, LoadError) else BranchEvent.NO_SYSTEM
+# ---- Curves of orbits over one parameter or two; over one, the way back and the tangent by compiled functions
 
-
-# ---- The curve of an orbit over a parameter: its equations, the way back to it, and its tangent
-
+_KEPT = 64  # motions
 _EVEN_LAST, _LAST = 1e-15, 1e-12  # of a limit of the parameter
-
 _MOST_STEPS, _MOST_ROWS = 12, 6
-_KEPT = 32  # systems and motions
 _CLOSE = 1e-9  # after a step below this there is none: what is left is its square
 _FOUND, _WORDS = 0, {1: "no convergence", 2: "a step too long"}
 _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
@@ -135,19 +129,39 @@ _DIFFERENCE = 1e-6
 _ROUNDING = 1e-11
 
 
-@dataclass(frozen=True)
-class SolutionCurve:
-    """The orbits z=p/n of a family of systems over one parameter.
+class OrbitProblem(Problem):
+    """Orbits z=p/n with N modes: p impact times, and the mean velocity after the first; then come the parameters."""
 
-    Parameters
-    ----------
-    family, name
-        The systems, and which parameter is varied.
-    impacts, periods, modes
-        p, n and N.
-    unit
-        By how much the parameter changes for what counts as a step of 1 rad.
-    """
+    modes: int
+    oriented = False
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        return tuple(range(self.impacts + 1, self.impacts + 1 + len(self.names)))
+
+    @cached_property
+    def _motions(self) -> dict[bytes, PeriodicOrbit]:
+        return {}
+
+    def placed(self, system: System, times: Array) -> Array:
+        """The times of the impacts as they stand in the equations."""
+        return times
+
+    def motion(self, x: Array) -> PeriodicOrbit:
+        """The motion at a point; the first impact is the one that was the first all along the curve."""
+        p, key = self.impacts, x[: self.places[-1] + 1].tobytes()
+        if key not in self._motions:
+            if len(self._motions) > _KEPT:
+                self._motions.clear()
+            system = self.system_at(x)
+            times = tuple(self.placed(system, x[:p]).tolist())
+            self._motions[key] = PeriodicOrbit(system, self.periods, times, self.modes, float(x[p]))
+        return self._motions[key]
+
+
+@dataclass(frozen=True)
+class SolutionCurve(OrbitProblem):
+    """The orbits z=p/n of a family of systems over one parameter, which changes by `unit` for a step of 1 rad."""
 
     family: Family
     name: str
@@ -155,20 +169,29 @@ class SolutionCurve:
     periods: int
     modes: int
     unit: float
-    _systems: dict[float, System] = field(default_factory=dict, repr=False, compare=False)
-    _motions: dict[bytes, PeriodicOrbit] = field(default_factory=dict, repr=False, compare=False)
-    _rooms: dict[tuple[int, ...], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def other(self, impacts: int, periods: int) -> SolutionCurve:
         """The orbits of another label, of the same systems."""
-        made = SolutionCurve(self.family, self.name, impacts, periods, self.modes, self.unit, self._systems)
-        made.__dict__["rows"] = self.rows
+        made = SolutionCurve(self.family, self.name, impacts, periods, self.modes, self.unit)
+        made.__dict__.update(rows=self.rows, _systems=self._systems)
         return made
+
+    @property
+    def names(self) -> tuple[str]:  # type: ignore[override]
+        return (self.name,)
+
+    @property
+    def units(self) -> tuple[float]:  # type: ignore[override]
+        return (self.unit,)
 
     @cached_property
     def rows(self) -> ParameterRows:
         """The numbers of the systems for compiled functions."""
         return ParameterRows(self.system, self.modes, self.unit)
+
+    @cached_property
+    def _rooms(self) -> dict[tuple[int, int], Any]:
+        return {}
 
     def _room(self, numbers: Numbers) -> Any:
         key = numbers.waves, numbers.steps
@@ -182,69 +205,23 @@ class SolutionCurve:
         any_value = next(iter(self._systems.values()), None)
         return self.modes + (0 if any_value is not None and not any_value.body.is_free else 1)
 
-    def system(self, value: float) -> System:
-        """The system at a value of the parameter; PercussError where there is none."""
-        if value not in self._systems:
-            if len(self._systems) > _KEPT:
-                self._systems.clear()
-            self._systems[value] = self.family.system({self.name: value})
-        return self._systems[value]
-
-    oriented = False
-
-    @property
-    def places(self) -> tuple[int, ...]:
-        """Which of the unknowns is the parameter."""
-        return (self.impacts + 1,)
-
     def system_at(self, x: Array) -> System:
-        """The system at a point; PercussError where there is none."""
+        """The system at a point, whether its load pushes or not; PercussError where there is none."""
         return self.system(self.value(x))
 
-    def refusal_at(self, x: Array) -> PercussError | None:
-        """Why no orbit can be looked for at a point."""
-        return self.refusal(self.value(x))
-
-    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
-        """The limit of the parameter on the way from a point to another place: of its range, or of what there is."""
-        found, value = None, self.value(x)
-        if not bounds[0][0] <= value <= bounds[0][1]:
-            value = min(max(value, bounds[0][0]), bounds[0][1])
-            found = Limit(x.size - 1, value / self.unit, BranchEvent.LIMIT)
-        refusal = self.refusal(value)
-        if refusal is None:
-            return found
-        return Limit(x.size - 1, self._last_value(self.value(here), value) / self.unit, refused(refusal), refusal)
-
-    def _last_value(self, good: float, bad: float) -> float:
+    def refused(self, here: Array, place: Array, refusal: PercussError) -> Limit:
         """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
+        good, bad = self.value(here), self.value(place)
         while abs(good - bad) > _EVEN_LAST * max(abs(good), abs(bad), self.unit):
             middle = 0.5 * (good + bad)
             good, bad = (middle, bad) if self.refusal(middle) is None else (good, middle)
         even = round(good, 12)  # the limit itself, where that is allowed
-        return even if self.refusal(even) is None and abs(even - good) < _LAST else good
-
-    def refusal(self, value: float) -> PercussError | None:
-        """Why no orbit can be looked for at a value: there is no system, or its load does not push."""
-        try:
-            check_pushes(self.system(value))
-        except PercussError as error:
-            return error
-        return None
+        last = even if abs(even - good) < _LAST and self.refusal(even) is None else good
+        return Limit(place.size - 1, last / self.unit, refused(refusal), refusal)
 
     def value(self, x: Array) -> float:
         """The parameter at a point."""
         return float(x[-1]) * self.unit
-
-    def motion(self, x: Array) -> PeriodicOrbit:
-        """The motion at a point; the first impact is the one that was the first all along the curve."""
-        p, key = self.impacts, x.tobytes()
-        if key not in self._motions:
-            if len(self._motions) > _KEPT:
-                self._motions.clear()
-            system, times = self.system(self.value(x)), tuple(x[:p].tolist())
-            self._motions[key] = PeriodicOrbit(system, self.periods, times, self.modes, float(x[p]))
-        return self._motions[key]
 
     def unknowns(self, orbit: PeriodicOrbit, value: float) -> Array:
         """The point of an orbit."""
@@ -337,3 +314,124 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
         if size < _ROUNDING:
             return x
     raise CorrectorFailed("no convergence")
+
+
+# ---- Where an impact meets a step of the load: a curve of orbits has a corner there, with a tangent on either side
+
+Passed: TypeAlias = npt.NDArray[np.int64]
+"""How many steps of the load there are before each impact."""
+
+_ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
+_EXACT = 1e-11  # of a step of Newton's method: what is left is less by the factor _ASIDE
+
+
+def steps_passed(orbit: PeriodicOrbit) -> Passed:
+    """How many steps of the load there are before each impact, counted from its time 0 on; shape (p,)."""
+    breaks = np.asarray(orbit.system.load.breaks)
+    if not breaks.size:
+        return np.zeros(orbit.impacts, dtype=np.int64)
+    turns = np.floor_divide(np.array(orbit.times) - breaks[0], 2.0 * math.pi)
+    phases = np.array(orbit.times) - 2.0 * math.pi * turns
+    return np.asarray(turns * breaks.size + np.searchsorted(breaks, phases, side="right"), dtype=np.int64)
+
+
+def step_of(system: System, number: int) -> float:
+    """When the step of the load with a number is, counted from time 0 on."""
+    turns, which = divmod(number, len(system.load.breaks))
+    return float(system.load.breaks[which]) + 2.0 * math.pi * turns
+
+
+def lateness(curve: Problem, x: Array, which: int, number: int) -> float:
+    """How much later than a step of the load an impact is."""
+    return float(x[which]) - step_of(curve.system_at(x), number)
+
+
+def step_row(curve: Problem, x: Array, which: int, number: int) -> Array:
+    """Its derivatives by the unknowns: some parameters move the step."""
+    row, here = np.zeros(x.size), step_of(curve.system_at(x), number)
+    for place in curve.places:
+        for h in (_DIFFERENCE, -_DIFFERENCE):
+            aside = np.array(x)
+            aside[place] += h
+            if curve.refusal(*curve.values(aside)) is None:
+                row[place] = -(step_of(curve.system_at(aside), number) - here) / h
+                break
+    row[which] = 1.0
+    return row
+
+
+def step_ahead(curve: Problem, here: CurvePoint, passed: Passed, own: int = -1) -> tuple[float, int] | None:
+    """How far along the tangent an impact meets the next step of the load, and which; but for one on a step anyway."""
+    if not curve.system_at(here.x).load.breaks:
+        return None
+    places = []
+    for which in (i for i in range(curve.impacts) if i != own):
+        for number in (int(passed[which]), int(passed[which]) - 1):  # an impact may run after a step that flees, too
+            nearing = float(step_row(curve, here.x, which, number) @ here.tangent)
+            if nearing * (number - int(passed[which]) + 0.5) > 0.0:
+                places.append((-lateness(curve, here.x, which, number) / nearing, which))
+    return min(places, default=None)
+
+
+def landed(curve: Problem, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
+    """The point of the curve at which an impact is exactly at a step, with the tangent before it."""
+    later = _is_later(curve, near.x, which, passed)
+    number, x = int(passed[which]) - (not later), np.array(near.x)
+    for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
+        matrix = np.vstack([curve.matrix(_beside(x, which, not later)), step_row(curve, x, which, number)])
+        off = np.append(curve.residual(x), lateness(curve, x, which, number))
+        try:
+            step = np.linalg.solve(matrix, -off)
+        except np.linalg.LinAlgError:
+            raise CorrectorFailed("no tangent") from None
+        if not float(np.abs(step).max()) < _LONGEST:
+            raise CorrectorFailed("a step too long")
+        x = x + step
+        if float(np.abs(step).max()) < _EXACT:
+            break
+    else:
+        raise CorrectorFailed("no convergence")
+    matrix = curve.matrix(_beside(x, which, not later))
+    return CurvePoint(x, unit_tangent(matrix, near.tangent), near.steps, matrix)
+
+
+def corner_ahead(curve: Problem, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
+    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
+
+    CorrectorFailed where none does within so much of the curve.
+    """
+    near = step_ahead(curve, here, passed)
+    if near is None:
+        raise CorrectorFailed("the load has no steps")
+    place, which = near
+    if not 0.0 <= place <= reach:
+        raise CorrectorFailed("no step of the load is near")
+    start = here.x + place * here.tangent
+    return start, landed(curve, here._replace(x=start, steps=0), which, passed), which
+
+
+def beyond_corner(curve: Problem, corner: CurvePoint, which: int, passed: Passed) -> tuple[CurvePoint, Array, Passed]:
+    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way.
+
+    With it, unknowns just beyond, and how many steps of the load there are before each impact there.
+    """
+    later = _is_later(curve, corner.x, which, passed)
+    aside = _beside(corner.x, which, later)
+    matrix = curve.matrix(aside)
+    row = step_row(curve, corner.x, which, int(passed[which]) - (not later))
+    after = np.array(passed)
+    after[which] += 1 if later else -1
+    return corner._replace(tangent=unit_tangent(matrix, row if later else -row), matrix=matrix), aside, after
+
+
+def _is_later(curve: Problem, x: Array, which: int, passed: Passed) -> bool:
+    """Whether the step that an impact has come to is the one after it, not the one before."""
+    after, before = (abs(lateness(curve, x, which, int(passed[which]) - back)) for back in (0, 1))
+    return after <= before
+
+
+def _beside(x: Array, which: int, later: bool) -> Array:
+    """Unknowns at a corner, with the impact that meets the step moved a little to the side that is asked for."""
+    x = np.array(x)
+    x[which] += _ASIDE if later else -_ASIDE
+    return x

@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.clock_note import CLOCKED, clocked_because
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import numbers, picked, plain
-from percuss.case.answers.sentences import ENDED, timed_in_words
-from percuss.case.answers.steady_answer import reduced_dict, timed_period, waveform_dict, with_blow
-from percuss.case.answers.structure_answer import StructureMotion, structure_answer
+from percuss.case.answers.heading import CLOCKED, clocked_because
+from percuss.case.answers.numerals import json_number, numbers, picked, plain
+from percuss.case.answers.steady_answer import (
+    StructureMotion,
+    reduced_dict,
+    structure_answer,
+    timed_period,
+    waveform_dict,
+    with_blow,
+)
+from percuss.case.answers.steady_report import ENDED, timed_in_words
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, stability_plane, waveform_criterion
 from percuss.stability.verdict import waveform_bounds
 from percuss.steady import steady_states
@@ -26,6 +31,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.stability import ExactPlane
     from percuss.steady import Orbit, SteadyStates
+
 
 _DIMENSIONLESS = ("phase", "impact_velocity", "rigid_velocity", "blow_energy")
 _IN_SI = (
@@ -56,8 +62,8 @@ def quick_dict(
         **picked(states, "level level_max exists note"),
         "nearest": None if nearest is None else picked(nearest, "load_factor restitution"),
         "clocked": CLOCKED if clocked_because(system.load, levels, motions) else "",
-        "load_factor": number(system.load.load_factor),
-        "restitution": number(system.restitution),
+        "load_factor": json_number(system.load.load_factor),
+        "restitution": json_number(system.restitution),
         "orbits": [
             _timed(_orbit(orbit, found), orbit, timed) for orbit, found in zip(states.orbits, judged, strict=True)
         ],
@@ -81,7 +87,7 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
         found.append(
             {
                 "stable": bool(exact.stable[at]),
-                "margin": number(exact.margin[at]),
+                "margin": json_number(exact.margin[at]),
                 "margin_rhythm": None,
                 "margin_ringing": None,
                 "reason": None,
@@ -89,7 +95,7 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
                 "waveform": waveform_dict(waveform_criterion(orbit)),
                 "multipliers": {
                     "modes": modes,
-                    "largest": number(exact.largest[at]),
+                    "largest": json_number(exact.largest[at]),
                     "dominant_mode": int(exact.mode[at]),
                     "rigid": None,
                     "values": None,
@@ -176,8 +182,8 @@ def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
         "nearest": None,
         "note": states.note or "The contact comes nowhere near the wall.",
         "clocked": "",
-        "load_factor": number(load.load_factor),
-        "restitution": number(answer.system.restitution),
+        "load_factor": json_number(load.load_factor),
+        "restitution": json_number(answer.system.restitution),
         "orbits": [_motion(one) for one in answer.motions[0]],
         "curve": None,
     }
@@ -190,7 +196,7 @@ def _motion(one: StructureMotion) -> dict[str, Any]:
     words = "stable" if one.stable else f"unstable: largest multiplier {found.largest:.3g}"
     return {
         **{name: told[name] for name in ("phase", "impact_velocity", "blow_energy", "fold", "stable")},
-        "margin": number(1.0 - found.largest),
+        "margin": json_number(1.0 - found.largest),
         "margin_rhythm": None,
         "margin_ringing": None,
         "reason": words,
@@ -232,8 +238,8 @@ def curves_dict(
         "load": numbers(load.value(phase, "left")),
         "load_right": numbers(right),
         "force_N": numbers(system.force_scale * right) if system.is_si else None,
-        "level": number(states.level),
-        "level_max": number(states.level_max),
+        "level": json_number(states.level),
+        "level_max": json_number(states.level_max),
         "waveform": _waveform(system, states.orbits),
         "branches": _branches(system, periods, branches, load_factor, modes, states.level_max, states.level),
     }
@@ -243,11 +249,11 @@ def _waveform(system: System, orbits: Sequence[Any]) -> dict[str, Any]:
     found = [waveform_criterion(orbit) for orbit in orbits]
     lower, upper = waveform_bounds(system.contact)
     return {
-        "lower": number(lower),
-        "upper": number(upper),
-        "mean": number(system.load.mean),
+        "lower": json_number(lower),
+        "upper": json_number(upper),
+        "mean": json_number(system.load.mean),
         "orbits": [
-            {"phase": number(orbit.phase), **picked(one, "ratio force stable")}
+            {"phase": json_number(orbit.phase), **picked(one, "ratio force stable")}
             for orbit, one in zip(orbits, found, strict=True)
         ],
     }
@@ -275,8 +281,8 @@ def _branches(
     there = [row for row in range(plane.phase.shape[0]) if np.isfinite(plane.phase[row]).any()]
     return {
         "load_factor": numbers(values),
-        "restitution": number(system.restitution),
-        "now": number(now),
+        "restitution": json_number(system.restitution),
+        "now": json_number(now),
         "phase": [numbers(plane.phase[row]) for row in there],
         "reduced_stable": [plane.stable[row].tolist() for row in there],
         "stable": [exact.stable[row].tolist() for row in there],
@@ -289,5 +295,5 @@ def boundaries_dict(found: Boundaries) -> dict[str, Any]:
     return {
         **picked(found, "x_name y_name x"),
         "curves": [picked(curve, "kind branch x y phase") for curve in found.real],
-        "failed": [[number(value), why] for value, why in found.failed],
+        "failed": [[json_number(value), why] for value, why in found.failed],
     }

@@ -11,8 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from percuss.case.answers.exploring.orbits_answer import (
+    branch_answer,
+    followed,
+    is_rest_label,
+    rest_branch_answer,
+    value_of,
+)
 from percuss.case.answers.numerals import table_text
-from percuss.case.answers.orbits_answer import branch_answer, followed, is_rest_label, rest_branch_answer, value_of
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -24,6 +30,7 @@ from percuss.model.checks import having, text
 if TYPE_CHECKING:
     from percuss.explore import Branch
     from percuss.model.checks import Array
+
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH}
 _NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}

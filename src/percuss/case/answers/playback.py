@@ -1,22 +1,26 @@
-"""A motion as pictures in time: displacement and strain along the bar, the striking end's history, and every blow."""
+"""Answers as pictures in time, for the page: motions, machines that switch themselves, and blows."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import plain
-from percuss.case.answers.orbits_answer import orbit_dict, rest_cycle_dict
+from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
+from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
+from percuss.case.answers.facts import Teller
+from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
+from percuss.case.answers.machine_figures import course_from_start, course_of
+from percuss.case.answers.numerals import counted, json_number, plain
+from percuss.case.answers.simulation_answer import from_this_start
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.model.body import ModalBody
-from percuss.model.checks import Array
+from percuss.model.body import ModalBody, SizedBody
+from percuss.model.checks import Array, count
 from percuss.simulate import Start, Stop, run
 from percuss.simulate.events import IMPACT
 from percuss.stability import orbit_multipliers
@@ -24,9 +28,14 @@ from percuss.steady import PeriodicOrbit, orbit_near, steady_states
 from percuss.steady.resting.rest_cycles import cycle_through
 
 if TYPE_CHECKING:
+    from percuss.blow import Blow, Trace
+    from percuss.blow.bodies import Sections
+    from percuss.blow.over_time import CellsOverTime
+    from percuss.case.answers.machine_figures import Course
+    from percuss.case.answers.simulation_answer import MachineMotion
     from percuss.case.case import Case
-    from percuss.model import System
-    from percuss.simulate import Trajectory
+    from percuss.model import Machine, System
+    from percuss.simulate import Event, Trajectory
 
 
 # ---- Which stretch of a simulated motion is framed: its first periods, or whole cycles of what it settles on
@@ -338,16 +347,16 @@ def _known(system: System, x: Array) -> Array:
 def _header(system: System, modes: int, begin: float, end: float, period: float | None) -> dict[str, Any]:
     si, first = system.is_si, float(system.body.frequencies(1)[0])
     return {
-        "begin": number(begin),
-        "end": number(end),
-        "period": number(period),
-        "load_phase": number(math.fmod(begin, _TURN)),
+        "begin": json_number(begin),
+        "end": json_number(end),
+        "period": json_number(period),
+        "load_phase": json_number(math.fmod(begin, _TURN)),
         "modes": int(modes),
-        "first_mode": number(first),
-        "first_mode_Hz": number(first * system.frequency) if system.frequency is not None else None,
-        "time_scale_s": number(system.time_scale) if si else None,
-        "length_scale_m": number(system.length_scale) if si else None,
-        "stress_scale_Pa": number(system.stress_scale) if _has_stress(system) else None,
+        "first_mode": json_number(first),
+        "first_mode_Hz": json_number(first * system.frequency) if system.frequency is not None else None,
+        "time_scale_s": json_number(system.time_scale) if si else None,
+        "length_scale_m": json_number(system.length_scale) if si else None,
+        "stress_scale_Pa": json_number(system.stress_scale) if _has_stress(system) else None,
     }
 
 
@@ -359,14 +368,14 @@ def _blows(system: System, rows: list[tuple[str, float, float, float, float, flo
     return [
         {
             "kind": kind,
-            "time": number(at),
-            "time_s": number(at * time),
-            "phase": number(phase),
-            "impact_velocity": number(impact),
-            "rebound_velocity": number(rebound),
-            "energy": number(lost),
-            "energy_J": number(lost * energy),
-            "impact_velocity_m_s": number(impact * speed),
+            "time": json_number(at),
+            "time_s": json_number(at * time),
+            "phase": json_number(phase),
+            "impact_velocity": json_number(impact),
+            "rebound_velocity": json_number(rebound),
+            "energy": json_number(lost),
+            "energy_J": json_number(lost * energy),
+            "impact_velocity_m_s": json_number(impact * speed),
         }
         for kind, at, phase, impact, rebound, lost in rows
     ]
@@ -451,3 +460,268 @@ def _one_cycle(orbit: PeriodicOrbit) -> Trajectory:
 
 def _load(system: System) -> np.ndarray:
     return np.asarray(system.load.value(np.linspace(0.0, 2.0 * np.pi, _LOOKS)))
+
+
+# ---- A machine over its cycle
+
+
+def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
+    """The cycle of a machine that switches itself, in SI or in the units of the machine, with its answer.
+
+    At every change of the state there are two more `points`. `whole`: also margins, sensitivities, the curve over the
+    pressure and whether it starts from rest, which take longer than the cycle.
+    """
+    answer = machine_answer(case, modes)
+    machine = answer.machine
+    told = answer.to_json_dict() if whole else cycle_dict(answer)
+    header = {
+        "title": answer.title,
+        "modes": answer.motion.modes,
+        "whole": whole,
+        "runs": answer.runs,
+        "sentence": headline(answer) if whole or not answer.runs else None,
+        "answer": told,
+        **of_machine(machine),
+    }
+    if answer.cycle is None:
+        return Frames(plain(header), {})
+    course = course_of(machine, answer.cycle, points)
+    return Frames(plain(header), course_arrays(machine, course, np.asarray(answer.cycle.blow_times)[:-1]))
+
+
+def of_machine(machine: Machine) -> dict[str, Any]:
+    """What a picture needs of the machine itself."""
+    pairs, scale = machine.valve.pairs, Teller.of(machine).scale
+    return {
+        "units": "SI" if machine.is_si else "dimensionless",
+        "scales": _scales(machine),
+        "states": [name for name, _ in pairs],
+        "forces": [json_number(machine.valve.force(name) * scale("force")) for name, _ in pairs],
+        "stiffness": json_number(machine.valve.chamber.stiffness * (scale("force") / scale("length"))),
+        "pressure_Pa": json_number(machine.pressure),
+    }
+
+
+def course_arrays(machine: Machine, course: Course, blows: Array) -> dict[str, Any]:
+    """A course over time; the velocity is the mean one between two instants, in the middle between them."""
+    names = {name: i for i, (name, _) in enumerate(machine.valve.pairs)}
+    length, time, force = map(Teller.of(machine).scale, ("length", "time", "force"))
+    steps = np.diff(course.times)
+    struck = np.searchsorted(blows, course.times[:-1], side="right") != np.searchsorted(blows, course.times[1:])
+    goes = (steps > 1e-9 * course.times[-1]) & ~struck
+    return {
+        "t": course.times * time,
+        "striking_end": course.striking_end * length,
+        "centre": course.centre * length,
+        "force": course.force * force,
+        "state": np.array([names[state] for state in course.states], dtype=np.int16),
+        "velocity_t": 0.5 * (course.times[1:] + course.times[:-1])[goes] * time,
+        "velocity": np.diff(course.centre)[goes] / steps[goes] * length / time,
+    }
+
+
+def _scales(machine: Machine) -> dict[str, float] | None:
+    """What a unit of the answer is in SI."""
+    if not machine.is_si:
+        return None
+    units = {"length": "m", "time": "s", "speed": "m_s", "force": "N", "energy": "J"}
+    return {f"{kind}_{unit}": float(getattr(machine, f"{kind}_scale")) for kind, unit in units.items()}
+
+
+# ---- A machine that switches itself from a start, as pictures in time: its first blows, in the form of a cycle
+
+
+def start_frames(found: MachineMotion, blows: int = 12, points: int = 2000) -> Frames:
+    """The first blows of a simulated motion, at most so many, with the header and the arrays of a cycle."""
+    motion, machine = found.motion, found.machine
+    count("blows", blows)
+    course = course_from_start(motion, blows, count("points", points, least=2))
+    length = float(course.times[-1])
+    events = motion.events
+    shown = [event for event in events if event.time - motion.begin_time <= length]
+    header = {
+        "title": found.title,
+        "modes": motion.modes,
+        "label": motion.label,
+        "sentence": f"{from_this_start(found)} {_shown(motion, shown)}",
+        "answer": _answer_from_start(found, course, shown),
+        **of_machine(machine),
+    }
+    struck = events.of("impact").time - motion.begin_time
+    return Frames(plain(header), course_arrays(machine, course, struck))
+
+
+def _shown(motion: Trajectory, shown: Sequence[Event]) -> str:
+    words = counted(sum(event.kind == "impact" for event in shown), "blow")
+    return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
+
+
+def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[Event]) -> dict[str, Any]:
+    """The part of the answer for a cycle that a picture reads, of a motion from its start."""
+    motion, machine = found.motion, found.machine
+    begin = motion.begin_time
+    each = {kind: [event for event in shown if event.kind == kind] for kind in ("impact", "port", "valve")}
+    return {
+        "machine": machine_numbers(machine),
+        "period": json_number(float(course.times[-1])),
+        "stroke": json_number(max(-float(course.striking_end.min()), 0.0)),
+        "first_state": machine.valve.pairs[motion.start.piece][0],
+        "blows": [
+            {
+                "time": json_number(e.time - begin),
+                "speed": json_number(e.impact_velocity),
+                "energy": json_number(e.kinetic_energy),
+            }
+            for e in each["impact"]
+        ],
+        "ports": [{"port": e.port, "time": json_number(e.time - begin)} for e in each["port"]],
+        "valve": [{"time": json_number(e.time - begin), "to": e.state} for e in each["valve"]],
+        "si": None,
+    }
+
+
+# ---- A blow
+
+
+Part = Literal["start", "contact", "window"]
+"""What is shown: the first 300 µs (6 transit times of a dimensionless striker), until it has parted, or all of it."""
+
+_START = 300e-6
+_TRANSITS = 6.0
+_AFTER = 2.0
+"""Transit times of the striker that are shown after the last contact."""
+
+_BREAKS = 4000
+"""Jumps of a force that are drawn as such."""
+
+_REACH = 2.0
+"""Of an endless rod: lengths of the striker that are shown."""
+
+
+def blow_frames(
+    case: Case,
+    show: Part = "start",
+    *,
+    frames: int = 181,
+    cells: int = 120,
+    whole: bool = True,
+    most_pieces: int | None = None,
+) -> Frames:
+    """The blow of a case, in SI or in the scales of a dimensionless bar; about so many instants, and places of a body.
+
+    Without `whole` the start of a blow is followed no further than it is shown, and has no answer. Lengths of a
+    dimensionless rod are those of one with the wave speed of the striking end.
+    """
+    from percuss.blow.bodies import rod_sections, striker_sections
+    from percuss.blow.over_time import cells_over_time, energy_over_time
+
+    until = None if whole or show != "start" else _shortened(case)
+    answer = blow_answer(case, until=until, most_pieces=most_pieces)
+    blow = answer.blow
+    sections = striker_sections(blow.striker)
+    end = _end(blow, show, sections)
+    times = np.linspace(0.0, end, frames)
+    reach = _REACH * float(sections.length.sum() if answer.is_si else sections.transit.sum())
+    own, rod = cells_over_time(blow, times, cells, reach)
+    energy = energy_over_time(blow, times)
+    arrays: dict[str, npt.NDArray[Any]] = {"t": times, **_body("striker", own, sections)}
+    told = None
+    if rod is not None and answer.rod is not None:
+        struck = rod_sections(answer.rod, blow.striker)
+        if not answer.is_si:  # places along it are times of a wave: lengths with the speed of waves in the striking end
+            speed = float(sections.speed[-1])
+            rod, reach = replace(rod, edges=speed * rod.edges), speed * reach
+        arrays |= _body("rod", rod, struck)
+        told = {**_sections(struck, reach), **_far_end(answer)}
+    arrays |= _forces(blow, times, end)
+    for name in ("rigid", "vibration", "rod", "rock_dissipated", "rock_stored"):
+        arrays[f"energy_{name}"] = getattr(energy, name)
+    header = _heading(answer, whole) | {"show": show, "end": end, "striker": _sections(sections, 0.0), "rod": told}
+    return Frames(plain(header), arrays)
+
+
+def _forces(blow: Blow, times: Array, end: float) -> dict[str, npt.NDArray[Any]]:
+    """The forces at the face and on the rock until the end, and at which of the times the faces touch."""
+    found: dict[str, npt.NDArray[Any]] = {}
+    found["face_t"], found["face_force"] = _curve(blow.face_force, end)
+    if blow.bit_force is not None:
+        found["rock_t"], found["rock_force"] = _curve(blow.bit_force, end)
+    found["touching"] = np.any(
+        [(one.start <= times) & (times < (np.inf if one.end is None else one.end)) for one in blow.contacts]
+        or [np.zeros(times.size, bool)],
+        axis=0,
+    )
+    return found
+
+
+def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
+    """What is told of the blow beside the arrays."""
+    blow = answer.blow
+    return {
+        "title": answer.title,
+        "units": "SI" if answer.is_si else "dimensionless",
+        "notes": list(answer.notes),
+        "mean_velocity": blow.mean_velocity_before,
+        "velocity_from": answer.speed,
+        "energy_before": blow.energy_before,
+        "contacts": [[one.start, one.end] for one in blow.contacts[:1000]],
+        "gap": blow.target.gap,
+        "sentence": blow_in_words(answer) if whole else None,
+        "answer": answer.to_json_dict() if whole else None,
+    }
+
+
+def _shortened(case: Case) -> float:
+    """The end of the window when only the start is asked for."""
+    from percuss.blow.bodies import striker_sections
+
+    question = case.blow_question()
+    short = _start(question.striker, striker_sections(question.striker))
+    return short if question.until is None else min(short, question.until)
+
+
+def _start(striker: Any, sections: Sections) -> float:
+    return _START if isinstance(striker, SizedBody) else _TRANSITS * float(sections.transit.sum())
+
+
+def _end(blow: Blow, show: Part, sections: Sections) -> float:
+    """The end of what is shown."""
+    if show == "start":
+        return min(blow.until, _start(blow.striker, sections))
+    last = None if show == "window" or not blow.contacts else blow.contacts[-1].end
+    return blow.until if last is None else min(blow.until, last + _AFTER * float(sections.transit.sum()))
+
+
+def _body(name: str, cells: CellsOverTime, sections: Sections) -> dict[str, npt.NDArray[Any]]:
+    """Stress (force where no areas are known), tension positive, and velocity."""
+    area = np.ones(cells.section.size) if sections.area is None else sections.area[cells.section]
+    return {
+        f"{name}_edges": cells.edges,
+        f"{name}_stress": -cells.force / area,
+        f"{name}_velocity": cells.velocity,
+    }
+
+
+def _sections(sections: Sections, reach: float) -> dict[str, Any]:
+    """Sizes of the sections of a body; an endless one has the length that is shown."""
+    return {
+        "lengths": np.where(np.isfinite(sections.length), sections.length, reach).tolist(),
+        "areas": None if sections.area is None else sections.area.tolist(),
+        "impedances": sections.impedance.tolist(),
+    }
+
+
+def _far_end(answer: BlowAnswer) -> dict[str, Any]:
+    rod = answer.rod
+    assert rod is not None
+    rock = rod.rock
+    numbers = None if rock is None else {"stiffness": rock.stiffness, "ratio": rock.unloading_ratio, "gap": rock.gap}
+    return {"end": rod.end, "bit_mass": rod.bit_mass, "rock": numbers}
+
+
+def _curve(trace: Trace, end: float) -> tuple[Array, Array]:
+    """Times and values up to a time, both values at each jump."""
+    jumps = trace.times[trace.times < end]
+    inside = np.linspace(0.0, end, 1001)
+    times = inside if jumps.size > _BREAKS else np.unique(np.concatenate([jumps, inside]))
+    return np.repeat(times, 2), np.stack([trace.before(times), trace.at(times)], axis=1).ravel()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from percuss.blow import Blow
     from percuss.case.case import Case
 
+
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.reach_in_words import CaseReach
+from percuss.case.answers.steady_answer import CaseReach
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters
@@ -16,6 +16,10 @@ from percuss.model.checks import callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
+
+if TYPE_CHECKING:
+    pass
+
 
 _USUAL = ("load.mean", "load.frequency")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at

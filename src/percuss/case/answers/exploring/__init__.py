@@ -1,0 +1,1 @@
+"""Answers over parameters and many starts: orbits and branches, diagrams, maps, basins, best sizes, previews."""

@@ -1,0 +1,326 @@
+"""What an answer begins with: the hammer and its load as they were understood, in words and in plain values."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Literal
+
+from percuss.case.answers.facts import Section, Teller
+from percuss.case.answers.numerals import counted, json_number, number, numbers, ordinal, percent, plain, quantity
+from percuss.model.machine import switching_of
+
+if TYPE_CHECKING:
+    from percuss.model import Load, Machine, SizedBody, Supply, System, Timed
+    from percuss.model.body import Modes
+    from percuss.model.checks import Array
+    from percuss.recordings.history import HistoryReport
+
+
+# ---- What must be said of a load that switches as a valve does: here it keeps time by itself
+
+
+Clocked = Literal["no motion", "unstable", "near the fold"]
+"""Why a verdict turns on the clock of the load."""
+
+NEAR_FOLD = 0.02
+"""Distance of the level from the greatest v_f, as a part of it, below which a motion counts as near the fold."""
+
+CLOCKED = (
+    "This verdict is for a load that keeps time by itself, whatever the piston does. If the piston works the valve, "
+    "the phase, speed and energy of a motion hold, but its existence and stability do not follow from "
+    'here: describe the valve instead (load kind = "valve").'
+)
+"""What the first lines say of a verdict that turns on the clock."""
+
+
+def clock_note(load: Load) -> str:
+    """The sentence for a load that switches, or ""."""
+    found = switching_of(load)
+    if found is None:
+        return ""
+    unit = "" if load.frequency is None else " N"
+    return (
+        f"the load switches between two levels, {found.high:.4g}{unit} and {found.low:.4g}{unit}, as a valve does: it "
+        f"is at one of them for {100.0 * found.share:.0f} % of the time. Stability is judged as if the load kept time "
+        "by itself; a valve operated by the piston would re-time it after every blow, so such a machine can run "
+        "steadily where no stable motion is found here"
+    )
+
+
+def clock_in_short(load: Load) -> str:
+    """The shorter sentence that the first lines of an answer have for a recorded load that switches; else ""."""
+    if load.report is None or switching_of(load) is None:
+        return ""
+    return (
+        "The recorded load switches as a valve does: stability is judged as if it kept time by itself, and a valve "
+        "would re-time it (see the note)."
+    )
+
+
+def clocked_because(
+    load: Load, levels: Iterable[tuple[float, float]], motions: Iterable[tuple[bool, bool]]
+) -> Clocked | None:
+    """Why the verdict on a load turns on its clock; None where it does not.
+
+    It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
+    switches as a valve does also when another possible motion is unstable, as that one may be the machine's.
+
+    Parameters
+    ----------
+    load
+        What drives the hammer.
+    levels
+        Of each number of load periods the level and the greatest v_f, which a motion needs to be no less.
+    motions
+        Of each motion whether it is possible, and whether it is stable.
+    """
+    if load.report is None and not load.is_piecewise:
+        return None
+    stable = [steady for possible, steady in motions if possible]
+    if not stable:
+        return "no motion"
+    if not any(stable) or (not all(stable) and switching_of(load) is not None):
+        return "unstable"
+    return "near the fold" if any(abs(highest - level) < NEAR_FOLD * highest for level, highest in levels) else None
+
+
+# ---- The hammer in plain values
+
+
+def heading_dict(name: str, title: str, system: System, notes: Sequence[str]) -> dict[str, Any]:
+    """What the answer to any question begins with: the case, the system, its recording, what was assumed."""
+    history = system.load.report
+    return {
+        "case": name,
+        "title": title,
+        "system": system_dict(system),
+        "body": body_dict(system),
+        "contact": contact_dict(system),
+        "history": None if history is None else plain(asdict(history)),
+        "notes": list(notes),
+    }
+
+
+def system_dict(system: System) -> dict[str, Any]:
+    """The system in plain values."""
+    free = system.body.is_free
+    return {
+        "s": json_number(system.s) if free else None,
+        "d": json_number(system.d) if free else None,
+        **({} if free else {"gap": json_number(system.body.gap)}),
+        "restitution": json_number(system.restitution),
+        "coefficients": [[json_number(p.real), json_number(p.imag)] for p in system.load.coefficients.tolist()],
+        "load_factor": json_number(system.load.load_factor),
+    }
+
+
+SHOWN_MODES = 8
+"""Elastic modes that are told of a body."""
+
+
+def body_dict(system: System) -> dict[str, Any]:
+    """The body in plain values: its first elastic modes under the load, per radian of it, and in SI in Hz, too."""
+    modes = system.body.modes(SHOWN_MODES, system.load.at)
+    found: dict[str, Any] = {
+        "kind": system.body.kind,
+        "frequencies": numbers(modes.omega),
+        "gamma": numbers(_without_rounding(modes, system) if system.body.is_free else modes.gamma),
+        "damping": numbers(modes.damping),
+    }
+    if system.frequency is not None:
+        found["frequencies_Hz"] = numbers(modes.omega * system.frequency)
+    return found
+
+
+_ROUNDING = 8.0 * sys.float_info.epsilon
+"""Of the shape of a mode, per radian of its wave; nodes at the load have been seen within a seventh of it."""
+
+
+def _without_rounding(modes: Modes, system: System) -> Array:
+    """γ_n, and 0 where it is rounding: |φ_n(x_p)| at most 8 ε (1 + ω_n/s) times the greatest |φ_n| along the bar."""
+    import numpy as np  # what only writes numbers has no need of it
+
+    along = np.abs(system.body.shapes(np.linspace(0.0, 1.0, 65), modes.size).displacement).max(axis=0)
+    rounding = _ROUNDING * (1.0 + modes.omega / system.s) * along
+    return np.asarray(np.where(np.abs(modes.at_load) > rounding, modes.gamma, 0.0))
+
+
+def contact_dict(system: System | Machine) -> dict[str, str]:
+    """The contact law in plain values."""
+    return {"law": system.contact.law, "strain": system.contact.kind}
+
+
+# ---- The hammer as the first section of a report
+
+
+# ---- What was understood of a hammer, the first section of its reports
+
+_FEW = 8
+"""Sections of a bar that are told one by one."""
+
+
+def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed | None = None) -> Section:
+    """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
+    rows: list[tuple[str, str]] = [("case", name)]
+    bar, history = system.bar, system.load.report
+    if not system.body.is_free:
+        rows += [*_structure_rows(system), ("load", _load_text(system)), *(("note", note) for note in notes)]
+        return Section("Structure", tuple(rows))
+    if bar is not None:
+        first = float(bar.natural_frequencies(1)[0])
+        rows.append(
+            (
+                "bar",
+                f"{quantity(bar.length, 'm')} long, {_areas(bar)}, {number(bar.mass)} kg, "
+                f"wave speed {number(bar.wave_speed)} m/s, first mode {quantity(first, 'Hz')}",
+            )
+        )
+    rows.append(
+        (
+            "dimensionless",
+            f"s = {number(system.s, 6)}, d = {number(system.d, 6)}, restitution R = {number(system.restitution)}",
+        )
+    )
+    rows.append(("damping", _damping_text(system)))
+    rows.append(("contact", system.contact.sentence))
+    if law is not None:
+        rows.append(("blow", law_in_words(law, system)))
+    rows.append(("load", _load_text(system)))
+    if history is not None:
+        rows.append(("history", _history_text(history)))
+        rows += [("warning", warning) for warning in history.warnings]
+    rows += [("note", note) for note in notes]
+    return Section("Hammer", tuple(rows))
+
+
+def _structure_rows(system: System) -> list[tuple[str, str]]:
+    """What was understood of the structure."""
+    body, bar = system.body, system.bar
+    rows = [("structure", str(body) if bar is None else str(bar))]
+    known = body.modes(body.kept(4), system.load.at)
+    told = ", ".join(number(omega, 6) for omega in known.omega)
+    rows.append(("modes", f"ω = {told} per radian of the load, damped by {', '.join(map(number, known.damping))}"))
+    if bar is not None and system.frequency is not None:
+        rows.append(("frequencies", ", ".join(quantity(f, "Hz") for f in bar.natural_frequencies(known.size).tolist())))
+    gap = Teller.of(system)(body.gap, "length")
+    rows.append(("gap", f"{gap}, restitution R = {number(system.restitution)}"))
+    return rows
+
+
+def _areas(bar: SizedBody) -> str:
+    """The cross-section of a bar, or those of its sections from the driven end on."""
+    areas = [number(1e4 * piece.area) for piece in bar.pieces]
+    if len(areas) == 1:
+        return f"{areas[0]} cm²"
+    told = areas if len(areas) <= _FEW else [*areas[: _FEW - 1], "…", areas[-1]]
+    return f"{len(areas)} sections of {', '.join(told)} cm²"
+
+
+def _damping_text(system: System) -> str:
+    """The law of damping in words; in SI with the drag of one that brakes the bar as a whole."""
+    words = system.body.damping.words
+    if system.bar is None or not system.bar.rigid_drag:
+        return words
+    return f"{words}; c = {number(system.bar.rigid_drag)} N·s/m"
+
+
+def _load_text(system: System) -> str:
+    load = system.load
+    size, last = load.harmonics.size, int(load.harmonics.max(initial=0))
+    shape = counted(size, "harmonic")
+    shape += f" up to the {ordinal(last)}" if last > size else ""
+    if load.is_piecewise:
+        shape = f"{len(load.values)} exact steps (and {shape})"
+    factor = f"mean / first harmonic = {number(load.load_factor)}"
+    if not system.is_si or system.frequency is None:
+        return f"mean {number(load.mean)}, {shape}, {factor}"
+    return f"mean {quantity(load.mean * system.force_scale, 'N')}, {shape}, {factor}, {number(system.frequency)} Hz"
+
+
+def _history_text(report: HistoryReport) -> str:
+    found = "given" if report.frequency_given else "found"
+    return (
+        f"{counted(report.cycles, 'cycle')}, {report.samples} samples at {quantity(report.sample_rate, 'Hz')}; "
+        f"{number(report.frequency, 5)} Hz ({found}), period varies by {percent(report.jitter)}; cycles scatter "
+        f"{percent(report.scatter)} about their mean, drift {percent(report.drift)}; the harmonics "
+        f"do not capture {percent(report.residual)}"
+    )
+
+
+def law_in_words(law: Timed, system: System) -> str:
+    """The numbers of the law."""
+    tell = Teller.of(system)
+    lasts, centroid = (tell(time, "time", 3, plain=4) for time in (law.duration, law.force_centroid))
+    text = (
+        f"{law.law}: restitution {number(law.restitution)}, contact {lasts}, centroid of its force after {centroid}; "
+    )
+    text += "the impact plane moves on from blow to blow" if law.advance_per_impulse else "the impact plane stays"
+    text += f"; ringing takes {percent(law.ringing_share)} of the energy before the blow" if law.ringing_share else ""
+    return f"{text}; {law.contacts} contacts, where the law holds for one" if law.contacts > 1 else text
+
+
+# -- the machine ------------------------------------------------------------------------------------------------------
+
+
+def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: float) -> Section:
+    """What was understood of the machine: bar, valve, ports, gas."""
+    rows: list[tuple[str, str]] = [("case", name)]
+    valve, bar, tell = machine.valve, machine.bar, Teller.of(machine)
+    if bar is not None:
+        rows.append(("piston", f"{quantity(bar.length, 'm')} long, {number(bar.mass)} kg"))
+    rows.append(("contact", f"restitution R = {number(machine.contact.restitution)}; {machine.contact.sentence}"))
+    drag = machine.drag
+    rows.append(("drag", f"D/M = {number(drag)}{' per second' if bar is not None else ''}" if drag else "none"))
+    gas = valve.chamber
+    if gas.force or gas.stiffness:
+        at_wall = tell(gas.force, "force")
+        growth = gas.stiffness * (1.0 if bar is None else machine.force_scale / machine.length_scale)
+        more = number(growth) if bar is None else f"{quantity(growth, 'N')}/m"
+        rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back"))
+    if machine.pressure is not None:
+        held = "" if valve.supply is None else ", for which the forces below hold"
+        rows.append(("supply", f"{number(machine.pressure / 1e5)} bar{held}"))
+    if valve.supply is not None:
+        rows.append(("pump", _pump_text(machine, valve.supply)))
+    with_gas = " with the gas at the wall" if gas.force else ""
+    for state, _ in valve.pairs:
+        begins = ", the state at the start" if state == valve.start else ""
+        force = valve.force(state)
+        where = "toward the wall" if force >= 0.0 else "away from the wall"
+        rows.append((state, f"{tell(abs(force), 'force')} {where}{with_gas}{begins}"))
+    for i in range(len(valve.ports)):
+        rows.append((f"ports[{i}]", _port_text(machine, i)))
+    if math.isfinite(room):
+        rows.append(("room", f"{tell(room, 'length')} behind the wall"))
+    rows += [("note", note) for note in notes]
+    return Section("Machine", tuple(rows))
+
+
+def _pump_text(machine: Machine, supply: Supply) -> str:
+    unit = machine.pressure
+    if unit is None:
+        return f"flow {number(supply.flow)}, accumulator {number(supply.compliance)}, pressure 1 for the forces below"
+    flow = supply.flow * machine.power_scale / unit
+    volume = supply.compliance * machine.energy_scale / unit**2
+    return (
+        f"{number(6e4 * flow)} l/min into an accumulator of {number(1e11 * volume)} cm³/bar; "
+        f"{number(supply.start * unit / 1e5)} bar at the start"
+    )
+
+
+def _port_text(machine: Machine, number_of: int) -> str:
+    port, tell = machine.valve.ports[number_of], Teller.of(machine)
+    delay = f" after {tell(port.delay, 'time')}" if port.delay else ""
+    if port.on == "impact" or port.behind is None:
+        return f"every blow: {port.to}{delay}"
+    where = "farther than" if port.side == "back" else "nearer than"
+    whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
+    return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
+
+
+def supply_pressure(machine: Machine, pressure: float) -> str:
+    """The pressure of a supply, as a multiple of the one for which the forces hold where that is not known."""
+    return number(pressure) if machine.pressure is None else f"{number(pressure * machine.pressure / 1e5)} bar"
