@@ -14,7 +14,7 @@ import pytest
 
 from percuss import Load, System
 from percuss.case import Case, branch_answer
-from percuss.case.answers.exploring.orbits_answer import rest_branch_report
+from percuss.case.answers.exploring.orbits_answer import branch_report
 from percuss.cli import main
 from percuss.cli.long_commands import Watch
 from percuss.cli.report_printing import show
@@ -274,7 +274,7 @@ def test_a_cycle_with_rest_followed(hammer: str, tmp_path: Path, capsys: pytest.
 
 def test_the_onset_of_chatter_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     (cycle,) = rest_cycles(System(s=5.0, d=0.0, restitution=0.2, load=Load.harmonic(0.46, 1.0)), modes=0).cycles
-    show(rest_branch_report("hammer", follow_rest_cycle(cycle, "mean", (0.45, 0.46), points=2)))
+    show(branch_report("hammer", follow_rest_cycle(cycle, "mean", (0.45, 0.46), points=2)))
     told = " ".join(capsys.readouterr().out.split())
     assert re.search(r"onset 0\.4578252\d*: the end of the chatter meets the next release", told) is not None
     assert "multipliers all 0" in told

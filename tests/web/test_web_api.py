@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("fastapi")
 
 from percuss import steady_states
-from percuss.case import MACHINES, Case, load_case, machine_answer, machine_motion, simulation_answer
+from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
 from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.answers.machine_answer import cycle_dict
 from percuss.case.answers.playback import machine_frames, start_frames
@@ -600,7 +600,7 @@ def test_a_machine_from_its_start_is_the_simulated_motion(client: Client) -> Non
     words = {"start": {"position": -0.1}, "simulation": {"modes": 2}}
     asked = {"machine": "valve-breaker", **words, "blows": 3, "points": 50}
     header, sent = client.arrays("/api/machine/start", asked)
-    found = machine_motion(load_case("valve-breaker").changed(words["start"], words["simulation"]))
+    found = simulation_answer(load_case("valve-breaker").changed(words["start"], words["simulation"]))
     frames, motion = start_frames(found, 3, 50), found.motion
     assert header["label"] == motion.label and header["answer"] == frames.header["answer"]
     assert all(sent[name] == pytest.approx(values, rel=1e-6, abs=1e-9) for name, values in frames.arrays.items())
@@ -620,7 +620,7 @@ def test_a_machine_from_its_start_is_the_simulated_motion(client: Client) -> Non
 
 def test_a_machine_that_never_moves_has_a_start_of_no_blows() -> None:
     still = load_case("valve-breaker").varied({"load.chamber.force": "15 kN"}).changed({"position": 0.0}, {"modes": 0})
-    frames = start_frames(machine_motion(still))
+    frames = start_frames(simulation_answer(still))
     assert frames.header["label"] == "stalls (on the tool)" and not frames.header["answer"]["blows"]
     assert np.all(frames.arrays["centre"] == 0.0) and np.all(np.isfinite(frames.arrays["velocity"]))
 

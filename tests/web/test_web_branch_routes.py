@@ -16,11 +16,10 @@ from percuss.case import (
     load_case,
     orbits_answer,
     point_curves_answer,
-    rest_branch_answer,
     rest_cycles_answer,
 )
 from percuss.case.answers.exploring.diagram_answer import diagram_dict
-from percuss.case.answers.exploring.orbits_answer import branch_dict, orbits_dict, rest_branch_dict, rest_cycles_dict
+from percuss.case.answers.exploring.orbits_answer import branch_dict, orbits_dict, rest_cycles_dict
 from percuss.case.file_format.plain_tables import case_of
 from percuss.web import Limits, Settings
 from web_client import Client, events
@@ -77,7 +76,7 @@ def test_cycles_with_rest_are_listed_followed_and_seen_to_move(client: Client, f
     along = {"name": "load_factor", "from": 0.54, "to": 0.61}
     asked = {"machine": "laboratory-striker", "modes": 0}
     found = client.answer("/api/follow", {**asked, "orbit": "chatter/1:1", "along": along})
-    assert found == rest_branch_dict(rest_branch_answer(case, "chatter/1:1", "load_factor=0.54:0.61", modes=0))
+    assert found == branch_dict(branch_answer(case, "chatter/1:1", "load_factor=0.54:0.61", modes=0))
     assert found.keys() == followed.keys() and {point["type"] for point in found["points"]} == {"onset", "limit"}
     for point in found["points"]:
         assert point.keys() == followed["points"][0].keys()
@@ -98,7 +97,7 @@ def test_cycles_with_rest_are_listed_followed_and_seen_to_move(client: Client, f
 def test_an_impact_that_dies_of_a_cycle_with_rest_is_told_by_its_number() -> None:
     load = {"kind": "fourier", "coefficients": [[0.711, 0.0], [1.0, 0.0], [1.52, 0.81]]}
     case = case_of({"system": {"s": 5.0, "d": 0.0, "restitution": 0.0}, "load": load})
-    found = rest_branch_dict(rest_branch_answer(case, "rest/1", "mean=0.6:0.711", modes=0))
+    found = branch_dict(branch_answer(case, "rest/1", "mean=0.6:0.711", modes=0))
     death, end = found["points"]
     assert (death["type"], death["impact"], death["touch_phase"]) == ("grazing_impact_dies", 1, None)
     assert death["orbit"]["impacts"][0]["speed"] < 1e-5

@@ -68,7 +68,7 @@ def _parser() -> Parser:
 
 def run(arguments: Sequence[str]) -> int:
     """Follow one orbit; returns the exit code."""
-    from percuss.case import branch_answer, point_curves_answer, rest_branch_answer
+    from percuss.case import branch_answer, point_curves_answer
 
     parser = _parser()
     options = parser.parsed(arguments)
@@ -88,39 +88,36 @@ def run(arguments: Sequence[str]) -> int:
     curves: Any = ()
     with watching(parser, patience=_PATIENCE) as watch:
         try:
-            asked: dict[str, Any] = {"modes": options.modes, "halt": watch.asked}
-            if resting:
-                branch = rest_branch_answer(case, options.orbit, options.along, **asked)
-            else:
-                branch = branch_answer(case, options.orbit, options.along, switch=options.switch, **asked)
+            asked: dict[str, Any] = {"switch": options.switch, "modes": options.modes, "halt": watch.asked}
+            branch = branch_answer(case, options.orbit, options.along, **asked)
         except Interrupted:  # before the first point of the branch
             raise KeyboardInterrupt from None
         if options.curve is not None and not watch.asked():
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
-    _tell(options, case, branch, curves, resting)
+    _tell(options, case, branch, curves)
     if not watch.interrupted:
         return 0
     print("percuss: interrupted: the answer is of what was followed until then", file=sys.stderr)
     return 130
 
 
-def _tell(options: argparse.Namespace, case: Case, branch: Any, curves: Any, resting: bool) -> None:
+def _tell(options: argparse.Namespace, case: Case, branch: Any, curves: Any) -> None:
     """The files that were asked for, and the answer."""
     from percuss import plot
-    from percuss.case.answers.exploring import orbits_answer, point_curves_answer
+    from percuss.case.answers.exploring.orbits_answer import branch_dict, branch_report, branch_table
+    from percuss.case.answers.exploring.point_curves_answer import point_curves_table
     from percuss.cli.report_printing import answered
     from percuss.whole_file import write_whole
 
-    kind = "rest_branch" if resting else "branch"
     if options.output is not None:
-        table = getattr(orbits_answer, f"{kind}_table")
         asked = options.curve is not None  # also where Ctrl-C has left none of them
-        write_whole(options.output, point_curves_answer.point_curves_table(curves) if asked else table(branch))
+        write_whole(options.output, point_curves_table(curves) if asked else branch_table(branch))
+    drawn = plot.rest_branch if branch.has_rest else plot.branch
     answered(
         options,
-        lambda: getattr(orbits_answer, f"{kind}_dict")(branch, curves),
-        lambda: getattr(orbits_answer, f"{kind}_report")(case.title, branch, curves),
-        lambda: plot.curves(curves, case.title) if curves else getattr(plot, kind)(branch, case.title),
+        lambda: branch_dict(branch, curves),
+        lambda: branch_report(case.title, branch, curves),
+        lambda: plot.curves(curves, case.title) if curves else drawn(branch, case.title),
         table=options.output,
     )
 

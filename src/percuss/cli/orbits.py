@@ -16,8 +16,7 @@ from percuss.halting import halting
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.case.answers.facts import Report
-    from percuss.steady import FoundOrbits, FoundRestCycles
+    from percuss.steady import FoundOrbits
 
 _MOST = 8
 """Modes that a line names."""
@@ -83,6 +82,7 @@ def run(arguments: Sequence[str]) -> int:
     from percuss.case.answers.exploring.orbits_answer import (
         is_rest_label,
         orbits_dict,
+        orbits_report,
         parsed_label,
         rest_cycles_answer,
         rest_cycles_dict,
@@ -129,7 +129,7 @@ def run(arguments: Sequence[str]) -> int:
         from percuss.cli.report_printing import show
 
         mode = "elastic mode" if case.tables.body is None else "mode"
-        show(_report(case.title, found, resting, rests, mode))
+        show(orbits_report(case.title, found, resting, rests, mode))
     if watch.interrupted:
         done = sum(not one.halted for one in found)
         print(
@@ -165,40 +165,3 @@ def _resting(case: Case, options: argparse.Namespace) -> int:
 
     answered(options, lambda: rest_cycles_dict(found, label), lambda: rest_report(case.title, found, label), indent=1)
     return 0
-
-
-def _report(
-    title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
-) -> Report:
-    from percuss.case.answers.exploring.orbits_answer import orbit_row, rest_sections
-    from percuss.case.answers.facts import PLAIN, Grid, Report, Section
-    from percuss.case.answers.numerals import counted
-    from percuss.steady.periodic.search import free_amplitude
-
-    columns = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
-    sections: list[Section | Grid] = []
-    for one in found:
-        rows = tuple(orbit_row(str(i + 1), orbit) for i, orbit in enumerate(one.orbits))
-        if rows:
-            sections.append(Grid(one.label, columns, rows))
-        lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
-        lines = [("complete", "yes (proved)")] if one.complete else lines
-        lines += [
-            (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}")
-            for name, tally in one.sources.items()
-        ]
-        lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
-        if one.halted:
-            lines.append(("interrupted", "before all tries were made; there may be more orbits"))
-        if one.resonant_modes:
-            told = ", ".join(str(n) for n in one.resonant_modes[:_MOST]) + (
-                ", …" if len(one.resonant_modes) > _MOST else ""
-            )
-            lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
-        sections.append(Section(f"{one.label}: the search", tuple(lines)))
-    told = counted(sum(len(one.orbits) for one in found), "orbit")
-    if resting is not None:
-        sections += [section for label in rests for section in rest_sections(resting, label)]
-        told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
-    free = free_amplitude({n for one in found for n in one.resonant_modes})
-    return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))

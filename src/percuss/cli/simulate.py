@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NoReturn
 
 from percuss.cli.arguments import (
@@ -29,10 +28,7 @@ from percuss.errors import CaseError
 if TYPE_CHECKING:
     import argparse
 
-    from matplotlib.figure import Figure
-
-    from percuss.case import Case, MachineMotion, SimulationAnswer
-    from percuss.case.answers.facts import Report
+    from percuss.case import Case, SimulationAnswer
 
 _DESCRIPTION = """\
 How a hammer moves from a start: every impact, chatter, rest and release, and what motion it settles on. The tables
@@ -92,30 +88,25 @@ def run(arguments: Sequence[str]) -> int:
     if options.contact == "waves":
         return _by_waves(parser, options)
     case = None if options.resume is not None else _case(parser, options)
-    if case is not None and case.is_machine:
-        return _of_machine(options, case)
     answer = _resumed(options) if case is None else _answered(case)
     return _told(options, answer)
 
 
-def _told(options: argparse.Namespace, answer: SimulationAnswer | MachineMotion) -> int:
+def _told(options: argparse.Namespace, answer: SimulationAnswer) -> int:
     """The answer written and printed."""
     from percuss import plot
-    from percuss.case import SimulationAnswer
-    from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
+    from percuss.case.answers.simulation_answer import motion_report
     from percuss.cli.report_printing import answered
 
     if options.output is not None:
         answer.motion.save(options.output)
     last = LAST if options.events is None else options.events[0]
-    report: Callable[[], Report]
-    drawn: Callable[[], Figure]
-    if isinstance(answer, SimulationAnswer):
-        report, drawn = partial(motion_report, answer, last), partial(plot.trajectory, answer)
-    else:
-        report, drawn = partial(machine_motion_report, answer, last), partial(plot.machine_motion, answer)
     shown = None if options.events is None else last
-    answered(options, lambda: answer.to_json_text(shown), report, drawn, motion=options.output)
+    drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
+    answered(
+        options, lambda: answer.to_json_text(shown), lambda: motion_report(answer, last), lambda: drawn(answer),
+        motion=options.output,
+    )  # fmt: skip
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 
@@ -134,16 +125,6 @@ def _by_waves(parser: Parser, options: argparse.Namespace) -> int:
     shown = LAST if options.events is None else last
     answered(options, lambda: answer.to_json_text(last), lambda: waves_report(answer, shown))
     return 130 if answer.motion.outcome == "cancelled" else 0
-
-
-def _of_machine(options: argparse.Namespace, case: Case) -> int:
-    """The motion of a machine that switches its own valve."""
-    from percuss.case import machine_motion
-    from percuss.cli.simulation_progress import machine_ready, watched
-
-    with watched(machine_ready) as watch, of_file(case):
-        answer = machine_motion(case, watch)
-    return _told(options, answer)
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:
@@ -183,9 +164,9 @@ def _need_netcdf() -> None:
 
 def _answered(case: Case) -> SimulationAnswer:
     from percuss.case import simulation_answer
-    from percuss.cli.simulation_progress import watched
+    from percuss.cli.simulation_progress import law_ready, machine_ready, watched
 
-    with watched() as watch, of_file(case):
+    with watched(machine_ready if case.is_machine else law_ready) as watch, of_file(case):
         return simulation_answer(case, watch)
 
 
@@ -200,7 +181,7 @@ def _case(parser: Parser, options: argparse.Namespace) -> Case:
         _as_option(parser, error)
 
 
-def _resumed(options: argparse.Namespace) -> SimulationAnswer | MachineMotion:
+def _resumed(options: argparse.Namespace) -> SimulationAnswer:
     from percuss.case import resumed_answer
     from percuss.cli.simulation_progress import watched
 

@@ -39,10 +39,8 @@ if TYPE_CHECKING:
     from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.self_excited import (
         BlankBlow,
-        ElasticCycle,
         Obstacle,
         Rhythm,
-        RigidCycle,
         SelfExcited,
         Sensitivity,
         SlowPressure,
@@ -60,7 +58,6 @@ __all__ = [
     "BlankBlow",
     "Drag",
     "Drop",
-    "ElasticCycle",
     "Energy",
     "Field",
     "ForceRecord",
@@ -80,7 +77,6 @@ __all__ = [
     "Rest",
     "RestCycle",
     "Rhythm",
-    "RigidCycle",
     "SIReport",
     "SelfExcited",
     "Sensitivity",
@@ -129,10 +125,8 @@ _ROOMS = {
     "resting": ("FoundRestCycles", "RestCycle", "rest_cycles"),
     "self_excited": (
         "BlankBlow",
-        "ElasticCycle",
         "Obstacle",
         "Rhythm",
-        "RigidCycle",
         "SelfExcited",
         "Sensitivity",
         "SlowPressure",

@@ -189,24 +189,8 @@ def _looks(d: float, period: float, periods: int) -> tuple[Array, Array, Array]:
 class Flight(Flown):
     """A flight from any state at the wall; times in radians of the load after the impact that it starts from.
 
-    Parameters
-    ----------
-    system, requested_modes
-        The bar of modes 0 … N.
-    phase
-        Load phase at its start.
-    period
-        Its duration.
-    start
-        The elastic modes at the impact that it starts from.
-    rigid_rebound
-        Mean velocity of the bar at its start.
-    rebound_velocity, impact_velocity
-        Velocity of the striking end at its start, and at its end.
-    rigid_stroke
-        Range of the mean motion over the whole orbit, the scale of errors.
-    start_gap
-        Where the striking end starts, if not at the wall.
+    `period` is its duration, `start` the elastic modes at that impact, `rigid_stroke` the range of the mean motion over
+    the whole orbit, the scale of errors; `start_gap` is not 0 where the striking end does not start at the wall.
     """
 
     system: System
@@ -225,10 +209,7 @@ class Flight(Flown):
         """The load periods that it takes, rounded up."""
         return max(1, math.ceil(self.period / (2.0 * math.pi)))
 
-    @property
-    def tolerance(self) -> float:
-        """Wanted error of the striking end's position: none."""
-        return 0.0
+    tolerance = 0.0  # nothing is left out
 
     def modal_state(self, modes: int) -> ModalState:
         """The first elastic modes at the impact that it starts from."""

@@ -11,7 +11,7 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from percuss.case import experiment_job_of, machine_motion, simulation_answer
+from percuss.case import experiment_job_of, simulation_answer
 from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
 from percuss.case.answers.playback import blow_frames, machine_frames, motion_frames, orbit_frames, start_frames
 from percuss.web.questions import (
@@ -132,6 +132,7 @@ def simulated(
     known = _motions.find(key)
     if known is not None:
         return known
+    case.system()  # which refuses a machine: it has other pictures
     answer = simulation_answer(simulated_case(case, start, simulation, limits), halt)
     if answer.motion.outcome == "cancelled":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
@@ -183,9 +184,8 @@ async def machine_start(request: Request, asked: MachineStartAsked) -> Response:
     limits = limits_of(request)
 
     def work(case: Case, halt: Halt) -> bytes:
-        if case.is_machine:  # else it is refused below
-            case = simulated_case(case, asked.start, asked.simulation, limits)
-        found = machine_motion(case, halt)
+        case.machine()  # which refuses any other
+        found = simulation_answer(simulated_case(case, asked.start, asked.simulation, limits), halt)
         if found.motion.outcome == "cancelled" and halt():
             raise refused(503, "it took too long", "ask for fewer impacts or modes")
         frames = start_frames(found, asked.blows, asked.points)

@@ -15,7 +15,6 @@ from percuss.case import (
     branch_answer,
     diagram_job_of,
     orbits_answer,
-    rest_branch_answer,
     rest_cycles_answer,
     steady_answer,
     structure_answer,
@@ -28,7 +27,6 @@ from percuss.case.answers.exploring.orbits_answer import (
     is_rest_label,
     orbits_dict,
     parsed_label,
-    rest_branch_dict,
     rest_cycles_dict,
 )
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
@@ -293,8 +291,6 @@ async def follow(request: Request, asked: FollowAsked) -> Response:
         def ends() -> bool:
             return halt() or soon()
 
-        if rests:
-            return rest_branch_dict(rest_branch_answer(case, asked.orbit, along, modes=asked.modes, halt=ends))
         return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
 
     return plain_json(await answer_of(request, asked, work, kernels="orbits"))

@@ -286,7 +286,8 @@ class PeriodicOrbit(Shown):
         found = np.empty(4)
         orbit_kernels().flown(self._passage.room, found)
         height, time, flight, proven = found.tolist()
-        return SampledFlights(height if not math.isnan(height) else -math.inf, time, int(flight), proven == 1.0)
+        height = -math.inf if math.isnan(height) else height
+        return SampledFlights(height, self.times[int(flight)] - self.times[0] + time, int(flight), proven == 1.0)
 
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
@@ -339,17 +340,11 @@ MOST = 3e7  # samples of a mode in a cycle, which take a tenth of a second
 
 
 class SampledFlights(NamedTuple):
-    """What samples of the flights tell.
+    """What samples of the flights tell: the greatest local maximum of the gap function inside them, and a proof.
 
-    Parameters
-    ----------
-    height
-        The greatest local maximum of the gap function inside the flights; minus infinity where there is none.
-    time, flight
-        When, after the impact from which that flight starts, and the number of the flight.
-    proven
-        Whether they prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the
-        wall between them. That they do not means nothing: the bar may be near the wall somewhere.
+    The maximum is −∞ where there is none; its time is counted from the first impact. `proven`: whether the samples
+    prove, with a bound of y'' over each flight, that each impact strikes and the bar stays off the wall between them.
+    That they do not means nothing: the bar may be near the wall somewhere.
     """
 
     height: float
