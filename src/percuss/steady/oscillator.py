@@ -253,7 +253,7 @@ class ModalState:
 
 
 def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
-    """Solve the steady condition mode by mode, for impacts every T = `period`; `forced` are f_n and f_n' at the impact."""
+    """Solve the steady condition mode by mode, for impacts every T = `period`, from f_n and f_n' at the impact."""
     (f, f_velocity), contact = forced, system.contact
     alpha, beta, impulse = contact.strain_factor, contact.velocity_factor, contact.impulse
     released = 1.0 - alpha  # 0 for the law that keeps the strain

@@ -32,8 +32,9 @@ _EPS = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Arcs:
-    """The arcs of the circle on which v_f is monotone: the phases of the n critical points or breaks, increasing, and the
-    first one again a turn later; v_f there, both of shape (n + 1,); and what v_f belongs to.
+    """The arcs of the circle on which v_f is monotone, and what v_f belongs to.
+
+    Their ends are the n critical points or breaks, increasing, and the first one again a turn later; with v_f there.
     """
 
     ends: Array
