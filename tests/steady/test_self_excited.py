@@ -123,7 +123,9 @@ def test_the_breaker_with_a_shorter_stroke_and_with_more_nitrogen() -> None:
     assert (88.8 * short.blow_energy, 60.0 / short.period) == pytest.approx((2128.0, 744.0), abs=0.5)
     more = rigid(breaker(1.15), Kept(0.15), 0.5)
     assert (88.8 * more.cycle.blow_energy, 60.0 / more.cycle.period) == pytest.approx((3646.0, 546.7), abs=0.5)
-    assert not rigid(breaker(1.29), Kept(0.15), 0.5).starts_from_rest
+    for modes in (0, 2, 24):
+        starts = [self_excited_motion(rigid(breaker(gas), Kept(0.15), 0.5).machine, modes=modes) for gas in (1.0, 1.29)]
+        assert [motion.starts_from_rest for motion in starts] == [True, False]
     stalled = rigid(breaker(1.34), Kept(0.15), 0.5)
     assert stalled.obstacle is Obstacle.NO_PORT
     assert stalled.found < stalled.needed == 0.13

@@ -272,16 +272,17 @@ def followed_from(machine: Machine, rebound: Rebound, most: int) -> Lost:
 
 
 def starts(machine: Machine, cycle: ValveCycle) -> bool:
-    """Whether it keeps going from rest on the wall; its cycle, where that is stable, tells when it is sure to."""
-    piston, rebound = Piston(machine), cycle.rebound
-    search, size = _Search(piston, 0, 4 * _ROOM), len(cycle.slope)
+    """Whether a rigid piston keeps going from rest on the wall; its own cycle tells when it is sure to."""
+    piston, own = Piston(machine), settled(machine)[0] if cycle.modes else cycle
+    search = _Search(piston, 0, 4 * _ROOM)
     work, attracts = search.work, False
-    if cycle.blows == 1:
-        kn.copied(search.set_out(rebound), work.rows[kn.NEXT])
-        work.tells[kn.WHOLE][kn.SPEED], work.tells[kn.WHOLE][kn.DURATION] = cycle.blow_speed, cycle.period
-        for line, values in zip(work.matrices[kn.ALL], cycle.slope.tolist(), strict=False):
-            line[:size] = values
-        attracts = machine.valve.supply is None and kn.contracts(size, work)
+    if own is not None and own.blows == 1 and machine.valve.supply is None:
+        search.set_out(own.rebound)
+        kn.copied(work.rows[kn.NOW], work.rows[kn.NEXT])
+        work.tells[kn.WHOLE][kn.SPEED], work.tells[kn.WHOLE][kn.DURATION] = own.blow_speed, own.period
+        for line, values in zip(work.matrices[kn.ALL], own.slope.tolist(), strict=False):
+            line[: len(values)] = values
+        attracts = kn.contracts(len(own.slope), work)
     return bool(kn.starts(float(piston.names.index(piston.start.state)), attracts, work))
 
 
