@@ -170,18 +170,9 @@ class Uncovering:
 
 @dataclass(frozen=True)
 class Rebound:
-    """The piston just after a blow, before the blow demands anything; the time of the blow is 0.
+    """The piston just after a blow at time 0, before the blow demands anything: its speed, and what the valve is.
 
-    Parameters
-    ----------
-    speed
-        Away from the wall.
-    state
-        Of the valve.
-    orders
-        What was demanded last, and what is pending.
-    pressure
-        Of the supply; None where it is constant.
+    The pressure of the supply is None where it is constant.
     """
 
     speed: float
