@@ -6,8 +6,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from percuss.steady.admissible import Violation
+from percuss.steady.energy import Energy
 from percuss.steady.figures import SIReport, si_report
-from percuss.steady.harmonic import Energy, Field
+from percuss.steady.forced import Field
 from percuss.steady.orbit import Orbit, Reason
 from percuss.steady.oscillator import ModalState
 from percuss.steady.phases import grows, level
