@@ -31,7 +31,7 @@ from percuss.case.answers.exploring.orbits_answer import (
 )
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
-from percuss.case.answers.playback import branch_frames, rest_branch_frames
+from percuss.case.answers.playback import branch_frames
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
@@ -305,14 +305,11 @@ async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
         raise refused(422, "expected either the times of impacts or a release", "", "times", asked.times)
 
     def work(case: Case, _: Halt) -> bytes:
-        at = (case, asked.name, asked.value)
         sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, "cycles": asked.cycles}
         sizes |= {"frames": asked.frames, "places": asked.places, "points": asked.end_points}
-        if asked.times is not None:
-            found = branch_frames(*at, asked.times, asked.periods, **sizes)
-        else:
-            assert asked.release is not None
-            found = rest_branch_frames(*at, asked.release, asked.periods, **sizes)
+        start = asked.release if asked.times is None else asked.times
+        assert start is not None
+        found = branch_frames(case, asked.name, asked.value, start, asked.periods, **sizes)
         return packed(found.header, found.arrays)
 
     return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions

@@ -156,6 +156,14 @@ def json_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[s
     return {**plain_of(subject, facts), "si": si_of(subject, facts, tell)}
 
 
+def flat_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any]:
+    """The figures without units and those with them side by side; the latter are null without scales."""
+    facts = tuple(facts)
+    found = si_of(subject, facts, tell)
+    keys = (key for fact in facts for key in fact.keys.split() if key != fact.plain_key)
+    return {**plain_of(subject, facts), **(dict.fromkeys(keys) if found is None else found)}
+
+
 def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[str, str]]:
     """The lines of a report: label and text."""
     rows = []
@@ -170,11 +178,11 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
     return rows
 
 
-def reference_of(facts: Iterable[Fact[Any]], si: bool) -> str:
-    """The figures as a table of the reference, those under `si` or the others: keys, and what they mean."""
+def reference_of(facts: Iterable[Fact[Any]], si: bool | None) -> str:
+    """The figures as a table of the reference, those under `si`, the others, or both: keys, and what they mean."""
     lines = ["| key | value |", "|---|---|"]
     for fact in facts:
-        keys = [key.removeprefix("si.") for key in fact.keys.split() if (key != fact.plain_key) == si]
+        keys = [key.removeprefix("si.") for key in fact.keys.split() if si is None or (key != fact.plain_key) == si]
         if keys:
             lines.append(f"| {', '.join(f'`{key}`' for key in keys)} | {fact.meaning} |")
     return "\n".join(lines)

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller, plain_of, rows_of
-from percuss.case.answers.heading import machine_section, supply_pressure
+from percuss.case.answers.heading import figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
@@ -356,25 +356,21 @@ def headline(answer: MachineAnswer) -> str:
         starts = "It starts" if answer.motion.starts_from_rest else "It does not start"
         rest = ", with a rest on the wall" if cycle.rests else ""
         return (
-            f"The machine runs with one blow a cycle{rest}: {figures_in_short(answer.machine, cycle)}; stable, a "
+            f"The machine runs with one blow a cycle{rest}: {cycle_in_short(answer.machine, cycle)}; stable, a "
             f"disturbance is down to {number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
             f"{starts} from rest on the wall."
         )
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
     text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
     if cycle is not None and cycle.blows > 1:
-        strongest = figures_in_short(answer.machine, cycle)
+        strongest = cycle_in_short(answer.machine, cycle)
         text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
     return text
 
 
-def figures_in_short(machine: Machine, cycle: ValveCycle) -> str:
+def cycle_in_short(machine: Machine, cycle: ValveCycle) -> str:
     """Energy, rate and striking speed of a cycle."""
-    tell, rate = Teller.of(machine), cycle.blows / cycle.period
-    if not tell.is_si:
-        return f"striking speed {number(cycle.blow_speed, 5)}, period {number(cycle.period, 5)}"
-    rates = f"{tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')})"
-    return f"{tell(cycle.blow_energy, 'energy')} at {rates}, {tell(cycle.blow_speed, 'speed')}"
+    return figures_in_short(machine, cycle.blow_energy, cycle.blow_speed, cycle.blows, cycle.period)
 
 
 _DECIDES = {

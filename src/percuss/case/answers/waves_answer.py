@@ -22,6 +22,7 @@ from percuss.case.answers.numerals import (
     plain,
     plain_value,
     quantity,
+    rhythm,
 )
 from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion
 from percuss.case.case import checked_case
@@ -434,10 +435,7 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
         return "By waves the hammer strikes nothing (none).", BAD
     if motion.cycle is None:
         return "By waves no periodic motion has been found (irregular).", PLAIN
-    p, n = motion.cycle.impacts, motion.cycle.periods
-    blows = "one blow" if p == 1 else f"{p} blows"
-    periods = "every load period" if n == 1 else f"in {n} load periods"
-    text = f"By waves the hammer settles on {blows} {periods} ({motion.label})"
+    text = f"By waves the hammer settles on {rhythm(motion.label)} ({motion.label})"
     first = answer.beside[0]
     return f"{text}; by the law {first.law}: {first.label}.", GOOD
 
