@@ -19,9 +19,22 @@ from typing import Any
 from unittest import mock
 
 from percuss.case.answers.facts import Fact, reference_of
+from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
 from percuss.case.answers.simulation_answer import EVENT
-from percuss.case.answers.steady_answer import END
+from percuss.case.answers.steady_answer import (
+    DRAG,
+    END,
+    ENERGY,
+    MULTIPLIERS,
+    PERIOD,
+    REDUCED,
+    REST,
+    TIMED,
+    TIMED_PERIOD,
+    WAVEFORM,
+)
+from percuss.case.answers.steady_answer import ORBIT as STEADY
 from percuss.case.answers.waves_answer import SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS
@@ -44,11 +57,30 @@ def expanded(text: str) -> str:
 ORBIT = [Fact(key, "", one.figure.meaning, "", lambda _: None) for key, one in REPORTED.items()]
 """The figures of a steady motion with their units."""
 
-FACTS = {"machine": (*CYCLE, *POWER), "blank": BLANK, "settled": SETTLED, "ends": END, "event": EVENT, "orbit": ORBIT}
+FACTS = {
+    "machine": (*CYCLE, *POWER),
+    "blank": BLANK,
+    "settled": SETTLED,
+    "ends": END,
+    "event": EVENT,
+    "period": PERIOD,
+    "rest": REST,
+    "motion": STEADY,
+    "reduced": REDUCED,
+    "multipliers": MULTIPLIERS,
+    "waveform": WAVEFORM,
+    "energy": ENERGY,
+    "drag": DRAG,
+    "timed": TIMED,
+    "timedperiod": TIMED_PERIOD,
+    "margins": (*STABILITY, *MARGINS),
+    "pressure": PRESSURE,
+    "orbit": ORBIT,
+}
 
 
 def facts(table: str) -> str:
-    """The figures of a part of an answer without units; those with them, or both, if the name ends in ``_si``, ``_all``."""
+    """The figures of a part of an answer without units; with them if the name ends in ``_si``, both in ``_all``."""
     name, _, which = table.partition("_")
     return reference_of(FACTS[name], {"": False, "si": True, "all": None}[which])
 

@@ -105,7 +105,7 @@ class Fact(NamedTuple, Generic[S]):
         "length", "time", "speed", "force", "energy", "power", "volume" or "flow"; "rate" per unit of time, "cycles" per
         load period; "" for a number.
     value
-        Of the subject, dimensionless; None where there is no such figure.
+        Of the subject, dimensionless, or the path of its attributes that leads there; None where there is none.
     words
         The text behind the label, where value and unit do not say it; None for no line.
     """
@@ -114,8 +114,16 @@ class Fact(NamedTuple, Generic[S]):
     label: str
     meaning: str
     dimension: str
-    value: Callable[[S], Any]
+    value: str | Callable[[S], Any]
     words: Callable[[S, Teller], str | None] | None = None
+
+    def found(self, subject: Any) -> Any:
+        """The value of a subject; None, too, where an attribute on its path is None."""
+        if not isinstance(self.value, str):
+            return self.value(subject)
+        for name in self.value.split(".") if self.value else ():
+            subject = None if subject is None else getattr(subject, name)
+        return subject if self.value else None
 
     @property
     def plain_key(self) -> str | None:
@@ -129,10 +137,24 @@ class Fact(NamedTuple, Generic[S]):
         return max(endings, key=len, default="")
 
 
+def figures(table: str) -> tuple[Fact[Any], ...]:
+    """Figures that JSON alone has, without units, one in a line: key, meaning and, if the key is none, its attributes.
+
+    A line that ends in a bar is that of what stands there besides, such as an object of its own.
+
+    Examples
+    --------
+    >>> plain_of(2.0 + 1.0j, figures("real | of a number\\nother | the other part | imag"))
+    {'real': 2.0, 'other': 1.0}
+    """
+    rows = [[cell.strip() for cell in f"{line} ".split(" | ")] for line in table.strip().splitlines()]
+    return tuple(Fact(key, "", meaning, "", path[0] if path else key) for key, meaning, *path in rows)
+
+
 def plain_of(subject: S | None, facts: Iterable[Fact[S]]) -> dict[str, Any]:
     """The dimensionless figures as JSON has them; null without a subject."""
     keyed = ((fact.plain_key, fact) for fact in facts)
-    return {key: None if subject is None else plain_value(fact.value(subject)) for key, fact in keyed if key}
+    return {key: None if subject is None else plain_value(fact.found(subject)) for key, fact in keyed if key}
 
 
 def si_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any] | None:
@@ -141,7 +163,7 @@ def si_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str
         return None
     found = {}
     for fact in facts:
-        value = fact.value(subject)
+        value = fact.found(subject)
         for key in fact.keys.split():
             if key != fact.plain_key:
                 unit = fact.unit(key)
@@ -171,7 +193,7 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
         if fact.words is not None:
             text = fact.words(subject, tell)
         else:
-            value = fact.value(subject)
+            value = fact.found(subject)
             text = None if value is None else tell(value, fact.dimension)
         if text is not None:
             rows.append((fact.label, text))

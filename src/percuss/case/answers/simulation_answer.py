@@ -175,29 +175,29 @@ class SimulationAnswer(ToldMotion):
 
 _BOTH: tuple[Fact[Event], ...] = (
     Fact("rebound_velocity", "", "speed of the striking end after the event, away from the wall", "speed",
-         lambda event: event.rebound_velocity),
-    Fact("energy_lost", "", "energy that the event takes from the bar", "energy", lambda event: event.energy_lost),
+         "rebound_velocity"),
+    Fact("energy_lost", "", "energy that the event takes from the bar", "energy", "energy_lost"),
     Fact("resolved", "", "for a chatter, the number of its impacts that are listed one by one before it, starting with "
-         "the main blow; 0 otherwise", "", lambda event: event.resolved),
+         "the main blow; 0 otherwise", "", "resolved"),
 )  # fmt: skip
 EVENT: tuple[Fact[Event], ...] = (
-    Fact("kind", "", '`"impact"`, `"grazing"`, `"chatter"`, `"rest"` or `"release"`', "", lambda event: event.kind),
+    Fact("kind", "", '`"impact"`, `"grazing"`, `"chatter"`, `"rest"` or `"release"`', "", "kind"),
     Fact("time time_s", "", "$2\\pi$ times the number of completed load periods, plus `phase`; in seconds null for a "
-         "dimensionless case", "time", lambda event: event.time),
-    Fact("phase", "", "load phase, in $[0, 2\\pi)$", "", lambda event: event.phase),
-    Fact("impact_velocity", "", "$u_t(1)$ of the striking end before", "speed", lambda event: event.impact_velocity),
+         "dimensionless case", "time", "time"),
+    Fact("phase", "", "load phase, in $[0, 2\\pi)$", "", "phase"),
+    Fact("impact_velocity", "", "$u_t(1)$ of the striking end before", "speed", "impact_velocity"),
     *_BOTH,
 )  # fmt: skip
 """What is told of an event under a clock."""
 
 MACHINE_EVENT: tuple[Fact[Event], ...] = (
     Fact("kind", "", 'also `"port"`, which demands a state, and `"valve"`, where the state changes', "",
-         lambda event: event.kind),
-    Fact("time time_s", "", "from the start; in seconds null for a dimensionless case", "time", lambda e: e.time),
-    Fact("speed", "", "toward the wall, at a port of what it reads", "speed", lambda e: e.impact_velocity),
-    Fact("kinetic_energy", "", "of an impact: that of the bar before it", "energy", lambda event: event.kinetic_energy),
-    Fact("port", "", "which port demands a state", "", lambda event: event.port),
-    Fact("to", "", "the state of the valve after the event", "", lambda event: event.state),
+         "kind"),
+    Fact("time time_s", "", "from the start; in seconds null for a dimensionless case", "time", "time"),
+    Fact("speed", "", "toward the wall, at a port of what it reads", "speed", "impact_velocity"),
+    Fact("kinetic_energy", "", "of an impact: that of the bar before it", "energy", "kinetic_energy"),
+    Fact("port", "", "which port demands a state", "", "port"),
+    Fact("to", "", "the state of the valve after the event", "", "state"),
     *_BOTH,
 )  # fmt: skip
 """What is told of an event of a machine that switches its own valve."""
