@@ -79,10 +79,10 @@ NO_DOORS = {
     "explore.Experiment.from_archive explore.Experiment.of "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
-    "steady.ValveCycle.position steady.Rhythm.of_rigid blow.Impacts.part blow.Trace.around "
+    "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at "
-    "steady.RigidCycle.through "
+    "steady.Orbit.mean_range "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
     "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.secular"
     " stability.LinearMap.shares",
