@@ -18,6 +18,7 @@ import typing
 from typing import Any
 from unittest import mock
 
+from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
@@ -63,6 +64,10 @@ FACTS = {
     "settled": SETTLED,
     "ends": END,
     "event": EVENT,
+    "blow": (*STRIKER, *ROD, *ROCK),
+    "pulse": PULSE,
+    "gauge": GAUGE,
+    "measured": MEASURED,
     "period": PERIOD,
     "rest": REST,
     "motion": STEADY,
