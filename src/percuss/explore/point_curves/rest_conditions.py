@@ -47,7 +47,7 @@ class Rebound:
 
     def __init__(self, leg: Leg) -> None:
         swing, load = leg.swing, leg.swing.system.load
-        self.time, self.rebound = leg.time, -leg.rate
+        self.time, self.rebound = leg.time, -leg.start.rate
         whole = 1.0 if swing.system.body.is_free else 0.0
         self.push = leg.acceleration - (swing.system.d if whole else float(swing.known.damping[0])) * self.rebound
         k = swing.harmonics
