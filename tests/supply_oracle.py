@@ -1,4 +1,4 @@
-"""A second program for a piston that a pump and an accumulator feed: plain integration, and the rules again."""
+"""A second program for a piston, rigid or not, whether its pressure follows a supply: integration, and the rules."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Fed:
     ending: str = ""
 
 
-def begun(valve: Valve, u: float, v: float, pressure: float, modes: int = 0) -> Fed:
+def begun(valve: Valve, u: float, v: float, pressure: float = 1.0, modes: int = 0) -> Fed:
     """An undeformed start, where ports whose region is occupied demand at once."""
     one = np.eye(1, modes + 1)[0]
     now = Fed(u * one, v * one, pressure, valve.start, Orders(valve.start))
@@ -85,7 +85,7 @@ def follow(
     valve: Valve,
     R: float,
     d: float,
-    blows: int,
+    blows: float,
     until: float = math.inf,
     bar: Piston = RIGID,
     turned: bool = False,
@@ -93,7 +93,7 @@ def follow(
     """On for so many blows, by plain integration."""
     n = bar.omega.size
     forces, gas, kappa = dict(valve.states), valve.chamber.force, valve.chamber.stiffness
-    q, c = valve.supply.flow, valve.supply.compliance
+    q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
     left, longest = blows, 0.25 * math.sqrt(min(p.behind or 1.0 for p in valve.ports))
     while left and now.time < until:
         carry_out(now)
@@ -101,7 +101,7 @@ def follow(
         due = now.orders.pending[0][0] if now.orders.pending else math.inf
         push = p * now.pressure + gas
         if not now.u.any() and not now.v.any() and push > 0.0:
-            rises = math.inf if p >= 0.0 else (-gas / p - now.pressure) * c / q
+            rises = math.inf if p >= 0.0 or q == 0.0 else (-gas / p - now.pressure) * c / q
             stop = min(due, now.time + rises, until)
             if stop == math.inf:
                 now.ending = "on the wall"
@@ -165,13 +165,14 @@ def follow(
 
 def nudge(now: Fed, valve: Valve, d: float, bar: Piston) -> None:
     """Off the edge of a port, whose function is 0 there, by a flight so short that its series has three terms."""
-    supply, force, gas = valve.supply, dict(valve.states)[now.state], valve.chamber
+    q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
+    force, gas = dict(valve.states)[now.state], valve.chamber
     step = min([1e-8, *(due - now.time for due, _ in now.orders.pending)])
     push = bar.driven * (force * now.pressure + gas.force - gas.stiffness * (bar.driven @ now.u))
     push = push - bar.omega**2 * now.u - d * now.v
     way = (now.v + 0.5 * push * step) * step
-    now.pumped += supply.flow * now.pressure * step
-    now.pressure += (supply.flow * step - force * (bar.driven @ way)) / supply.compliance
+    now.pumped += q * now.pressure * step
+    now.pressure += (q * step - force * (bar.driven @ way)) / c
     now.dragged += d * float(now.v @ now.v) * step
     now.u, now.v, now.time = now.u + way, now.v + push * step, now.time + step
 

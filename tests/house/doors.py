@@ -82,7 +82,7 @@ NO_DOORS = {
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at "
-    ""
+    "steady.Orbit.mean_range "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
     "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.secular"
     " stability.LinearMap.shares",

@@ -38,21 +38,8 @@ def flights(body: Body, at: int, period: float, modes: int) -> tuple[Modes, Prop
 def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
     """Σ_n rows[i, n] z_n(t) and its derivative for free oscillators z_n: the free motion of the bar.
 
-    Parameters
-    ----------
-    omega, d
-        Undamped frequencies and damping, each of shape (N,); a number when all have the same damping.
-    start
-        z_n and z_n' at t = 0, each of shape (N,).
-    t
-        Times, shape (nt,).
-    rows
-        Weights of the first `rows.shape[1]` modes, shape (ni, modes).
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Two arrays of shape (ni, nt).
+    `start` are z_n and z_n' at t = 0; `rows`, shape (ni, modes), weigh the first so many modes; a number for `d` when
+    all have the same damping. Two arrays of shape (ni, nt).
     """
     modes, half_d = rows.shape[1], 0.5 * one_for_all(d)
     half_d = half_d[:modes] if half_d.ndim else half_d
@@ -133,32 +120,6 @@ def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
     return both[:, : t.size]
 
 
-def dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array) -> Array:
-    """d ∫₀ᵗ z'² of free oscillators, from z' = Re Z exp((−d/2 + iλ)t); overdamped ones by their loss of energy.
-
-    Parameters
-    ----------
-    omega, d, t
-        Undamped frequencies, damping and times; broadcast with the arrays of `start`.
-    start
-        z and z' at t = 0.
-    """
-    z, v = start
-    d = one_for_all(d)
-    if not np.any(d):
-        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(z), np.shape(t)))
-    ringing = omega > 0.5 * d * (1.0 + 1e-3)
-    rate = np.sqrt(np.where(ringing, omega**2 - 0.25 * d**2, 1.0))
-    exponent = -0.5 * d + 1j * rate
-    amplitude = exponent * (z - 1j * (v + 0.5 * d * z) / rate)
-    swing = (amplitude**2 * np.expm1(2.0 * exponent * t) / (2.0 * exponent)).real
-    lost = 0.5 * (np.abs(amplitude) ** 2 * -np.expm1(-d * t) + d * swing)
-    step = propagator(omega, d, t)
-    end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
-    fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
-    return np.asarray(np.where(ringing, lost, fallen))
-
-
 # ---- Exact resonance: of an undamped bar with a harmonic that its load contains (B77 16), of a mode with the impacts
 
 IntArray = npt.NDArray[np.int64]
@@ -175,16 +136,9 @@ def comes_back(
 ) -> npt.NDArray[np.bool_]:
     """Which modes come back after a cycle by themselves, so that their amplitude is free: internal resonance.
 
-    Parameters
-    ----------
-    divisor
-        det(ξ − M_n), with the map M_n of the mode over a cycle.
-    terms
-        What it was found from: how far the flights are from half turns of the mode, |cos − (±1)| and sin².
-    angle
-        ω_n T, which is known to four units in its last place.
-    factor
-        Times the square of a change of the angle, det(ξ − M_n) grows from 0 at most.
+    `divisor` is det(ξ − M_n) with the map M_n of the mode over a cycle, `terms` what it was found from (how far the
+    flights are from half turns of the mode, |cos − (±1)| and sin²), `angle` ω_n T, which is known to four units in its
+    last place, and det(ξ − M_n) grows from 0 at most by `factor` times the square of a change of the angle.
     """
     turned = 2.0 * np.asarray(factor) * (_TURNED * np.asarray(angle)) ** 2
     return np.asarray(np.abs(divisor) <= _CANCELLED * np.asarray(terms) + turned)
@@ -299,15 +253,7 @@ class ModalState:
 
 
 def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
-    """Solve the steady condition mode by mode.
-
-    Parameters
-    ----------
-    system, period
-        The system and the impact period T = 2πm.
-    forced
-        f_n and f_n' at the impact phase, each of shape (N,).
-    """
+    """Solve the steady condition mode by mode, for impacts every T = `period`, from f_n and f_n' at the impact."""
     (f, f_velocity), contact = forced, system.contact
     alpha, beta, impulse = contact.strain_factor, contact.velocity_factor, contact.impulse
     released = 1.0 - alpha  # 0 for the law that keeps the strain
@@ -331,20 +277,3 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     velocity = np.where(singular, 0.0, velocity / safe)
     displacement = np.where(singular, f, f * (kept / safe) + push * step.b / safe)
     return ModalState(omega, displacement, velocity, f + z, z, z_velocity, f_velocity, divisor)
-
-
-def resolvent_bound(system: System, period: float, omega: float, d: float) -> float:
-    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from one with `omega` and `d` on; inf when d = 0.
-
-    For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
-    """
-    contact = system.contact
-    half = float(np.exp(-0.5 * d * period))
-    rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
-    if rate == 0.0:
-        return float("inf")
-    slip = 0.5 * d / rate * half
-    least = -float(np.expm1(-0.5 * d * period)) * (1.0 - contact.velocity_factor * half) - contact.impulse * slip
-    if least <= 0.0:
-        return float("inf")
-    return contact.impulse * (half * omega / rate + 1.0 + half + slip) / least

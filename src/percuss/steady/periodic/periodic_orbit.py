@@ -11,96 +11,16 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError, PercussError
-from percuss.halting import look
-from percuss.mechanics.flow import phi1, phi2
+from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.harmonic import Response
+from percuss.steady.flight import Flight
 from percuss.steady.orbit import Reason
-from percuss.steady.oscillator import ModalState, free_sum
+from percuss.steady.oscillator import ModalState
 from percuss.steady.periodic.impact_chain import ImpactChain, Passage, RationalMatrix, orbit_kernels
-from percuss.steady.phases import forced_response
-from percuss.steady.truncation import Truncation
-
-# ---- One flight of an orbit, from impact to impact: the motion of the striking end, for the proof that it stays off
-
-_SAMPLES = 64
-
-
-@dataclass(frozen=True)
-class Flight:
-    """A flight from any state at the wall; times in radians of the load after the impact that it starts from.
-
-    `phase` is that of the load at its start, `period` its duration, `state` the elastic modes at that impact;
-    `rigid_stroke` the range of the mean motion over the whole orbit, the scale of errors.
-    """
-
-    system: System
-    modes: int
-    phase: float
-    period: float
-    state: ModalState
-    rigid_rebound: float
-    rebound_velocity: float
-    impact_velocity: float
-    rigid_stroke: float = 1.0
-
-    @property
-    def periods(self) -> int:
-        """The load periods that it takes, rounded up."""
-        return max(1, math.ceil(self.period / (2.0 * math.pi)))
-
-    cut = True  # the forced part ends with the modes, too
-    tolerance = error_bound = 0.0  # nothing is left out
-
-    @property
-    def requested_modes(self) -> int:
-        """N: the bar has no other modes."""
-        return self.modes
-
-    @cached_property
-    def response(self) -> Response:
-        """The forced response of the bar."""
-        return forced_response(self.system)
-
-    @cached_property
-    def truncation(self) -> Truncation:
-        """All modes, at every look."""
-        return Truncation(self, self.modes, self.modes, self.modes, self.state, 0.0)
-
-    def modal_state(self, modes: int) -> ModalState:
-        """The first elastic modes at the impact that it starts from."""
-        return self.state.first(modes)
-
-    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
-        """Gap function and its velocity with the first `modes` elastic modes; each of shape (len(t),)."""
-        look()
-        forced, forced_velocity = self.response.end_motion(self.phase + t, modes, cut=True)
-        drift, drift_velocity = self._drift(t)
-        known = self.system.body.modes(self.modes, self.system.load.at)
-        rows = known.gamma[None, :modes]
-        z, z_velocity = free_sum(known.omega, known.damping, (self.state.z, self.state.z_velocity), t, rows)
-        start = self.response.end_motion(np.array([self.phase]), modes, cut=True)[0][0] + rows[0] @ self.state.z[:modes]
-        return forced + drift + z[0] - start, forced_velocity + drift_velocity + z_velocity[0]
-
-    def _drift(self, t: Array) -> tuple[Array, Array]:
-        """What the mean load and the start add to the periodic rigid motion, and its velocity."""
-        d, mean = self.system.d, self.system.push
-        start = self.rigid_rebound - float(self.response.rigid_velocity(np.array([self.phase]))[0])
-        fade = t * phi1(d * t)
-        return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
-
-    def mean_range(self) -> float:
-        """Range of the mean motion over the flight; of that of the contact itself where the body is held."""
-        t = np.linspace(0.0, self.period, _SAMPLES * self.periods + 1)
-        if not self.system.body.is_free:
-            return float(np.ptp(self.end_motion(t, self.modes)[0]))
-        return float(np.ptp(self.response.rigid_displacement(self.phase + t) + self._drift(t)[0]))
-
 
 TURN = 2.0 * math.pi
 
@@ -373,7 +293,7 @@ class PeriodicOrbit(Shown):
     def _contactless(self) -> tuple[Contactless, ...]:
         if not samples_are_many(self) and self.sampled.proven:
             return (Contactless(None),) * self.impacts
-        stroke = max(flight.mean_range() for flight in self.flights) or 1.0
+        stroke = max(flight.mean_range(flight.rigid_rebound) for flight in self.flights) or 1.0
         return tuple(flight_check(replace(flight, rigid_stroke=stroke)) for flight in self.flights)
 
     @cached_property
@@ -521,6 +441,26 @@ def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
 _STEP = 1e-6  # of the parameter, relative where that is large
 
 
+def slope(function: Callable[[float], Array], step: float, refusal: type[Exception] = PercussError) -> Array:
+    """The derivative at 0 by central differences; to one side where the function refuses, as the range ends there."""
+
+    def at(place: float) -> Array | None:
+        try:
+            return function(place)
+        except Interrupted:
+            raise
+        except (PercussError, refusal):
+            return None
+
+    forward, inner = at(step), step
+    if forward is None:
+        forward, inner = function(-step), -step
+    back = at(-inner)
+    if back is not None:
+        return np.asarray((forward - back) / (2.0 * inner))
+    return np.asarray((4.0 * forward - function(2.0 * inner) - 3.0 * function(0.0)) / (2.0 * inner))
+
+
 def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:
     """∂F/∂λ at fixed times of the impacts, by central differences: exact to 1e-10 of F, and of the load to rounding.
 
@@ -559,19 +499,11 @@ def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], va
     here = finite("value", value)
     if not callable(family) or isinstance(family, type):
         raise ParameterError("family", family, "a function from a number to a System")
-    step = _STEP * max(1.0, abs(here))
 
     def off(by: float) -> Array:
         return orbit.off(instance("family", family(here + by), System))
 
-    try:
-        forward, inner = off(step), step
-    except PercussError:  # the range of the parameter ends here
-        forward, inner = off(-step), -step
-    try:
-        return np.asarray((forward - off(-inner)) / (2.0 * inner))
-    except PercussError:
-        return np.asarray((4.0 * forward - off(2.0 * inner) - 3.0 * off(0.0)) / (2.0 * inner))
+    return slope(off, _STEP * max(1.0, abs(here)))
 
 
 def time_rates(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:
