@@ -177,13 +177,6 @@ def nudge(now: Fed, valve: Valve, d: float, bar: Piston) -> None:
     now.u, now.v, now.time = now.u + way, now.v + push * step, now.time + step
 
 
-def stored(now: Fed, valve: Valve) -> float:
-    """Energy of a rigid piston, of the gas and of the accumulator."""
-    (u,), (v,) = now.u.tolist(), now.v.tolist()
-    gas = 0.5 * valve.chamber.stiffness * u**2 - valve.chamber.force * u
-    return 0.5 * v**2 + gas + 0.5 * valve.supply.compliance * now.pressure**2
-
-
 def after_cycle(valve: Valve, R: float, d: float, numbers: np.ndarray, state: str, orders: Orders) -> np.ndarray:
     """Speed, times of the pending orders and pressure just after the next blow, from those after one."""
     speed, *dues, pressure = numbers.tolist()
