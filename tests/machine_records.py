@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from percuss.model import Chamber, Contact, Port, Valve
-from percuss.steady.self_excited.piston_flight import distances
-from percuss.steady.self_excited.piston_legs import Piston, leg_after
-from percuss.steady.self_excited.rigid_cycle import settled
+from percuss.model import Chamber, Contact, External, Machine, Port, UniformBar, Valve
+from percuss.steady.self_excited.piston import Piston, settled
 
 MASS = 88.8  # kg, of the piston of the breaker
 
@@ -64,11 +62,14 @@ def recorded_machine(
     """
     valves = valves if isinstance(valves, list) else [valves] * cycles
     contacts = contacts if isinstance(contacts, list) else [contacts] * cycles
-    cycle, _ = settled(Piston(valves[0], contacts[0], drag))
+    machines = [
+        Machine(UniformBar(20.0, External(drag)), valve, law) for valve, law in zip(valves, contacts, strict=True)
+    ]
+    cycle, *_ = settled(machines[0])
     assert cycle is not None
     legs, rebound = [], cycle.rebound
-    for valve, contact in zip(valves, contacts, strict=True):
-        legs.append(leg_after(Piston(valve, contact, drag), rebound))
+    for machine in machines:
+        legs.append(Piston(machine).leg(rebound))
         rebound = legs[-1].rebound
         assert rebound is not None
     blows = np.concatenate([[0.0], np.cumsum([leg.duration for leg in legs])])
@@ -77,11 +78,11 @@ def recorded_machine(
     jumps, before = [], None
     for start, valve, leg in zip(blows, valves, legs, strict=False):
         gas = valve.chamber
-        for segment in leg.segments:
-            begin = start + segment.time
-            on = (time >= begin) & (time <= begin + segment.duration)
-            behind[on] = distances(segment.flight, time[on] - begin)
-            level = valve.force(segment.state)
+        for flight in leg.flights:
+            begin = start + flight.time
+            on = (time >= begin) & (time <= begin + flight.duration)
+            behind[on] = -flight.at(time[on] - begin)[0][0]
+            level = valve.force(flight.state)
             force[on] = level + gas.stiffness * behind[on]
             if before is not None and level != before:
                 jumps.append((begin, level - before))

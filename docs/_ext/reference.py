@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import typing
 from typing import Any
 from unittest import mock
 
@@ -23,8 +22,7 @@ from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
 from percuss.case.answers.steady_answer import END
 from percuss.case.answers.waves_answer import SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
-from percuss.cli.app import COMMANDS
-from percuss.cli.app import run as run_command
+from percuss.cli.app import COMMANDS, command_of
 from percuss.cli.arguments import Parser
 from percuss.units import _TABLE as UNITS
 
@@ -58,23 +56,9 @@ def _escaped(text: str) -> str:
 # -- commands ----------------------------------------------------------------------------------------------------------
 
 
-class _Found(Exception):
-    """Carries the parser out of a command that was about to use it."""
-
-
 def parser_of(command: str) -> Parser:
-    """The parser of a command, which each command makes when it runs."""
-
-    def caught(self: Parser, arguments: object) -> typing.NoReturn:
-        raise _Found(self)
-
-    with mock.patch.object(Parser, "parsed", caught):
-        try:
-            run_command([command])
-        except _Found as found:
-            parser: Parser = found.args[0]
-            return parser
-    raise LookupError(f"'percuss {command}' does not parse its arguments by percuss.cli.arguments.Parser")
+    """The parser of a command."""
+    return command_of(command).parser()
 
 
 def commands() -> str:

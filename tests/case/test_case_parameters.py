@@ -9,7 +9,7 @@ import pytest
 
 from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.file_format.plain_tables import case_of, without_files
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
 from percuss.case.parameters.description import parameters, plain_tables
 from percuss.case.parameters.moves import MOVES, RELATIVE, placed
@@ -179,6 +179,34 @@ def test_a_dimensionless_case_is_moved_to_the_value_itself(name: str) -> None:
 
 
 def test_what_cannot_be_moved_says_so() -> None:
+    square, breaker = case_of(SQUARE), load_case("mini-breaker")
     for values in ({"eta": 1e-5}, {"mean": 0.4}, {"nothing": 1.0}, {"bar.length": 300.0}, {"s": float("nan")}):
         with pytest.raises(ParameterError):
-            placed(case_of(SQUARE), values)
+            placed(square, values)
+    with pytest.raises(CaseError):
+        placed(square, {"restitution": 2.0})
+    with pytest.raises(ParameterError, match="greater than 0"):
+        placed(breaker, {"s": 0.0})
+
+
+def test_several_moves_of_a_square_load_hold_together() -> None:
+    moved = placed(case_of(SQUARE), {"load_factor": 0.4, "restitution": 0.3, "s": 30.0}).system()
+    assert moved.load.load_factor == pytest.approx(0.4, abs=1e-12)
+    assert (moved.restitution, moved.s) == (0.3, 30.0)
+
+
+@pytest.mark.parametrize("name", [machine.name for machine in MACHINES if not machine.valve])
+def test_every_movable_parameter_moves_to_its_value(name: str) -> None:
+    case = without_files(load_case(name))
+    for row in parameters(case):
+        if row["movable"] and row["name"] != "load.scale":
+            value = 1.01 * row["value"]
+            found = rows(placed(case, {row["name"]: value}))[row["name"]]
+            assert (found["value"], found["unit"]) == (pytest.approx(value, rel=1e-12), row["unit"])
+    now = case.system()
+    scaled = placed(case, {"load.scale": 2.0}).system().load
+    np.testing.assert_allclose(scaled.coefficients, 2.0 * now.load.coefficients, rtol=1e-14)
+    moved = placed(case, {"s": 7.5, "restitution": 0.25}).system()  # which leaves all other numbers alone
+    assert (moved.s, moved.restitution) == (pytest.approx(7.5, rel=1e-12), 0.25)
+    assert moved.d == pytest.approx(now.d, rel=1e-12)
+    np.testing.assert_allclose(moved.load.coefficients, now.load.coefficients, rtol=1e-12)

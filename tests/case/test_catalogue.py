@@ -11,7 +11,6 @@ from percuss.case import (
     Case,
     load_case,
     machine_answer,
-    machine_motion,
     simulation_answer,
     steady_answer,
     structure_answer,
@@ -160,7 +159,7 @@ def test_a_simulation_from_its_own_start_ends_in_the_motion_of_its_line(name: st
     case = load_case(name)
     sample = next(one for one in (*MACHINES, *STRUCTURES) if one.name == name)
     if case.is_machine:
-        told = machine_motion(case)
+        told = simulation_answer(case)
         assert told.motion.label == "runs 1/1"
         return
     told, apart = simulation_answer(case), getattr(sample, "from_rest", "")

@@ -13,7 +13,6 @@ from percuss.case import (
     blow_answer,
     load_case,
     machine_answer,
-    machine_motion,
     simulation_answer,
     steady_answer,
     structure_answer,
@@ -22,7 +21,7 @@ from percuss.case.answers.blow_answer import blow_report
 from percuss.case.answers.facts import Fact, Report, Teller, json_of, rows_of
 from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER, Running
-from percuss.case.answers.simulation_answer import machine_motion_report, motion_report
+from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import END
 from percuss.case.answers.steady_report import steady_report, structure_report
 from percuss.case.answers.waves_answer import SETTLED
@@ -90,9 +89,9 @@ def test_what_is_said_of_a_machine_is_whole(name: str) -> None:
     told = json_of(running, (*CYCLE, *POWER), tell)
     assert told["si"] == answer.si and all(math.isfinite(value) for value in told["si"].values())
     assert [label for label, _ in rows_of(running, CYCLE, tell)] == [fact.label for fact in CYCLE]
-    moved = machine_motion(load_case(name).changed(simulation={"modes": 0}))
+    moved = simulation_answer(load_case(name).changed(simulation={"modes": 0}))
     whole(moved.to_json_dict())
-    spoken(machine_motion_report(moved, None))
+    spoken(motion_report(moved, None))
 
 
 def test_units_are_said_where_there_are_any() -> None:

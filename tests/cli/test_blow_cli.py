@@ -1,19 +1,20 @@
-"""``percuss blow``: published and independently computed blows through the command, its report, files and refusals."""
+"""``percuss blow``: published and independently computed blows by the command: report, files, the best blow."""
 
 from __future__ import annotations
 
 import csv
 import json
+import signal
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from percuss.case import Case, blow_answer, load_case
-from percuss.cli import main
+from cli_cases import WAVES
+from percuss.case import Case, Span, best_answer, blow_answer, load_case
+from percuss.errors import ParameterError
 
-CASES = json.loads((Path(__file__).parents[1] / "blow" / "reference_blows.json").read_text(encoding="utf-8"))
+REFERENCE = json.loads((Path(__file__).parents[1] / "blow" / "reference_blows.json").read_text(encoding="utf-8"))
 
 ST_VENANT = """
 [bar]
@@ -25,31 +26,25 @@ density = "7800 kg/m^3"
 velocity = "0.1 m/s"
 """
 
-MATCHED = """
-[bar]
-length = "500 mm"
-area = "10 cm^2"
-youngs_modulus = "200 GPa"
-density = "8000 kg/m^3"
-[tool]
-sections = [{length = "2 m", area = "10 cm^2", youngs_modulus = "200 GPa", density = "8000 kg/m^3"}]
-end = "rock"
-[rock]
-stiffness = "251286241.725234 N/m"
-unloading_ratio = 0.25
-[blow]
-velocity = "10 m/s"
-until = "0.8 ms"
-"""
+
+@pytest.fixture
+def struck(percuss):
+    """`percuss blow` of the text of a case."""
+
+    def command(text, *arguments):
+        Path("struck.toml").write_text(text, encoding="utf-8")
+        return percuss("blow", "struck.toml", *arguments)
+
+    return command
 
 
-def section(row: list[float | None]) -> str:
+def section(row):
     length, area, modulus, density = row
     long = "" if length is None else f'length = "{length!r} m", '
     return f'{{{long}area = "{area!r} m^2", youngs_modulus = "{modulus!r} Pa", density = "{density!r} kg/m^3"}}'
 
 
-def text_of(case: dict[str, Any]) -> str:
+def text_of(case):
     """A reference blow as a case file."""
     rows = ", ".join(section(row) for row in case["striker"]["sections"])
     velocity = case["striker"]["velocity"]
@@ -71,19 +66,9 @@ def text_of(case: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def answered(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
-    assert main(["blow", *arguments, "--json"]) == 0
-    found: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return found
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["name"])
-def test_reference_blows_come_out_of_the_command(
-    case: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(text_of(case), encoding="utf-8")
-    found, expect = answered(capsys, str(file)), case["expect"]
+@pytest.mark.parametrize("case", REFERENCE, ids=lambda case: case["name"])
+def test_reference_blows_come_out_of_the_command(case, struck):
+    found, expect = struck(text_of(case), "--json").json, case["expect"]
     energy, speed = expect["kinetic_energy_before"], abs(expect["mean_velocity_before"])
     force = max(row[3] for row in expect["contacts"])
     assert len(found["contacts"]) == len(expect["contacts"])
@@ -106,50 +91,35 @@ def test_reference_blows_come_out_of_the_command(
     assert found["energy_error"] < 1e-12 and found["momentum_error"] < 1e-12
 
 
-def test_a_bar_on_a_wall_is_that_of_st_venant(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(ST_VENANT, encoding="utf-8")
-    found = answered(capsys, str(file))
+def test_a_bar_on_a_wall_is_that_of_st_venant(struck):
+    found = struck(ST_VENANT, "--json").json
     assert found["contact_duration"] == pytest.approx(3.854496446637726e-4, rel=1e-12)
     assert found["contacts"][0][3] == pytest.approx(1270.82747846, rel=1e-11)
     assert found["effective_restitution"] == pytest.approx(1.0, abs=1e-12)
-    assert main(["blow", str(file)]) == 0
-    told = capsys.readouterr().out
-    assert "gives nothing to the wall: R = 1" in told
-    assert "the case has no [tool]: the bar strikes a rigid wall" in told
-    assert "In closed form" in told and "the waves give 1.271 kN" in told
+    done = struck(ST_VENANT)
+    done.told("gives nothing to the wall: R = 1", "the case has no [tool]: the bar strikes a rigid wall")
+    done.told("In closed form", "the waves give 1.271 kN")
 
 
-def test_the_report_tells_where_the_energy_went_and_what_formulas_say(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(MATCHED, encoding="utf-8")
-    assert main(["blow", str(file)]) == 0
-    told = capsys.readouterr().out
-    assert "A blow of 200 J at 10 m/s puts" in told and "into the rock" in told
-    assert "2(1 − γ)(1 − e^−β)²/β = 61.09 % at β = 1.256; the waves give 61.09 %" in told
-    answer = blow_answer(Case.from_text(MATCHED))
-    parts = answer.blow.rigid_energy_after + answer.blow.vibration_energy_after + answer.blow.work_through_face
-    assert parts == pytest.approx(answer.blow.energy_before, rel=1e-12)
+def test_the_report_tells_where_the_energy_went_and_what_formulas_say(percuss):
+    done = percuss("blow", "blow.toml")
+    done.told("A blow of 200 J at 10 m/s puts", "into the rock")
+    done.told("2(1 − γ)(1 − e^−β)²/β = 61.09 % at β = 1.256; the waves give 61.09 %")
+    blow = blow_answer(Case.from_text(WAVES)).blow
+    parts = blow.rigid_energy_after + blow.vibration_energy_after + blow.work_through_face
+    assert parts == pytest.approx(blow.energy_before, rel=1e-12)
 
 
-def test_speed_and_window_of_the_options_take_precedence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(MATCHED, encoding="utf-8")
-    slow, fast = (answered(capsys, str(file), "--velocity", f"{v} m/s", "--until", "0.5 ms") for v in (5, 10))
+def test_speed_and_window_of_the_options_take_precedence(percuss):
+    asked = ("blow", "blow.toml", "--json", "--until", "0.5 ms", "--velocity")
+    slow, fast = (percuss(*asked, f"{v} m/s").json for v in (5, 10))
     assert fast["until"] == slow["until"] == 5e-4
     assert fast["rock_work"] == pytest.approx(4.0 * slow["rock_work"], rel=1e-12)  # without a gap all is homogeneous
     assert fast["contacts"][0][1] == pytest.approx(slow["contacts"][0][1], rel=1e-12)
 
 
-def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion() -> None:
-    case = load_case("stepped-drifter")
-    tables = case.to_dict()
-    del tables["blow"]
-    from percuss.case.file_format.reading import toml_text
-
-    bare = Case.from_text(toml_text(tables))
+def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion():
+    bare = load_case("stepped-drifter").varied({"blow.velocity": None})
     by_speed, whole = blow_answer(bare, until=3e-4), blow_answer(bare, until=3e-4, whole_field=True)
     assert "steady motion" in by_speed.speed
     before = by_speed.blow.mean_velocity_before
@@ -159,139 +129,155 @@ def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion() -> None:
     assert whole.blow.energy_error < 1e-9
 
 
-def test_waves_are_saved_as_netcdf_table_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_waves_are_saved_as_netcdf_table_and_picture(percuss):
     xarray = pytest.importorskip("xarray")
-    file, made = tmp_path / "case.toml", [tmp_path / name for name in ("blow.nc", "blow.csv", "blow.png")]
-    file.write_text(MATCHED, encoding="utf-8")
-    options = ["-o", str(made[0]), "--csv", str(made[1]), "--plot", str(made[2]), "--gauge", "1 m"]
-    assert main(["blow", str(file), *options]) == 0
-    told = capsys.readouterr().out
-    assert all(str(path) in told for path in made)
-    with xarray.open_dataset(made[0], engine="h5netcdf") as found:
+    made = ("-o", "blow.nc", "--csv", "blow.csv", "--plot", "blow.png")
+    percuss("blow", "blow.toml", *made, "--gauge", "1 m").told(*made[1::2])
+    with xarray.open_dataset("blow.nc", engine="h5netcdf") as found:
         assert found["face_force"].max() == pytest.approx(200e3)
         assert json.loads(found.attrs["answer"])["gauge"]["place"] == 1.0
         arrival = float(found["time"][np.argmax(found["incident"].values > 1.0)])
         assert arrival == pytest.approx(1.0 / 5000.0, abs=1e-6)
-    with made[1].open(encoding="utf-8") as table:
+    with open("blow.csv", encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
     assert len(rows) == 4001 and "face_force [N]" in rows[0]
-    assert made[2].stat().st_size > 20_000
+    assert Path("blow.png").stat().st_size > 20_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--velocity", "9"], "unit"),
-        (["--velocity", "-9 m/s"], "greater than 0"),
-        (["--velocity", "9 m/s", "--from-motion"], "--from-motion"),
-        (["--until", "0 s"], "greater than 0"),
-        (["--until", "1e9 s"], "at most"),
-        (["--gauge", "5 m"], "a place on the rod, from 0 to 2"),
-        (["--gauge", "nan m"], "--gauge"),
-        (["--plot", "blow.gif"], ".png"),
-        (["--csv", "blow.txt"], ".csv"),
-        (["-o", "blow.toml"], ".nc"),
-        (["--gauge", "5 m"], "to 2 m"),
-        (["--velociti", "3 m/s"], "did you mean '--velocity'"),
-    ],
-)
-def test_bad_options_are_refused_with_a_remedy(
-    arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(MATCHED, encoding="utf-8")
-    assert main(["blow", str(file), *arguments]) == 2
-    assert said in capsys.readouterr().err
+def test_a_case_without_speed_and_motion_says_what_it_needs(struck):
+    struck(WAVES.replace('velocity = "10 m/s"', "")).refused("or --velocity", "[load]")
+    own = load_case("valve-drifter").varied({"blow.velocity": None}).to_toml()
+    struck(own).refused("'percuss machine' tells the striking speed")
 
 
-def test_a_gauge_needs_a_rod(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(ST_VENANT, encoding="utf-8")
-    assert main(["blow", str(file), "--gauge", "0.1 m"]) == 2
-    assert "a place on a rod: the target is a wall" in capsys.readouterr().err
+def test_the_blow_of_a_machine_is_resolved_by_waves(percuss):
+    assert percuss("blow", "valve-drifter", "--json").json["case"] == "valve-drifter"
 
 
-def test_a_case_without_speed_and_motion_says_what_it_needs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(MATCHED.replace('velocity = "10 m/s"', ""), encoding="utf-8")
-    assert main(["blow", str(file)]) == 2
-    said = capsys.readouterr().err
-    assert "or --velocity" in said and "[load]" in said
-
-
-def test_a_dimensionless_bar_is_told_in_its_scales(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(
-        '[system]\ns = 20.0\nd = 0.0\nrestitution = 0.5\n[load]\nkind = "harmonic"\nmean = 0.9\namplitude = 1.0\n'
-        "[tool]\nimpedance = 3.0\n",
-        encoding="utf-8",
-    )
-    found = answered(capsys, str(file), "--velocity", "1")
+def test_a_dimensionless_bar_is_told_in_its_scales(struck):
+    load = '[load]\nkind = "harmonic"\nmean = 0.9\namplitude = 1.0\n'
+    text = f"[system]\ns = 20.0\nd = 0.0\nrestitution = 0.5\n{load}[tool]\nimpedance = 3.0\n"
+    found = struck(text, "--velocity", "1", "--json").json
     assert found["units"] == "dimensionless"
     assert found["effective_restitution"] == pytest.approx(0.5, abs=1e-12)  # (3 − 1)/(3 + 1)
     assert found["contact_duration"] == pytest.approx(0.1, rel=1e-12)  # 2/s
-    assert main(["blow", str(file), "--velocity", "1", "--plot", str(tmp_path / "blow.png")]) == 0
-    assert "R = (Z₂ − Z₁)/(Z₂ + Z₁) = 0.5; the waves give 0.5" in capsys.readouterr().out
+    struck(text, "--velocity", "1", "--plot", "blow.png").told("R = (Z₂ − Z₁)/(Z₂ + Z₁) = 0.5; the waves give 0.5")
 
 
-def gauge_file(folder: Path) -> Path:
-    """What a gauge at 1 m of the case above would record, 0.2 ms late, in strain with compression negative."""
-    blow = blow_answer(Case.from_text(MATCHED), gauge=1.0)
+# -- beside a measurement ---------------------------------------------------------------------------------------------
+
+
+def gauge_file():
+    """What a gauge at 1 m of the case would record, 0.2 ms late, in strain with compression negative."""
+    blow = blow_answer(Case.from_text(WAVES), gauge=1.0)
     time = np.arange(0.0, blow.blow.until, 1e-6)
-    assert blow.waves is not None
     force = blow.waves.incident.at(time) + blow.waves.reflected.at(time)
     rows = [f"{t + 2e-4:.7f},{-1.03e6 * f / (1e-3 * 200e9):.4f}" for t, f in zip(time, force, strict=True)]
-    file = folder / "gauge.csv"
-    file.write_text("t [s],strain\n" + "\n".join(rows), encoding="utf-8")
-    return file
+    Path("gauge.csv").write_text("t [s],strain\n" + "\n".join(rows), encoding="utf-8")
 
 
-def test_a_record_is_laid_over_the_blow(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(MATCHED, encoding="utf-8")
-    options = [str(file), "--gauge", "1 m", "--measured", str(gauge_file(tmp_path)), "--unit", "µm/m"]
-    found = answered(capsys, *options)["measured"]
+def test_a_record_is_laid_over_the_blow(percuss):
+    gauge_file()
+    options = ("blow", "blow.toml", "--gauge", "1 m", "--measured", "gauge.csv", "--unit", "µm/m")
+    found = percuss(*options, "--json").json["measured"]
     keys = {"file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap", "notes"}
     assert set(found) == keys
     assert found["quantity"] == "strain" and found["sign"] == -1
     assert found["shift"] == pytest.approx(-2e-4, abs=6e-7)
     assert found["scale"] == pytest.approx(1.03, abs=5e-3)
-    assert main(["blow", *options, "--plot", str(tmp_path / "blow.png")]) == 0
-    told = capsys.readouterr().out
-    assert "Measured at the gauge" in told and "compression negative" in told and "times the computed force" in told
+    done = percuss(*options, "--plot", "blow.png")
+    done.told("Measured at the gauge", "compression negative", "times the computed force")
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--unit", "MPa"], "only with --measured"),
-        (["--measured", "nowhere.csv"], "no such file"),
-        (["--measured", "gauge.csv"], "no unit of strain, stress or force"),
-        (["--measured", "gauge.csv", "--unit", "kg"], "a unit of mass"),
-        (["--measured", "gauge.csv", "--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
-        (["--measured", "gauge.csv", "--unit", "µε", "--column", "pressure"], "no column"),
-        (["--measured", "gauge.csv"], "give --unit"),
-        (["--measured", "gauge.csv", "--unit", "µε", "--measured-sign", "up"], "positive"),
-        (["--measured", "gauge.csv", "--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
+        ([], "no unit of strain, stress or force"),
+        ([], "give --unit"),
+        (["--unit", "kg"], "a unit of mass"),
+        (["--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
+        (["--unit", "µε", "--column", "pressure"], "no column"),
+        (["--unit", "µε", "--measured-sign", "up"], "positive"),
+        (["--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
     ],
 )
-def test_bad_records_are_refused_with_a_remedy(
-    arguments: list[str],
-    said: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("case.toml").write_text(MATCHED, encoding="utf-8")
-    gauge_file(tmp_path)
-    assert main(["blow", "case.toml", *arguments]) == 2
-    assert said in capsys.readouterr().err
+def test_bad_records_are_refused_with_a_remedy(percuss, arguments, said):
+    gauge_file()
+    percuss("blow", "blow.toml", "--measured", "gauge.csv", *arguments).refused(said)
 
 
-def test_a_record_needs_a_rod(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "case.toml"
-    file.write_text(ST_VENANT, encoding="utf-8")
-    assert main(["blow", str(file), "--measured", str(gauge_file(tmp_path))]) == 2
-    said = capsys.readouterr().err
-    assert "the target is a wall" in said and "[tool]" in said
+def test_a_record_needs_a_rod(struck):
+    gauge_file()
+    struck(ST_VENANT, "--measured", "gauge.csv").refused("the target is a wall", "[tool]")
+
+
+# -- the best blow ----------------------------------------------------------------------------------------------------
+
+SEARCH = ("blow", "laboratory-striker", "--best", "efficiency", "--vary", "bar.length=50:400mm", "--blows", "40")
+
+
+def test_the_saved_case_gives_what_was_told(percuss):
+    told = percuss(*SEARCH, "--below", "300MPa", "--json", "-o", "best.toml", "--plot", "best.png").json
+    best = Case.read("best.toml")
+    blow = blow_answer(best).blow
+    assert told["allowed"] and Path("best.png").read_bytes()[:4] == b"\x89PNG"
+    assert told["figures"]["rock_efficiency"]["best"] == blow.efficiency >= told["figures"]["rock_efficiency"]["own"]
+    assert told["figures"]["peak_stress"]["best"] <= 300e6
+    assert best.tables.bar.length == f"{told['varied'][0]['best']!r} mm"
+    assert told["varied"][0]["own"] == 200.0 and told["best_case"]["bar"]["length"] == best.tables.bar.length
+    done = percuss(*SEARCH)
+    done.told("The best blow found: efficiency", "the case as it is", "bar.length", "peak stress", "MPa", "seed 0")
+    percuss(*SEARCH, "--below", "1 kPa").told("No blow within these ranges")
+
+
+def test_a_recording_is_found_from_another_folder(percuss):
+    assert percuss("new", "hydraulic-drifter", "-o", "drifter.toml").code == 0
+    Path("found").mkdir()
+    search = ("--best", "efficiency", "--vary", "bar.length=300:400mm", "--blows", "20")
+    assert percuss("blow", "drifter.toml", *search, "-o", "found/best.toml").code == 0
+    own, best = Case.read("drifter.toml"), Case.read("found/best.toml")
+    assert best.tables.load.file == "../drifter_pressure.csv"
+    assert best.load().coefficients == pytest.approx(own.load().coefficients)
+
+
+def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
+    heard = []
+
+    def told(self, *progress):
+        heard.append(progress)
+        if len(heard) == 12:
+            signal.raise_signal(signal.SIGINT)
+        return self.interrupted
+
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.share", told)
+    done = percuss(*SEARCH, "--json", "-o", "best.toml")
+    found = done.json
+    assert done.code == 130 and "interrupted: the best of 11 blows so far" in done.err and len(heard) == 12
+    assert found["complete"] is False and found["blows"] == 11
+    best = blow_answer(Case.read("best.toml")).blow
+    assert best.efficiency == found["figures"]["rock_efficiency"]["best"] >= found["figures"]["rock_efficiency"]["own"]
+
+
+def test_a_range_above_what_the_case_has(percuss):
+    """The case itself is not tried, and may be better."""
+    found = percuss(*SEARCH[:5], "bar.length=30:60mm", "--blows", "30", "--json").json
+    assert found["varied"][0]["own"] == 200.0 and 30.0 <= found["varied"][0]["best"] <= 60.0
+    assert found["figures"]["rock_efficiency"]["best"] < found["figures"]["rock_efficiency"]["own"]
+
+
+def test_short_names_where_only_one_key_has_them():
+    case = load_case("laboratory-striker")
+    long, short = (
+        best_answer(case, [Span.parsed(text)], "efficiency", most=20)
+        for text in ("rock.stiffness=50:400kN/mm", "stiffness=50:400kN/mm")
+    )
+    assert long.values == short.values
+    with pytest.raises(ParameterError, match=r"bar\.sections\[0\]"):
+        best_answer(load_case("stepped-drifter"), [Span.parsed("head.length=50:150mm")], most=20)
+
+
+@pytest.mark.parametrize("low", ["-50", "0"])
+def test_ends_of_ranges_are_values(low):
+    case, key = load_case("stepped-drifter"), "bar.sections[2].length"
+    with pytest.raises(ParameterError, match=rf"{low} mm'?: expected a .* greater than 0"):
+        best_answer(case, [Span.parsed(f"{key}={low}:150mm")], "rock-energy", most=20)

@@ -7,7 +7,6 @@ import re
 import sys
 import threading
 import time
-from types import SimpleNamespace
 
 import pytest
 
@@ -74,8 +73,6 @@ def test_what_an_archive_says(run, tmp_path):
 
 def test_a_report_at_a_terminal(monkeypatch, capsys):
     """Colours are the program's own, what they colour is neutral."""
-    import sys
-
     report = Report(EVIL, EVIL, "good", (Section(EVIL, ((EVIL, EVIL),)), Grid(EVIL, (EVIL,), ((EVIL,),))))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     show_report(report)
@@ -98,8 +95,7 @@ def test_no_command_is_silent_for_long(monkeypatch, capsys, command, seen):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: seen, raising=False)
     monkeypatch.setattr(waiting, "PATIENCE", 0.05)
     monkeypatch.setattr(waiting, "_SHARE", 0.0)
-    slow = dict.fromkeys(("run", "show", "export"), lambda arguments: time.sleep(0.5) or 0)
-    monkeypatch.setattr(app, "import_module", lambda name: SimpleNamespace(**slow))
+    monkeypatch.setattr(app, "command_of", lambda name: lambda arguments: time.sleep(0.5) or 0)
     assert main([command]) == 0
     assert capsys.readouterr().err == (f"percuss: {command}: computing\n" if seen else "")
 
@@ -114,7 +110,7 @@ def test_what_is_shown_breaks_the_silence(monkeypatch, capsys):
             time.sleep(0.1)
         return 0
 
-    monkeypatch.setattr(app, "import_module", lambda name: SimpleNamespace(run=talks))
+    monkeypatch.setattr(app, "command_of", lambda name: talks)
     assert main(["machine"]) == 0
     assert capsys.readouterr().err == ""
 

@@ -17,7 +17,7 @@ import pytest
 
 from jobs import Kills, Raises, Sines, same, whole
 from percuss.cli.arguments import Parser
-from percuss.cli.long_commands import add_carrying, carried
+from percuss.cli.long_commands import CARRYING, carried
 from percuss.errors import Interrupted, MissingExtraError, PercussError
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
@@ -281,7 +281,6 @@ def test_no_dask(monkeypatch):
 
 
 def test_scheduler_option(dask, tmp_path):
-    parser = Parser("sweep", "", "")
-    add_carrying(parser)
+    parser = Parser("sweep", "", "", CARRYING)
     options = parser.parsed(["--scheduler", dask.address, "-o", str(tmp_path / "a.zarr")])
     assert same(carried(parser, options, Sines(50, sleep=0.01)), whole(Sines(50)))

@@ -26,7 +26,7 @@ from percuss import Load, System
 from percuss.cli import long_commands as carrying
 from percuss.cli import main
 from percuss.cli.arguments import Parser, UsageError
-from percuss.cli.long_commands import Watch, add_carrying, carried
+from percuss.cli.long_commands import CARRYING, JobWatch, carried
 from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
 from percuss.explore.attractors.experiments import experiment_job
 from percuss.explore.jobs.archive import Archive
@@ -558,8 +558,7 @@ def test_pool_forgets(processes):
 
 
 def options_of(*arguments: str) -> tuple[Parser, Any]:
-    parser = Parser("sweep", "", "")
-    add_carrying(parser)
+    parser = Parser("sweep", "", "", CARRYING)
     return parser, parser.parsed(arguments)
 
 
@@ -623,7 +622,7 @@ def test_a_quick_job_writes_no_line_however_long_it_was_prepared(capsys, monkeyp
     """Kernels that are compiled first: the pace is known when the work begins, and nothing of it is done by then."""
     now = [1000.0]
     monkeypatch.setattr(carrying.time, "monotonic", lambda: now[0])
-    watch = Watch("sweep", agreed=True)
+    watch = JobWatch("sweep", agreed=True)
     now[0] += 60.0  # compiling
     watch(JobProgress(0, 21, 815.0, 0.026, 100))
     now[0] += 0.03
@@ -662,13 +661,13 @@ def test_the_bar_itself(capsys):
 
 
 def test_signals_of_a_watch():
-    watch = Watch("sweep", agreed=True)
+    watch = JobWatch("sweep", agreed=True)
     watch(JobProgress(0, 10, 1.0, 10.0, 80))
     watch.interrupt()
     assert watch(JobProgress(0, 10, 1.0, 10.0, 80)) is True
     with pytest.raises(KeyboardInterrupt):
         watch.interrupt()
-    deaf = Watch("sweep", agreed=True)
+    deaf = JobWatch("sweep", agreed=True)
     deaf._heard -= 1.0  # nobody asks: something long runs
     with pytest.raises(KeyboardInterrupt):
         deaf.interrupt()
@@ -688,7 +687,7 @@ def test_exit_code_of_an_interruption(monkeypatch, capsys):
     def stops(_: object) -> int:
         raise Interrupted(3, 10, "a.zarr", "go on")
 
-    monkeypatch.setattr("percuss.cli.archives.show", stops)
+    monkeypatch.setattr("percuss.cli.long_commands.show", stops)
     assert main(["show", "a.zarr"]) == 130
     assert "interrupted after 3 of 10 items; the finished ones are in a.zarr — go on" in capsys.readouterr().err
 

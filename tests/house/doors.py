@@ -79,10 +79,10 @@ NO_DOORS = {
     "explore.Experiment.from_archive explore.Experiment.of "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
-    "steady.ValveCycle.position steady.Rhythm.of_rigid blow.Impacts.part blow.Trace.around "
+    "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at "
-    "steady.RigidCycle.through "
+    "steady.Orbit.mean_range "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
     "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.secular"
     " stability.LinearMap.shares",
@@ -276,7 +276,7 @@ class Arguments:
             explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, **few),
             explore.experiment(SYSTEM, 4, **few), explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
-            cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0), cases.machine_motion(drilling),
+            cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
         ]  # fmt: skip
@@ -397,7 +397,6 @@ class Arguments:
             "case.blow_answer": {"case": hammer, "velocity": 9.0},
             "case.orbits_answer": {"label": "1/1", "switch": False},
             "case.branch_answer": {"orbit": "1/1:1", "along": "mean=0.89:0.91"},
-            "case.rest_branch_answer": {"orbit": "chatter/1", "along": "mean=0.899:0.901"},
             "case.point_curves_answer": {"case": jackleg, "branch": branch, "which": "fold"}
             | {"along": "load_factor=0.39:0.45", "over": "restitution=0.149:0.151"},
             "case.diagram_*": {"along": "mean=0.85:0.95:2"},

@@ -15,7 +15,8 @@ from percuss.errors import ConvergenceError, ParameterError, ResonanceError
 from percuss.stability import exact_plane, floquet_multipliers, linear_map, stability_of, stability_plane
 from percuss.stability.plane import KINDS, OUTCOMES
 from percuss.steady import Orbit, steady_states
-from percuss.steady.phases import forced_response, level
+from percuss.steady.forced import forced_response
+from percuss.steady.phases import level
 
 PNEUMATIC = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 

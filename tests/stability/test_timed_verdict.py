@@ -15,7 +15,7 @@ from percuss import Kept, Load, System
 from percuss.model import SteppedBar, Timed
 from percuss.stability import timed_stability
 from percuss.steady import Reason, TimedOrbit, timed_states
-from percuss.steady.phases import forced_response
+from percuss.steady.forced import forced_response
 from timed_oracle import Blow, after
 
 

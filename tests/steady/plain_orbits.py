@@ -8,10 +8,10 @@ import numpy as np
 
 from percuss.mechanics.flow import phi1, phi2, propagator
 from percuss.model.checks import Array
+from percuss.steady.forced import forced_response
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.periodic_orbit import differences
 from percuss.steady.periodic.search import COALESCED, Outcome
-from percuss.steady.phases import forced_response
 
 
 class Plain(NamedTuple):

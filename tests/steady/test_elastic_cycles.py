@@ -29,7 +29,7 @@ from percuss.model import (
     Valve,
 )
 from percuss.simulate import run
-from percuss.steady import ElasticCycle, Obstacle, Rhythm, self_excited_motion, sensitivities
+from percuss.steady import Obstacle, Rhythm, ValveCycle, self_excited_motion, sensitivities
 from percuss.steady.self_excited.elastic_cycle import solved
 from percuss.steady.self_excited.self_switching import why_unstable
 
@@ -85,7 +85,7 @@ def test_cycles_known_to_many_digits(case: str) -> None:
     known, N, *figures, multipliers = KNOWN[case]
     motion = self_excited_motion(known, modes=N)
     cycle = motion.cycle
-    assert motion.runs and isinstance(cycle, ElasticCycle)
+    assert motion.runs and isinstance(cycle, ValveCycle)
     found = [cycle.period, cycle.blow_speed, cycle.blow_energy, cycle.stroke, cycle.work]
     assert found == pytest.approx(figures, rel=1e-10)
     size = len(multipliers)
@@ -172,7 +172,7 @@ def test_a_stiff_bar_is_a_rigid_piston(law: type, kappa: float) -> None:
 def test_without_modes_the_chain_is_the_rigid_piston() -> None:
     asked = two_force(Kept, 10.0, External(0.05), 0.3, 0.1, 0.2, kappa=0.2)
     rigid = self_excited_motion(asked, modes=0).cycle
-    chain = solved(asked, 0, Rhythm.of_rigid(rigid)).cycle
+    chain = solved(asked, 0, rigid.rhythm).cycle
     assert chain.period == pytest.approx(rigid.period, rel=1e-13)
     assert chain.stroke == pytest.approx(rigid.stroke, rel=1e-12)
     assert chain.work == pytest.approx(rigid.work, rel=1e-12)
@@ -198,7 +198,7 @@ machines = st.builds(
 def test_a_cycle_closes_and_keeps_to_its_side_of_the_wall(asked: Machine, modes: int) -> None:
     motion = self_excited_motion(asked, modes=modes)
     cycle = motion.cycle
-    if not isinstance(cycle, ElasticCycle) or cycle.rests:
+    if not isinstance(cycle, ValveCycle) or cycle.rests:
         return
     scale = cycle.stroke
     times = np.linspace(0.0, cycle.period, 1500, endpoint=False)
@@ -394,7 +394,7 @@ def random_striker(seed: int) -> tuple[Machine, int]:
     return Machine(bar, valve, Kept(within(0.0, 0.3))), int(rng.integers(1, 6))
 
 
-def beyond_the_wall(cycle: ElasticCycle) -> float:
+def beyond_the_wall(cycle: ValveCycle) -> float:
     """How far the striking end is beyond the wall at most, looked at 400 times in each flight.
 
     Not where the bar has just left the wall at rest: the end of finitely many modes moves a little beyond it at once.
@@ -414,7 +414,7 @@ def test_no_cycle_passes_through_the_wall(seeds: range) -> None:
     for seed in seeds:
         asked, modes = random_striker(seed)
         cycle = self_excited_motion(asked, modes=modes).cycle
-        if isinstance(cycle, ElasticCycle):
+        if isinstance(cycle, ValveCycle):
             found += 1
             assert beyond_the_wall(cycle) <= 1e-9 * cycle.stroke, seed
     assert found > len(seeds) // 2

@@ -9,7 +9,8 @@ import pytest
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.stability import exact_plane, stability_plane
-from percuss.steady.phases import Arcs, forced_response, level
+from percuss.steady.forced import forced_response
+from percuss.steady.phases import Arcs, level
 
 TURN = 2.0 * math.pi
 CROSSED = Load.steps([0.0, 1.0, 2.0], [1.0, 0.5, -1.5 / (TURN - 2.0)])  # v_f rises on, more slowly, through phase 1

@@ -178,7 +178,7 @@ def check_samples(orbit: PeriodicOrbit) -> None:
         heights += np.maximum(y[here], y[here + 1]).tolist()
     if seen.height > -np.inf:
         flight = orbit.flights[seen.flight]
-        place = flight.end_motion(np.array([seen.time]), orbit.modes)[0]
+        place = flight.end_motion(np.array([seen.time + orbit.times[0] - flight.phase]), orbit.modes)[0]
         assert place[0] == pytest.approx(seen.height, rel=0, abs=1e-9 * size)
     if not orbit.system.load.is_piecewise:  # else the samples begin anew at each step
         assert seen.height >= max(heights) - 1e-9 * size

@@ -9,8 +9,7 @@ import pytest
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.errors import ResonanceError
-from percuss.steady.harmonic import HarmonicResponse
-from percuss.steady.phases import forced_response
+from percuss.steady.forced import HarmonicResponse, forced_response
 
 TURN = 2.0 * math.pi
 HALVES = ([0.0, math.pi], [1.0, -0.3])  # no even harmonic

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, SteppedBar, UniformBar, Valve
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited.rigid_cycle import parted
+from percuss.steady.self_excited.valve_cycle import parted
 
 PORTS = (Port("power", 1.0, "back", 0.1), Port("return", 0.1, "front", 0.05))
 

@@ -18,8 +18,9 @@ from percuss import Load, System, rest_on_wall, steady_states
 from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.model import UniformBar
 from percuss.steady import Orbit
+from percuss.steady.forced import forced_response
 from percuss.steady.oscillator import free_sum
-from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.phases import Arcs
 from strategies import (
     Drawn,
     coefficients,

@@ -20,9 +20,8 @@ from percuss.steady import (
     slow_pressure,
     valve_margins,
 )
-from percuss.steady.self_excited.piston_flight import Flight, at, ramped_crossing
-from percuss.steady.self_excited.piston_legs import Piston
-from percuss.steady.self_excited.rigid_cycle import continued, under_pressure
+from percuss.steady.self_excited.piston import continued, under_pressure
+from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing
 from supply_oracle import after_cycle
 
 MASS = 88.8
@@ -74,7 +73,7 @@ def test_a_great_accumulator_holds_the_pressure() -> None:
     valve = breaker(133, 1.0)
     cycle = fed(valve).cycle
     pressure = slow_pressure(cycle)
-    constant = continued(under_pressure(cycle.piston, pressure.mean), cycle.at_constant_pressure)
+    constant = continued(under_pressure(cycle.machine, pressure.mean), cycle)
     assert cycle.blow_speed == pytest.approx(constant.blow_speed, rel=1e-4)
     assert cycle.period == pytest.approx(constant.period, rel=1e-4)
     assert pressure.ripple < 1e-4
@@ -102,9 +101,9 @@ def test_energy_closes_and_volume_too(back, power, R, drag, kappa, compliance, f
     valve = Valve({"return": -back, "power": power}, ports, None, Chamber(0.0, kappa), supply=Supply(flow, compliance))
     cycle = fed(valve, R, drag).cycle
     assume(cycle is not None and cycle.blows == 1 and not cycle.rests)
-    dragged = sum(drag * np.dot(*_squares(one.flight, one.duration)) for one in cycle.segments)
+    dragged = sum(drag * np.dot(*_squares(one.rigid, one.duration)) for one in cycle.flights)
     assert cycle.work == pytest.approx(cycle.taken + dragged, rel=1e-8)
-    drawn = math.fsum(dict(valve.pairs)[one.state] * (one.flight.x - one.behind) for one in cycle.segments)
+    drawn = math.fsum(dict(valve.pairs)[one.state] * float((one.end - one.begin)[0, 0]) for one in cycle.flights)
     assert drawn == pytest.approx(flow * cycle.period, rel=1e-9)
     pressure = slow_pressure(cycle)
     assert 0.0 <= pressure.least <= pressure.at_blow + 1e-12 and pressure.at_blow <= pressure.greatest + 1e-12
@@ -131,7 +130,7 @@ def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, place, back) -> None:
     """Against looking at many times."""
     flight, until = Flight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
-    time, where, way = ramped_crossing(flight, [[place, place], [1.0, -1.0]], until)
+    time, where, way = first_crossing(flight, [[place, place], [1.0, -1.0]], until)
     times = np.linspace(0.0, until, 2001)
     seen = np.array([at(flight, float(t))[0] for t in times])
     beyond = np.where(np.abs(seen - place) < 1e-12, 0.0, seen - place)  # it may begin at the place
@@ -148,11 +147,11 @@ def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, plac
 def test_far_passages_are_found_without_looking_at_every_swing() -> None:
     """A stiff accumulator and a slow pump: some 10^5 swings before the place is reached, first at a crest."""
     flight = Flight(2e4, 1e4, 0.0, 2.5, 0.1, 1.0)
-    time, place, way = ramped_crossing(flight, [[3.0], [1.0]], math.inf)
+    time, place, way = first_crossing(flight, [[3.0], [1.0]], math.inf)
     assert (place, way) == (3.0, 1)
     assert at(flight, time)[0] == pytest.approx(3.0, abs=1e-9)
     assert 1e-4 * time == pytest.approx(3.0 - 2.5, rel=0.01)
-    time, place, way = ramped_crossing(flight._replace(ramp=-1.0), [[3.1], [1.0]], math.inf)
+    time, place, way = first_crossing(flight._replace(ramp=-1.0), [[3.1], [1.0]], math.inf)
     assert (place, way) == (0.0, -1) and 1e-4 * time == pytest.approx(2.0 - 0.5, rel=0.01)
 
 
@@ -172,17 +171,17 @@ def test_margins_of_the_supply_are_limits() -> None:
     motion = fed(valve)
     margins = valve_margins(motion)
     assert margins.flow_to_run < 1.0 and margins.accumulator_to_run < 1.0
-    piston, cycle = Piston(valve, Kept(0.15), 0.5), motion.cycle
+    machine, cycle = motion.machine, motion.cycle
     for name, limit in (("flow", margins.flow_to_run), ("compliance", margins.accumulator_to_run)):
         for factor in (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05):
             if factor < 0.98 * limit:
                 break
             changed = replace(valve.supply, **{name: getattr(valve.supply, name) * max(factor, 1.001 * limit)})
-            near = continued(replace(piston, valve=replace(valve, supply=changed)), cycle)
+            near = continued(machine.with_valve(replace(valve, supply=changed)), cycle)
             assert near is not None and near.stable
             cycle = near
         changed = replace(valve.supply, **{name: getattr(valve.supply, name) * 0.98 * limit})
-        near = continued(replace(piston, valve=replace(valve, supply=changed)), cycle)
+        near = continued(machine.with_valve(replace(valve, supply=changed)), cycle)
         assert near is None or not near.stable
         cycle = motion.cycle
 

@@ -447,7 +447,7 @@ def test_many_harmonics_at_many_times_do_not_fill_the_memory(monkeypatch: pytest
         sizes.append(found.size)
         return found
 
-    monkeypatch.setattr("percuss.steady.harmonic._AT_ONCE", 2400)
+    monkeypatch.setattr("percuss.steady.forced._AT_ONCE", 2400)
     monkeypatch.setattr("percuss.steady.oscillator._CHUNK", 2400)
     monkeypatch.setattr(np, "outer", counted)
     parts = motion.end_motion(times, 8)

@@ -563,7 +563,7 @@ def test_what_takes_too_long_is_given_up_and_keeps_its_place(caplog: pytest.LogC
 def test_a_client_that_leaves_before_the_stream_begins_frees_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
     """But not before its computation has ended."""
     client, ended = Client(), threading.Event()
-    monkeypatch.setattr("percuss.web.motion_routes._follow", lambda *_: ended.wait(10.0))
+    monkeypatch.setattr("percuss.web.motion_routes._followed", lambda *_: [] * ended.wait(10.0))
     body = json.dumps({**MACHINE, "starts": 10}).encode()
     headers = [(b"host", b"127.0.0.1:8321"), (b"content-type", b"application/json")]
     scope = {"type": "http", "asgi": {"spec_version": "2.3"}, "http_version": "1.1", "method": "POST"}

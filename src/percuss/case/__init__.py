@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.orbits_answer import (
         branch_answer,
         orbits_answer,
-        rest_branch_answer,
         rest_cycles_answer,
     )
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
@@ -26,9 +25,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import (
-        MachineMotion,
         SimulationAnswer,
-        machine_motion,
         resumed_answer,
         simulation_answer,
     )

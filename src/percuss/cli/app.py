@@ -10,20 +10,13 @@ from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from percuss.cli.arguments import UsageError
+from percuss.cli.arguments import Command, UsageError
 from percuss.cli.waiting import sign, telling
 from percuss.errors import Interrupted, PercussError
 from percuss.neutral import neutral
 
 # ---- What is printed cannot steer the terminal: titles, keys and commands come from files that anybody may have
 # written
-#
-# All that a command prints goes through the streams that `neutral_streams` puts in place (`percuss.neutral`).
-
-
-def raw(stream: Any) -> Any:
-    """The stream behind a neutral one, for what this program draws itself."""
-    return getattr(stream, "rich_proxied_file", stream)
 
 
 @contextmanager
@@ -44,7 +37,7 @@ class _Neutral:
     """A stream whose text steers nothing. rich looks for the attribute, and writes its own colours there."""
 
     def __init__(self, stream: Any) -> None:
-        self.rich_proxied_file = raw(stream)
+        self.rich_proxied_file = getattr(stream, "rich_proxied_file", stream)
 
     def write(self, text: str) -> int:
         self.rich_proxied_file.write(neutral(text))
@@ -59,7 +52,7 @@ class _Neutral:
         return getattr(self.rich_proxied_file, name)
 
 
-# ---- Finds the command, runs it, and turns whatever stops it into a line on stderr and an exit code
+# ---- The commands, and what becomes of whatever stops them
 
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
@@ -80,9 +73,19 @@ COMMANDS = {
     "show": "what is in an archive, and how complete it is",
     "export": "an archive as one file, NetCDF or CSV",
 }
-"""Each command is the module of its name, with ``run(arguments) -> exit code``, or what `_ELSEWHERE` says."""
 
-_ELSEWHERE = {"show": "archives:show", "export": "archives:export"}
+_FILES = {
+    "motions": "steady machine simulate", "orbits": "orbits follow diagram", "blow": "blow", "serve": "serve",
+    "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
+}  # fmt: skip
+
+
+def command_of(name: str) -> Command:
+    """A command, from its file in this folder."""
+    file = next(file for file, names in _FILES.items() if name in names.split())
+    found: Command = getattr(import_module(f"percuss.cli.{file}"), name)
+    return found
+
 
 _HELP = """\
 usage: percuss COMMAND ...
@@ -160,10 +163,8 @@ def _dispatch(arguments: list[str]) -> int:
         return 0
     if first not in COMMANDS:
         raise UsageError(_unknown(first))
-    module, _, function = _ELSEWHERE.get(first, f"{first}:run").partition(":")
     with nullcontext() if first == "serve" else telling(first):  # the page tells of itself
-        code: int = getattr(import_module(f"percuss.cli.{module}"), function)(arguments[1:])
-    return code
+        return command_of(first)(arguments[1:])
 
 
 def _unknown(word: str) -> str:

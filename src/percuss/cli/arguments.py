@@ -1,4 +1,4 @@
-"""An argument parser that says what was probably meant, and the few kinds of values that the commands take."""
+"""What a command is told: its table of options, the kinds of values, and the files that it takes and makes."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import argparse
 import math
 import os
 import re
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from percuss.errors import CaseError, MissingExtraError, PercussError
 
@@ -22,27 +21,92 @@ MAX_PERIODS = 1000
 MAX_MODES = 4096
 """The most elastic modes that the command line takes."""
 
-
-_MADE = ("output", "csv", "netcdf", "plot", "report")
-"""The options that name a file to be made."""
+PICTURES = (".png", ".svg", ".pdf")
+"""What a picture can be saved as."""
 
 
 class UsageError(Exception):
     """Arguments that do not make a command."""
 
 
+# ---- A command is a function and a table of options
+
+
+class Option(NamedTuple):
+    """An argument of a command; of a file to be made also how its name may end, and the extra and packages it needs."""
+
+    names: tuple[str, ...]
+    settings: dict[str, Any]
+    is_made: bool = False
+    endings: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+
+
+def option(spec: str, about: str, kind: Callable[[str], Any] | None = None, **settings: Any) -> Option:
+    """An option, written as in the help: ``-o, --output FILE``, ``CASE``, or ``--json``, which takes no value."""
+    words = spec.replace(",", "").split()
+    names = tuple(word for word in words if word.startswith("-"))
+    if len(names) < len(words):
+        settings["metavar"] = words[-1]
+    elif "choices" not in settings:
+        settings["action"] = "store_true"
+    if kind is not None:
+        settings["type"] = kind
+    return Option(names or (words[-1].lower(),), {**settings, "help": about})
+
+
+def made(spec: str, about: str, endings: tuple[str, ...] = (), needs: tuple[str, ...] = (), **settings: Any) -> Option:
+    """An option that names what is to be made: a FILE is looked at before anything is computed."""
+    return option(spec, about, **settings)._replace(is_made=True, endings=endings, needs=needs)
+
+
+class Command:
+    """A command: its name is that of its function, which is given the parser and the values of the options."""
+
+    def __init__(
+        self,
+        run: Callable[[Parser, argparse.Namespace], int],
+        about: str | Callable[[], str],
+        examples: str,
+        options: Sequence[Option],
+    ) -> None:
+        self.examples = examples
+        self._run, self._about, self._options = run, about, options
+
+    def parser(self) -> Parser:
+        """The parser of its arguments."""
+        about = self._about if isinstance(self._about, str) else self._about()
+        return Parser(self._run.__name__, about, self.examples, self._options)
+
+    def __call__(self, arguments: Sequence[str]) -> int:
+        """Run it; returns the exit code."""
+        parser = self.parser()
+        return self._run(parser, parser.parsed(arguments))
+
+
+def command(
+    about: str | Callable[[], str], examples: str, *options: Option
+) -> Callable[[Callable[[Parser, argparse.Namespace], int]], Command]:
+    """Make a command of a function; a description that takes time to write is a function itself."""
+    return lambda run: Command(run, about, examples, options)
+
+
 class Parser(argparse.ArgumentParser):
     """`argparse.ArgumentParser` with whole option names only, "did you mean", and no exit of its own on errors."""
 
-    def __init__(self, command: str, description: str, examples: str) -> None:
+    def __init__(self, name: str, description: str, examples: str, options: Sequence[Option] = ()) -> None:
         self._options: list[str] = []
+        self._made = [one for one in options if one.is_made]
+        self.command = name
         super().__init__(
-            prog=f"percuss {command}",
+            prog=f"percuss {name}",
             description=description,
             epilog=f"examples:\n{examples}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
+        for one in options:
+            self.add_argument(*one.names, **one.settings)
 
     def add_argument(self, *names: Any, **settings: Any) -> argparse.Action:
         action = super().add_argument(*names, **settings)
@@ -50,13 +114,7 @@ class Parser(argparse.ArgumentParser):
         return action
 
     def parsed(self, arguments: Sequence[str]) -> argparse.Namespace:
-        """The values of the arguments.
-
-        Raises
-        ------
-        UsageError
-            For unknown, missing or impossible arguments.
-        """
+        """The values of the arguments; UsageError for unknown, missing or impossible ones."""
         found, unknown = self.parse_known_args(arguments)
         if unknown:
             from percuss.errors import did_you_mean
@@ -66,14 +124,80 @@ class Parser(argparse.ArgumentParser):
                 hint = did_you_mean(word, self._options) or f"the options are {', '.join(self._options)}"
                 self.error(f"unknown option '{word}' — {hint}")
             self.error(f"one argument too many: '{word}'")
-        for option in _MADE:
-            if getattr(found, option, None) == "-":
-                letter = "-o" if option == "output" else f"--{option}"
-                self.error(f"argument {letter}: '-': standard output has the report; give the name of a file")
+        for one in self._made:
+            path = getattr(found, one.names[-1].removeprefix("--"))
+            if path == "-":
+                self.error(f"argument {one.names[0]}: '-': standard output has the report; give the name of a file")
+            if path is not None and one.settings["metavar"] == "FILE":
+                self.check_file(one.names[0], path, one.endings, getattr(found, "case", None))
+                need(*one.needs)
         return found
 
     def error(self, message: str) -> NoReturn:
         raise UsageError(f"{message}\n{self.format_usage().rstrip()}\n'{self.prog} --help' tells more")
+
+    def check_file(self, name: str, path: str, endings: tuple[str, ...] = (), case: str | None = None) -> None:
+        """Refuse what is no place for such a file, or the case itself."""
+        folder = os.path.dirname(path) or "."
+        place = os.path.dirname(os.path.realpath(path))  # a file is written beside its place, and then takes it
+        wrong = ""
+        if endings and not path.lower().endswith(endings):
+            wrong = f": the name must end in {' or '.join(filter(None, [', '.join(endings[:-1]), endings[-1]]))}"
+        elif not os.path.isdir(folder):
+            wrong = f": there is no folder '{folder}'"
+        elif os.path.isdir(path) or not os.path.basename(path):
+            wrong = " is a directory"
+        elif os.path.exists(path) and not os.path.isfile(path):
+            wrong = " is not a regular file"
+        elif not os.access(place, os.W_OK) or (os.path.exists(path) and not os.access(path, os.W_OK)):
+            wrong = " cannot be written"
+        elif case and os.path.exists(case) and os.path.exists(path) and os.path.samefile(case, path):
+            wrong = " is the case itself"
+        if wrong:
+            self.error(f"argument {name}: '{path}'{wrong}")
+
+
+def need(extra: str = "", *packages: str) -> None:
+    """Refuse with a MissingExtraError, which says how to install it, when an optional package is not there."""
+    from importlib.util import find_spec
+
+    for package in packages:
+        if find_spec(package) is None:
+            raise MissingExtraError(package, extra)
+
+
+# ---- The kinds of values
+
+_MOST = 10**9
+
+
+def whole(least: int = 0, most: int = _MOST, note: str = "") -> Callable[[str], int]:
+    """The kind of a whole number from `least` to `most`; the note is said to those who want others.
+
+    Examples
+    --------
+    >>> whole(1)("24")
+    24
+    """
+
+    def kind(text: str) -> int:
+        if not re.fullmatch(r"\d{1,10}", text, re.ASCII) or not least <= int(text) <= most:
+            told = f", {least} or greater" if most == _MOST else f" from {least} to {most}"
+            raise argparse.ArgumentTypeError(f"'{text}': give a whole number{told}{note}")
+        return int(text)
+
+    return kind
+
+
+modes = whole(0, MAX_MODES, "; 0 for a rigid bar")
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Names with commas between them."""
+    found = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}': give one or more names, with commas between them")
+    return found
 
 
 def periods(text: str) -> tuple[int, ...]:
@@ -98,74 +222,18 @@ def periods(text: str) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def modes(text: str) -> int:
-    """A number of elastic modes."""
-    if not re.fullmatch(r"\d{1,9}", text, re.ASCII) or not 0 <= int(text) <= MAX_MODES:
-        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 (a rigid bar) to {MAX_MODES}")
-    return int(text)
-
-
-# ---- The kinds of values that only `percuss simulate` takes
-
-_MOST = 10**9
-
-
-def whole(text: str) -> int:
-    """A whole number, 0 or greater.
-
-    Examples
-    --------
-    >>> whole("2000")
-    2000
-    """
-    return up_to(_MOST)(text)
-
-
-def up_to(most: int, beyond: str = "") -> Callable[[str], int]:
-    """The kind of a whole number from 0 to `most`; `beyond` is said to those who want more.
-
-    Examples
-    --------
-    >>> up_to(1000)("24")
-    24
-    """
-
-    def kind(text: str) -> int:
-        if not re.fullmatch(r"\d{1,10}", text, re.ASCII) or int(text) > most:
-            raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 to {most}{beyond}")
-        return int(text)
-
-    return kind
-
-
 def time_or_text(text: str) -> float | str:
-    """A number of radians, or text with a unit, which the case looks at.
-
-    Examples
-    --------
-    >>> time_or_text("6.5"), time_or_text("20 ms")
-    (6.5, '20 ms')
-    """
+    """A number of radians, or text with a unit, which the case looks at."""
     value = _plain(text)
     return text if value is None else value
 
 
 def events(text: str) -> tuple[int | None]:
-    """``all``, ``last:K`` or ``none`` as the number of last events to show, None for all; in a tuple.
-
-    Examples
-    --------
-    >>> events("all"), events("last:3"), events("none")
-    ((None,), (3,), (0,))
-    """
-    if text == "all":
-        return (None,)
-    if text == "none":
-        return (0,)
-    match = re.fullmatch(r"last:(\d{1,10})", text, re.ASCII)
+    """``all``, ``last:K`` or ``none`` as the number of last events to show, None for all; in a tuple."""
+    match = re.fullmatch(r"all|none|last:(\d{1,10})", text, re.ASCII)
     if match is None:
         raise argparse.ArgumentTypeError(f"'{text}': give all, none or last:K, for example last:20")
-    return (int(match[1]),)
+    return (None if text == "all" else int(match[1] or 0),)
 
 
 def start_keys(text: str) -> dict[str, Any]:
@@ -214,75 +282,42 @@ def _plain(text: str) -> float | None:
     return value
 
 
-# ---- The files that commands take and make: found, or refused before anything is computed
+def orbit_label(text: str) -> str:
+    """P/N, chatter/N or rest/N as it was typed, looked at."""
+    from percuss.case.answers.exploring.orbits_answer import is_rest_label, parsed_label
+    from percuss.errors import ParameterError
 
-PICTURES = (".png", ".svg", ".pdf")
-"""What a picture can be saved as."""
-
-
-def check_picture(parser: Parser, path: str) -> None:
-    """Refuse what cannot be drawn before anything is computed."""
-    if not path.lower().endswith(PICTURES):
-        parser.error(f"argument --plot: '{path}': the name must end in {', '.join(PICTURES[:-1])} or {PICTURES[-1]}")
-    check_target(parser, "--plot", path)
-    need("matplotlib", "plot")
-
-
-def check_table(parser: Parser, path: str) -> None:
-    """Refuse what no table is written to, before anything is computed; other programs know one by its name."""
-    if not path.lower().endswith(".csv"):
-        parser.error(f"argument --csv: '{path}': give the name of a file that ends in .csv")
-    check_target(parser, "--csv", path)
-    need("xarray", "io")
+    try:
+        if not is_rest_label(text):
+            parsed_label(text)
+    except ParameterError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
 
 
-def check_csv(parser: Parser, path: str, case: str) -> None:
-    """Refuse an -o that is no table, no place for a file, or the case itself."""
-    if not path.lower().endswith(".csv"):
-        parser.error(f"argument -o: '{path}': the name must end in .csv")
-    check_target(parser, "-o", path)
-    check_not_the_case(parser, path, case)
+# ---- Options that many commands have
+
+CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name")
+JSON = option("--json", "print the answer as JSON")
 
 
-def check_target(parser: Parser, option: str, path: str) -> None:
-    """Refuse a place where no file can be written."""
-    folder = os.path.dirname(path) or "."
-    if not os.path.isdir(folder):
-        parser.error(f"argument {option}: '{path}': there is no folder '{folder}'")
-    if os.path.isdir(path) or not os.path.basename(path):
-        parser.error(f"argument {option}: '{path}' is a directory")
-    if os.path.exists(path) and not os.path.isfile(path):
-        parser.error(f"argument {option}: '{path}' is not a regular file")
-    place = os.path.dirname(os.path.realpath(path))  # a file is written beside its place, and then takes it
-    if not os.access(place, os.W_OK) or (os.path.exists(path) and not os.access(path, os.W_OK)):
-        parser.error(f"argument {option}: '{path}' cannot be written")
+def modes_option(default: str, about: str = "elastic modes, 0 (a rigid bar) to") -> Option:
+    return option("--modes N", f"{about} {MAX_MODES} ({default})", modes)
 
 
-def check_not_the_case(parser: Parser, path: str, case: str) -> None:
-    """Refuse to write over the case that is asked."""
-    if os.path.exists(case) and os.path.exists(path) and os.path.samefile(case, path):
-        parser.error(f"argument -o: '{path}' is the case itself")
+def plot_option(what: str) -> Option:
+    return made("--plot FILE", f"draw {what}: {', '.join(PICTURES)}", PICTURES, ("plot", "matplotlib"))
 
 
-def need(package: str, extra: str) -> None:
-    """Refuse when an optional package is not installed.
-
-    Raises
-    ------
-    MissingExtraError
-        Which says how to install it.
-    """
-    from importlib.util import find_spec
-
-    if find_spec(package) is None:
-        raise MissingExtraError(package, extra)
+def csv_option(about: str) -> Option:
+    return made("--csv FILE", about, (".csv",), ("io", "xarray"))
 
 
-def tell_made(quietly: bool, **paths: str | None) -> None:
-    """One line for every file that was made; `quietly`, when standard output holds JSON, among the messages."""
-    for what, path in paths.items():
-        if path is not None:
-            print(f"{what}: {path}", file=sys.stderr if quietly else sys.stdout)
+NETCDF = ("io", "xarray", "h5netcdf")
+"""What writes and reads NetCDF."""
+
+
+# ---- The case
 
 
 def named_case(name: str) -> Case:
@@ -300,7 +335,11 @@ def named_case(name: str) -> Case:
     if is_sample(name) and not os.path.isfile(name):
         return load_case(name)
     if name != "-" and not os.path.exists(name):
-        near = [entry for entry in _entries(os.path.dirname(name)) if entry.endswith(".toml")]
+        folder = os.path.dirname(name)
+        try:
+            near = [os.path.join(folder, entry) for entry in os.listdir(folder or ".") if entry.endswith(".toml")]
+        except OSError:
+            near = []
         remedy = did_you_mean(name, [*near, *sample_names()])
         what = "no such file" if name.endswith(".toml") else "no such file, and no machine of this name"
         raise CaseError(name, "", None, what, remedy or "'percuss machines' lists the machines")
@@ -316,10 +355,3 @@ def of_file(case: Case) -> Iterator[None]:
         raise
     except PercussError as error:
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error
-
-
-def _entries(folder: str) -> list[str]:
-    try:
-        return [os.path.join(folder, entry) for entry in os.listdir(folder or ".")]
-    except OSError:
-        return []

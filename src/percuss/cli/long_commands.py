@@ -1,4 +1,4 @@
-"""What the long commands share: workers or a cluster, an archive, a progress bar, and a Ctrl-C that loses nothing."""
+"""What takes long: workers or a cluster, an archive, a progress bar, a Ctrl-C that loses nothing; archives shown."""
 
 from __future__ import annotations
 
@@ -10,30 +10,22 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.numerals import number
-from percuss.cli.arguments import need, whole
-from percuss.cli.waiting import sign
+from percuss.case.answers.numerals import number, picked
+from percuss.cli.arguments import Option, command, made, need, option, whole
+from percuss.cli.waiting import COMPILING, doing, sign
 from percuss.errors import Interrupted, PercussError
 from percuss.shown import duration
 
 if TYPE_CHECKING:
     import argparse
 
+    from percuss.case.answers.facts import Report
     from percuss.cli.arguments import Parser
+    from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.job import Columns, Job
     from percuss.explore.jobs.progress import JobProgress
-
-
-class Listener(Protocol):
-    """What Ctrl-C interrupts."""
-
-    def interrupt(self, *_: object) -> None: ...
-    def close(self) -> None: ...
-
-
-W = TypeVar("W", bound=Listener)
 
 PATIENCE = 0.5
 """Seconds before a progress bar is shown."""
@@ -48,33 +40,33 @@ MOST_BYTES = 10 * 10**9
 UNHEARD = 0.5
 """Seconds without a report of progress after which Ctrl-C no longer waits for the next one."""
 
+SELDOM = 5.0
+"""The same where it is asked more seldom, as in a long proof."""
+
 SCHEDULER_TIMEOUT = 10.0
 """Seconds for a scheduler to answer."""
 
-
-def add_carrying(parser: Parser) -> None:
-    """The options of a long command."""
-    add = parser.add_argument
-    add("-o", "--output", metavar="ARCHIVE", help="save finished work in this folder (name.zarr), for --resume")
-    add("--resume", action="store_true", help="continue the archive given by -o; start it if there is none")
-    add("--workers", metavar="N", type=whole, help="processes on this machine (default: all cores)")
-    add("--scheduler", metavar="ADDRESS", help="compute on a dask cluster instead: tcp://host:8786")
-    add("--yes", action="store_true", help="start even if it takes more than an hour or 10 GB")
+CARRYING: tuple[Option, ...] = (
+    made("-o, --output ARCHIVE", "save finished work in this folder (name.zarr), for --resume"),
+    option("--resume", "continue the archive given by -o; start it if there is none"),
+    option("--workers N", "processes on this machine (default: all cores)", whole(1)),
+    option("--scheduler ADDRESS", "compute on a dask cluster instead: tcp://host:8786"),
+    option("--yes", "start even if it takes more than an hour or 10 GB"),
+)
+"""The options of a job."""
 
 
 def check_carrying(parser: Parser, options: argparse.Namespace) -> None:
     """Refuse what does not go together or cannot be kept, before anything is computed."""
-    if options.workers is not None and options.workers < 1:
-        parser.error("argument --workers: a whole number, 1 or greater")
     if options.workers is not None and options.scheduler is not None:
         parser.error("argument --scheduler: not allowed with --workers: the cluster has its own workers")
     if options.scheduler is not None:
-        need("distributed", "cluster")
+        need("cluster", "distributed")
     if options.output is None:
         if options.resume:
             parser.error("argument --resume: name the archive: -o ARCHIVE")
         return
-    need("zarr", "io")
+    need("io", "zarr")
     if os.path.splitext(options.output)[1].lower() in (".nc", ".csv", ".json", ".toml"):
         remedy = "an archive is a folder: name it .zarr; 'percuss export' turns it into one NetCDF or CSV file"
         parser.error(f"argument -o: '{options.output}': {remedy}")
@@ -97,7 +89,7 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
     """The keyword arguments of `percuss.explore.carry_out` that the options say, in charge of Ctrl-C for the block."""
     check_carrying(parser, options)
     agreed = options.yes or (options.resume and os.path.exists(options.output))  # when it was begun
-    with listening(Watch(parser.prog.rpartition(" ")[2], agreed)) as watch:
+    with watching(parser, agreed=agreed) as watch:
         running: dict[str, Any] = {"archive": options.output, "resume": options.resume, "progress": watch}
         if options.scheduler is None:
             running["workers"] = options.workers
@@ -116,26 +108,27 @@ def carrying(parser: Parser, options: argparse.Namespace) -> Iterator[dict[str, 
 
 
 @contextmanager
-def watching(parser: Parser, patience: float = UNHEARD) -> Iterator[Watch]:
-    """A progress bar, and an end by Ctrl-C, for what is kept nowhere; see `Watch` for the patience."""
-    with listening(Watch(parser.prog.rpartition(" ")[2], True, patience)) as watch:
+def watching(parser: Parser, patience: float = UNHEARD, agreed: bool = True) -> Iterator[JobWatch]:
+    """A progress bar, and an end by Ctrl-C, for the time of the block."""
+    watch = JobWatch(parser.command, agreed, patience)
+    mine = threading.current_thread() is threading.main_thread()  # only it may handle signals
+    before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
+    try:
         yield watch
+    finally:
+        watch.close()
+        if mine:
+            signal.signal(signal.SIGINT, before or signal.SIG_DFL)
 
 
-class Watch:
+class JobWatch:
     """The progress callback: a bar for a person, now and then a line for a log file, and the end after Ctrl-C.
 
-    Parameters
-    ----------
-    what
-        The command.
-    agreed
-        Whether whatever it takes is fine.
-    patience
-        Seconds without a report of progress after which Ctrl-C no longer waits for the next one.
+    `what`: the command. `agreed`: whether whatever it takes is fine. `patience`: seconds without a report of progress
+    after which Ctrl-C no longer waits for the next one.
     """
 
-    def __init__(self, what: str, agreed: bool, patience: float = UNHEARD) -> None:
+    def __init__(self, what: str, agreed: bool = True, patience: float = UNHEARD) -> None:
         self.interrupted = False
         self._patience = patience
         self._what, self._agreed = what, agreed
@@ -147,18 +140,18 @@ class Watch:
         self._damage_told = False
 
     def __call__(self, progress: JobProgress) -> bool:
-        self._heard = now = time.monotonic()
+        """How far a job is."""
         self._tell_of_damage(progress.damaged)
-        if progress.rate == progress.rate:  # until it is known, nothing is to be told
-            self._agree(progress)
-            if self._seen and now - self._since > PATIENCE:
-                self._draw(progress)
-            elif self._next_line == math.inf:
-                self._next_line = now + FIRST_LINE
-            elif not self._seen and now >= self._next_line:
-                self._next_line = now + max(FIRST_LINE, 0.1 * (now - self._since))
-                print(f"percuss: {self._what}: {_line(progress)}", file=sys.stderr, flush=True)
-        return self.interrupted
+        if progress.rate != progress.rate:  # until it is known, nothing is to be told
+            return self.asked()
+        self._agree(progress)
+        told = f"{progress.done} of {progress.size}, {number(progress.rate, 3)}/s"
+        return self._shown(progress.fraction, told, progress.seconds_left)
+
+    def share(self, fraction: float, told: str) -> bool:
+        """How far a computation is that knows no more than its share of the work, 0 to 1."""
+        gone = time.monotonic() - self._since
+        return self._shown(fraction, told, gone * (1.0 - fraction) / fraction if fraction else math.nan)
 
     def asked(self) -> bool:
         """Whether to stop, for a computation that knows no share of its work."""
@@ -166,8 +159,9 @@ class Watch:
         return self.interrupted
 
     def interrupt(self, *_: object) -> None:
-        """The handler of Ctrl-C: an end in order, or at once when nobody asks, or when it is said twice."""
-        if self.interrupted or time.monotonic() - self._heard > self._patience:
+        """The handler of Ctrl-C: an end in order, or at once when nobody asks, while compiling, and the second time."""
+        unheard = time.monotonic() - self._heard > self._patience
+        if self.interrupted or unheard or doing(threading.get_ident()) == COMPILING:
             raise KeyboardInterrupt
         self.interrupted = True
 
@@ -194,24 +188,21 @@ class Watch:
             print(f"percuss: note: {what} damaged and will be recomputed", file=sys.stderr, flush=True)
         self._damage_told = True
 
-    def _draw(self, progress: JobProgress) -> None:
-        if self._bar is None:
-            self._bar, self._task = new_bar(self._what)
-        sign()
-        self._bar.update(self._task, completed=progress.fraction, told=_line(progress))
-
-
-@contextmanager
-def listening(watch: W) -> Iterator[W]:
-    """The block ends by Ctrl-C as the watch says."""
-    mine = threading.current_thread() is threading.main_thread()  # only it may handle signals
-    before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
-    try:
-        yield watch
-    finally:
-        watch.close()
-        if mine:
-            signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+    def _shown(self, fraction: float, told: str, left: float) -> bool:
+        """Draw the bar, or write a line when it is time for one; whether to stop."""
+        self._heard = now = time.monotonic()
+        line = f"{_percent(fraction)}, {told}{f', {duration(left)} left' if left == left else ''}"
+        if self._seen and now - self._since > PATIENCE:
+            if self._bar is None:
+                self._bar, self._task = new_bar(self._what)
+            sign()
+            self._bar.update(self._task, completed=fraction, told=line)
+        elif self._next_line == math.inf:
+            self._next_line = now + FIRST_LINE
+        elif not self._seen and now >= self._next_line:
+            self._next_line = now + max(FIRST_LINE, 0.1 * (now - self._since))
+            print(f"percuss: {self._what}: {line}", file=sys.stderr, flush=True)
+        return self.interrupted
 
 
 def _to_go_on(stop: Interrupted, archived: bool) -> str:
@@ -225,12 +216,6 @@ def _to_go_on(stop: Interrupted, archived: bool) -> str:
     return f"to continue: {line}{'' if '--resume' in sys.argv else ' --resume'}"
 
 
-def _line(progress: JobProgress) -> str:
-    left = f", {duration(progress.seconds_left)} left" if progress.seconds_left == progress.seconds_left else ""
-    done = f"{int(1000.0 * progress.fraction) / 10.0:g} %"
-    return f"{done}, {progress.done} of {progress.size}, {number(progress.rate, 3)}/s{left}"
-
-
 def _size(bytes_: int) -> str:
     for size, name in ((10**12, "TB"), (10**9, "GB"), (10**6, "MB")):
         if bytes_ >= size:
@@ -238,13 +223,160 @@ def _size(bytes_: int) -> str:
     return f"{bytes_ / 1000:.0f} kB"
 
 
-def new_bar(what: str, remaining: bool = False) -> tuple[Any, Any]:
+def _percent(fraction: float) -> str:
+    """Never 100 % of what is not complete."""
+    return f"{int(1000.0 * fraction) / 10.0:g} %"
+
+
+def new_bar(what: str) -> tuple[Any, Any]:
     """A progress bar, whose task tells of itself in `told`."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TextColumn
 
-    left = (TimeRemainingColumn(),) if remaining else ()
-    columns = (TextColumn(what), BarColumn(), TextColumn("{task.fields[told]}"), *left)
+    columns = (TextColumn(what), BarColumn(), TextColumn("{task.fields[told]}"))
     bar = Progress(*columns, console=Console(stderr=True), transient=True)
     bar.start()
     return bar, bar.add_task("", total=1.0, told="")
+
+
+# ---- Archives: what is in one, how far it is, and all of it in one file
+
+_KINDS = (".nc", ".csv")
+_ARCHIVE = option("ARCHIVE", "the folder that -o created")
+
+
+@command(
+    """\
+What is in an archive that 'percuss sweep' or 'percuss experiment' writes: what was asked for, how complete it is,
+which versions wrote it, and how to continue it. You can look at an archive while it is being written.""",
+    """\
+  percuss show map.zarr
+  percuss show map.zarr --json""",
+    _ARCHIVE,
+    option("--json", "print all of it as JSON, the whole question included"),
+)
+def show(_: Parser, options: argparse.Namespace) -> int:
+    """Tell of one archive."""
+    from percuss.cli.report_printing import answered
+    from percuss.explore.jobs.archive import Archive
+
+    with Archive.open(options.archive) as archive:
+        return answered(options, lambda: _json(archive), lambda: archive_report(archive, options.archive), indent=1)
+
+
+@command(
+    """\
+Write what an archive holds into one file: NetCDF with named coordinates and units, or CSV with a line for each item.
+Items that an incomplete archive lacks are NaN, or −1 in columns of whole numbers.""",
+    """\
+  percuss export map.zarr -o map.nc
+  percuss export experiment.zarr -o starts.csv""",
+    _ARCHIVE,
+    made("-o, --output FILE", f"the file, {' or '.join(_KINDS)}", _KINDS, ("io", "xarray"), required=True),
+)
+def export(_: Parser, options: argparse.Namespace) -> int:
+    """Write one archive into one file."""
+    from percuss.explore.jobs.archive import Archive
+    from percuss.explore.jobs.archive_export import dataset_of, write_csv, write_netcdf
+
+    with Archive.open(options.archive) as archive:
+        write = write_csv if options.output.lower().endswith(".csv") else write_netcdf
+        write(dataset_of(archive), options.output)
+        print(f"{archive.kind}: {options.output}")
+        if archive.missing():
+            print(f"percuss: note: {_how_far(archive)}; the rest is empty", file=sys.stderr)
+    return 0
+
+
+def archive_report(archive: Archive, name: str) -> Report:
+    """What `percuss show` prints for people."""
+    from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
+
+    missing = bool(archive.missing())
+    # what was asked: short values as they are and long ones by their size
+    asked = tuple(_rows("", {name: v for name, v in archive.ask.items() if name not in ("kind", "percuss", "axes")}))
+    sections: list[Section | Grid] = [Section("what was asked for", asked)]
+    axes = archive.ask.get("axes")
+    if isinstance(axes, list) and all(isinstance(axis, dict) and axis.get("values") for axis in axes):
+        sections.append(Grid("axes", ("name", "values", "from", "to", "unit"), tuple(map(_axis, axes))))
+    columns = []
+    for column_name, column in archive.columns.items():
+        kind = column.dtype + (f" × {' × '.join(map(str, column.shape))}" if column.shape else "")
+        unit = f", {column.unit}" if column.unit else ""
+        columns.append((column_name, f"{kind}{unit}{': ' if column.meaning else ''}{column.meaning}"))
+    sections += [Section("columns", tuple(columns)), Section("how it was made", tuple(_origin(archive)))]
+    if missing:
+        last = archive.sessions[-1]["command"]
+        again = last if not last or last.endswith(" --resume") else f"{last} --resume"
+        how = f"the same command with --resume (resume=True){': ' if again else ''}{last}"
+        how = again if again.startswith("percuss ") else how
+        waits = "wait: a process is writing it" if archive.is_written else how
+        sections.append(Section("to continue", (("command", waits),), BAD))
+    summary = f"{_how_far(archive)}{', being written' if archive.is_written else ''}" if missing else "complete"
+    return Report(f"{name}: {archive.kind}", summary, PLAIN if missing else GOOD, tuple(sections))
+
+
+def _how_far(archive: Archive) -> str:
+    return f"{_percent(archive.fraction)} done: {archive.items_done} of {archive.size} items"
+
+
+def _axis(axis: dict[str, Any]) -> tuple[str, ...]:
+    values = axis["values"]
+    return str(axis.get("name")), str(len(values)), _brief(values[0]), _brief(values[-1]), str(axis.get("unit") or "")
+
+
+def _rows(prefix: str, values: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _rows(f"{prefix}{name}.", value)
+        elif value is not None and value != "":
+            yield f"{prefix}{name}", _brief(value)
+
+
+def _brief(value: Any) -> str:
+    if isinstance(value, list) and len(value) > 12:
+        return f"{len(value)} values, {_brief(value[0])} … {_brief(value[-1])}"
+    if isinstance(value, list):
+        return ", ".join(_brief(item) for item in value)
+    if isinstance(value, dict):
+        return "; ".join(f"{name} {_brief(item)}" for name, item in value.items() if item is not None)
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _origin(archive: Archive) -> list[tuple[str, str]]:
+    chunks = len(archive.done)
+    rows = [
+        ("started", archive.created),
+        ("versions", ", ".join(f"{name} {number}" for name, number in archive.versions.items())),
+        ("chunks", f"{int(archive.done.sum())} of {chunks} done, {archive.chunk} items each"),
+        ("asked, SHA-256", archive.sha256),
+    ]
+    if archive.sessions[0]["command"]:
+        rows.append(("command", archive.sessions[0]["command"]))
+    if len(archive.sessions) > 1:
+        rows.append(("resumed", f"{len(archive.sessions) - 1} times, last {archive.sessions[-1]['started']}"))
+    return rows
+
+
+def _json(archive: Archive) -> dict[str, Any]:
+    return {
+        **picked(archive, "kind size fraction chunk created sha256 sessions"),
+        "done": archive.items_done,
+        "complete": not archive.missing(),
+        "being_written": archive.is_written,
+        "chunks": len(archive.done),
+        "chunks_done": int(archive.done.sum()),
+        "columns": {name: picked(column, "dtype shape unit meaning") for name, column in archive.columns.items()},
+        "ask": _finite(archive.ask),
+    }
+
+
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: as text."""
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_finite(item) for item in value]
+    if isinstance(value, float) and value - value != 0.0:
+        return str(value)
+    return value

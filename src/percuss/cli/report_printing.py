@@ -9,14 +9,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.facts import Grid, Report, Section
-from percuss.cli.arguments import tell_made
 from percuss.neutral import one_line
 
 if TYPE_CHECKING:
     import argparse
 
     from matplotlib.figure import Figure
-    from rich.console import RenderableType
 
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
@@ -71,7 +69,10 @@ def _plain_grid(grid: Grid) -> list[str]:
 
 
 def _show_rich(report: Report) -> None:
+    from rich import box
     from rich.console import Console
+    from rich.padding import Padding
+    from rich.table import Table
     from rich.text import Text
 
     console = Console(highlight=False)
@@ -79,39 +80,19 @@ def _show_rich(report: Report) -> None:
     console.print(Text(report.summary, style=f"bold {_COLOURS[report.tone]}"))
     for section in report.sections:
         console.print()
+        tone = section.tone if isinstance(section, Section) else ""
+        console.print(Text(section.heading, style=f"bold {_COLOURS[tone]}"))
         if isinstance(section, Grid):
-            console.print(Text(section.heading, style="bold"))
-            console.print(_rich_grid(section))
+            table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+            for i, name in enumerate(section.columns):  # narrow: no figure is cut
+                table.add_column(Text(name), justify="right" if i else "left", overflow="fold")
         else:
-            console.print(Text(section.heading, style=f"bold {_COLOURS[section.tone]}"))
-            console.print(_rich_rows(section))
-
-
-def _rich_rows(section: Section) -> RenderableType:
-    from rich.padding import Padding
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table.grid(padding=(0, 2))
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column()
-    for label, text in section.rows:
-        table.add_row(Text(label), Text(text))
-    return Padding(table, (0, 0, 0, 2))
-
-
-def _rich_grid(grid: Grid) -> RenderableType:
-    from rich import box
-    from rich.padding import Padding
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for i, name in enumerate(grid.columns):
-        table.add_column(Text(name), justify="right" if i else "left", overflow="fold")  # narrow: no figure is cut
-    for row in grid.rows:
-        table.add_row(*(Text(text) for text in row))
-    return Padding(table, (0, 0, 0, 2))
+            table = Table.grid(padding=(0, 2))
+            table.add_column(style="dim", no_wrap=True)
+            table.add_column()
+        for row in section.rows:
+            table.add_row(*map(Text, row))
+        console.print(Padding(table, (0, 0, 0, 2)))
 
 
 def answered(
@@ -121,13 +102,26 @@ def answered(
     drawn: Callable[[], Figure] | None = None,
     /,
     *,
+    dataset: Callable[[], Any] | None = None,
     indent: int | None = None,
-    **made: str | None,
-) -> None:
-    """Draw an answer if --plot asks for it, print it as JSON or as its report, and name the files that were made."""
+    cut: str = "",
+    **files: str | None,
+) -> int:
+    """Make the files that were asked for, print the answer as JSON or as its report, and name the files.
+
+    A `dataset` is what --csv and --netcdf write, --plot draws the picture, and `files` are those that are made already.
+    Returns the exit code: 130 with a line on what Ctrl-C has `cut` off.
+    """
+    csv, netcdf, picture = (getattr(options, name, None) for name in ("csv", "netcdf", "plot"))
+    if dataset is not None and (csv or netcdf):
+        from percuss.explore.jobs.archive_export import write_csv, write_netcdf
+
+        for path, write in ((csv, write_csv), (netcdf, write_netcdf)):
+            if path is not None:
+                write(dataset(), path)
+        files = {**files, **({"table": csv} if csv else {}), "data": netcdf}
     told = data() if options.json else ""
     text = told if isinstance(told, str) else json.dumps(told, indent=indent, allow_nan=False)
-    picture = getattr(options, "plot", None)
     if picture is not None and drawn is not None:
         from percuss.plot import save
 
@@ -136,4 +130,9 @@ def answered(
         print(text)
     else:
         show(report())
-    tell_made(options.json, **made, picture=picture)
+    for what, path in {**files, "picture": picture}.items():
+        if path is not None:
+            print(f"{what}: {path}", file=sys.stderr if options.json else sys.stdout)
+    if cut:
+        print(f"percuss: interrupted: {cut}", file=sys.stderr)
+    return 130 if cut else 0

@@ -6,67 +6,18 @@ import argparse
 import os
 import re
 import secrets
-from collections.abc import Sequence
 from importlib import import_module
 
-from percuss.cli.arguments import Parser, named_case, need
-
-_DESCRIPTION = """\
-The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
-stability map, how the bar moves, and what each blow delivers. Everything is computed on this machine; no other
-server is contacted. Only this machine can open the page unless --host says otherwise."""
-
-_EXAMPLES = """\
-  percuss serve
-  percuss serve breaker.toml
-  percuss serve --host 0.0.0.0 --token-file ~/percuss.token --workers 4"""
+from percuss.cli.arguments import Parser, command, named_case, need, option, whole
 
 _LEAST_TOKEN = 12
 _VARIABLE = "PERCUSS_TOKEN"
-
-
-def _parser() -> Parser:
-    parser = Parser("serve", _DESCRIPTION, _EXAMPLES)
-    add = parser.add_argument
-    add("case", metavar="CASE", nargs="?", help="the case that the page opens with: a TOML file, or a machine's name")
-    add("--host", type=_host, default="127.0.0.1", help="address to listen on (default 127.0.0.1: this machine alone)")
-    add("--port", type=_port, default=8321, help="port to listen on, 0 for any free one (default 8321)")
-    add("--workers", metavar="N", type=_workers, default=1, help="processes (default 1)")
-    add(
-        "--token-file",
-        metavar="FILE",
-        type=_token_in,
-        help="a file whose first line is a secret that the page must send; needed when --host admits other machines. "
-        f"Without this option the secret is taken from the environment variable {_VARIABLE}",
-    )
-    add("--token", type=_token, help="the secret itself; everybody on this machine can see it in the list of processes")
-    add(
-        "--name",
-        type=_host,
-        action="append",
-        default=[],
-        help="another name of this server, for use behind a reverse proxy",
-    )
-    add("--no-browser", action="store_true", help="do not open the page in the browser")
-    return parser
 
 
 def _host(text: str) -> str:
     if not re.fullmatch(r"[\w.:%\[\]-]+", text):
         raise argparse.ArgumentTypeError(f"'{text}': give a name or an address, such as 127.0.0.1, without a port")
     return text
-
-
-def _port(text: str) -> int:
-    if not re.fullmatch(r"\d{1,5}", text, re.ASCII) or int(text) > 65535:
-        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 0 to 65535")
-    return int(text)
-
-
-def _workers(text: str) -> int:
-    if not re.fullmatch(r"\d{1,3}", text, re.ASCII) or not 1 <= int(text) <= 256:
-        raise argparse.ArgumentTypeError(f"'{text}': give a whole number from 1 to 256")
-    return int(text)
 
 
 def _token(text: str) -> str:
@@ -101,12 +52,34 @@ def _token_of(options: argparse.Namespace, parser: Parser) -> str:
     return given or ""
 
 
-def run(arguments: Sequence[str]) -> int:
-    """Serve the page until Ctrl-C; returns the exit code."""
-    parser = _parser()
-    options = parser.parsed(arguments)
-    for package in ("fastapi", "uvicorn", "httptools", "plotly"):
-        need(package, "web")
+@command(
+    """\
+The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
+stability map, how the bar moves, and what each blow delivers. Everything is computed on this machine; no other
+server is contacted. Only this machine can open the page unless --host says otherwise.""",
+    """\
+  percuss serve
+  percuss serve breaker.toml
+  percuss serve --host 0.0.0.0 --token-file ~/percuss.token --workers 4""",
+    option("CASE", "the case that the page opens with: a TOML file, or a machine's name", nargs="?"),
+    option("--host HOST", "address to listen on (default 127.0.0.1: this machine alone)", _host, default="127.0.0.1"),
+    option("--port PORT", "port to listen on, 0 for any free one (default 8321)", whole(0, 65535), default=8321),
+    option("--workers N", "processes (default 1)", whole(1, 256), default=1),
+    option(
+        "--token-file FILE",
+        "a file whose first line is a secret that the page must send; needed when --host admits other machines. "
+        f"Without this option the secret is taken from the environment variable {_VARIABLE}",
+        _token_in,
+    ),
+    option("--token TOKEN", "the secret itself; everybody on this machine can see it in the list of processes", _token),
+    option(
+        "--name NAME", "another name of this server, for use behind a reverse proxy", _host, action="append", default=[]
+    ),
+    option("--no-browser", "do not open the page in the browser"),
+)
+def serve(parser: Parser, options: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C."""
+    need("web", "fastapi", "uvicorn", "httptools", "plotly")
     # cli and web are rooms of one floor, which do not import each other: this is the one door between them
     settings_room = import_module("percuss.web.settings")
     token = _token_of(options, parser)

@@ -20,7 +20,7 @@ _SHARE = 0.3
 _LOOKS = 0.25
 """Seconds between two looks."""
 
-_COMPILING = "compiling the kernels once, a minute or two; later runs take them from a cache"
+COMPILING = "compiling the kernels once, a minute or two; later runs take them from a cache"
 _OTHERWISE = "computing"
 
 _ROOMS = {
@@ -88,7 +88,7 @@ def doing(thread: int) -> str:
         if file.startswith(_HOUSE):
             room = file[len(_HOUSE) + 1 :].replace("\\", "/")
             if room == "compiled.py" and frame.f_code.co_name == "compile_extra":
-                return _COMPILING
+                return COMPILING
             found = found or next((what for name, what in _ROOMS.items() if room.startswith(f"{name}/")), "")
         frame = frame.f_back
     return found or _OTHERWISE

@@ -36,8 +36,9 @@ from percuss.stability.multipliers import NEUTRAL
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
+from percuss.steady.forced import forced_response
 from percuss.steady.orbit import VERDICTS
-from percuss.steady.phases import Arcs, forced_response
+from percuss.steady.phases import Arcs
 from percuss.steady.self_excited import Obstacle, self_excited_motion
 from percuss.steady.self_excited.many_pistons import rigid_cycles
 

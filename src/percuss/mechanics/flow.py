@@ -8,6 +8,7 @@ own damping, and times; overdamped and critically damped ones are no special cas
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple, overload
 
 import numpy as np
@@ -111,13 +112,7 @@ class Propagator(NamedTuple):
 
 
 def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Propagator:
-    """Propagator over time t ≥ 0 of oscillators with undamped frequency `omega` > 0 and damping `d` ≥ 0.
-
-    Parameters
-    ----------
-    omega, d, t
-        Broadcast against each other; dimensionless.
-    """
+    """Of oscillators with undamped frequency `omega` > 0 and damping `d` ≥ 0 over t ≥ 0, which all broadcast."""
     omega, t = np.asarray(omega, dtype=float), np.asarray(t, dtype=float)
     half_d = 0.5 * one_for_all(d)
     square = omega**2 - half_d**2
@@ -175,16 +170,19 @@ def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
     The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
     """
     ds, s, q = np.empty((3, modes.omega.size, t.size))
-    square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
-    one = t.size == 1  # Newton's method asks for one time after the other, which need no arrays
-    found = response(float(t[0]), square, drag) if one else series(t, float(t.max(initial=0.0)), square, drag)
-    ds[0], s[0], q[0] = found[:3]
+    ds[0], s[0], q[0] = _whole(modes, t)[:3]
     if modes.size:
         omega, damping = modes.omega[1:, None], modes.damping[1:, None]
         step = propagator(omega, damping, t[None, :])
         one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
         ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
     return ds, s, q
+
+
+def _whole(modes: MachineModes, t: Array) -> tuple[Any, Any, Any, Any]:
+    square, drag = float(modes.omega[0]) ** 2, float(modes.damping[0])
+    one = t.size == 1  # Newton's method asks for one time after the other, which need no arrays
+    return response(float(t[0]), square, drag) if one else series(t, float(t.max(initial=0.0)), square, drag)
 
 
 def propagated(modes: MachineModes, state: Array, force: float, response: tuple[Array, Array, Array]) -> Array:
@@ -202,3 +200,40 @@ def rates(modes: MachineModes, state: Array, force: float) -> Array:
     """Velocity and acceleration of a state (N + 1, 2)."""
     u, v = state[:, 0], state[:, 1]
     return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModalFlight:
+    """A stretch without an event: coordinates under a force towards the wall, which may grow by a ramp.
+
+    `begin` holds displacement and velocity of each coordinate at its start, shape (N + 1, 2).
+    """
+
+    modes: MachineModes
+    begin: Array
+    force: float
+    duration: float
+    ramp: float = 0.0
+
+    def moved(self, t: Array) -> tuple[Array, Array]:
+        """How far the coordinates have moved since its start, and velocities; each of shape (N + 1, len(t))."""
+        ds, s, q = response_of(self.modes, t)
+        v = self.begin[:, 1:]
+        pull = (self.force * self.modes.driven - self.modes.omega**2 * self.begin[:, 0])[:, None]
+        moved, velocities = v * s + pull * q, v * ds + pull * s
+        if self.ramp == 0.0:
+            return moved, velocities
+        w, grows = np.empty_like(q), self.ramp * self.modes.driven[:, None]
+        w[0] = _whole(self.modes, t)[3]
+        w[1:] = (t - s[1:] - self.modes.damping[1:, None] * q[1:]) / self.modes.omega[1:, None] ** 2
+        return moved + grows * w, velocities + grows * q
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Displacements and velocities of the coordinates at times after its start; each of shape (N + 1, len(t))."""
+        moved, velocities = self.moved(t)
+        return self.begin[:, :1] + moved, velocities
+
+    @property
+    def end(self) -> Array:
+        """The state at its end; shape (N + 1, 2)."""
+        return np.stack([one[:, 0] for one in self.at(np.array([self.duration]))], axis=1)

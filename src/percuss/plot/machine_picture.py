@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from percuss.case.answers.machine_answer import MachineAnswer
     from percuss.case.answers.machine_figures import Course
-    from percuss.case.answers.simulation_answer import MachineMotion
+    from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.model import Machine
     from percuss.model.checks import Array
     from percuss.simulate import Events, Trajectory
@@ -280,7 +280,7 @@ def _window(motion: Trajectory) -> tuple[float, float, str]:
     return float(times[-MOST_EVENTS]), end, "the last flights"
 
 
-def machine_motion(motion: Trajectory | MachineMotion) -> Figure:
+def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     """Draw a simulated motion of a machine, or the answer that holds one.
 
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
@@ -294,10 +294,10 @@ def machine_motion(motion: Trajectory | MachineMotion) -> Figure:
 
     Examples
     --------
-    >>> from percuss.case import load_case, machine_motion
+    >>> from percuss.case import load_case, simulation_answer
     >>> from percuss.plot import machine_motion as picture
     >>> case = load_case("valve-drifter").changed(simulation={"modes": 0})
-    >>> len(picture(machine_motion(case)).axes)
+    >>> len(picture(simulation_answer(case)).axes)
     4
     """
     title, moved = titled_motion(motion, clocked=False)

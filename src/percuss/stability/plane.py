@@ -23,8 +23,8 @@ from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, blocks, floquet_multipliers
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
-from percuss.steady.harmonic import Response
-from percuss.steady.phases import Arcs, forced_response, grows, level_at, level_of, phase_condition
+from percuss.steady.forced import Response, forced_response
+from percuss.steady.phases import Arcs, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 

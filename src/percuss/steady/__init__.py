@@ -6,8 +6,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from percuss.steady.admissible import Violation
+from percuss.steady.energy import Energy
 from percuss.steady.figures import SIReport, si_report
-from percuss.steady.harmonic import Energy, Field
+from percuss.steady.forced import Field
 from percuss.steady.orbit import Orbit, Reason
 from percuss.steady.oscillator import ModalState
 from percuss.steady.phases import grows, level
@@ -38,10 +39,8 @@ if TYPE_CHECKING:
     from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.self_excited import (
         BlankBlow,
-        ElasticCycle,
         Obstacle,
         Rhythm,
-        RigidCycle,
         SelfExcited,
         Sensitivity,
         SlowPressure,
@@ -59,7 +58,6 @@ __all__ = [
     "BlankBlow",
     "Drag",
     "Drop",
-    "ElasticCycle",
     "Energy",
     "Field",
     "ForceRecord",
@@ -79,7 +77,6 @@ __all__ = [
     "Rest",
     "RestCycle",
     "Rhythm",
-    "RigidCycle",
     "SIReport",
     "SelfExcited",
     "Sensitivity",
@@ -128,10 +125,8 @@ _ROOMS = {
     "resting": ("FoundRestCycles", "RestCycle", "rest_cycles"),
     "self_excited": (
         "BlankBlow",
-        "ElasticCycle",
         "Obstacle",
         "Rhythm",
-        "RigidCycle",
         "SelfExcited",
         "Sensitivity",
         "SlowPressure",

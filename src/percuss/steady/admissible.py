@@ -9,73 +9,13 @@ first pass uses few modes and a bound of what the others can add; cells that thi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady.truncation import Truncation, Untruncated, ringing
-
-if TYPE_CHECKING:
-    from percuss.steady.oscillator import ModalState
-
-
-# ---- What must be known of a flight to prove that the bar does not touch the wall before its end
-
-
-class Flown(Untruncated, Protocol):
-    """A flight from impact to impact: an `Orbit` has one of them, and `Flight` of `steady.periodic` is one."""
-
-    @property
-    def phase(self) -> float:
-        """Load phase of the impact from which the flight starts."""
-        ...
-
-    @property
-    def period(self) -> float:
-        """Duration of the flight."""
-        ...
-
-    @property
-    def periods(self) -> int:
-        """The load periods that it takes, rounded up."""
-        ...
-
-    @property
-    def cut(self) -> bool: ...
-    @property
-    def modes(self) -> int: ...
-    @property
-    def truncation(self) -> Truncation: ...
-    @property
-    def state(self) -> ModalState:
-        """The elastic modes at the impact from which the flight starts."""
-        ...
-
-    @property
-    def error_bound(self) -> float: ...
-    @property
-    def rigid_rebound(self) -> float:
-        """Mean velocity of the bar at the start of the flight."""
-        ...
-
-    @property
-    def rebound_velocity(self) -> float:
-        """Velocity of the striking end at the start of the flight."""
-        ...
-
-    @property
-    def impact_velocity(self) -> float:
-        """Velocity of the striking end at its end."""
-        ...
-
-    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
-        """Gap function and its velocity with the first `modes` elastic modes; each of shape (len(t),)."""
-        ...
-
-
-# ---- Does the bar pass through the wall between two impacts? Decided with bounds, not with a scan (theory §4)
+from percuss.steady.flight import Flown, ringing
 
 _TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
 _DEPTH = 1e-9  # relative accuracy of the greatest depth
@@ -132,7 +72,8 @@ def flight_check(motion: Flown) -> Contactless:
     first, proven, _ = _search(motion, np.inf)
     if not np.isfinite(first):
         return Contactless(None, proven)
-    answer = Contactless(Violation(0.0 if motion.rebound_velocity > 0.0 else first, _depth(motion)), proven)
+    at_once = motion.rebound_velocity > 0.0 and motion.start_gap == 0.0
+    answer = Contactless(Violation(0.0 if at_once else first, _depth(motion)), proven)
     doubt = min(motion.error_bound, _MOST_DOUBT) * motion.rigid_stroke if motion.requested_modes is None else 0.0
     return Contactless(None, False) if answer.violation is not None and answer.violation.depth <= doubt else answer
 
@@ -239,8 +180,8 @@ def tops(motion: Flown, low: float, high: float) -> tuple[Array, float]:
 def _safe_ends(motion: Flown, bounds: _Bounds) -> tuple[float | None, float]:
     """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
     speed = motion.impact_velocity
-    start = _quotient(-2.0 * motion.rebound_velocity, bounds.acceleration)
-    if not motion.system.contact.rebounds:  # it starts from rest: its acceleration decides
+    start = 0.0 if motion.start_gap else _quotient(-2.0 * motion.rebound_velocity, bounds.acceleration)
+    if not motion.system.contact.rebounds and not motion.start_gap:  # it starts from rest: its acceleration decides
         begin = start_acceleration(motion)
         if begin >= 0.0:
             return None, motion.period

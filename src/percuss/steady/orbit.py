@@ -5,28 +5,26 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.halting import look
-from percuss.mechanics.flow import phi1, phi2, propagator
-from percuss.model import Modes, System
+from percuss.model import System
 from percuss.model.checks import Array, array, count
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.harmonic import Energy, Field, Response
-from percuss.steady.oscillator import ModalState, free_sum, modal_state
-from percuss.steady.phases import forced_response
-from percuss.steady.truncation import Truncation, truncation
+from percuss.steady.energy import Energy, exchange
+from percuss.steady.flight import Flown
+from percuss.steady.forced import Field
+from percuss.steady.oscillator import ModalState, modal_state
 
 _MOST_IMPACTS = 10**7
 
 
 @dataclass(frozen=True)
-class Orbit(Shown):
+class Orbit(Flown, Shown):
     """A steady motion with one impact every `periods` load periods; made by `steady_states`.
 
     Times are in radians of the load's fundamental **after the impact**, from 0 to `period`; positions are
@@ -59,31 +57,6 @@ class Orbit(Shown):
 
     # -- how it is computed --
 
-    @cached_property
-    def response(self) -> Response:
-        """The forced response of the bar."""
-        return forced_response(self.system)
-
-    @cached_property
-    def truncation(self) -> Truncation:
-        """The modes kept, and what is known of the others."""
-        return truncation(self)
-
-    @property
-    def modes(self) -> int:
-        """N, the number of elastic modes in the sums."""
-        return self.truncation.modes
-
-    @property
-    def error_bound(self) -> float:
-        """Bound of the error of the striking end's position that the left-out modes make, relative to the stroke."""
-        return self.truncation.error_bound
-
-    @cached_property
-    def state(self) -> ModalState:
-        """The elastic modes at the impact."""
-        return self.truncation.state
-
     def modal_state(self, modes: int) -> ModalState:
         """The elastic modes 1 … `modes` at the impact, however many the sums use."""
         known: ModalState | None = self.__dict__.get("_longest")
@@ -100,11 +73,6 @@ class Orbit(Shown):
         That is so under a load of steps where one step just keeps up v_f. Every phase between has its motion.
         """
         return self.response.plateau(self.phase) if self.fold else None
-
-    @property
-    def cut(self) -> bool:
-        """Whether the forced part ends with the modes of the sums, too: those of a bar of so many modes."""
-        return self.requested_modes is not None
 
     # -- speeds and energies --
 
@@ -150,12 +118,12 @@ class Orbit(Shown):
     @property
     def blow_energy(self) -> float:
         """Kinetic energy ½ ∫ u_t² dx just before the impact, all modes."""
-        return 0.5 * self.rigid_velocity**2 + float(np.sum(0.5 * self._weight * self.state.velocity**2))
+        return 0.5 * self.rigid_velocity**2 + float(np.sum(0.5 * self._known.weight * self.state.velocity**2))
 
     @property
     def strain_energy(self) -> float:
         """Strain energy just before the impact, of the modes of the sums."""
-        return float(np.sum(0.5 * self._weight * (self.state.omega * self.state.displacement) ** 2))
+        return float(np.sum(0.5 * self._known.weight * (self.state.omega * self.state.displacement) ** 2))
 
     @property
     def delivered_energy(self) -> float:
@@ -165,13 +133,8 @@ class Orbit(Shown):
     @cached_property
     def rigid_stroke(self) -> float:
         """Range of the mean motion over the impact period: the scale of all relative errors."""
-        t, pushed, faded = _looks(self.system.d, self.periods)
-        if not self.system.body.is_free:  # the range of the contact itself
-            return float(np.ptp(self.end_motion(t, self.modes)[0])) or 1.0
-        contact, mean = self.system.contact, self.system.load.mean
-        start = contact.velocity_factor * (mean * self.period / contact.impulse) - self._rigid_start[1]
-        moved = self.response.rigid_displacement(self.phase + t) + mean * pushed + start * faded
-        return float(np.ptp(moved)) or 1.0
+        contact = self.system.contact
+        return self.mean_range(contact.velocity_factor * (self.system.push * self.period / contact.impulse)) or 1.0
 
     # -- motion --
 
@@ -219,67 +182,9 @@ class Orbit(Shown):
             forced.strain + z[n:],
         )
 
-    def rigid_motion(self, t: Array) -> tuple[Array, Array]:
-        """Displacement since the impact and velocity of the mean of the bar; each of the shape of `t`."""
-        theta, (drift, drift_velocity) = self.phase + t, self._drift(t)
-        moved = self.response.rigid_displacement(theta) - self._rigid_start[0]
-        return moved + drift, self.response.rigid_velocity(theta) + drift_velocity
-
-    def _drift(self, t: Array) -> tuple[Array, Array]:
-        """What the mean load and the impact add to the periodic rigid motion, and its velocity."""
-        d, mean = self.system.d, self.system.push
-        start = self.rigid_rebound - self._rigid_start[1]
-        fade = t * phi1(d * t)
-        return mean * t**2 * phi2(d * t) + start * fade, mean * fade + start * np.exp(-d * t)
-
-    @cached_property
-    def _rigid_start(self) -> tuple[float, float]:
-        """Periodic displacement and velocity of the rigid motion at the impact phase."""
-        here = np.array([self.phase])
-        return float(self.response.rigid_displacement(here)[0]), float(self.response.rigid_velocity(here)[0])
-
-    def _free_sum(self, t: Array, rows: Array) -> tuple[Array, Array]:
-        state = self.state
-        return free_sum(state.omega, self._known.damping, (state.z, state.z_velocity), t, rows)
-
-    def transient(self, t: Array) -> tuple[Array, Array]:
-        """z_n(t) and z_n'(t), the free part of the elastic modes; each of shape (modes, len(t))."""
-        state = self.state
-        step = propagator(state.omega[:, None], self._known.damping[:, None], t[None, :])
-        z, v = state.z[:, None], state.z_velocity[:, None]
-        return step.a * z + step.b * v, step.c * z + step.e * v
-
     def forced_elastic(self, x: Array, theta: Array) -> Field:
         """Elastic part of the forced motion at load phases `theta`; each of shape (len(x), len(θ))."""
         return self.response.elastic(x, theta, self.modes, cut=self.cut)
-
-    def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
-        """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
-        look()
-        forced, forced_velocity = self._forced_end(t, modes)
-        drift, drift_velocity = self._drift(t)
-        rows = self._end_rows[:, :modes]
-        z, z_velocity = self._free_sum(t, rows)
-        known: dict[int, float] = self.__dict__.setdefault("_starts", {})
-        if modes not in known:
-            known[modes] = float(self._forced_end(np.zeros(1), modes)[0][0] + rows[0] @ self.state.z[:modes])
-        return forced + drift + z[0] - known[modes], forced_velocity + drift_velocity + z_velocity[0]
-
-    def _forced_end(self, t: Array, modes: int) -> tuple[Array, Array]:
-        return self.response.end_motion(self.phase + t, modes, cut=self.cut)
-
-    @cached_property
-    def _known(self) -> Modes:
-        return self.system.body.modes(self.modes, self.system.load.at)
-
-    @cached_property
-    def _weight(self) -> Array:
-        return self._known.weight
-
-    @cached_property
-    def _end_rows(self) -> Array:
-        """γ_n, by which the modes move the striking end; shape (1, modes)."""
-        return self._known.gamma[None, :]
 
     @cached_property
     def _offset(self) -> float:
@@ -292,7 +197,7 @@ class Orbit(Shown):
     @cached_property
     def energy(self) -> Energy:
         """Energy over one impact period: put in by the load, taken by damping and by the impact."""
-        return Energy(*self.response.exchange(self), self.delivered_energy)
+        return Energy(*exchange(self), self.delivered_energy)
 
     def impact_history(self, impacts: int) -> Array:
         """The first `impacts` impacts from load time φ on: one row each of absolute time (rad of the load), load phase,
@@ -380,16 +285,6 @@ class Orbit(Shown):
             f"Orbit z=1/{self.periods}: phase {self.phase:.6f} rad, striking speed {self.impact_velocity:.6g}, "
             f"{where}, {self.modes} mode{'s' if self.modes != 1 else ''} (error {self.error_bound:.1e} of the stroke)"
         )
-
-
-@lru_cache(maxsize=32)
-def _looks(d: float, periods: int) -> tuple[Array, Array, Array]:
-    """Times over an impact period, and what a unit mean load and a unit start velocity have moved by then."""
-    t = np.linspace(0.0, 2.0 * math.pi * periods, 64 * periods + 1)
-    looks = t, np.asarray(t**2 * phi2(d * t)), np.asarray(t * phi1(d * t))
-    for values in looks:
-        values.setflags(write=False)
-    return looks
 
 
 # ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page

@@ -133,32 +133,6 @@ def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
     return both[:, : t.size]
 
 
-def dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array) -> Array:
-    """d ∫₀ᵗ z'² of free oscillators, from z' = Re Z exp((−d/2 + iλ)t); overdamped ones by their loss of energy.
-
-    Parameters
-    ----------
-    omega, d, t
-        Undamped frequencies, damping and times; broadcast with the arrays of `start`.
-    start
-        z and z' at t = 0.
-    """
-    z, v = start
-    d = one_for_all(d)
-    if not np.any(d):
-        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(z), np.shape(t)))
-    ringing = omega > 0.5 * d * (1.0 + 1e-3)
-    rate = np.sqrt(np.where(ringing, omega**2 - 0.25 * d**2, 1.0))
-    exponent = -0.5 * d + 1j * rate
-    amplitude = exponent * (z - 1j * (v + 0.5 * d * z) / rate)
-    swing = (amplitude**2 * np.expm1(2.0 * exponent * t) / (2.0 * exponent)).real
-    lost = 0.5 * (np.abs(amplitude) ** 2 * -np.expm1(-d * t) + d * swing)
-    step = propagator(omega, d, t)
-    end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
-    fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
-    return np.asarray(np.where(ringing, lost, fallen))
-
-
 # ---- Exact resonance: of an undamped bar with a harmonic that its load contains (B77 16), of a mode with the impacts
 
 IntArray = npt.NDArray[np.int64]
@@ -331,20 +305,3 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
     velocity = np.where(singular, 0.0, velocity / safe)
     displacement = np.where(singular, f, f * (kept / safe) + push * step.b / safe)
     return ModalState(omega, displacement, velocity, f + z, z, z_velocity, f_velocity, divisor)
-
-
-def resolvent_bound(system: System, period: float, omega: float, d: float) -> float:
-    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from one with `omega` and `d` on; inf when d = 0.
-
-    For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
-    """
-    contact = system.contact
-    half = float(np.exp(-0.5 * d * period))
-    rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))
-    if rate == 0.0:
-        return float("inf")
-    slip = 0.5 * d / rate * half
-    least = -float(np.expm1(-0.5 * d * period)) * (1.0 - contact.velocity_factor * half) - contact.impulse * slip
-    if least <= 0.0:
-        return float("inf")
-    return contact.impulse * (half * omega / rate + 1.0 + half + slip) / least

@@ -8,9 +8,8 @@ sum of waves, found with proof (`percuss.steady.trigonometric`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,24 +19,16 @@ from percuss.halting import look
 from percuss.mechanics.flow import phi1, propagator
 from percuss.model import System
 from percuss.model.body import need_free
-from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, numbers, positive
+from percuss.model.checks import Array, count, instance, non_negative, numbers, positive
 from percuss.model.contact import impedance_ratio, restitutions
-from percuss.steady.harmonic import HarmonicResponse, Response
+from percuss.steady.forced import PiecewiseResponse, Response, forced_response
 from percuss.steady.oscillator import modal_state
-from percuss.steady.piecewise import PiecewiseResponse
 from percuss.steady.trigonometric import TURN, on_circle
-from percuss.steady.truncation import RELEASED_MODES
+
+RELEASED_MODES = 512
+"""Modes of the sums where an impact changes the strain: more of them hardly help."""
 
 _EPS = np.finfo(float).eps
-
-
-@lru_cache(maxsize=32)
-def forced_response(system: System) -> Response:
-    """The forced response, exact for the load's own form: piecewise where that is known, else by harmonics.
-
-    The last few are kept: every motion of a system, and whatever is asked of it, shares one.
-    """
-    return PiecewiseResponse(system) if system.load.is_piecewise else HarmonicResponse(system)
 
 
 @dataclass(frozen=True)
@@ -217,11 +208,23 @@ class PhaseCondition:
     arcs
         The arcs of the circle on which the curve is monotone.
     level
-        c, less what the mean load adds to the curve.
+        What it meets: c less what the mean load adds to the curve.
+    still
+        What is added to it where its value is told.
     """
 
     arcs: Arcs
     level: float
+    still: float = 0.0
+
+    @property
+    def highest(self) -> float:
+        """Its greatest value: no motion exists beyond."""
+        return self.arcs.highest + self.still
+
+    def value(self, phases: Array) -> Array:
+        """The curve; shape of `phases`."""
+        return np.asarray(self.arcs.response.rigid_velocity(phases) + self.still)
 
     def roots(self) -> tuple[Array, Array]:
         """All impact phases, increasing, and whether each is a fold."""
@@ -232,9 +235,9 @@ class PhaseCondition:
 class _Polished(PhaseCondition):
     """The roots of B77 (14), each followed to the phase that a law which changes the strain asks for."""
 
-    system: System
-    period: float
-    modes: int
+    system: System = field(kw_only=True)
+    period: float = field(kw_only=True)
+    modes: int = field(kw_only=True)
 
     def roots(self) -> tuple[Array, Array]:
         phases, folds = self.arcs.roots(self.level)
@@ -276,17 +279,9 @@ def phase_condition(system: System, periods: int, modes: int | None = None) -> P
     if system.contact.keeps_strain or n == 0:
         return PhaseCondition(Arcs.of(response), level)
     if not response.is_smooth:
-        return _Polished(Arcs.of(response), level, system, period, n)
+        return _Polished(Arcs.of(response), level, system=system, period=period, modes=n)
     curve, raised = _rebased(system, period, n)
     return PhaseCondition(Arcs.of(curve), level - raised)
-
-
-class _Rebased(HarmonicResponse):
-    """The response with what the rebasing adds to the waves of its rigid velocity, for `Arcs`."""
-
-    def __init__(self, system: System, added: ComplexArray) -> None:
-        super().__init__(system)
-        self.rigid_factor = self.rigid_factor + added
 
 
 @lru_cache(maxsize=32)
@@ -302,7 +297,7 @@ def _rebased(system: System, period: float, modes: int) -> tuple[Response, float
     moving = gamma * modal_state(system, period, (nothing, one)).displacement
     each = change * _weight(system, period) * (still @ gain + 1j * k * (moving @ gain))
     raised = change * _weight(system, period) * float(still @ (1.0 / system.body.modes(modes).omega ** 2))
-    return _Rebased(system, each * response.p), raised * system.load.mean
+    return response.meeting(response.rigid_factor + each * response.p), raised * system.load.mean
 
 
 def _rebasing(system: System, period: float, modes: int, phase: float) -> float:
@@ -338,25 +333,8 @@ _NARROWEST = 1e-9  # rad: the width of a cell in which a root is double
 _TOUCH = 1e-13
 
 
-class GapCondition(Protocol):
-    """The curve that meets the gap at the impact phases."""
-
-    @property
-    def highest(self) -> float:
-        """Its greatest value: no motion exists beyond."""
-        ...
-
-    def value(self, phases: Array) -> Array:
-        """y(φ); shape of `phases`."""
-        ...
-
-    def roots(self) -> tuple[Array, Array]:
-        """All impact phases, increasing, and whether each is a fold."""
-        ...
-
-
 @lru_cache(maxsize=16)
-def gap_condition(system: System, periods: int, modes: int) -> GapCondition | None:
+def gap_condition(system: System, periods: int, modes: int) -> PhaseCondition | SteppedGap | None:
     """The condition for impacts once in `periods` load periods; None in internal resonance."""
     period, response = 2.0 * math.pi * periods, forced_response(system)
     nothing, one = np.zeros(modes), np.ones(modes)
@@ -366,52 +344,26 @@ def gap_condition(system: System, periods: int, modes: int) -> GapCondition | No
         return None
     moving = gamma * answer.displacement  # γ_n times −(1 + R) c_n
     if isinstance(response, PiecewiseResponse):
-        return _Stepped(response, gamma, moving)
+        return SteppedGap(response, gamma, moving)
     harmonics = response.by_harmonics
     gains, k = harmonics.gains(modes), harmonics.k
     still = system.load.mean * float(gamma @ (1.0 / answer.omega**2))
     waves = (gamma @ gains + 1j * k * (moving @ gains)) * harmonics.p
-    return _Waves(Arcs.of(_Curve(system, np.asarray(waves))), still, system.body.gap)
-
-
-class _Curve(HarmonicResponse):
-    """The response with the curve in place of its rigid velocity, for `Arcs`."""
-
-    def __init__(self, system: System, waves: ComplexArray) -> None:
-        super().__init__(system)
-        self.rigid_factor = waves
-
-    def rigid_bounds(self) -> tuple[float, float]:
-        """A bound of the curve, which rounding is measured by."""
-        return float(np.abs(self.rigid_factor).sum()), 0.0
+    return PhaseCondition(Arcs.of(harmonics.meeting(np.asarray(waves))), system.body.gap - still, still)
 
 
 @dataclass(frozen=True)
-class _Waves:
-    """The curve under harmonics: waves about `still`, its place under the mean load."""
-
-    arcs: Arcs
-    still: float
-    gap: float
-
-    @property
-    def highest(self) -> float:
-        return self.arcs.highest + self.still
-
-    def value(self, phases: Array) -> Array:
-        return self.arcs.response.rigid_velocity(phases) + self.still
-
-    def roots(self) -> tuple[Array, Array]:
-        return self.arcs.roots(self.gap - self.still)
-
-
-@dataclass(frozen=True)
-class _Stepped:
+class SteppedGap:
     """The curve under steps: modes that swing about a constant place on each of them."""
 
     response: PiecewiseResponse
     gamma: Array
     moving: Array
+
+    @property
+    def level(self) -> float:
+        """The gap."""
+        return self.response.system.body.gap
 
     @property
     def highest(self) -> float:

@@ -12,11 +12,11 @@ from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.model import External, HeldBody, System
 from percuss.model.checks import Array, count, instance, numbers, positive
 from percuss.shown import Shown
+from percuss.steady.forced import forced_response
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import (
     FREE_AMPLITUDE,
     Arcs,
-    forced_response,
     gap_condition,
     grows,
     level_factor,
@@ -170,34 +170,23 @@ def steady_states(
     n = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     wanted = positive("tolerance", tolerance)
     check_pushes(system)
-    if isinstance(system.body, HeldBody):
-        return _of_structure(system, m, system.body.chosen(n), wanted)
-    condition = phase_condition(system, m, n)
+    body, held = system.body, isinstance(system.body, HeldBody)
+    n = body.chosen(n) if isinstance(body, HeldBody) else n
+    condition = gap_condition(system, m, n or 0) if held else phase_condition(system, m, n)
+    if condition is None:
+        return SteadyStates(system, m, body.gap, math.nan, (), None, FREE_AMPLITUDE, n)
     phases, folds = condition.roots()
     kept = np.ones(phases.shape, dtype=bool)
-    if system.d == 0.0 and system.contact.is_lossless:
+    if not held and system.d == 0.0 and system.contact.is_lossless:
         kept = ~grows(system, phases, m, modes=n)
     orbits = tuple(
         Orbit(system, m, float(phase), bool(fold), n, wanted)
         for phase, fold in zip(phases[kept], folds[kept], strict=True)
     )
-    highest = condition.arcs.highest
-    nearest = None if phases.size else _nearest(system, 2.0 * math.pi * m, highest)
+    level = body.gap if held else condition.level
+    nearest = None if phases.size or held else _nearest(system, 2.0 * math.pi * m, condition.highest)
     note = "; ".join(text for text in (_grow_note(phases[~kept]), _continuum_note(orbits)) if text)
-    return SteadyStates(system, m, condition.level, highest, orbits, nearest, note, n)
-
-
-def _of_structure(system: System, periods: int, modes: int, tolerance: float) -> SteadyStates:
-    """The steady motions of a body that is held: the phases at which the contact reaches the wall."""
-    condition = gap_condition(system, periods, modes)
-    if condition is None:
-        return SteadyStates(system, periods, system.body.gap, math.nan, (), None, FREE_AMPLITUDE, modes)
-    phases, folds = condition.roots()
-    orbits = tuple(
-        Orbit(system, periods, float(phase), bool(fold), modes, tolerance)
-        for phase, fold in zip(phases, folds, strict=True)
-    )
-    return SteadyStates(system, periods, system.body.gap, condition.highest, orbits, None, "", modes)
+    return SteadyStates(system, m, level, condition.highest, orbits, nearest, note, n)
 
 
 def _continuum_note(orbits: tuple[Orbit, ...]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -11,103 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.mechanics.flow import phi1, phi2
+from percuss.mechanics.flow import phi1
 from percuss.model import System, Timed
 from percuss.model.checks import Array, count, instance, numbers
 from percuss.model.contact import impedance_ratio
 from percuss.shown import Shown
-from percuss.steady.admissible import Violation
-from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.admissible import Violation, flight_check
+from percuss.steady.flight import Flight
+from percuss.steady.forced import HarmonicResponse, forced_response
 from percuss.steady.orbit import Orbit, Reason
-from percuss.steady.phases import Arcs, forced_response, level_at
+from percuss.steady.oscillator import modal_state
+from percuss.steady.phases import Arcs, level_at
 from percuss.steady.states import MAX_PERIODS, SteadyStates, steady_states
 from percuss.steady.trigonometric import TURN, on_circle
-
-# ---- The flight of a bar as a whole between two blows that take time, and whether it passes the plane of the next one
-#
-# Decided with bounds: a cell of time is dropped only when Taylor's theorem, with a bound of the acceleration, proves
-# that the bar stays off.
-
-_TOUCH = 1e-13  # share of the scale of the motion that rounding hides
-_NARROWEST = 1e-14  # share of the flight below which a cell is not split further
-_DEPTH = 1e-6  # relative accuracy of the greatest depth
-_CELLS = 64  # per load period, to begin with
-
-
-@dataclass(frozen=True)
-class RigidFlight:
-    """The mean motion of a bar under its load.
-
-    Parameters
-    ----------
-    system
-        The bar and its load.
-    phase
-        Phase of the load at time 0.
-    velocity
-        Mean velocity at time 0.
-    """
-
-    system: System
-    phase: float
-    velocity: float
-
-    @cached_property
-    def _start(self) -> tuple[float, float]:
-        """Periodic displacement and velocity of the rigid motion at time 0."""
-        response, here = forced_response(self.system), np.array([self.phase])
-        return float(response.rigid_displacement(here)[0]), float(response.rigid_velocity(here)[0])
-
-    def motion(self, t: Array) -> tuple[Array, Array]:
-        """Displacement since time 0 and velocity; shapes of `t`."""
-        t = np.asarray(t, dtype=float)
-        response, d, mean = forced_response(self.system), self.system.d, self.system.load.mean
-        place, velocity = self._start
-        free, fade = self.velocity - velocity, t * phi1(d * t)
-        moved = response.rigid_displacement(self.phase + t) - place + mean * t**2 * phi2(d * t) + free * fade
-        speed = response.rigid_velocity(self.phase + t) + mean * fade + free * np.exp(-d * t)
-        return np.asarray(moved), np.asarray(speed)
-
-    @cached_property
-    def greatest_force(self) -> float:
-        """A bound of the load."""
-        return float(forced_response(self.system).rigid_bounds()[1]) + abs(self.system.load.mean)
-
-    def passage(self, start: float, stop: float, undecided: float) -> Violation | None:
-        """The first passage through the place at the time `stop`, or None where there is proof of none.
-
-        Parameters
-        ----------
-        start, stop
-            The flight.
-        undecided
-            Passages less deep than this are none.
-        """
-        ends, speeds = self.motion(np.array([stop]))
-        fastest = 2.0 * forced_response(self.system).rigid_bounds()[0] + self.system.load.mean * stop
-        fastest += abs(self.velocity)
-        bend = self.greatest_force + self.system.d * fastest
-        plane, arrival = float(ends[0]) + undecided + _TOUCH * fastest * stop, float(speeds[0])
-        # at the end the bar comes to the plane from its own side
-        last = max(stop - 2.0 * arrival / bend, start) if arrival > 0.0 else stop
-        count = int(_CELLS * np.ceil(stop / (2.0 * np.pi)))
-        half = 0.5 * (last - start) / count
-        centres: Array = np.asarray(start + half * (2.0 * np.arange(count) + 1.0), dtype=float)
-        first, best = np.inf, 0.0
-        while centres.size and half > _NARROWEST * stop:
-            place, speed = self.motion(centres)
-            beyond = place - plane
-            through = beyond > 0.0
-            if through.any():
-                first, best = min(first, float(centres[through].min())), max(best, float(beyond.max()))
-            reach = beyond + np.abs(speed) * half + 0.5 * bend * half**2
-            # what is left may hold an earlier passage, or a deeper one
-            earlier = (centres - half < first) & ~through
-            left = centres[(reach > 0.0) & (earlier | (reach > (1.0 + _DEPTH) * best))]
-            half *= 0.5
-            centres = np.sort(np.concatenate([left - half, left + half]))
-        return Violation(first, best + plane - float(ends[0])) if np.isfinite(first) else None
-
 
 # ---- One steady motion whose blows take time: the bar as a whole between them, and what a blow carries
 
@@ -241,15 +157,17 @@ class TimedOrbit(Shown):
     # -- the flight --
 
     @cached_property
-    def _flight(self) -> RigidFlight:
-        return RigidFlight(self.system, self.phase, self.rebound_velocity)
+    def _flight(self) -> Flight:
+        rebound, nothing = self.rebound_velocity, np.empty(0)
+        state = modal_state(self.system, self.period, (nothing, nothing))
+        return Flight(self.system, 0, self.phase, self.period, state, rebound, rebound, self.rigid_velocity)
 
     def rigid_motion(self, t: Array) -> tuple[Array, Array]:
         """Displacement since the centroid of the force, and velocity, of the mean of the bar; shapes of `t`.
 
         From the end of the contact to the start of the next one.
         """
-        return self._flight.motion(t)
+        return self._flight.rigid_motion(np.asarray(t, dtype=float))
 
     @cached_property
     def violation(self) -> Violation | None:
@@ -259,8 +177,16 @@ class TimedOrbit(Shown):
         half the greatest load times t_c² counts as none. The elastic motion is that of B77's motion, which `b77` has.
         """
         start, end = self.contact
-        undecided = 0.5 * self._flight.greatest_force * self.law.duration**2
-        return self._flight.passage(end, self.period + start, undecided)
+        places, speeds = self.rigid_motion(np.array([end, self.period + start]))
+        greatest_force = self._flight.response.rigid_bounds()[1] + abs(self.system.load.mean)
+        undecided = 0.5 * greatest_force * self.law.duration**2
+        leaving, arrival = (float(speed) for speed in speeds)
+        flown = replace(
+            self._flight, phase=self.phase + end, period=self.period + start - end, rigid_rebound=leaving,
+            rebound_velocity=leaving, impact_velocity=arrival, start_gap=float(places[0] - places[1]) - undecided,
+        )  # fmt: skip
+        found = flight_check(replace(flown, rigid_stroke=flown.mean_range(leaving) or 1.0)).violation
+        return None if found is None else Violation(found.time + end, found.depth + undecided)
 
     @property
     def obstacle(self) -> Reason | None:
@@ -358,16 +284,16 @@ class TimedCondition:
     def highest(self) -> float:
         """The greatest v_f − e p: motions exist while the level is not above it."""
         if self._stepwise:
-            arcs, lifted = self._arcs, self.law.arm * self._forces
+            arcs, lifted = self._arcs, self.law.arm * np.asarray(self.system.load.values)
             return float(max((arcs.velocities[:-1] - lifted).max(), (arcs.velocities[1:] - lifted).max()))
-        return self._arcs.highest - self.law.arm * self._kept_mean
+        return self._arcs.highest - self.law.arm * self.system.load.mean
 
     @cached_property
     def roots(self) -> tuple[TimedRoot, ...]:
         """All impact phases, increasing."""
         if self._stepwise:
             return self._among_steps()
-        phases, folds = self._arcs.roots(self.level + self.law.arm * self._kept_mean)
+        phases, folds = self._arcs.roots(self.level + self.law.arm * self.system.load.mean)
         forces = self.system.load.value(phases)
         return tuple(TimedRoot(*one) for one in zip(phases.tolist(), folds.tolist(), forces.tolist(), strict=True))
 
@@ -376,14 +302,6 @@ class TimedCondition:
         """Whether the curve jumps."""
         return self.system.load.is_piecewise and self.law.arm != 0.0
 
-    @property
-    def _kept_mean(self) -> float:
-        return self.system.load.mean
-
-    @property
-    def _forces(self) -> Array:
-        return np.asarray(self.system.load.values)
-
     @cached_property
     def _arcs(self) -> Arcs:
         arm = self.law.arm if not self.system.load.is_piecewise else 0.0
@@ -391,7 +309,7 @@ class TimedCondition:
 
     def _among_steps(self) -> tuple[TimedRoot, ...]:
         """On the pieces, where v_f meets the level raised by e p_i, and at the breaks between them."""
-        arcs, forces = self._arcs, self._forces
+        arcs, forces = self._arcs, np.asarray(self.system.load.values)
         raised = self.level + self.law.arm * forces
         noise = arcs.tolerance + 8.0 * np.finfo(float).eps * abs(self.law.arm) * float(np.abs(forces).max())
         start, end = arcs.velocities[:-1] - raised, arcs.velocities[1:] - raised
@@ -419,8 +337,7 @@ class TimedCondition:
 def _armed(system: System, arm: float) -> HarmonicResponse:
     """The response with v_f − e p in place of v_f, for `Arcs`; without the mean load."""
     response = HarmonicResponse(system)
-    response.rigid_factor = response.rigid_factor - arm * response.p
-    return response
+    return response.meeting(response.rigid_factor - arm * response.p)
 
 
 def timed_condition(system: System, law: Timed, periods: int) -> TimedCondition:

@@ -6,7 +6,7 @@ import threading
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
-from fastapi import APIRouter, Path, Query
+from fastapi import Path, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
@@ -21,17 +21,26 @@ from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.html_report import report_html
 from percuss.palette import palette_dict
 from percuss.web.motion_routes import simulated
-from percuss.web.questions import CaseAsked, PlaceAsked, ReportAsked
-from percuss.web.requests import StrictRoute, bounded_body, refused
-from percuss.web.shared_by_routes import PROBLEMS, answer_of, attachment, check_steady, gate_of, limits_of, plain_json
+from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
+from percuss.web.requests import bounded_body, refused
+from percuss.web.shared_by_routes import (
+    PROBLEMS,
+    Attachment,
+    Questions,
+    Terms,
+    answer_of,
+    check_steady,
+    gate_of,
+    limits_of,
+    plain_json,
+)
 from percuss.web.workers import Part
 
 if TYPE_CHECKING:
     from percuss.case import Case
-    from percuss.web.workers import Halt
 
 
-router = APIRouter(route_class=StrictRoute)
+router = Questions()
 
 _FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
 
@@ -110,44 +119,43 @@ async def machines() -> Response:
     return plain_json({"machines": [asdict(machine) for machine in MACHINES], "structures": structures})
 
 
-@router.get(
-    "/api/machines/{name}", summary="One machine, as POST /api/case answers", responses={404: PROBLEMS[422], **PROBLEMS}
-)
+_MISSING = {404: PROBLEMS[422], **PROBLEMS}
+
+
+async def _described_as_asked(request: Request, asked: CaseAsked, text: str | None = None) -> Response:
+    found = await answer_of(request, asked, lambda case, _: _described(case), quick=True)
+    return plain_json(found if text is None else {**found, "toml": text})
+
+
+@router.get("/api/machines/{name}", summary="One machine, as POST /api/case answers", responses=_MISSING)
 async def machine(request: Request, name: Annotated[str, Path(max_length=64, examples=["mini-breaker"])]) -> Response:
     """Or one structure. A recording comes as its harmonics, a table of modes as its columns."""
     if not is_sample(name):
         raise refused(404, "no machine of this name", "GET /api/machines lists them", "name", name)
-    asked = CaseAsked(machine=name)
-    found = await answer_of(request, asked, lambda case, _: _described(case), quick=True)
-    return plain_json(found if file_beside(name) else {**found, "toml": machine_text(name)})
+    return await _described_as_asked(
+        request, CaseAsked(machine=name), None if file_beside(name) else machine_text(name)
+    )
 
 
-@router.get(
-    "/api/case", summary="The case that the server was started with", responses={404: PROBLEMS[422], **PROBLEMS}
-)
+@router.get("/api/case", summary="The case that the server was started with", responses=_MISSING)
 async def opening(request: Request) -> Response:
     """As POST /api/case answers; 404 without one."""
     text = request.app.state.settings.case
     if not text:
         raise refused(404, "the server was started without a case")
-    return plain_json(
-        await answer_of(request, CaseAsked.model_construct(toml=text), lambda c, _: _described(c), quick=True)
-    )
+    return await _described_as_asked(request, CaseAsked.model_construct(toml=text))
 
 
-@router.post("/api/case", summary="Check a case", responses=PROBLEMS)
-async def check(request: Request, asked: CaseAsked) -> Response:
+@router.answer("/api/case", "Check a case", quick=True)
+def check(case: Case, asked: CaseAsked, terms: Terms) -> dict[str, Any]:
     """Its tables, its text, its numbers in SI and without dimension, and what a map may vary."""
-    return plain_json(await answer_of(request, asked, lambda case, _: _described(case), quick=True))
+    return _described(case)
 
 
-@router.post("/api/place", summary="Move a case to other values of its parameters", responses=PROBLEMS)
-async def place(request: Request, asked: PlaceAsked) -> Response:
+@router.answer("/api/place", "Move a case to other values of its parameters", quick=True)
+def place(case: Case, asked: PlaceAsked, terms: Terms) -> dict[str, Any]:
     """As POST /api/case answers, of the case with these values."""
-    harmonics = limits_of(request).harmonics
-    return plain_json(
-        await answer_of(request, asked, lambda case, _: case_dict(placed(case, asked.values, harmonics)), quick=True)
-    )
+    return case_dict(placed(case, asked.values, terms.limits.harmonics))
 
 
 def _described(case: Any) -> dict[str, Any]:
@@ -157,7 +165,6 @@ def _described(case: Any) -> dict[str, Any]:
     return {**case_dict(plain), "history": given["history"], "notes": given["notes"]}
 
 
-Text = Annotated[str, Query(max_length=200)]
 _FILE = {
     "requestBody": {
         "required": True,
@@ -172,7 +179,9 @@ _FILE = {
     responses=PROBLEMS,
     openapi_extra=_FILE,
 )
-async def recorded(request: Request, name: Text, toml_bytes: Annotated[int, Query(ge=1, le=1_000_000)]) -> Response:
+async def recorded(
+    request: Request, name: Annotated[str, Query(max_length=200)], toml_bytes: Annotated[int, Query(ge=1, le=1_000_000)]
+) -> Response:
     """The body is the case file, so many bytes of TOML, and right after it the recording; as POST /api/case answers."""
     limits = limits_of(request)
     _is_file(request)
@@ -204,47 +213,19 @@ def _is_file(request: Request) -> None:
     responses=PROBLEMS,
     openapi_extra=_FILE,
 )
-async def history(
-    request: Request,
-    name: Text,
-    column: Text = "",
-    unit: Text = "",
-    time_column: Text = "",
-    sample_rate: Text = "",
-    opposing_column: Text = "",
-    opposing_area: Text = "",
-    start: Annotated[str, Query(alias="from", max_length=200)] = "",
-    end: Annotated[str, Query(alias="to", max_length=200)] = "",
-    area: Text = "",
-    frequency: Text = "",
-    force_scale: Text = "",
-    harmonics: Annotated[int | None, Query(ge=1, le=1024)] = None,
-) -> Response:
+async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> Response:
     """The body is the file; of its name only the suffix counts. The options are those of [load] in a case."""
     limits = limits_of(request)
     _is_file(request)
-    lane = gate_of(request).heavy
     data = await bounded_body(request, limits.upload_bytes, limits.body_seconds)  # before it takes a place
-    options: dict[str, Any] = {
-        "column": _column(column),
-        "unit": unit,
-        "time_column": _column(time_column),
-        "sample_rate": sample_rate,
-        "opposing_column": _column(opposing_column),
-        "opposing_area": opposing_area,
-        "from": start,
-        "to": end,
-        "area": area,
-        "frequency": frequency,
-        "force_scale": force_scale,
-        "harmonics": harmonics,
-    }
-    found = await lane.run(request, limits.seconds, lambda halt: uploaded_history(data, name, options, halt))
+    options = asked.model_dump(by_alias=True, exclude={"name"})
+    for key in ("column", "time_column", "opposing_column"):  # a column may be told by its number
+        text = options[key]
+        options[key] = int(text) if text.isascii() and text.isdigit() and len(text) < 6 else text
+    found = await gate_of(request).heavy.run(
+        request, limits.seconds, lambda halt: uploaded_history(data, asked.name, options, halt)
+    )
     return plain_json(found)
-
-
-def _column(text: str) -> int | str:
-    return int(text) if text.isascii() and text.isdigit() and len(text) < 6 else text
 
 
 # ---- The report as a download
@@ -253,26 +234,20 @@ _drawing = threading.Lock()
 """matplotlib's settings belong to the whole process: one picture at a time."""
 
 
-@router.post(
+_HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}
+
+
+@router.answer(
     "/api/report",
-    summary="A report in one HTML file",
-    response_class=Response,
-    responses={200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS},
+    "A report in one HTML file",
+    _HTML,
+    kernels=lambda asked: "motions" if asked.simulate else None,
 )
-async def report(request: Request, asked: ReportAsked) -> Response:
+def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""
-    limits = limits_of(request)
-
-    def work(case: Case, halt: Halt) -> bytes:
-        periods = tuple(sorted(set(asked.periods)))
-        check_steady(case.system(), periods, asked.modes, limits)
-        answer = steady_answer(case, periods, asked.modes)
-        motion = simulated(case, asked, None, None, limits, halt) if asked.simulate else None
-        with _drawing:
-            return report_html(case, answer, motion).encode()
-
-    return attachment(
-        await answer_of(request, asked, work, kernels="motions" if asked.simulate else None),
-        "report.html",
-        "text/html; charset=utf-8",
-    )
+    periods = tuple(sorted(set(asked.periods)))
+    check_steady(case.system(), periods, asked.modes, terms.limits)
+    answer = steady_answer(case, periods, asked.modes)
+    motion = simulated(case, asked, None, None, terms) if asked.simulate else None
+    with _drawing:
+        return Attachment(report_html(case, answer, motion).encode(), "report.html", "text/html; charset=utf-8")

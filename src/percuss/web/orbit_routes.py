@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import (
+    CaseFamily,
     branch_answer,
     diagram_job_of,
     orbits_answer,
-    rest_branch_answer,
     rest_cycles_answer,
     steady_answer,
     structure_answer,
@@ -28,12 +28,11 @@ from percuss.case.answers.exploring.orbits_answer import (
     is_rest_label,
     orbits_dict,
     parsed_label,
-    rest_branch_dict,
     rest_cycles_dict,
 )
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
-from percuss.case.answers.playback import branch_frames, rest_branch_frames
+from percuss.case.answers.playback import Frames, branch_frames, rest_branch_frames
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
@@ -51,23 +50,17 @@ from percuss.web.questions import (
     QuickAsked,
     SteadyAsked,
 )
-from percuss.web.requests import StrictRoute, refused
+from percuss.web.requests import refused
 from percuss.web.shared_by_routes import (
     BINARY,
-    PROBLEMS,
-    STREAM,
-    Tell,
+    Questions,
+    Terms,
     answer_of,
-    binary,
     case_asked,
     check_steady,
-    compiled,
-    failures_told,
     gate_of,
     limits_of,
-    packed,
-    plain_json,
-    streamed,
+    response_of,
 )
 from percuss.web.workers import Halt
 
@@ -77,61 +70,39 @@ if TYPE_CHECKING:
     from percuss.case import Case
     from percuss.explore import Sweep
     from percuss.explore.cells import SweepJob
-    from percuss.explore.diagrams.diagram_job import DiagramJob
     from percuss.explore.family import Axis
     from percuss.web.settings import Limits
     from percuss.web.workers import Halt, Part
 
 
-router = APIRouter(route_class=StrictRoute)
+router = Questions()
 
 
-@router.post("/api/quick", summary="Steady motions while a slider moves", responses=PROBLEMS)
-async def quick(request: Request, asked: QuickAsked) -> Response:
+@router.answer("/api/quick", "Steady motions while a slider moves", quick=True)
+def quick(case: Case, asked: QuickAsked, terms: Terms) -> dict[str, Any]:
     """Phases, both criteria, figures in SI; without proofs and integrals."""
-
-    harmonics = limits_of(request).harmonics
-    every = asked.multipliers or not request.app.state.kernels.work("multipliers")  # it takes longer, but no kernels
-
-    def answer(case: Case) -> dict[str, Any]:
-        if case.tables.body is not None:
-            return quick_structure_dict(case, asked.periods)
-        return quick_dict(case, asked.periods, asked.curve, asked.modes, every)
-
-    def work(case: Case, _: Halt) -> dict[str, Any]:
-        if asked.values is None:
-            return answer(case)
-        moved = placed(case, asked.values, harmonics)
-        return {**answer(moved), "tables": json_tables(moved)}
-
-    return plain_json(await answer_of(request, asked, work, quick=True))
+    moved = case if asked.values is None else placed(case, asked.values, terms.limits.harmonics)
+    if moved.tables.body is not None:
+        found = quick_structure_dict(moved, asked.periods)
+    else:
+        every = asked.multipliers or not terms.kernels.work("multipliers")  # it takes longer, but no kernels
+        found = quick_dict(moved, asked.periods, asked.curve, asked.modes, every)
+    return found if asked.values is None else {**found, "tables": json_tables(moved)}
 
 
-@router.post("/api/steady", summary="What percuss steady --json answers", responses=PROBLEMS)
-async def steady(request: Request, asked: SteadyAsked) -> Response:
+@router.answer("/api/steady", "What percuss steady --json answers")
+def steady(case: Case, asked: SteadyAsked, terms: Terms) -> dict[str, Any]:
     """Every steady motion, with proofs, energies and figures in SI."""
-    periods, limits = tuple(sorted(set(asked.periods))), limits_of(request)
-
-    def work(case: Case, _: Halt) -> dict[str, Any]:
-        check_steady(case.system(), periods, asked.modes, limits)
-        if case.tables.body is not None:
-            return structure_answer(case, periods, asked.modes).to_json_dict()
-        return steady_answer(case, periods, asked.modes).to_json_dict()
-
-    return plain_json(await answer_of(request, asked, work))
+    periods = tuple(sorted(set(asked.periods)))
+    check_steady(case.system(), periods, asked.modes, terms.limits)
+    answer = structure_answer if case.tables.body is not None else steady_answer
+    return answer(case, periods, asked.modes).to_json_dict()
 
 
-@router.post("/api/curves", summary="v_f, the load, and the branches over the load factor", responses=PROBLEMS)
-async def curves(request: Request, asked: CurvesAsked) -> Response:
+@router.answer("/api/curves", "v_f, the load, and the branches over the load factor", kernels="multipliers")
+def curves(case: Case, asked: CurvesAsked, terms: Terms) -> dict[str, Any]:
     """For the φ curve, the waveform criterion and the bifurcation diagram of the closed form."""
-    factors = asked.load_factor
-    if factors is not None and not factors[0] < factors[1]:
-        raise refused(422, "expected a range from a lower to a higher value", "", "load_factor", factors)
-
-    def work(case: Case, _: Halt) -> dict[str, Any]:
-        return curves_dict(case, asked.periods, asked.points, asked.branches, factors, asked.modes)
-
-    return plain_json(await answer_of(request, asked, work, kernels="multipliers"))
+    return curves_dict(case, asked.periods, asked.points, asked.branches, asked.load_factor, asked.modes)
 
 
 @router.post("/api/map", summary="Quantities over a plane of two parameters", response_class=Response, responses=BINARY)
@@ -141,20 +112,36 @@ async def plane(request: Request, asked: MapAsked) -> Response:
     x, y = axis_of(asked.x, "x"), axis_of(asked.y, "y")
     lane = gate_of(request).quick
     case = await lane.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
-    kernels = kernels_of(case, asked.quantities)
-    return binary(
-        await answer_of(request, asked, lambda case, halt: _map(case, x, y, asked, limits, halt), kernels=kernels)
-    )
+    kernels = kernels_of(case, asked.quantities)  # which the case has a say in
+
+    def work(case: Case, halt: Halt) -> Response:
+        return response_of(_map(case, x, y, asked, limits, halt))
+
+    return await answer_of(request, asked, work, kernels=kernels)
 
 
-@router.post("/api/boundaries", summary="Fold and flip curves in a plane", responses=PROBLEMS)
-async def boundary_curves(request: Request, asked: BoundariesAsked) -> Response:
+@router.answer("/api/boundaries", "Fold and flip curves in a plane")
+def boundary_curves(case: Case, asked: BoundariesAsked, terms: Terms) -> dict[str, Any]:
     """Each point solved for as a root; null where a curve has none."""
-    limits = limits_of(request)
+    from percuss.explore import boundaries
+
     x = axis_of(asked.x, "x")
-    if len(x) > limits.boundary_points:
-        raise refused(422, f"expected at most {limits.boundary_points} values", "", "x.count", len(x))
-    return plain_json(await answer_of(request, asked, lambda case, halt: _boundaries(case, x, asked, halt)))
+    if len(x) > terms.limits.boundary_points:
+        raise refused(422, f"expected at most {terms.limits.boundary_points} values", "", "x.count", len(x))
+    exact: dict[str, Any] = {"modes": asked.modes} if asked.criterion == "exact" else {}
+    found = boundaries(
+        CaseFamily(case, {x.name: x.unit} if x.unit else {}),
+        x,
+        (asked.y.name, asked.y.from_, asked.y.to),
+        asked.periods,
+        asked.criterion,
+        kinds=tuple(dict.fromkeys(asked.kinds)),
+        halt=terms.halt,
+        **exact,
+    )
+    if terms.halt():
+        raise refused(503, "it took too long", "ask for fewer values of x")
+    return boundaries_dict(found)
 
 
 def axis_of(asked: AxisAsked, key: str) -> Axis:
@@ -183,7 +170,7 @@ def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
     return "multipliers" if "exact" in groups else None
 
 
-def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> bytes:
+def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> Frames:
     begun = time.perf_counter()
     job = sweep_job_of(case, [y, x], asked.quantities, periods=asked.periods, modes=asked.modes, impacts=asked.impacts)
     _check_size(job, limits)
@@ -209,7 +196,7 @@ def _check_size(job: SweepJob, limits: Limits) -> None:
         raise refused(422, f"expected at most {limits.impacts}", "", "impacts", job.stop.most_impacts)
 
 
-def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> bytes:
+def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> Frames:
     from percuss.explore.quantities import CELL_OUTCOMES
 
     arrays, about = {}, {}
@@ -234,28 +221,7 @@ def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> bytes:
         "outcomes": list(CELL_OUTCOMES),
         "milliseconds": milliseconds,
     }
-    return packed(header, arrays)
-
-
-def _boundaries(case: Case, x: Axis, asked: BoundariesAsked, halt: Halt) -> dict[str, Any]:
-    from percuss.case import CaseFamily
-    from percuss.explore import boundaries
-
-    family = CaseFamily(case, {x.name: x.unit} if x.unit else {})
-    exact: dict[str, Any] = {"modes": asked.modes} if asked.criterion == "exact" else {}
-    found = boundaries(
-        family,
-        x,
-        (asked.y.name, asked.y.from_, asked.y.to),
-        asked.periods,
-        asked.criterion,
-        kinds=tuple(dict.fromkeys(asked.kinds)),
-        halt=halt,
-        **exact,
-    )
-    if halt():
-        raise refused(503, "it took too long", "ask for fewer values of x")
-    return boundaries_dict(found)
+    return Frames(header, arrays)
 
 
 # ---- Orbits of any label: searched for, followed through a parameter, and shown where a branch is looked at
@@ -267,65 +233,49 @@ _SHARE = 0.7
 """Of the time of a question, after which what has been followed so far is the answer."""
 
 
-@router.post("/api/orbits", summary="What percuss orbits --json answers, of one label", responses=PROBLEMS)
-async def orbits(request: Request, asked: OrbitsAsked) -> Response:
+@router.answer("/api/orbits", "What percuss orbits --json answers, of one label", kernels="orbits")
+def orbits(case: Case, asked: OrbitsAsked, terms: Terms) -> dict[str, Any]:
     """All orbits z=p/n that a search finds, with what may be missing."""
-
-    def work(case: Case, _: Halt) -> dict[str, Any]:
-        if is_rest_label(asked.label):
-            return rest_cycles_dict(rest_cycles_answer(case, modes=asked.modes), asked.label)
-        return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
-
-    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
+    if is_rest_label(asked.label):
+        return rest_cycles_dict(rest_cycles_answer(case, modes=asked.modes), asked.label)
+    return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
 
 
-@router.post("/api/follow", summary="What percuss follow --json answers", responses=PROBLEMS)
-async def follow(request: Request, asked: FollowAsked) -> Response:
+@router.answer("/api/follow", "What percuss follow --json answers", kernels="orbits")
+def follow(case: Case, asked: FollowAsked, terms: Terms) -> dict[str, Any]:
     """An orbit followed both ways through a parameter; one that takes too long is answered as far as it has come."""
-    along, seconds = along_text(asked.along), _SHARE * limits_of(request).seconds
-    rests = is_rest_label(asked.orbit.partition(":")[0])
-    if rests and asked.switch:
+    along, soon = along_text(asked.along), Halt(_SHARE * terms.limits.seconds)
+
+    def ends() -> bool:
+        return terms.halt() or soon()
+
+    if is_rest_label(asked.orbit.partition(":")[0]) and asked.switch:
         raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
-
-    def work(case: Case, halt: Halt) -> dict[str, Any]:
-        soon = Halt(seconds)
-
-        def ends() -> bool:
-            return halt() or soon()
-
-        if rests:
-            return rest_branch_dict(rest_branch_answer(case, asked.orbit, along, modes=asked.modes, halt=ends))
-        return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
-
-    return plain_json(await answer_of(request, asked, work, kernels="orbits"))
+    return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
 
 
-@router.post(
-    "/api/follow/motion", summary="The motion at a point of a branch", response_class=Response, responses=BINARY
-)
-async def branch_motion(request: Request, asked: BranchMotionAsked) -> Response:
+@router.answer("/api/follow/motion", "The motion at a point of a branch", BINARY, kernels="orbits")
+def branch_motion(case: Case, asked: BranchMotionAsked, terms: Terms) -> Frames:
     """Displacement and strain along the bar over whole cycles of an orbit, be it stable or not; as POST /api/motion."""
     if (asked.times is None) == (asked.release is None):
         raise refused(422, "expected either the times of impacts or a release", "", "times", asked.times)
-
-    def work(case: Case, _: Halt) -> bytes:
-        at = (case, asked.name, asked.value)
-        sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, "cycles": asked.cycles}
-        sizes |= {"frames": asked.frames, "places": asked.places, "points": asked.end_points}
-        if asked.times is not None:
-            found = branch_frames(*at, asked.times, asked.periods, **sizes)
-        else:
-            assert asked.release is not None
-            found = rest_branch_frames(*at, asked.release, asked.periods, **sizes)
-        return packed(found.header, found.arrays)
-
-    return binary(await answer_of(request, asked, work, kernels="orbits"))  # which come after those of motions
+    sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, **asked.sizes}
+    if asked.release is not None:
+        return rest_branch_frames(case, asked.name, asked.value, asked.release, asked.periods, **sizes)
+    return branch_frames(case, asked.name, asked.value, asked.times or [], asked.periods, **sizes)
 
 
-@router.post("/api/diagram", summary="All motions over a parameter", responses=STREAM)
-async def motions_over(request: Request, asked: DiagramAsked) -> Response:
+Events = Callable[[Halt], Iterator[tuple[str, Any]]]
+
+
+@router.stream(
+    "/api/diagram",
+    "All motions over a parameter",
+    "a diagram",
+    kernels=lambda asked: "motions" if asked.up_to is None else "orbits",
+)
+def motions_over(case: Case, asked: DiagramAsked, limits: Limits) -> Events:
     """Events ``progress`` with what is found so far, then ``done`` or ``error``; ends when the client leaves."""
-    limits, gate = limits_of(request), gate_of(request)
     along = f"{along_text(asked.along)}:{asked.values}"
     work = asked.values * (asked.starts + asked.runs) * asked.impacts * (asked.modes + 1)
     if work > limits.start_work:
@@ -334,46 +284,34 @@ async def motions_over(request: Request, asked: DiagramAsked) -> Response:
     if asked.up_to is not None and math.prod(parsed_label(asked.up_to)) > _LABELS:
         message = f"expected a label with at most {_LABELS} up to it"
         raise refused(422, message, "use percuss diagram for more", "up_to", asked.up_to)
+    sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
+    sizes |= {"up_to": asked.up_to, "searched": asked.searched, "switch": asked.switch, "tries": asked.tries}
+    job = diagram_job_of(case, along, impacts=asked.impacts, **sizes)
 
-    def made(_: Halt) -> tuple[Case, DiagramJob]:
-        case = case_asked(asked, limits.harmonics)
-        sizes: dict[str, Any] = {"starts": asked.starts, "runs": asked.runs, "modes": asked.modes, "seed": asked.seed}
-        sizes |= {"up_to": asked.up_to, "searched": asked.searched, "switch": asked.switch, "tries": asked.tries}
-        return case, diagram_job_of(case, along, impacts=asked.impacts, **sizes)
+    def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
+        for look in watched_diagram(job, halt):
+            yield "done" if look.done == 1.0 else "progress", diagram_dict(case, look)
 
-    case, job = await gate.quick.run(request, limits.seconds, made)
-    await compiled(request, "motions" if asked.up_to is None else "orbits")  # which come after those of motions
-
-    def follow_passes(halt: Halt, tell: Tell) -> None:
-        with failures_told(tell, "a diagram"):
-            for look in watched_diagram(job, halt):
-                tell("done" if look.done == 1.0 else "progress", diagram_dict(case, look))
-
-    return await streamed(request, gate.experiments, limits.experiment_seconds, follow_passes)
+    return looks
 
 
-@router.post("/api/follow/curves", summary="What happens to an orbit, as curves over a plane", responses=STREAM)
-async def curves_over(request: Request, asked: PointCurvesAsked) -> Response:
+@router.stream("/api/follow/curves", "What happens to an orbit, as curves over a plane", "following points", "orbits")
+def curves_over(case: Case, asked: PointCurvesAsked, limits: Limits) -> Events:
     """Events ``progress`` with the curves found so far, then ``done`` or ``error``; ends when the client leaves."""
-    limits, gate = limits_of(request), gate_of(request)
-    across, up = along_text(asked.x, "x"), along_text(asked.y, "y")
+    across, up = along_text(asked.x), along_text(asked.y)
     if asked.x.name == asked.y.name:
         raise refused(422, "expected two different parameters", "", "y", asked.y.name)
-    case = await gate.quick.run(request, limits.seconds, lambda _: case_asked(asked, limits.harmonics))
-    await compiled(request, "orbits")
 
-    def follow_points(halt: Halt, tell: Tell) -> None:
-        with failures_told(tell, "following points"), halting(halt):
-            for share, curves in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
-                told = {"done": share, "curves": [curve_dict(curve) for curve in curves]}
-                tell("done" if share == 1.0 else "progress", told)
+    def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
+        with halting(halt):
+            for share, found in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
+                told = {"done": share, "curves": [curve_dict(curve) for curve in found]}
+                yield "done" if share == 1.0 else "progress", told
 
-    return await streamed(request, gate.experiments, limits.experiment_seconds, follow_points)
+    return looks
 
 
-def along_text(asked: AlongAsked, key: str = "along") -> str:
+def along_text(asked: AlongAsked) -> str:
     """A parameter and its range as the command line takes them."""
-    if not asked.from_ < asked.to:
-        raise refused(422, "expected a range from a lower to a higher value", "", key, [asked.from_, asked.to])
     low, high = (f"{value!r} {asked.unit}".rstrip() for value in (asked.from_, asked.to))
     return f"{asked.name}={low}:{high}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic_core import PydanticCustomError
 
 Name = Annotated[str, Field(min_length=1, max_length=64)]
+Text = Annotated[str, Field(max_length=200)]
 Periods = Annotated[int, Field(ge=1, le=100, description="load periods per impact, m")]
 Modes = Annotated[int, Field(ge=0, le=256, description="elastic modes")]
 Impacts = Annotated[int, Field(ge=0, le=20_000, description="the most impacts of a motion")]
@@ -20,6 +22,11 @@ Values = Annotated[
 _RESTITUTION: dict[str, Any] = {"name": "restitution", "from": 0.0, "to": 0.9, "count": 5}
 _RESTITUTION_RANGE: dict[str, Any] = {"name": "restitution", "from": 0.095, "to": 0.12}
 _LOAD_FACTOR: dict[str, Any] = {"name": "load_factor", "from": 0.05, "to": 1.2}
+
+
+def _check_upwards(low: float, high: float) -> None:
+    if not low < high:
+        raise PydanticCustomError("range", "expected a range from a lower to a higher value")
 
 
 class _Asked(BaseModel):
@@ -68,6 +75,13 @@ class CurvesAsked(CaseAsked):
     load_factor: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
     modes: Modes = 32
 
+    @field_validator("load_factor")
+    @classmethod
+    def _upwards(cls, ends: list[float] | None) -> list[float] | None:
+        if ends is not None:
+            _check_upwards(*ends)
+        return ends
+
 
 class AxisAsked(_Asked):
     """An axis of a map: equal steps, or the values themselves."""
@@ -89,9 +103,14 @@ class RangeAsked(_Asked):
 
 
 class AlongAsked(RangeAsked):
-    """The same in the unit of the case."""
+    """The same in the unit of the case, upwards."""
 
     unit: Annotated[str, Field(max_length=32)] = ""
+
+    @model_validator(mode="after")
+    def _upwards(self) -> Self:
+        _check_upwards(self.from_, self.to)
+        return self
 
 
 class MapAsked(CaseAsked):
@@ -119,26 +138,35 @@ class BoundariesAsked(CaseAsked):
     modes: Modes = 32
 
 
-class SimulateAsked(CaseAsked):
-    """What ``percuss simulate --json`` answers."""
-
+class _StartAsked(CaseAsked):
     start: dict[str, Any] | None = Field(None, description="keys of [start], in place of the case's")
     simulation: dict[str, Any] | None = Field(None, description="keys of [simulation], over the case's")
+
+
+class SimulateAsked(_StartAsked):
+    """What ``percuss simulate --json`` answers."""
+
     events: Annotated[int, Field(ge=0, le=20_000)] | None = Field(None, description="the last events only")
 
 
-class MotionAsked(CaseAsked):
-    """Fields of a motion over time: of a steady one, or of a simulation."""
-
-    orbit: Annotated[int, Field(ge=1, le=4096)] | None = None
-    periods: Periods = 1
-    start: dict[str, Any] | None = None
-    simulation: dict[str, Any] | None = None
-    show: Literal["start", "settled"] = "settled"
+class _FieldsAsked(CaseAsked):
     cycles: Annotated[int, Field(ge=1, le=64)] = 1
     frames: Annotated[int, Field(ge=2, le=2000)] = 240
     places: Annotated[int, Field(ge=2, le=129)] = 33
     end_points: Annotated[int, Field(ge=2, le=20_000)] = 2000
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """As what makes the frames takes them."""
+        return {"cycles": self.cycles, "frames": self.frames, "places": self.places, "points": self.end_points}
+
+
+class MotionAsked(_StartAsked, _FieldsAsked):
+    """Fields of a motion over time: of a steady one, or of a simulation."""
+
+    orbit: Annotated[int, Field(ge=1, le=4096)] | None = None
+    periods: Periods = 1
+    show: Literal["start", "settled"] = "settled"
     window: Annotated[list[float], Field(min_length=2, max_length=2)] | None = Field(
         None, description="only this part of the fields, in rad after `begin`"
     )
@@ -189,7 +217,7 @@ class PointCurvesAsked(CaseAsked):
     modes: Modes = 8
 
 
-class BranchMotionAsked(CaseAsked):
+class BranchMotionAsked(_FieldsAsked):
     """Fields of an orbit over time: that near the times of impacts, or the release, that a branch has at a value."""
 
     name: Name
@@ -199,10 +227,6 @@ class BranchMotionAsked(CaseAsked):
     release: float | None = Field(None, description="in place of times: when a cycle with rest is let go, rad")
     periods: Annotated[int, Field(ge=1, le=256, description="load periods of a cycle")] = 1
     modes: Modes = 8
-    cycles: Annotated[int, Field(ge=1, le=64)] = 1
-    frames: Annotated[int, Field(ge=2, le=2000)] = 240
-    places: Annotated[int, Field(ge=2, le=129)] = 33
-    end_points: Annotated[int, Field(ge=2, le=20_000)] = 2000
 
 
 class BlowAsked(CaseAsked):
@@ -222,11 +246,9 @@ class MachineAsked(CaseAsked):
     whole: bool = Field(True, description="with margins, sensitivities and the curve over the pressure")
 
 
-class MachineStartAsked(CaseAsked):
+class MachineStartAsked(_StartAsked):
     """A machine that switches itself from a start: its first blows over time."""
 
-    start: dict[str, Any] | None = Field(None, description="keys of [start], in place of the case's")
-    simulation: dict[str, Any] | None = Field(None, description="keys of [simulation], over the case's")
     blows: Annotated[int, Field(ge=1, le=100, description="shown at most")] = 12
     points: Annotated[int, Field(ge=2, le=20_000, description="instants")] = 2000
 
@@ -254,3 +276,21 @@ class ReportAsked(CaseAsked):
     periods: Annotated[list[Periods], Field(min_length=1, max_length=8)] = [1]
     modes: Modes | None = None
     simulate: bool = False
+
+
+class HistoryAsked(BaseModel):
+    """How a recording is read: the name of its file, and keys of [load]."""
+
+    name: Text
+    column: Text = ""
+    unit: Text = ""
+    time_column: Text = ""
+    sample_rate: Text = ""
+    opposing_column: Text = ""
+    opposing_area: Text = ""
+    start: Text = Field("", alias="from")
+    end: Text = Field("", alias="to")
+    area: Text = ""
+    frequency: Text = ""
+    force_scale: Text = ""
+    harmonics: Annotated[int, Field(ge=1, le=1024)] | None = None

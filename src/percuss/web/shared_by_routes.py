@@ -11,20 +11,23 @@ from collections import OrderedDict
 from collections.abc import AsyncIterator, Awaitable, Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from fastapi import APIRouter
 from pydantic_core import PydanticSerializationError, to_json
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
+from percuss.case.answers.playback import Frames
 from percuss.case.catalogue.sample_cases import is_sample, load_case
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError, PercussError
 from percuss.halting import halting
-from percuss.web.requests import problem, problems_of, refused
+from percuss.web.requests import StrictRoute, problem, problems_of, refused
 from percuss.web.workers import Halt
 
 if TYPE_CHECKING:
@@ -40,6 +43,7 @@ if TYPE_CHECKING:
 # ---- From a request to its case; a case that was asked for a moment ago is not read again
 
 T = TypeVar("T")
+Work = TypeVar("Work", bound=Callable[..., Any])
 
 MOST_MODES = 256
 """Of a structure that is told by a table of its modes."""
@@ -236,6 +240,87 @@ async def compiled(request: Request, part: Part) -> None:
         raise refused(503, message, "the server's log says why; steady motions are answered all the same")
 
 
+@dataclass(frozen=True)
+class Terms:
+    """On what terms a question is answered: the limits, what stops the work, and the kernels that are there."""
+
+    limits: Limits
+    halt: Halt
+    kernels: Kernels
+
+
+class Questions(APIRouter):
+    """Routes that are the model of a question and a piece of work on its case."""
+
+    def __init__(self) -> None:
+        super().__init__(route_class=StrictRoute)
+
+    def answer(
+        self,
+        path: str,
+        summary: str,
+        answers: Any = None,
+        *,
+        quick: bool | Callable[[Any], bool] = False,
+        kernels: Part | Callable[[Any], Part | None] | None = None,
+    ) -> Callable[[Work], Work]:
+        """A route that answers with what ``work(case, asked, terms)`` gives."""
+
+        def put(work: Work) -> Work:
+            async def route(request: Request, asked: Any) -> Response:
+                limits, compiled_parts = limits_of(request), request.app.state.kernels
+                return await answer_of(
+                    request,
+                    asked,
+                    lambda case, halt: response_of(work(case, asked, Terms(limits, halt, compiled_parts))),
+                    quick=quick(asked) if callable(quick) else quick,
+                    kernels=kernels(asked) if callable(kernels) else kernels,
+                )
+
+            self._add(path, summary, work, route, answers or PROBLEMS)
+            return work
+
+        return put
+
+    def stream(
+        self, path: str, summary: str, what: str, kernels: Part | Callable[[Any], Part]
+    ) -> Callable[[Work], Work]:
+        """A route of events: those of the iterator that the result of ``prepare(case, asked, limits)`` gives.
+
+        What is refused while it is prepared is refused before the stream begins.
+        """
+
+        def put(prepare: Work) -> Work:
+            async def route(request: Request, asked: Any) -> Response:
+                limits, gate = limits_of(request), gate_of(request)
+                begin = await gate.quick.run(
+                    request,
+                    limits.seconds,
+                    lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits),
+                )
+                await compiled(request, kernels(asked) if callable(kernels) else kernels)
+
+                def follow(halt: Halt, tell: Tell) -> None:
+                    with failures_told(tell, what):
+                        for kind, told in begin(halt):
+                            tell(kind, told)
+
+                return await streamed(request, gate.experiments, limits.experiment_seconds, follow)
+
+            self._add(path, summary, prepare, route, STREAM)
+            return prepare
+
+        return put
+
+    def _add(self, path: str, summary: str, work: Callable[..., Any], route: Any, answers: Any) -> None:
+        asked = work.__annotations__["asked"]
+        asked = work.__globals__[asked] if isinstance(asked, str) else asked
+        route.__annotations__ = {"request": Request, "asked": asked, "return": Response}
+        route.__name__, route.__doc__ = work.__name__, work.__doc__
+        kind: dict[str, Any] = {} if answers is PROBLEMS else {"response_class": Response}
+        self.post(path, summary=summary, responses=answers, **kind)(route)
+
+
 def is_small(asked: CaseAsked) -> bool:
     """Whether a case is read in less than a millisecond, and the question asks for little."""
     if getattr(asked, "modes", 0) > _FEW or not {"s", "d"}.isdisjoint(getattr(asked, "values", None) or ()):
@@ -279,14 +364,22 @@ def plain_json(tree: Any, status: int = 200) -> Response:
     return Response(data, status, media_type="application/json")
 
 
-def binary(data: bytes) -> Response:
-    """What `percuss.web.shared_by_routes.packed` made."""
-    return Response(data, media_type="application/octet-stream")
-
-
-def attachment(data: bytes, name: str, kind: str) -> Response:
+class Attachment(NamedTuple):
     """A file to be kept; `name` is one of ours."""
-    return Response(data, media_type=kind, headers={"content-disposition": f'attachment; filename="{name}"'})
+
+    data: bytes
+    name: str
+    kind: str
+
+
+def response_of(found: Any) -> Response:
+    """What a question is answered with: arrays, a file, or else JSON."""
+    if isinstance(found, Frames):
+        return Response(packed(found.header, found.arrays), media_type="application/octet-stream")
+    if isinstance(found, Attachment):
+        kept = {"content-disposition": f'attachment; filename="{found.name}"'}
+        return Response(found.data, media_type=found.kind, headers=kept)
+    return plain_json(found)
 
 
 def simulated_case(

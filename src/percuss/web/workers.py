@@ -329,11 +329,11 @@ def _use_blows() -> None:
 
 
 def _use_machines() -> None:
-    from percuss.case import load_case, machine_motion, sweep_job_of
+    from percuss.case import load_case, simulation_answer, sweep_job_of
     from percuss.explore.family import Axis
 
     case = load_case("valve-drifter")
-    machine_motion(case.changed(simulation={"impacts": 2, "modes": 2}))
+    simulation_answer(case.changed(simulation={"impacts": 2, "modes": 2}))
     sweep_job_of(case, [Axis.linear("load.scale", 0.9, 1.1, 2)], ["stall"], modes=0).compute(0, 2, lambda: False)
 
 

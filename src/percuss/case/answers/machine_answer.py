@@ -38,7 +38,7 @@ from percuss.model.checks import count
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited import RigidCycle, slow_pressure, valve_margins
+from percuss.steady.self_excited import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, Course
@@ -81,8 +81,7 @@ class MachineAnswer(Shown):
     def pressure(self) -> SlowPressure | None:
         """The pressure over the cycle, where a supply makes it follow the piston; None without one, or a cycle."""
         cycle = self.motion.cycle
-        fed = isinstance(cycle, RigidCycle) and self.machine.valve.supply is not None
-        return slow_pressure(cycle) if fed and isinstance(cycle, RigidCycle) else None
+        return None if cycle is None or self.machine.valve.supply is None else slow_pressure(cycle)
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:

@@ -15,7 +15,7 @@ from percuss.case.answers.numerals import json_number, number, percent, table_te
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
-from percuss.steady.self_excited import RigidCycle, pressure_over
+from percuss.steady.self_excited import pressure_over
 
 if TYPE_CHECKING:
     from percuss.model import Machine
@@ -307,7 +307,7 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
         passed += bool(waiting) and time == waiting[0].time
         states.append(at)
     valve = machine.valve
-    pressure = pressure_over(cycle, times) if valve.supply is not None and isinstance(cycle, RigidCycle) else None
+    pressure = None if valve.supply is None else pressure_over(cycle, times)
     oil = np.array([dict(valve.pairs)[state] for state in states]) * (1.0 if pressure is None else pressure)
     force = oil + valve.chamber.force - valve.chamber.stiffness * cycle.position(times, 0.0)
     end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
@@ -492,7 +492,7 @@ BLANK: tuple[Fact[ToldBlank], ...] = (
 def told_blank(rigid: SelfExcited) -> ToldBlank | None:
     """The blank blow of a machine; None without a cycle, or with neither a cushion nor sizes to assume one by."""
     machine, cycle = rigid.machine, rigid.cycle
-    if not isinstance(cycle, RigidCycle):
+    if cycle is None or cycle.modes:
         return None
     if machine.valve.cushion is not None:
         return ToldBlank(machine, blank_blow(rigid), False)

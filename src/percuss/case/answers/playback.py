@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from percuss.blow.bodies import Sections
     from percuss.blow.over_time import CellsOverTime
     from percuss.case.answers.machine_figures import Course
-    from percuss.case.answers.simulation_answer import MachineMotion
+    from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.simulate import Event, Trajectory
@@ -531,7 +531,7 @@ def _scales(machine: Machine) -> dict[str, float] | None:
 # ---- A machine that switches itself from a start, as pictures in time: its first blows, in the form of a cycle
 
 
-def start_frames(found: MachineMotion, blows: int = 12, points: int = 2000) -> Frames:
+def start_frames(found: SimulationAnswer, blows: int = 12, points: int = 2000) -> Frames:
     """The first blows of a simulated motion, at most so many, with the header and the arrays of a cycle."""
     motion, machine = found.motion, found.machine
     count("blows", blows)
@@ -556,7 +556,7 @@ def _shown(motion: Trajectory, shown: Sequence[Event]) -> str:
     return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
 
 
-def _answer_from_start(found: MachineMotion, course: Course, shown: Sequence[Event]) -> dict[str, Any]:
+def _answer_from_start(found: SimulationAnswer, course: Course, shown: Sequence[Event]) -> dict[str, Any]:
     """The part of the answer for a cycle that a picture reads, of a motion from its start."""
     motion, machine = found.motion, found.machine
     begin = motion.begin_time

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -29,17 +29,12 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Cycle, Event, Progress, Summary
+    from percuss.simulate import Event, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
-# ---- That the load held a bar on the wall before the time of a contact was over, in words and as JSON
-
-_COARSE = 0.01
-
-
 def held_down_in_words(shares: Array) -> tuple[tuple[str, str], ...]:
-    """A row of a report, from what each such rest gave up of the greatest blow; none where there was none."""
+    """A row of a report: that the load held a bar on the wall before the time of a contact was over; none if never."""
     if not shares.size:
         return ()
     most = float(shares.max())
@@ -50,37 +45,10 @@ def held_down_in_words(shares: Array) -> tuple[tuple[str, str], ...]:
     return (("held down", text + (": for so soft a bar the law is coarse" if most > _COARSE else "")),)
 
 
-def held_down_dict(shares: Array) -> dict[str, Any] | None:
-    """How often, and the greatest share of the energy of the greatest blow that was given up so."""
-    return {"rests": int(shares.size), "greatest_share": json_number(shares.max())} if shares.size else None
+_COARSE = 0.01
 
 
-# ---- A simulated motion in plain values with the names that other programs read; every number finite or null
-
-
-def motion_dict(motion: Trajectory, warnings: Sequence[str], last: int | None = None) -> dict[str, Any]:
-    """The JSON object of a motion, with so many last events, or all."""
-    return {
-        **picked(motion, "outcome label modes begin_time end_time transient period_unresolved"),
-        "held_down": held_down_dict(motion.events.held_down),
-        "warnings": list(warnings),
-        "events": _events(motion, last),
-        "summary": plain(asdict(motion.summary)),
-    }
-
-
-def _events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
-    events, system = motion.events, motion.system
-    part = events if last is None else events[max(len(events) - last, 0) :]
-    seconds = system.time_scale if system.is_si else None
-    names = "kind time phase impact_velocity rebound_velocity energy_lost resolved"
-    return [
-        {**picked(event, names), "time_s": None if seconds is None else json_number(event.time * seconds)}
-        for event in part
-    ]
-
-
-# ---- A motion that is told event by event, or impact by impact, as JSON
+# ---- A motion that is told event by event, or impact by impact
 
 
 class ToldMotion(Shown, ABC):
@@ -119,117 +87,9 @@ class ToldMotion(Shown, ABC):
         return text.replace(key + "]", key + "\n  " + ",\n  ".join(rows) + "\n ]")
 
 
-# ---- The dispatcher's answer to "how does this machine move from this start?", its valve being switched by the piston
-
-
-@dataclass(frozen=True)
-class MachineMotion(ToldMotion):
-    """A simulated motion of a machine that switches its own valve.
-
-    Attributes
-    ----------
-    name, title
-        The case as it was named, and its title.
-    motion
-        The motion.
-    notes
-        What was assumed, one sentence each.
-    """
-
-    name: str
-    title: str
-    motion: Trajectory
-    notes: tuple[str, ...] = ()
-
-    @property
-    def machine(self) -> Machine:
-        """The machine that moved."""
-        return self.motion.machine
-
-    def _told(self, last: int | None) -> dict[str, Any]:
-        motion, cycle = self.motion, self.motion.cycle
-        return {
-            "case": self.name,
-            "title": self.title,
-            "notes": list(self.notes),
-            **picked(motion, "outcome label modes begin_time end_time"),
-            "cycle": None if cycle is None else _cycle(cycle),
-            "pressure": _pressure(motion),
-            "held_down": held_down_dict(motion.events.held_down),
-            "events": _machine_events(motion, last),
-        }
-
-
-def machine_motion(case: Case, progress: Callable[[Progress], object] | None = None) -> MachineMotion:
-    """The motion of a machine that the tables [start] and [simulation] of a case describe.
-
-    Parameters
-    ----------
-    progress
-        Called now and then; the motion ends as ``cancelled`` when it returns something true.
-
-    Raises
-    ------
-    CaseError
-        When the load of the case is another, or the start does not fit it.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> case = load_case("valve-drifter").changed(simulation={"modes": 0})
-    >>> machine_motion(case).motion.label
-    'runs 1/1'
-    """
-    from percuss.simulate import run  # loads the compiler
-
-    checked_case(case)
-    callback("progress", progress)
-    machine, simulation = case.machine(), case.simulation()
-    start = case.start(simulation.modes)
-    motion = run(machine, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
-    return MachineMotion(case.file, case.title, motion, case.notes)
-
-
-def _cycle(cycle: Cycle) -> dict[str, Any]:
-    """With the words of machines."""
-    told = plain(asdict(cycle))
-    names = {"impacts": "blows", "periods": "valve_cycles"}
-    return {names.get(name, name): value for name, value in told.items()}
-
-
-def _pressure(motion: Trajectory) -> dict[str, Any] | None:
-    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
-    if motion.machine.valve.supply is None:
-        return None
-    unit = motion.machine.pressure or 1.0
-    return {
-        "at_start": json_number(float(motion.start.row[2]) * unit),
-        "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
-        "at_end": json_number(float(motion.pressure(motion.end_time)[0]) * unit),
-    }
-
-
-def _machine_events(motion: Trajectory, last: int | None) -> list[dict[str, Any]]:
-    events, machine = motion.events, motion.machine
-    first = 0 if last is None else max(len(events) - last, 0)
-    seconds = machine.time_scale if machine.is_si else None
-    return [
-        {
-            **picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved"),
-            "time_s": None if seconds is None else json_number(event.time * seconds),
-            "speed": json_number(event.impact_velocity),
-            "to": event.state,
-        }
-        for event in list(events)[first:]
-    ]
-
-
-# ---- The dispatcher's answer to "how does this hammer move from this start?"
-
-
 @dataclass(frozen=True)
 class SimulationAnswer(ToldMotion):
-    """A simulated motion of a case.
+    """A simulated motion of a case, of a hammer under a clock or of a machine that switches its own valve.
 
     Attributes
     ----------
@@ -238,7 +98,7 @@ class SimulationAnswer(ToldMotion):
     motion
         The motion: events, summary, fields.
     notes
-        What was assumed in reading the recording.
+        What was assumed, one sentence each.
     """
 
     name: str
@@ -252,13 +112,18 @@ class SimulationAnswer(ToldMotion):
         return self.motion.system
 
     @property
+    def machine(self) -> Machine:
+        """The machine that moved, where it switches its own valve."""
+        return self.motion.machine
+
+    @property
     def summary(self) -> Summary:
-        """Means over the settled part of the motion."""
+        """Means over the settled part of the motion of a system."""
         return self.motion.summary
 
     @cached_property
     def orbit(self) -> PeriodicOrbit | None:
-        """The periodic orbit that the motion has settled on, see `percuss.explore.orbit_of`; or None."""
+        """The periodic orbit that the motion of a system has settled on, see `percuss.explore.orbit_of`; or None."""
         from percuss.explore import orbit_of  # loads the compiler
 
         return orbit_of(self.motion)
@@ -270,14 +135,52 @@ class SimulationAnswer(ToldMotion):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader of the figures should know, one sentence each."""
+        """What a reader of the figures of a system's motion should know, one sentence each."""
         return tuple(_warnings(self.motion))
 
     def _told(self, last: int | None) -> dict[str, Any]:
-        heading = heading_dict(self.name, self.title, self.system, self.notes)
+        motion, events, held = self.motion, self.motion.events, self.motion.events.held_down
+        first = 0 if last is None else max(len(events) - last, 0)
+        both = {
+            **picked(motion, "outcome label modes begin_time end_time"),
+            "held_down": {"rests": int(held.size), "greatest_share": json_number(held.max())} if held.size else None,
+            "events": [self._event(event) for event in events[first:]],
+        }
+        if not motion.is_clocked:
+            cycle = None if motion.cycle is None else plain(asdict(motion.cycle))
+            if cycle is not None:  # with the words of machines
+                cycle |= {"blows": cycle.pop("impacts"), "valve_cycles": cycle.pop("periods")}
+            about = {"case": self.name, "title": self.title, "notes": list(self.notes)}
+            return {**about, **both, "cycle": cycle, "pressure": _pressure(motion)}
         found = self.orbit
-        orbit = None if found is None else orbit_dict(found, orbit_multipliers(found).values)
-        return {**heading, **motion_dict(self.motion, self.warnings, last), "orbit": orbit}
+        return {
+            **heading_dict(self.name, self.title, self.system, self.notes),
+            **both,
+            **picked(motion, "transient period_unresolved"),
+            "warnings": list(self.warnings),
+            "summary": plain(asdict(motion.summary)),
+            "orbit": None if found is None else orbit_dict(found, orbit_multipliers(found).values),
+        }
+
+    def _event(self, event: Event) -> dict[str, Any]:
+        hammer = self.motion.hammer
+        seconds = {"time_s": json_number(event.time * hammer.time_scale) if hammer.is_si else None}
+        if self.motion.is_clocked:
+            return picked(event, "kind time phase impact_velocity rebound_velocity energy_lost resolved") | seconds
+        told = picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved")
+        return {**told, **seconds, "speed": json_number(event.impact_velocity), "to": event.state}
+
+
+def _pressure(motion: Trajectory) -> dict[str, Any] | None:
+    """Of a supply, in Pa, or as a multiple of that of the states where it is not known."""
+    if motion.machine.valve.supply is None:
+        return None
+    unit = motion.machine.pressure or 1.0
+    return {
+        "at_start": json_number(float(motion.start.row[2]) * unit),
+        "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
+        "at_end": json_number(float(motion.pressure(motion.end_time)[0]) * unit),
+    }
 
 
 def simulation_answer(case: Case, progress: Callable[[Progress], object] | None = None) -> SimulationAnswer:
@@ -297,30 +200,20 @@ def simulation_answer(case: Case, progress: Callable[[Progress], object] | None 
 
     Examples
     --------
-    >>> from percuss.case import Case
-    >>> case = Case.from_text('''
-    ... [system]
-    ... s = 20.0
-    ... d = 0.0048
-    ... restitution = 0.2
-    ... [load]
-    ... kind = "harmonic"
-    ... mean = 0.9
-    ... amplitude = 1.0
-    ... [simulation]
-    ... modes = 0
-    ... ''')
-    >>> answer = simulation_answer(case)
-    >>> answer.motion.label, answer.motion.outcome
-    ('chatter/1', 'periodic')
+    >>> from percuss.case import load_case
+    >>> for name in ("dth-4-inch", "valve-drifter"):
+    ...     answer = simulation_answer(load_case(name).changed(simulation={"modes": 0}))
+    ...     print(answer.motion.label, answer.motion.outcome)
+    z=1/1 periodic
+    runs 1/1 periodic
     """
     from percuss.simulate import run  # loads the compiler
 
     checked_case(case)
     callback("progress", progress)
-    simulation = case.simulation()
+    hammer, simulation = case.machine() if case.is_machine else case.system(), case.simulation()
     start = case.start(simulation.modes)
-    motion = run(case.system(), start, modes=simulation.modes, stop=simulation.stop, progress=progress)
+    motion = run(hammer, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
     return SimulationAnswer(case.file, case.title, motion, case.notes)
 
 
@@ -329,7 +222,7 @@ def resumed_answer(
     impacts: int | None = None,
     time: float | str | None = None,
     progress: Callable[[Progress], object] | None = None,
-) -> SimulationAnswer | MachineMotion:
+) -> SimulationAnswer:
     """The motion of a file that `save` of a trajectory wrote, followed further with the same bits.
 
     Parameters
@@ -362,10 +255,7 @@ def resumed_answer(
             raise ParameterError("time", time, f"more than the {gone:.6g} that the file holds")
         tolerance = motion.stop.tolerance
         stop = replace(Stop(impacts=impacts, time=time), periodic=False, tolerance=tolerance)
-    name, title = os.fspath(path), Path(path).stem
-    if motion.is_clocked:
-        return SimulationAnswer(name, title, motion.continued(stop, progress))
-    return MachineMotion(name, title, motion.continued(stop, progress))
+    return SimulationAnswer(os.fspath(path), Path(path).stem, motion.continued(stop, progress))
 
 
 def _plain(motion: Trajectory, text: str) -> float:
@@ -414,6 +304,8 @@ ENDINGS = {
 def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
     """The report of `percuss simulate` with the `last` events; None shows all of them."""
     motion = answer.motion
+    if not motion.is_clocked:
+        return _machine_report(answer, last)
     sections: list[Section | Grid] = [
         system_section(answer.name, answer.system, answer.notes),
         _motion_section(answer),
@@ -646,7 +538,7 @@ def orbit_in_words(orbit: PeriodicOrbit) -> str:
 # ---- The first sentence of the answer for a machine that switches itself from a start: one home for terminal and page
 
 
-def from_this_start(answer: MachineMotion) -> str:
+def from_this_start(answer: SimulationAnswer) -> str:
     """How the motion ends, in one sentence."""
     motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
     text = f"From this start the machine {_in_words(motion.label)}"
@@ -672,8 +564,7 @@ def _in_words(label: str) -> str:
 # ---- A simulated motion of a machine that switches its own valve, as the report that a person reads
 
 
-def machine_motion_report(answer: MachineMotion, last: int | None) -> Report:
-    """The report of `percuss simulate` for a machine, with the `last` events; None shows all of them."""
+def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
     motion, machine, tell = answer.motion, answer.machine, Teller.of(answer.machine)
     sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
     rows = [
@@ -700,7 +591,7 @@ def _pressures(motion: Trajectory) -> str:
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
 
 
-def _motion_events_grid(answer: MachineMotion, last: int | None) -> Grid:
+def _motion_events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
     """The last events, one a line."""
     events, tell = list(answer.motion.events), Teller.of(answer.machine)
     shown = events if last is None else events[max(len(events) - last, 0) :]

@@ -274,6 +274,17 @@ class Table(BaseModel):
     """What of the dimensionless form does not follow from this one: the text of a key, None for a key that it lacks."""
     is_plain: ClassVar[bool] = False
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A table of a form that is made here goes to other processes by the one that it is made from."""
+        base = type(self).__bases__[0]
+        made = _PLAIN.get(base) is type(self)
+        return _blank, (base if made else type(self), made), self.__getstate__()
+
+
+def _blank(table: type[Table], made: bool) -> Table:
+    form = plain_form(table) if made else table
+    return form.__new__(form)
+
 
 def keys_of(table: type[Table]) -> list[str]:
     """The keys of a table as a file has them; one that is a word of Python is another field here."""

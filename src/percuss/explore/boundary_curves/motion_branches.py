@@ -28,7 +28,8 @@ from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
 from percuss.model.contact import Result
 from percuss.stability.verdict import quadratic_coefficients
-from percuss.steady.phases import Arcs, forced_response, level_at, ratio_at
+from percuss.steady.forced import forced_response
+from percuss.steady.phases import Arcs, level_at, ratio_at
 from percuss.steady.trigonometric import harmonic_sums, on_circle
 
 # ---- Branches along a parameter that moves the arcs of v_f themselves: d, κ, s, any quantity of a case

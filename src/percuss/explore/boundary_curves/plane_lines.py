@@ -17,7 +17,8 @@ from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import Orbit
-from percuss.steady.phases import Arcs, PhaseCondition, forced_response, level_of, phase_condition
+from percuss.steady.forced import forced_response
+from percuss.steady.phases import Arcs, PhaseCondition, level_of, phase_condition
 
 SAMPLES, EXACT_SAMPLES, GRAZING_SAMPLES = 49, 33, 25
 """Places of a stretch that are looked at first: for the reduced criterion, for the exact map, and for grazing.

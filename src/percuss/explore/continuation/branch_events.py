@@ -38,17 +38,6 @@ _CLEARLY = 1e-6  # of how far a bar flies at most, by which it is clearly beyond
 _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is rounding
 
 
-class Top(NamedTuple):
-    """The greatest local maximum of the gap function inside the flights: y there, when, and in which flight.
-
-    `time` is counted from the first impact; without any, y is minus infinity.
-    """
-
-    height: float
-    time: float
-    flight: int
-
-
 @lru_cache(maxsize=64)
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
     """The multipliers; None where an impact has no speed, beside which they grow without bound.
@@ -88,12 +77,6 @@ def press(orbit: PeriodicOrbit) -> tuple[float, int]:
     return max(rates), int(np.argmax(rates))
 
 
-def greatest_top(orbit: PeriodicOrbit) -> Top:
-    """The greatest local maximum of the gap function inside the flights."""
-    found = orbit.sampled
-    return Top(found.height, orbit.times[found.flight] - orbit.times[0] + found.time, found.flight)
-
-
 def stays_off(orbit: PeriodicOrbit) -> bool:
     """Whether the bar stays off the wall between the impacts: samples prove it, or where they do not, all bounds."""
     found = orbit.sampled
@@ -110,7 +93,7 @@ _GOLDEN, _LOOKS = 0.6180339887498949, 8
 
 def _height(segment: CurveSegment, place: float) -> float:
     """The greatest maximum of the gap function inside the flights, at a place; −1 for none."""
-    return max(greatest_top(segment.curve.motion(segment.at(place).x)).height, -1.0)
+    return float(max(segment.curve.motion(segment.at(place).x).sampled.height, -1.0))
 
 
 def inner_touch(segment: CurveSegment, last: float) -> float | None:
@@ -198,12 +181,12 @@ def _contact(segment: CurveSegment, beyond: PeriodicOrbit, last: float) -> Locat
     curve, found = segment.curve, []
 
     def top(point: CurvePoint) -> float:
-        return max(greatest_top(curve.motion(point.x)).height, -1.0)
+        return float(max(curve.motion(point.x).sampled.height, -1.0))
 
     def pressed(point: CurvePoint) -> float:
         return press(curve.motion(point.x))[0]
 
-    if greatest_top(beyond).height > 0.0:
+    if beyond.sampled.height > 0.0:
         place = segment.root(top, 0.0, last)
         found.append(segment.event(BranchEvent.TOUCH, place))
     if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
@@ -306,7 +289,7 @@ def _changed(
     if kind is BranchEvent.TOUCH:
         if p + 1 > MOST_IMPACTS:
             return None
-        time = point.x[0] + greatest_top(orbit).time
+        time = point.x[0] + orbit.sampled.time
         number = int(np.searchsorted(point.x[:p], time))
         return curve.other(p + 1, curve.periods), np.insert(point.x, number, time), number
     if p == 1:
@@ -328,7 +311,7 @@ def other_end(
 
     def vanishing(place: CurvePoint) -> float:
         orbit = other.motion(place.x)
-        return float(orbit.speeds[number]) if number >= 0 else greatest_top(orbit).height
+        return float(orbit.speeds[number]) if number >= 0 else orbit.sampled.height
 
     try:
         found = where_it_vanishes(other, x, vanishing)

@@ -17,7 +17,6 @@ from percuss.explore.continuation.branch_events import (
     doubled,
     end_of,
     grazing_partner,
-    greatest_top,
     in_words,
     is_joined,
     multipliers,
@@ -485,7 +484,7 @@ def branch_point(curve: SolutionCurve, one: LocatedEvent, refusal: str) -> Branc
     orbit = motion.plain
     phase, impact = None, None
     if one.kind is BranchEvent.TOUCH:
-        phase = float(np.mod(motion.times[0] + greatest_top(motion).time, 2.0 * math.pi))
+        phase = float(np.mod(motion.times[0] + motion.sampled.time, 2.0 * math.pi))
     elif one.which >= 0:
         impact = one.which + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.branch_events import BEYOND, greatest_top, multipliers, outside, unstable
+from percuss.explore.continuation.branch_events import BEYOND, multipliers, outside, unstable
 from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where_it_vanishes
 from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
 from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
@@ -386,7 +386,7 @@ def narrow_end(segment: CurveSegment, points: Sequence[tuple[float, CurvePoint]]
     first, last = (segment.curve.motion(point.x) for point in (segment.start, segment.stop))
     known = first.system.body.modes(first.modes, first.system.load.at)
     size, widest = np.abs(known.gamma), np.maximum(first.amplitudes, last.amplitudes)
-    off = -_HALF * max(greatest_top(first).height, greatest_top(last).height)
+    off = -_HALF * max(first.sampled.height, last.sampled.height)
     away = _HALF * min(float(min(one.speeds.min(), one.rebound_speeds.min())) for one in (first, last))
     for _, point in points:
         motion = segment.curve.motion(point.x)
@@ -395,7 +395,7 @@ def narrow_end(segment: CurveSegment, points: Sequence[tuple[float, CurvePoint]]
         more = np.maximum(motion.amplitudes - widest, 0.0) * size
         if more.sum(axis=1).max() <= off and (more @ known.omega).max() <= away:
             continue
-        if greatest_top(motion).height > 0.0:
+        if motion.sampled.height > 0.0:
             return point
     return None
 

@@ -33,15 +33,7 @@ Number: TypeAlias = Callable[[CurvePoint], float]
 
 @dataclass(frozen=True)
 class CurveSegment:
-    """The curve between two of its points; places in it are counted along the tangent at the first one.
-
-    Parameters
-    ----------
-    curve
-        The problem.
-    start, stop
-        Its ends.
-    """
+    """The curve between two of its points; places in it are counted along the tangent at the first one."""
 
     curve: Any
     start: CurvePoint
@@ -174,27 +166,14 @@ class Look(NamedTuple):
 
 
 class Walk:
-    """A walk from a point of a curve, the way its tangent points.
+    """A walk from a point of a curve, the way its tangent points, within the range of each parameter.
 
-    Parameters
-    ----------
-    curve, start
-        The problem, and where on its curve.
-    bounds
-        The range of each parameter.
-
-    Attributes
-    ----------
-    points, marks
-        The points walked through, the first of them the start, and what is known of each: see the kinds of walks.
-    happened
-        What happened, in order; the last of them ended the walk.
-    refusal
-        Why a parameter goes no further, where it does not.
+    `points` are those walked through, the first of them the start, and `marks` what is known of each: see the kinds of
+    walks. `happened` is what happened, in order, the last of which ended the walk; `refusal` why a parameter goes no
+    further, where it does not.
     """
 
-    quick = 3
-    """Steps of Newton's method after which the next step along the curve is longer."""
+    quick = 3  # steps of Newton's method after which the next step along the curve is longer
 
     def __init__(self, curve: Any, start: CurvePoint, bounds: Sequence[tuple[float, float]]) -> None:
         self.curve, self.here, self.bounds = curve, start, bounds

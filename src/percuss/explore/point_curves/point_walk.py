@@ -48,7 +48,7 @@ from percuss.explore.point_curves.conditions import (
 from percuss.model.checks import Array
 from percuss.model.load import Side
 from percuss.steady import PeriodicOrbit
-from percuss.steady.periodic.periodic_orbit import Flight
+from percuss.steady.flight import Flight
 
 # ---- What happens between two points of a curve in two parameters, and what of it is one thing
 

@@ -167,7 +167,7 @@ def _at_most(successes: int, trials: int) -> float:
 
 _STEPS = 60
 _FRESH = -1  # of `settling`: not begun
-_AT_ONCE = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
+_WORK = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
 COALESCED = 1e-9
 """Share of the period below which a flight has vanished."""
 
@@ -196,7 +196,7 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
     settling = np.full(times.shape[0], _FRESH, dtype=np.int64)
     roots = np.empty((0, p)) if known is None else np.ascontiguousarray(known, dtype=float)
     work = p * (p + 4) * (system.modes + 1) + p * roots.size
-    rows, steps = max(1, _AT_ONCE // (work * _STEPS)), min(_STEPS, max(1, _AT_ONCE // work))
+    rows, steps = max(1, _WORK // (work * _STEPS)), min(_STEPS, max(1, _WORK // work))
     for first in range(0, times.shape[0], rows):
         some = slice(first, first + rows)
         for done in range(0, _STEPS, steps):
@@ -211,6 +211,7 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
 # ---- The roots that a search for orbits has found, with a verdict on each, and what became of its tries
 
 _AT_ONCE = 256  # starts of a batch, at most
+_FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
 _NUMBERS = 1 << 20  # of an array of a batch
 
 
@@ -223,7 +224,7 @@ def verdict(orbit: PeriodicOrbit) -> Drop | None:
 
 
 class RootSearch:
-    """The roots found so far, with a verdict on each, and the tries that gave no new orbit."""
+    """The roots found so far, with a verdict on each, and the tries, by where they started and what became of them."""
 
     def __init__(self, chain: ImpactChain) -> None:
         self.chain = chain
@@ -231,32 +232,40 @@ class RootSearch:
         self.known = np.empty((0, chain.impacts))  # every root, repeats of shorter orbits among them
         self.roots: list[tuple[PeriodicOrbit, Drop | None]] = []
         self.dropped: Counter[Drop] = Counter()
+        self.met: Counter[int] = Counter()  # the orbits at which free tries ended
+        self.sources: dict[str, Tally] = {}
 
-    def drawn(self, random: np.random.Generator, size: int) -> Array:
+    def tried(self, given: Mapping[str, Array], wanted: int, random: np.random.Generator) -> None:
+        """Search from what is given, then from random times freely, then led away from what is known."""
+        free = (wanted + 1) // 2
+        for name, rows in given.items():
+            self.sources[name] = Tally(0, 0)
+            for first, size in self._batches(rows.shape[0]):
+                self._followed(name, rows[first : first + size])
+        self.sources[RANDOM] = Tally(0, 0)
+        for _, size in self._batches(free):
+            self.met.update(self._followed(RANDOM, self._drawn(random, size)))
+        for _, size in self._batches(wanted - free, _FEWEST):
+            self._followed(RANDOM, self._drawn(random, size), self.known)
+
+    def _drawn(self, random: np.random.Generator, size: int) -> Array:
         """Random times in a period, in order; shape (size, p)."""
         return np.sort(random.uniform(0.0, self.chain.period, (size, self.chain.impacts)), axis=1)
 
-    def batches(self, tries: int, first: int = _AT_ONCE) -> Iterator[int]:
-        """Sizes of the batches of so many tries, each twice the one before, up to what does not fill the memory."""
-        chain = self.chain
-        most = max(1, min(_AT_ONCE, _NUMBERS // (chain.impacts**2 * max(chain.modes, 1))))
-        size = min(first, most)
-        while tries > 0:
-            yield min(size, tries)
-            tries, size = tries - size, min(2 * size, most)
+    def _batches(self, tries: int, size: int = _AT_ONCE) -> Iterator[tuple[int, int]]:
+        """Where batches of so many tries begin, and their sizes: each twice the one before, as the memory allows."""
+        most = max(1, min(_AT_ONCE, _NUMBERS // (self.chain.impacts**2 * max(self.chain.modes, 1))))
+        first, size = 0, min(size, most)
+        while first < tries:
+            look()
+            yield first, min(size, tries - first)
+            first, size = first + size, min(2 * size, most)
 
-    def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
-        """The motion with impacts at given times, the first of them in the first period of the load."""
-        chain = self.chain
-        kept = rebound if chain.is_neutral else None
-        return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
-
-    def followed(self, starts: Array, known: Array | None = None) -> list[int]:
+    def _followed(self, name: str, starts: Array, known: Array | None = None) -> list[int]:
         """Follow starts and judge their ends; the numbers of the possible orbits at which they ended."""
-        ended = newton(self.chain, starts, known, self.turn)
+        ended, before, reached = newton(self.chain, starts, known, self.turn), self._good, []
         self.dropped[Drop.LOST] += int((ended.outcome == Outcome.LOST).sum())
         self.dropped[Drop.COALESCED] += int((ended.outcome == Outcome.COALESCED).sum())
-        reached = []
         for row in np.flatnonzero(ended.outcome == Outcome.ROOT):
             number, new = self.judged(ended.times[row], float(ended.rebound[row]))
             reason = self.roots[number][1]
@@ -264,7 +273,14 @@ class RootSearch:
                 reached.append(number)
             if not new or reason is not None:
                 self.dropped[reason or Drop.KNOWN] += 1
+        tries, orbits = self.sources[name]
+        self.sources[name] = Tally(tries + len(starts), orbits + self._good - before)
         return reached
+
+    @property
+    def _good(self) -> int:
+        """How many orbits have been found."""
+        return sum(1 for _, reason in self.roots if reason is None)
 
     def judged(self, times: Array, rebound: float) -> tuple[int, bool]:
         """The number of a root, and whether it is new."""
@@ -279,31 +295,25 @@ class RootSearch:
         self.known = np.concatenate([self.known, np.array([orbit.times])])
         return len(self.roots) - 1, True
 
-    @property
-    def good(self) -> int:
-        """How many orbits have been found."""
-        return sum(1 for _, reason in self.roots if reason is None)
-
-    def result(
-        self,
-        tries: int,
-        unseen: float | None,
-        *,
-        complete: bool = False,
-        sources: Mapping[str, Tally] | None = None,
-        ended: int = 0,
-        halted: bool = False,
-    ) -> FoundOrbits:
-        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
+    def orbit(self, times: Array, rebound: float) -> PeriodicOrbit:
+        """The motion with impacts at given times, the first of them in the first period of the load."""
         chain = self.chain
+        kept = rebound if chain.is_neutral else None
+        return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
+
+    def result(self, *, complete: bool = False, halted: bool = False) -> FoundOrbits:
+        """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
+        chain, ended = self.chain, sum(self.met.values())
+        unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
         listed = sorted(self.roots, key=lambda root: root[0].times)
         good = tuple(orbit for orbit, reason in listed if reason is None)
         others = tuple(orbit for orbit, reason in listed if reason not in (None, Drop.REPEAT))
         counted = Counter(reason for _, reason in self.roots) if complete else self.dropped
         dropped = {drop: counted[drop] for drop in Drop if counted[drop]}
+        tries = sum(tally.tries for tally in self.sources.values())
         return FoundOrbits(
-            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped, unseen, complete,
-            sources or {}, ended, halted,
+            chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped,
+            0.0 if complete else unseen, complete, self.sources, ended, halted,
         )  # fmt: skip
 
 
@@ -347,7 +357,6 @@ MOST_IMPACTS = 64
 MOST_PERIODS = 256
 _MOST_MODES = 4096
 _MOST_TRIES = 10**7
-_FEWEST = 16  # in the first batch that is led away from what is known: those of a batch do not know of each other
 _NEAR = 1e-8  # rad, from an enclosed root to that of Newton's method
 
 
@@ -422,55 +431,16 @@ def orbits(
     with halting(halt):
         if p == 1:
             return _with_one_impact(system, n, kept)
-        tried = _Tried(RootSearch(ImpactChain(system, p, n, kept)))
+        search, halted = RootSearch(ImpactChain(system, p, n, kept)), False
         try:
-            if p == 2 and kept == 0 and _proved(tried.search):
-                return tried.search.result(0, 0.0, complete=True)
-            tried.all_of(given, wanted, np.random.default_rng(start))
+            if p == 2 and kept == 0 and _proved(search):
+                return search.result(complete=True)
+            search.tried(given, wanted, np.random.default_rng(start))
         except Interrupted:
             if halt is None or not halt():  # told from outside: nobody waits for a part
                 raise
-            tried.halted = True
-    return tried.result()
-
-
-class _Tried:
-    """The tries of a search so far, by where they started."""
-
-    def __init__(self, search: RootSearch) -> None:
-        self.search = search
-        self.met: Counter[int] = Counter()  # the orbits at which free tries ended
-        self.sources: dict[str, Tally] = {}
-        self.halted = False
-
-    def all_of(self, given: Mapping[str, Array], wanted: int, random: np.random.Generator) -> None:
-        """From what is given, then freely, then away from what is known."""
-        search, free = self.search, (wanted + 1) // 2
-        for name, rows in given.items():
-            self._counted(name, 0)
-            first = 0
-            for size in search.batches(rows.shape[0]):
-                self._counted(name, size, rows[first : first + size])
-                first += size
-        self._counted(RANDOM, 0)
-        for size in search.batches(free):
-            self.met.update(self._counted(RANDOM, size, search.drawn(random, size)))
-        for size in search.batches(wanted - free, _FEWEST):
-            self._counted(RANDOM, size, search.drawn(random, size), search.known)
-
-    def _counted(self, name: str, size: int, starts: Array | None = None, known: Array | None = None) -> list[int]:
-        look()
-        before, tally = self.search.good, self.sources.get(name, Tally(0, 0))
-        reached = [] if starts is None else self.search.followed(starts, known)
-        self.sources[name] = Tally(tally.tries + size, tally.orbits + self.search.good - before)
-        return reached
-
-    def result(self) -> FoundOrbits:
-        """What was found, and an estimate of what was not."""
-        ended = sum(self.met.values())
-        unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
-        tries = sum(tally.tries for tally in self.sources.values())
-        return self.search.result(tries, unseen, sources=self.sources, ended=ended, halted=self.halted)
+            halted = True
+    return search.result(halted=halted)
 
 
 def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:

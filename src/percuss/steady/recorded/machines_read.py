@@ -14,8 +14,8 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
 from percuss.steady.recorded.implied import Implied
-from percuss.steady.self_excited.piston_legs import Piston, Rebound
-from percuss.steady.self_excited.rigid_cycle import RigidCycle, cycle_near
+from percuss.steady.self_excited.piston import cycle_near
+from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
 # ---- How a place and a delay share in where a valve switches: x_i = h + v_i τ, over all cycles that were recorded
 #
@@ -194,7 +194,7 @@ class Reading(Shown):
     """
 
     machine: Machine
-    cycle: RigidCycle | None
+    cycle: ValveCycle | None
 
     @property
     def runs(self) -> bool:
@@ -303,7 +303,7 @@ def longest_that_run(made: Callable[[list[float]], Reading], switches: tuple[Rec
     return least
 
 
-def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: float) -> RigidCycle | None:
+def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: float) -> ValveCycle | None:
     """The cycle of a machine near the recorded motion, whose blows have that speed; None where there is none.
 
     The orders that are pending at the blow are those of the switches after it whose ports were passed before it.
@@ -316,4 +316,4 @@ def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: fl
     pending, now = sorted(late), switches[-1].to
     orders = Orders(pending[-1][1] if pending else now, tuple(pending))
     rebound = Rebound(-machine.contact.velocity_factor * speed, now, orders)
-    return cycle_near(Piston(machine.valve, machine.contact, machine.drag), rebound, 1)
+    return cycle_near(machine, rebound, 1)

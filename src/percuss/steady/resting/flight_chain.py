@@ -20,7 +20,7 @@ from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator
 from percuss.model import Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.system import half_swing
-from percuss.steady.harmonic import HarmonicResponse
+from percuss.steady.forced import HarmonicResponse
 from percuss.steady.oscillator import refuse_resonance
 from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 

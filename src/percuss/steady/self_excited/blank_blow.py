@@ -16,8 +16,9 @@ from percuss.errors import ParameterError
 from percuss.model import Cushion
 from percuss.model.checks import instance
 from percuss.shown import Shown
-from percuss.steady.self_excited.margins import mean_pressure
+from percuss.steady.self_excited.piston import Piston, under_pressure
 from percuss.steady.self_excited.piston_flight import (
+    NO_PORTS,
     Flight,
     acceleration,
     at,
@@ -26,15 +27,13 @@ from percuss.steady.self_excited.piston_flight import (
     turning_places,
     turning_time,
 )
-from percuss.steady.self_excited.piston_legs import Piston, Rebound
-from percuss.steady.self_excited.rigid_cycle import RigidCycle, under_pressure
-from percuss.steady.self_excited.self_switching import SelfExcited, piston_of
+from percuss.steady.self_excited.rhythm import Switching, valve_after
+from percuss.steady.self_excited.self_switching import SelfExcited
 
 _MOST_PASSES = 64
 _MOST_EVENTS = 40 * _MOST_PASSES
 _TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 _SAME = 1e-9  # of the speed and of the time between passes
-_LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
 
 BlankEnding = Literal[
     "stops in the cushion", "stops", "strikes the front end", "leaves", "cycles without a blow", "goes on"
@@ -130,31 +129,37 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
     stops in the cushion, 0.1473 deep, with 2.5568 taken
     """
     cycle = instance("motion", motion, SelfExcited).cycle
-    if not isinstance(cycle, RigidCycle):
+    if cycle is None or cycle.modes:
         raise ParameterError("motion", str(motion), "a machine with a cycle, with modes=0")
-    leg = cycle.legs[int(np.argmax(cycle.blow_speeds))]
-    assert leg.rebound is not None
-    given = motion.machine.valve.cushion if cushion is None else instance("cushion", cushion, Cushion)
-    piston, fed = piston_of(motion.machine), motion.machine.valve.supply is not None
-    pressure = mean_pressure(cycle) if fed else 1.0
-    piston = under_pressure(piston, pressure) if fed else piston
-    return replace(_Blank(piston, given, leg.rebound, leg.blow_speed).followed(), pressure=pressure)
+    machine, strongest = motion.machine, int(np.argmax(cycle.blow_speeds))
+    given = machine.valve.cushion if cushion is None else instance("cushion", cushion, Cushion)
+    pressure = cycle.mean_pressure
+    machine = machine if machine.valve.supply is None else under_pressure(machine, pressure)
+    valve = valve_after(machine.valve, cycle.rhythm, strongest)
+    return replace(_Blank(Piston(machine), given, valve, cycle.blow_speed).followed(), pressure=pressure)
 
 
 class _Blank:
-    """The piston on its way without a tool; x is its distance behind the place of the blow."""
+    """The piston on its way without a tool; x is its distance behind the place of the blow.
 
-    def __init__(self, piston: Piston, cushion: Cushion | None, rebound: Rebound, speed: float) -> None:
-        self.piston, self.cushion = piston, cushion
+    The cushion is two more states, on the way in and on the way out, with a guard each.
+    """
+
+    def __init__(self, piston: Piston, cushion: Cushion | None, valve: Switching, speed: float) -> None:
+        self.piston, self.cushion, self.valve = piston, cushion, valve
         self.x, self.v, self.time = 0.0, -speed, 0.0
-        self.state, self.orders = rebound.state, rebound.orders
-        self.stiffness, self.drag = (
-            value if value >= _LEAST else 0.0 for value in (piston.valve.chamber.stiffness, piston.drag)
-        )
         self.where: Literal["free", "in", "out"] = "free" if cushion is None or cushion.beyond > 0.0 else "in"
+        length = math.inf if cushion is None or cushion.length is None else cushion.length
+        self.front = -math.inf if cushion is None else -cushion.beyond
+        edges, ways = piston.numbers[1][:2]
+        free = NO_PORTS if cushion is None else [[self.front], [-1.0]]
+        self.guards = {
+            "free": [edges + free[0], ways + free[1]],
+            "in": [[self.front - length], [-1.0]],
+            "out": [[self.front], [1.0]],
+        }
         self.passes = [(0.0, speed)]
-        self.reach = 0.0  # … in this pass
-        self.reaches: list[float] = []  # … in those before
+        self.reaches = [0.0]  # beyond the wall, in each pass
         self.front_speed = 0.0
         self.ending: BlankEnding | None = None
         self.repeats = False
@@ -162,8 +167,9 @@ class _Blank:
     def followed(self) -> BlankBlow:
         """Goes on until it is known what becomes of it."""
         for _ in range(_MOST_EVENTS):
-            self._carry_out()
-            self._fly()
+            while self.valve.due <= self.time:
+                self.valve.carry_out()
+            self._go_on()
             if self.ending is None and self._repeated():
                 self.ending, self.repeats = "cycles without a blow", True
             if self.ending is not None or len(self.passes) > _MOST_PASSES:
@@ -171,9 +177,8 @@ class _Blank:
         return self._told()
 
     def _told(self) -> BlankBlow:
-        reaches = [*self.reaches, self.reach]
-        reach, most = reaches[0], max(reaches)
-        worst = next(i for i, one in enumerate(reaches) if one >= most * (1.0 - _SAME))
+        reach, most = self.reaches[0], max(self.reaches)
+        worst = next(i for i, one in enumerate(self.reaches) if one >= most * (1.0 - _SAME))
         depth, peak = self._into(reach)
         taken = 0.0
         if depth == math.inf:
@@ -186,7 +191,7 @@ class _Blank:
             (before, _), (last, again) = self.passes[-2:]
             period = last - before
         first = self.passes[0][1], self.cushion, reach, depth, peak, taken
-        figures = *first, worst + 1, *self._into(reaches[worst]), self.front_speed
+        figures = *first, worst + 1, *self._into(self.reaches[worst]), self.front_speed
         return BlankBlow(*figures, self.ending or "goes on", len(self.passes), period, again)
 
     def _into(self, reach: float) -> tuple[float, float]:
@@ -198,126 +203,64 @@ class _Blank:
         depth = reach - self.cushion.beyond
         return depth, self.cushion.force + self.cushion.stiffness * depth
 
-    # -- its way --
+    def _flight(self, where: Literal["free", "in", "out"]) -> Flight:
+        flight = self.piston.flight(self.valve.state, self.x, self.v)
+        if self.cushion is None or where == "free":
+            return flight
+        part, stiffness = 1.0 if where == "in" else self.cushion.returned, self.cushion.stiffness
+        push = flight.push + part * (self.cushion.force + stiffness * self.front)
+        return flight._replace(push=push, stiffness=flight.stiffness + part * stiffness)
 
-    def _carry_out(self) -> None:
-        while self.orders.pending and self.orders.pending[0][0] <= self.time:
-            (_, self.state), *left = self.orders.pending
-            self.orders = replace(self.orders, pending=tuple(left))
-
-    def _demand(self, number: int) -> None:
-        self.orders = self.orders.after(self.time, self.piston.valve.ports[number])
-
-    def _flight(self) -> Flight:
-        push, stiffness = -self.piston.valve.force(self.state), self.stiffness
-        if self.cushion is not None and self.where != "free":
-            part = 1.0 if self.where == "in" else self.cushion.returned
-            push += part * (self.cushion.force - self.cushion.stiffness * self.cushion.beyond)
-            stiffness += part * self.cushion.stiffness
-        return Flight(push, stiffness, self.drag, self.x, self.v)
-
-    def _fly(self) -> None:
+    def _go_on(self) -> None:
         """To the next event."""
-        until = self.orders.pending[0][0] - self.time if self.orders.pending else math.inf
-        flight = self._flight()
-        if self.where == "free":
-            self._fly_free(flight, until)
-        elif self.where == "in" and self.v >= 0.0 and acceleration(flight) >= 0.0:
-            self._hold(until)
-        elif self.where == "in":
-            self._fly_in(flight, until)
-        else:
-            self._fly_out(flight, until)
-
-    def _went(self, flight: Flight, duration: float, place: float | None = None) -> None:
-        """To where a flight is after a time, or to a place."""
-        x, v = at(flight, duration)
-        self.x, self.v, self.time = x if place is None else place, v, self.time + duration
-        self.reach = max(self.reach, -self.x)
-
-    def _due(self, flight: Flight, until: float) -> None:
-        due = self.orders.pending[0][0]
-        self._went(flight, until)
-        self.time = due
-
-    def _fly_free(self, flight: Flight, until: float) -> None:
-        """Beside no cushion: to a port, to the place of the blow, or into the cushion."""
-        edges, ways = self.piston.numbers[1][:2]
-        front = None if self.cushion is None else -self.cushion.beyond
-        places = [edges, ways] if front is None else [[*edges, front], [*ways, -1.0]]
-        time, place, way = first_crossing(flight, places, until * (1.0 + _TOGETHER))
-        if way == 0 and until == math.inf:
-            self.reach = max([self.reach, *(-x for x in turning_places(flight))])
-            goes = last_place(flight) == -math.inf
-            self.ending = "leaves" if goes else "stops"
-            self.reach = math.inf if goes else max(self.reach, -last_place(flight))
+        if self.where == "out" and self.v <= 0.0 and acceleration(self._flight("out")) <= 0.0:
+            self.where = "in"  # the valve has changed
+        flight, until = self._flight(self.where), self.valve.due - self.time
+        if self.where == "in" and self.v >= 0.0 and acceleration(flight) >= 0.0:
+            if self.v > 0.0 or acceleration(self._flight("out")) > 0.0:
+                self.where = "out"
+            elif until == math.inf:
+                self.ending = "stops in the cushion"
+            else:
+                self.time = self.valve.due
             return
-        duration = time if way else until
-        self.reach = max([self.reach, *(-x for x in turning_places(flight, duration))])
-        if way == 0:
-            self._due(flight, until)
-            return
-        self._went(flight, duration, place)
-        if way < 0 and place == 0.0:
-            self.passes.append((self.time, -self.v))
-            self.reaches.append(self.reach)
-            self.reach = 0.0
-        for number, passed in enumerate(zip(edges, ways, strict=True)):
-            if passed == (place, way):
-                self._demand(number)
-        if way < 0 and place == front:
-            self.where = "in"
-
-    def _fly_in(self, flight: Flight, until: float) -> None:
-        """Into the cushion, until it turns, or to the front end."""
-        assert self.cushion is not None
-        end = math.inf if self.cushion.length is None else self.cushion.beyond + self.cushion.length
-        turning = turning_time(flight)
+        turning = math.inf if self.where == "free" else turning_time(flight)
         stop = min(turning, until)
-        time, _, way = first_crossing(flight, [[-end], [-1.0]], stop * (1.0 + _TOGETHER))
-        if way:
-            self._went(flight, time, -end)
-            self.ending, self.front_speed = "strikes the front end", -self.v
-        elif stop == math.inf:
-            goes = last_place(flight) == -math.inf
-            self.ending = "leaves" if goes else "stops in the cushion"
-            self.reach = math.inf if goes else max(self.reach, -last_place(flight))
-        elif turning <= until:
-            self._went(flight, turning)
-            self.v = 0.0
-        else:
-            self._due(flight, until)
-
-    def _hold(self, until: float) -> None:
-        """At rest in the cushion, or going back where more pulls than pushes."""
-        self.where = "out"
-        if self.v > 0.0 or acceleration(self._flight()) > 0.0:
+        time, place, way = first_crossing(flight, self.guards[self.where], stop * (1.0 + _TOGETHER))
+        duration = time if way else stop
+        self._reached(*(-x for x in turning_places(flight, duration)))
+        if duration == math.inf:
+            self.ending = "stops" if self.where == "free" else "stops in the cushion"
+            self._reached(-last_place(flight))
+            if last_place(flight) == -math.inf:
+                self.ending = "leaves"
             return
-        self.where = "in"
-        if until == math.inf:
-            self.ending = "stops in the cushion"
-        else:
-            self.time = self.orders.pending[0][0]
-
-    def _fly_out(self, flight: Flight, until: float) -> None:
-        """Out of the cushion, until it turns in it, or leaves it."""
-        assert self.cushion is not None
-        if self.v <= 0.0 and acceleration(flight) <= 0.0:  # the valve has changed
-            self.where = "in"
-            return
-        turning = turning_time(flight)
-        stop = min(turning, until)
-        time, _, way = first_crossing(flight, [[-self.cushion.beyond], [1.0]], stop * (1.0 + _TOGETHER))
+        (self.x, self.v), self.time = at(flight, duration), self.time + duration
+        self.x = place if way else self.x
+        self._reached(-self.x)
         if way:
-            self._went(flight, time, -self.cushion.beyond)
-            self.where = "free"
-        elif stop == math.inf:
-            self.ending = "stops in the cushion"
+            self._passed(place, way)
         elif turning <= until:
-            self._went(flight, turning)
             self.v, self.where = 0.0, "in"
         else:
-            self._due(flight, until)
+            self.time = self.valve.due
+
+    def _reached(self, *beyond: float) -> None:
+        self.reaches[-1] = max([self.reaches[-1], *beyond])
+
+    def _passed(self, place: float, way: int) -> None:
+        if self.where == "in":
+            self.ending, self.front_speed = "strikes the front end", -self.v
+        elif self.where == "out":
+            self.where = "free"
+        else:
+            if way < 0 and place == 0.0:
+                self.passes.append((self.time, -self.v))
+                self.reaches.append(0.0)
+            for number, passed in enumerate(zip(*self.piston.numbers[1][:2], strict=True)):
+                if passed == (place, way):
+                    self.valve.demand(self.time, number)
+            self.where = "in" if way < 0 and place == self.front else "free"
 
     def _repeated(self) -> bool:
         """Whether the last passes were like the ones before."""

@@ -36,7 +36,7 @@ def cycles_of(
     """
     for i in range(does.size):
         work = Tables(forces[i], ports[i], laws[i], rows, slopes, matrices, tells, step)
-        does[i] = settled(work, None)[0]
+        does[i] = settled(work)[0]
         size = 1 + int(rows[NEXT][COUNT])
         if does[i] == RUNS:
             copied(tells[WHOLE], told[i])

@@ -1,121 +1,32 @@
-"""A periodic motion of an elastic machine that switches its own valve, and its figures."""
+"""The cycles of an elastic machine that switches its own valve: near a rhythm, or where it is followed to.
+
+Every cycle is solved for by the times of its events (`percuss.mechanics.cycle`), and of each flight it is proved that
+nothing else happens in it.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from percuss.mechanics.cycle import guarded, linearised
-from percuss.mechanics.flow import rates, response_of
+from percuss.mechanics.crossing import Regions, first_entering
+from percuss.mechanics.cycle import Closed, Cycle, Timing
+from percuss.mechanics.flow import rates
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
-from percuss.model.load.valve import Orders
-from percuss.steady.self_excited.elastic_chain import (
-    Chain,
-    Closed,
-    ModalFlight,
-    Regions,
-    Rhythm,
+from percuss.steady.self_excited.rhythm import Rhythm, Step, Switching, rhythm_of, steps_of, valve_after
+from percuss.steady.self_excited.valve_cycle import (
+    Switch,
+    Uncovering,
+    ValveCycle,
+    ValveFlight,
+    blow_of,
     energy_of,
-    farthest,
-    first_entering,
-    orders_after,
     place_row,
-    rhythm_of,
-    steps_of,
 )
-from percuss.steady.self_excited.piston_legs import Switch, Uncovering
-from percuss.steady.self_excited.rigid_cycle import Blow, Parted, Place, RigidCycle, Ringing, ValveCycle, parted
-
-_LOOKS = 24  # at each flight
-_BEYOND = 1e-9  # of the way to the farthest place
-
-
-@dataclass(frozen=True)
-class ElasticCycle(ValveCycle):
-    """A periodic motion of an elastic machine that switches its own valve.
-
-    Parameters
-    ----------
-    machine, modes
-        The machine, and N.
-    flights
-        The stretches between events, in order of time.
-    rhythm
-        When it strikes and passes ports, and the valve at time 0.
-    given_up
-        Energy that the bar has where it lies down.
-    """
-
-    machine: Machine
-    modes: int
-    flights: tuple[ModalFlight, ...]
-    rhythm: Rhythm
-    given_up: float = 0.0
-
-    @property
-    def rhythm_multiplier(self) -> complex | None:
-        """The greatest multiplier of the motion as a whole; None where it cannot be told from the ringing."""
-        return self._parted.rhythm
-
-    @property
-    def ringing(self) -> Ringing | None:
-        """What rings longest; None where nothing is left of the ringing after a cycle."""
-        return self._parted.ringing
-
-    @cached_property
-    def _parted(self) -> Parted:
-        return parted(self.slope, self.modes)
-
-    @cached_property
-    def stroke(self) -> float:
-        """The greatest distance of the striking end from the wall."""
-        row = self.flights[0].modes.end
-        return max((farthest(flight, row) for flight in self.flights if flight.duration > 0.0), default=0.0)
-
-    @property
-    def keeps_before_the_wall(self) -> bool:
-        """Whether the striking end is nowhere found beyond the wall, wherever it is looked at in flight."""
-        flights, modes = [one for one in self.flights if not one.held], self.flights[0].modes
-        looks = np.concatenate([np.linspace(0.0, one.duration, _LOOKS) for one in flights])
-        _, s, q = (np.split(part, len(flights), axis=1) for part in response_of(modes, looks))
-        seen = []
-        for one, ss, qq in zip(flights, s, q, strict=True):
-            u, v = one.begin.T
-            pull = one.force * modes.driven - modes.omega**2 * u
-            seen.append(modes.end @ u + (modes.end * v) @ ss + (modes.end * pull) @ qq)
-        return max(float(y.max()) for y in seen) <= -_BEYOND * min(float(y.min()) for y in seen)
-
-    @cached_property
-    def work(self) -> float:
-        """Energy that the valve puts in in a cycle: its force over the way of the driven end in flight.
-
-        The constant part of the chamber's force is in it: without a rest or a blow that turns the strain over, in which
-        the driven end moves in no time, its work is none.
-        """
-        driven = self.flights[0].modes.driven
-        return math.fsum(one.force * float((one.end - one.begin)[:, 0] @ driven) for one in self.flights)
-
-    @property
-    def taken_by_rest(self) -> float:
-        """Energy lost on lying down: what the last blow left, for a bar at rest on the wall is undeformed."""
-        return self.given_up
-
-    def _displacement(self, within: Array, place: Place) -> Array:
-        row = place_row(self.machine, self.flights[0].modes, place)
-        begins = np.array([flight.time for flight in self.flights])
-        which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
-        found = np.empty(within.shape)
-        for number, flight in enumerate(self.flights):
-            mine = which == number
-            if mine.any():
-                found[mine] = row @ flight.at(within[mine] - flight.time)[0]
-        return found
-
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
 #
@@ -156,27 +67,15 @@ class Laid(NamedTuple):
 
 
 class Following:
-    """A machine on its way; `ending` is None for as long as it goes on.
+    """A machine with N = `count` on its way as its rigid piston goes; `ending` is None for as long as it goes on."""
 
-    Parameters
-    ----------
-    machine, count
-        The machine, and N.
-    begin
-        Displacements and velocities of the coordinates just after a blow, or at rest on the wall; shape (N + 1, 2).
-    state, orders
-        Of the valve.
-    period
-        Roughly the time between blows.
-    """
-
-    def __init__(self, machine: Machine, count: int, begin: Array, state: str, orders: Orders, period: float) -> None:
-        self.machine, self.modes = machine, machine.modes(count)
-        self.now, self.state, self.orders, self.time = begin, state, orders, 0.0
-        self.begin = state, orders
-        self.span = _LONGEST * period
+    def __init__(self, machine: Machine, count: int, rigid: ValveCycle) -> None:
+        self.machine, self.modes, self.rigid = machine, machine.modes(count), rigid
+        self.valve, self.time = Switching(machine.valve, rigid.state, rigid.orders), 0.0
+        self.now = np.stack([0.0 * self.modes.centre, -rigid.rebound.speed * self.modes.centre], axis=1)
+        self.span = _LONGEST * rigid.period
         self.ending: str | None = None
-        self.flights: list[ModalFlight] = []
+        self.flights: list[ValveFlight] = []
         self.events: list[tuple[float, str, object]] = []
         self.states: list[Array] = []  # just before each event
         self.blows = 0
@@ -203,22 +102,21 @@ class Following:
                 self._caught_up()
                 if self.blows > before or self.ending is not None:
                     return
-            until = self.orders.pending[0][0] - self.time if self.orders.pending else self.span
-            held = self._hold > self.time
+            due, held = self.valve.due, self._hold > self.time
+            until = due - self.time if due < math.inf else self.span
             until = min(until, self._hold - self.time) if held else until
-            regions, ports = watched(self.machine, self.modes, self.orders.last, wall=not held)
-            force = self.machine.valve.force(self.state)
-            flight = ModalFlight(self.modes, self.state, self.orders.last, force, self.time, until, self.now, held)
+            regions, ports = watched(self.machine, self.modes, self.valve.orders.last, wall=not held)
+            flight = self._flight(self.force, until, held)
             found = first_entering(flight, regions)
-            if math.isinf(found.time) and not self.orders.pending and until == self.span:
+            if math.isinf(found.time) and due == math.inf and until == self.span:
                 self.ending = "nothing follows"
                 return
             flight = replace(flight, duration=min(found.time, until))
             self.flights.append(flight)
             self.now, self.time = flight.end, self.time + flight.duration
             if math.isinf(found.time):
-                if self.orders.pending and until != self._hold - flight.time:
-                    self.time = self.orders.pending[0][0]
+                if due < math.inf and until != self._hold - flight.time:
+                    self.time = due
             elif ports[found.which] < 0:
                 self._strike()
             else:
@@ -227,17 +125,33 @@ class Following:
                 return
         self.ending = "no blow"
 
+    @property
+    def force(self) -> float:
+        """Of the valve as it is."""
+        return self.machine.valve.force(self.valve.state)
+
+    def _flight(self, force: float, duration: float, held: bool = False) -> ValveFlight:
+        state, last, time = self.valve.state, self.valve.orders.last, self.time
+        return ValveFlight(
+            modes=self.modes,
+            begin=self.now,
+            force=force,
+            duration=duration,
+            state=state,
+            last=last,
+            time=time,
+            held=held,
+        )
+
     def _carry_out(self) -> None:
-        while self.orders.pending and self.orders.pending[0][0] <= self.time:
-            (_, self.state), *left = self.orders.pending
-            self.orders = replace(self.orders, pending=tuple(left))
-            if self.machine.valve.force(self.state) > 0.0:
+        while self.valve.due <= self.time:
+            self.valve.carry_out()
+            if self.force > 0.0:
                 self._hold = min(self._hold, self._wave)
-            self._happened("valve", self.state)
+            self._happened("valve", self.valve.state)
 
     def _demand(self, number: int) -> None:
-        before, self.orders = self.orders, self.orders.after(self.time, self.machine.valve.ports[number])
-        if self.orders is not before:
+        if self.valve.demand(self.time, number):
             self._happened("port", number)
 
     def _strike(self) -> None:
@@ -250,9 +164,8 @@ class Following:
 
     def _struck(self) -> None:
         """The blow demands; the bar flies on, or lies down."""
-        for i, port in enumerate(self.machine.valve.ports):
-            if port.on == "impact":
-                self._demand(i)
+        for port in self.valve.blow_demands():
+            self._demand(port)
         self._carry_out()
         wait = self._to_rest()
         if wait is not None:
@@ -265,7 +178,7 @@ class Following:
         holds it, and at the end of a chatter where what is left of it is short and known.
         """
         machine, end, now = self.machine, self.modes.end, self.now
-        force, R = machine.valve.force(self.state), -machine.contact.velocity_factor
+        force, R = self.force, -machine.contact.velocity_factor
         acceleration = rates(self.modes, now, force)[:, 1]
         rebound, push = -float(end @ now[:, 1]), float(end @ acceleration)
         if rebound <= _NO_SPEED * float(np.abs(end) @ np.abs(now[:, 1])):
@@ -278,8 +191,7 @@ class Following:
         if not 0.0 < R < 1.0 or push <= 0.0:
             return None
         left, unit = 2.0 * rebound / ((1.0 - R) * push), machine.valve.time_unit
-        ahead = self.orders.pending[0][0] - self.time if self.orders.pending else math.inf
-        if left > _CHATTER * unit or 2.0 * left > ahead:
+        if left > _CHATTER * unit or 2.0 * left > self.valve.due - self.time:
             return None
         omega = self.modes.omega[1:]
         bent = omega**2 * now[1:, 0] - force * self.modes.driven[1:]  # ω² times the displacement of the free motion
@@ -328,14 +240,12 @@ class Following:
         self.now, self._last = 0.0 * self.now, None
         if wait > 0.0:
             self._lie(wait)
-            for i, port in enumerate(self.machine.valve.ports):  # the last of its blows
-                if port.on == "impact":
-                    self._demand(i)
-        while self.machine.valve.force(self.state) > 0.0:
-            if not self.orders.pending:
+            for port in self.valve.blow_demands():  # those of the last of its blows
+                self._demand(port)
+        while self.force > 0.0:
+            if (due := self.valve.due) == math.inf:
                 self.ending = "on the wall"
                 return
-            due = self.orders.pending[0][0]
             self._lie(due - self.time)
             self.time = due
             self._carry_out()
@@ -344,7 +254,7 @@ class Following:
         self._hold = math.inf if slowest == 0.0 else max(self._wave, self.time + _QUARTER / slowest)
 
     def _lie(self, duration: float) -> None:
-        self.flights.append(ModalFlight(self.modes, self.state, self.orders.last, 0.0, self.time, duration, self.now))
+        self.flights.append(self._flight(0.0, duration))
         self.time += duration
 
     def _happened(self, kind: str, detail: object) -> None:
@@ -353,44 +263,11 @@ class Following:
 
     def rhythm(self, blows: int) -> Rhythm:
         """That of the last blows."""
-        return rhythm_of(self.machine.valve, self.begin, self.events, blows)
-
-
-# ---- The multipliers of a cycle of an elastic machine: its linearised map from blow to blow
-#
-# At a port and at a blow the time of the event follows from the place that is met, at an order it is that of the event
-# that demanded it. On the blow as a section the shift in time is no disturbance.
-
-
-def cycle_map(chain: Chain, unknowns: Array, motion: Closed) -> Array:
-    """The map of (displacements and velocities, times of the pending orders) after the blow, one cycle on."""
-    ways = chain.ways(np.concatenate([[0.0], chain.times(unknowns)]))
-    wrapped = [i for i, step in enumerate(chain.steps) if step.wrapped]
-    size = 2 * chain.modes.omega.size
-    unit: Array = np.eye(size + len(wrapped))
-    dues: dict[int, Array] = dict(zip(wrapped, unit[size:], strict=True))
-    shifts: dict[int, Array] = {-1: 0.0 * unit[0]}
-
-    def later(i: int, now: Array, rate: Array) -> Array:
-        step = chain.steps[i]
-        if step.kind == "due":
-            return dues[i] if step.wrapped else shifts[step.source]
-        return shifts.setdefault(len(shifts) - 1, guarded(chain.rows[i], now, rate))
-
-    begin = unit[:size].reshape(-1, 2, len(unit))
-    _, seen = linearised(chain.events(motion.states, ways), begin, later)
-    last = shifts[len(shifts) - 2]
-    after = [shifts[chain.steps[i].source] - last for i in wrapped]
-    return np.vstack([(chain.turn[:, None] * seen[-1]).reshape(size, -1), *after])
+        return rhythm_of(Switching(self.machine.valve, self.rigid.state, self.rigid.orders), self.events, blows)
 
 
 # ---- The cycle of an elastic machine near a rhythm: Newton's method on the times of its events, then the proof
 
-_STEPS = 30
-_CLOSED = 2e-14  # of the period
-_NEARLY = 1e-11  # … where rounding lets no step be smaller
-_HALVINGS = 5
-_OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 _TOGETHER = 1e-12  # of the period: simultaneous events
 
 Problem = Literal["order", "no root", "direction", "wall", "port"]
@@ -402,7 +279,7 @@ none; a port or the wall is met from the wrong side; the bar strikes, or enters 
 class Solved:
     """The cycle, or why it is none and when that shows."""
 
-    cycle: ElasticCycle | None
+    cycle: ValveCycle | None
     problem: Problem | None = None
     time: float | None = None
     proven: bool = True
@@ -413,70 +290,64 @@ def solved(machine: Machine, count: int, rhythm: Rhythm) -> Solved:
     steps = steps_of(machine.valve, rhythm)
     if steps is None:
         return Solved(None, "order")
-    chain = Chain(machine, count, steps, rhythm.state, rhythm.orders.last)
-    found = _root(chain, np.array([step.time for step in steps if step.kind != "due"]))
+    cycle = _cycle_of(machine, count, rhythm, steps)
+    found = cycle.root(np.array([step.time for step in steps if step.kind != "due"]))
     if found is None:
         return Solved(None, "no root")
-    unknowns, motion = found
-    times = np.concatenate([[0.0], chain.times(unknowns)])
-    if np.any(np.diff(times) < -_TOGETHER * times[-1]):
-        return Solved(None, "order", float(times[1:][np.diff(times) < 0.0][0]))
-    for row, state, step, time in zip(chain.rows, motion.states, steps, times[1:], strict=True):
-        if step.kind != "due" and chain.sign(step) * float(row @ state[:, 1]) <= 0.0:
+    times = cycle.times(found[0])
+    late = np.diff(times, prepend=0.0) < 0.0
+    if np.any(np.diff(times, prepend=0.0) < -_TOGETHER * times[-1]):
+        return Solved(None, "order", float(times[late][0]))
+    for i, (step, state, time) in enumerate(zip(steps, found[1].states, times, strict=True)):
+        away = step.kind == "port" and machine.valve.ports[step.port].side == "back"
+        if step.kind != "due" and float(cycle.rows[i] @ state[:, 1]) * (-1.0 if away else 1.0) <= 0.0:
             return Solved(None, "direction", float(time))
-    flights = _flights(chain, times, motion)
+    flights = _flights(cycle, steps, rhythm, times, found[1])
     proven = True
     for flight in flights:
-        regions, ports = watched(machine, chain.modes, flight.last)
+        regions, ports = watched(machine, cycle.modes, flight.last)
         other = first_entering(flight, regions)
         proven &= other.proven
         if other.which >= 0:
             return Solved(None, "wall" if ports[other.which] < 0 else "port", flight.time + other.time)
-    return Solved(_cycle(chain, unknowns, motion, flights, rhythm), proven=proven)
+    return Solved(_told(machine, cycle, steps, rhythm, flights, found), proven=proven)
 
 
-def _root(chain: Chain, unknowns: Array) -> tuple[Array, Closed] | None:
-    """The times at which everything closes, by Newton's method with steps that keep the order of events."""
-    try:
-        motion = chain.closed(unknowns)
-        smallest = np.inf
-        for _ in range(_STEPS):
-            step = np.linalg.solve(motion.slope, -motion.error)
-            size = float(np.abs(step).max() / unknowns[-1])
-            if not np.isfinite(size):
-                return None
-            if size <= _CLOSED or (smallest <= _NEARLY and size >= 0.5 * smallest):
-                return unknowns + step, chain.closed(unknowns + step)
-            smallest = min(smallest, size)
-            for _ in range(_HALVINGS):
-                after = unknowns + step
-                if after[-1] > 0.0 and np.all(np.diff(chain.times(after)) > -_OUT_OF_ORDER * after[-1]):
-                    break
-                step = 0.5 * step
-            else:
-                return None
-            unknowns = unknowns + step
-            motion = chain.closed(unknowns)
-    except (np.linalg.LinAlgError, FloatingPointError):
-        return None
-    return None
-
-
-def _flights(chain: Chain, times: Array, motion: Closed) -> tuple[ModalFlight, ...]:
-    begins = [motion.start, *motion.states[:-1]]
-    begins = [begins[0], *(chain.turn * z if chain.turns(i) else z for i, z in enumerate(begins[1:]))]
-    return tuple(
-        ModalFlight(chain.modes, state, last, force, float(start), float(end - start), begin)
-        for state, last, force, start, end, begin in zip(
-            chain.states, chain.lasts, chain.forces, times, times[1:], begins, strict=False
-        )
+def _cycle_of(machine: Machine, count: int, rhythm: Rhythm, steps: tuple[Step, ...]) -> Cycle:
+    valve, contact, modes = machine.valve, machine.contact, machine.modes(count)
+    rows = {"blow": modes.end, "due": 0.0 * modes.end}
+    ports = [valve.ports[one.port] if one.kind == "port" else None for one in steps]
+    return Cycle(
+        modes,
+        np.array([contact.strain_factor, contact.velocity_factor]),
+        [valve.force(name) for name in (rhythm.state, *(one.state for one in steps[:-1]))],
+        [Timing(one.source, one.later, one.wrapped, one.kind != "due", one.kind == "blow") for one in steps],
+        np.array(
+            [place_row(machine, modes, p.reads) if p else rows[s.kind] for s, p in zip(steps, ports, strict=True)]
+        ),
+        np.array([-(port.behind or 0.0) if port else 0.0 for port in ports]),
     )
 
 
-def blow_of(modes: MachineModes, time: float, state: Array) -> Blow:
-    """The blow that a state just before it makes."""
-    speed, strained = state[:, 1], modes.omega * state[:, 0]
-    return Blow(time, float(modes.end @ speed), 0.5 * float(speed @ speed), 0.5 * float(strained @ strained))
+def _flights(
+    cycle: Cycle, steps: tuple[Step, ...], rhythm: Rhythm, times: Array, motion: Closed
+) -> tuple[ValveFlight, ...]:
+    found, state, last, time, begin = [], rhythm.state, rhythm.orders.last, 0.0, motion.start
+    for i, (step, end) in enumerate(zip(steps, times.tolist(), strict=True)):
+        found.append(
+            ValveFlight(
+                modes=cycle.modes,
+                begin=begin,
+                force=cycle.forces[i],
+                duration=end - time,
+                state=state,
+                last=last,
+                time=time,
+            )
+        )
+        state, last, time, begin = step.state, step.last, end, motion.states[i]
+        begin = cycle.turn * begin if cycle.turns(i) else begin
+    return tuple(found)
 
 
 def switch_of(machine: Machine, driven: Array, time: float, change: tuple[str, str], state: Array) -> Switch:
@@ -486,25 +357,28 @@ def switch_of(machine: Machine, driven: Array, time: float, change: tuple[str, s
     return Switch(time, change[1], behind, -float(driven @ state[:, 1]), rise * behind)
 
 
-def _cycle(
-    chain: Chain, unknowns: Array, motion: Closed, flights: tuple[ModalFlight, ...], rhythm: Rhythm
-) -> ElasticCycle:
-    modes, machine = chain.modes, chain.machine
-    struck, changed, passed = [], [], []
-    for i, (step, state) in enumerate(zip(chain.steps, motion.states, strict=True)):
+def _told(
+    machine: Machine,
+    cycle: Cycle,
+    steps: tuple[Step, ...],
+    rhythm: Rhythm,
+    flights: tuple[ValveFlight, ...],
+    found: tuple[Array, Closed],
+) -> ValveCycle:
+    modes, struck, changed, passed = cycle.modes, [], [], []
+    for i, (step, state) in enumerate(zip(steps, found[1].states, strict=True)):
         time = flights[i].time + flights[i].duration
         if step.kind == "blow":
             struck.append(blow_of(modes, time, state))
         elif step.kind == "port":
-            passed.append(Uncovering(step.port, time, -float(chain.rows[i] @ state[:, 1])))
+            passed.append(Uncovering(step.port, time, -float(cycle.rows[i] @ state[:, 1])))
         else:
-            changed.append(switch_of(machine, modes.driven, time, (chain.states[i], step.state), state))
-    times, ports = tuple(blow.time for blow in struck), tuple((one.time, one.port) for one in passed)
-    now = Rhythm(times, ports, rhythm.state, rhythm.orders)
-    now = replace(now, orders=orders_after(machine.valve, now))
-    slope = cycle_map(chain, unknowns, motion)
-    made = tuple(struck), tuple(changed), tuple(passed), slope, False
-    return ElasticCycle(machine.valve, machine.contact, *made, machine, modes.size, flights, now)
+            changed.append(switch_of(machine, modes.driven, time, (flights[i].state, step.state), state))
+    told = ValveCycle(
+        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed),
+        cycle.slope(*found), False,
+    )  # fmt: skip
+    return replace(told, orders=valve_after(machine.valve, told.rhythm).orders)
 
 
 # ---- The cycle of an elastic machine that rests on the wall: what follows a release, until the next one
@@ -515,7 +389,7 @@ _MOST_RESTS = 4  # in a cycle
 _SAME = 1e-9  # of the period: what the last blows before a rest, which are left out, may move
 
 
-def rest_cycle(motion: Following) -> ElasticCycle | None:
+def rest_cycle(motion: Following) -> ValveCycle | None:
     """The cycle of one or a few rests with which a motion has been repeating itself; None for none."""
     times = [rest.time for rest in motion.rests]
     for count in range(1, _MOST_RESTS + 1):
@@ -526,7 +400,7 @@ def rest_cycle(motion: Following) -> ElasticCycle | None:
     return None
 
 
-def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
+def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
     start = first.time
     machine, modes = motion.machine, motion.modes
     struck, changed, passed = [], [], []
@@ -543,10 +417,11 @@ def _between(motion: Following, first: Laid, last: Laid) -> ElasticCycle:
         replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
     )
     forgotten = np.zeros((2 * modes.omega.size, 2 * modes.omega.size))
-    made = tuple(struck), tuple(changed), tuple(passed), forgotten, True
-    given_up = math.fsum(motion.losses[first.losses : last.losses])
     rhythm = motion.rhythm(len(struck))
-    return ElasticCycle(machine.valve, machine.contact, *made, machine, modes.size, flights, rhythm, given_up)
+    return ValveCycle(
+        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed),
+        forgotten, True, math.fsum(motion.losses[first.losses : last.losses]),
+    )  # fmt: skip
 
 
 # ---- The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to
@@ -560,12 +435,12 @@ _MOST_IN_CYCLE = 4
 class Settled:
     """The cycle, None for none; what the motion did in the end; and what the first try met."""
 
-    cycle: ElasticCycle | None
+    cycle: ValveCycle | None
     ending: str | None
     first: Solved
 
 
-def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle | None) -> Settled:
+def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
     """The cycle near a rhythm where it is stable; else where the motion ends that begins as the rigid one does.
 
     Of a cycle it is looked, apart from the proof of each of its flights, whether it keeps before the wall.
@@ -575,16 +450,13 @@ def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle
     return found if sound else replace(found, cycle=None)
 
 
-def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle | None) -> Settled:
+def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
     first = solved(machine, count, rhythm)
     if first.cycle is not None and first.cycle.stable:
         return Settled(first.cycle, None, first)
     if rigid is None:
         return Settled(first.cycle, None, first)
-    modes = machine.modes(count)
-    begin = np.zeros((count + 1, 2))
-    begin[:, 1] = -rigid.rebound.speed * modes.centre
-    motion = Following(machine, count, begin, rigid.rebound.state, rigid.rebound.orders, rigid.period)
+    motion = Following(machine, count, rigid)
     for blows in _BLOWS:
         motion.go_on(blows)
         if (resting := rest_cycle(motion)) is not None:
@@ -597,7 +469,7 @@ def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: RigidCycle | N
     return Settled(first.cycle, None, first)
 
 
-def _cycle_at(machine: Machine, count: int, motion: Following) -> ElasticCycle | None:
+def _cycle_at(machine: Machine, count: int, motion: Following) -> ValveCycle | None:
     for blows in range(1, min(_MOST_IN_CYCLE, motion.blows - 1) + 1):
         rhythm = motion.rhythm(blows)
         if steps_of(machine.valve, rhythm) is not None:
@@ -607,7 +479,7 @@ def _cycle_at(machine: Machine, count: int, motion: Following) -> ElasticCycle |
     return None
 
 
-def _shortest(machine: Machine, count: int, cycle: ElasticCycle) -> ElasticCycle:
+def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     """The cycle, or that of fewer blows which it goes through again and again: what settles slowly looks longer."""
     for blows in range(1, cycle.blows):
         if cycle.blows % blows == 0:

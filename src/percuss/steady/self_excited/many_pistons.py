@@ -13,19 +13,8 @@ from percuss.kernel_cache import ensure_cache
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.self_excited import piston_kernels as pk
-from percuss.steady.self_excited.piston_legs import Piston
-from percuss.steady.self_excited.self_switching import Obstacle, piston_of, why_unstable
-
-_OBSTACLES = (
-    None,
-    Obstacle.ON_THE_WALL,
-    Obstacle.NO_PORT,
-    Obstacle.NO_BLOW,
-    Obstacle.DOUBLE_BLOW,
-    Obstacle.OVERTAKEN,
-    Obstacle.IRREGULAR,
-)
-"""By the numbers of `cycle_kernels`."""
+from percuss.steady.self_excited.piston import Piston
+from percuss.steady.self_excited.self_switching import OBSTACLES, Obstacle, why_unstable
 
 
 @dataclass(frozen=True)
@@ -76,7 +65,7 @@ def rigid_cycles(
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed
 
-    pistons = [piston_of(machine) for machine in machines]
+    pistons = [Piston(machine) for machine in machines]
     fed = np.array([machine.valve.supply is not None for machine in machines], dtype=bool)
     n = len(pistons)
     does, told = np.full(n, kn.UNKNOWN, dtype=np.int64), np.full((n, kn.TOLD), np.nan)
@@ -94,7 +83,7 @@ def rigid_cycles(
 def _packed(pistons: Sequence[Piston]) -> tuple[npt.NDArray[np.float64], ...]:
     """Forces, ports, laws and first states as the kernels have them."""
     forces, ports, laws = (np.array([piston.numbers[i] for piston in pistons]) for i in range(3))
-    first = [[name for name, _ in piston.valve.pairs].index(piston.valve.orders.last) for piston in pistons]
+    first = [piston.names.index(piston.start.state) for piston in pistons]
     return forces, ports, laws, np.array(first, dtype=float)
 
 
@@ -111,8 +100,8 @@ def _judged(
         [machine.contact.is_lossless and machine.body.damping.is_zero for machine in machines], dtype=bool
     )
     does, told, begun = np.where(lossless, -1, does), np.where(lossless, np.nan, told), begun & ~lossless
-    answered = does < len(_OBSTACLES)
-    obstacles = [_OBSTACLES[code] if known else None for code, known in zip(does, answered, strict=True)]
+    answered = does < len(OBSTACLES)
+    obstacles = [OBSTACLES[code] if known else None for code, known in zip(does, answered, strict=True)]
     period, speed, stroke, rise = told[pk.DURATION], told[pk.SPEED], told[pk.FARTHEST], told[pk.RISE]
     multipliers = np.full((does.size, derivatives.shape[1]), np.nan, dtype=complex)
     there = np.flatnonzero(does == 0)

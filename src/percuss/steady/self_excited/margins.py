@@ -14,16 +14,11 @@ from percuss.errors import ParameterError
 from percuss.model import Chamber, Machine, Valve
 from percuss.model.checks import Array, instance, numbers
 from percuss.shown import Shown
-from percuss.steady.self_excited.piston_legs import (
-    Piston,
-    Switch,
-    leg_from,
-    pressure_at,
-    pressure_extremes,
-    pressure_integral,
-)
-from percuss.steady.self_excited.rigid_cycle import RigidCycle, ValveCycle, continued, followed_from, under_pressure
-from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, piston_of, self_excited_motion, why_none
+from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.piston import Piston, continued, followed_from, under_pressure
+from percuss.steady.self_excited.piston_flight import pressure_at, pressure_range
+from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion, why_none
+from percuss.steady.self_excited.valve_cycle import Switch, ValveCycle, flights_at
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
 _SUPPLY_STEP = 1.0 / 32.0  # of the logarithm of flow and accumulator
@@ -95,7 +90,7 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     if motion.modes:
         room = motion.room if math.isfinite(motion.room) else None
         motion = self_excited_motion(motion.machine, modes=0, room=room)
-    if not motion.runs or not isinstance(motion.cycle, RigidCycle):
+    if not motion.runs or motion.cycle is None:
         why = "" if motion.obstacle is None else motion.obstacle.remedy
         raise ParameterError("motion", str(motion), "a machine that runs", why)
     valve = motion.machine.valve
@@ -114,18 +109,14 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     if latest is not None:
         far = _BEYOND if valve.supply is None else _STEP * _LONGER * _NEARLY
         past = motion.machine.with_valve(later(latest + far * motion.cycle.period))
-        beyond = (
-            self_excited_motion(past, modes=0, room=room).obstacle
-            if valve.supply is None
-            else _beyond(piston_of(past), last)
-        )
+        beyond = self_excited_motion(past, modes=0, room=room).obstacle if valve.supply is None else _beyond(past, last)
     longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
     return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion), *_supply_limits(motion))
 
 
-def _return_of(valve: Valve, cycle: RigidCycle) -> Switch:
+def _return_of(valve: Valve, cycle: ValveCycle) -> Switch:
     """The change to a lower force that is nearest to the wall."""
-    state, falls = cycle.rebound.state, []
+    state, falls = cycle.state, []
     for switch in cycle.switches:
         if valve.force(switch.to) < valve.force(state):
             falls.append(switch)
@@ -133,17 +124,17 @@ def _return_of(valve: Valve, cycle: RigidCycle) -> Switch:
     return min(falls, key=lambda switch: switch.behind)
 
 
-def _after_blow(switch: Switch, cycle: RigidCycle) -> float:
+def _after_blow(switch: Switch, cycle: ValveCycle) -> float:
     """The time of a switch after the blow that is nearest in time."""
     return switch.time if 2.0 * switch.time < cycle.period or cycle.rests else switch.time - cycle.period
 
 
 def _limit(
     motion: SelfExcited, changed: Callable[[float], Valve], start: float, step: float
-) -> tuple[float | None, RigidCycle]:
+) -> tuple[float | None, ValveCycle]:
     """The least value from `start` on at which the cycle ends or is no longer stable, and the last cycle before it."""
     cycle = motion.cycle
-    assert isinstance(cycle, RigidCycle)
+    assert cycle is not None
     value = start
     if motion.machine.valve.supply is not None:
         step *= _LONGER
@@ -166,10 +157,11 @@ def _limit(
     return low, cycle
 
 
-def _running(motion: SelfExcited, valve: Valve, near: RigidCycle) -> RigidCycle | None:
+def _running(motion: SelfExcited, valve: Valve, near: ValveCycle) -> ValveCycle | None:
     """The stable cycle of another valve, near a cycle."""
-    cycle = continued(piston_of(motion.machine.with_valve(valve)), near)
-    return cycle if cycle is not None and cycle.stable and cycle.stroke <= motion.room else None
+    cycle = continued(motion.machine.with_valve(valve), near)
+    roomy = cycle is not None and (motion.room == math.inf or cycle.stroke <= motion.room)
+    return cycle if cycle is not None and cycle.stable and roomy else None
 
 
 def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
@@ -181,8 +173,9 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         return replace(motion.machine.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
 
     def starts(factor: float) -> bool:
-        first = leg_from(piston_of(motion.machine.with_valve(filled(factor))), 0.0, 0.0)
-        return first.ending == "blow" and bool(first.switches)
+        piston = Piston(motion.machine.with_valve(filled(factor)))
+        first = piston.leg(piston.start, started=True)
+        return first.ending == kn.BLOW and bool(first.switches)
 
     run, _ = _limit(motion, filled, 1.0, _STEP)
     low, high = 0.0, 1.0 + _STEP * _MOST_STEPS if run is None else run
@@ -196,12 +189,11 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
     return run, low
 
 
-def _beyond(piston: Piston, last: RigidCycle) -> Obstacle | None:
+def _beyond(machine: Machine, last: ValveCycle) -> Obstacle | None:
     """What a machine with a supply does whose cycle has just been lost."""
-    cycle = continued(piston, last)
-    if cycle is not None:
+    if continued(machine, last) is not None:
         return Obstacle.HUNTS
-    return why_none(piston, followed_from(piston, last.rebound, _BLOWS_BEYOND)).get("obstacle")
+    return why_none(machine, followed_from(machine, last.rebound, _BLOWS_BEYOND)).get("obstacle")
 
 
 def _supply_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
@@ -322,8 +314,8 @@ def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: str, port: in
 
 def _near(motion: SelfExcited, cycle: ValveCycle, machine: Machine) -> ValveCycle | None:
     """The cycle of a machine that differs little."""
-    if isinstance(cycle, RigidCycle):
-        return continued(piston_of(machine), cycle)
+    if not cycle.modes:
+        return continued(machine, cycle)
     return self_excited_motion(machine, modes=motion.modes, near=cycle).cycle
 
 
@@ -367,7 +359,7 @@ class SlowPressure(Shown):
         return math.inf if left >= 1.0 else -1.0 / math.log(left) if left > 0.0 else 0.0
 
 
-def slow_pressure(cycle: RigidCycle) -> SlowPressure:
+def slow_pressure(cycle: ValveCycle) -> SlowPressure:
     """The pressure of a cycle that a supply feeds.
 
     Raises
@@ -392,21 +384,15 @@ def slow_pressure(cycle: RigidCycle) -> SlowPressure:
     >>> print(f"{pressure.mean:.4f} ± {50 * pressure.ripple:.1f} %, multiplier {pressure.multiplier.real:.4f}")
     0.9835 ± 5.2 %, multiplier 0.9292
     """
-    checked = _checked(cycle)
-    spans = [pressure_extremes(one, checked.piston) for one in checked.segments]
-    mean = mean_pressure(checked)
-    at_blow = checked.rebound.pressure
-    assert at_blow is not None
+    checked, law = _checked(cycle), Piston(cycle.machine).numbers[2]
+    bare = dict(checked.valve.pairs)
+    spans = [pressure_range(one.rigid, one.duration, one.pressure, bare[one.state], law) for one in checked.flights]
+    mean, at_blow = checked.mean_pressure, checked.flights[0].pressure
     least, greatest = min(low for low, _ in spans), max(high for _, high in spans)
     return SlowPressure(at_blow, mean, least, greatest, _multiplier(checked), _slow_multiplier(checked, mean))
 
 
-def mean_pressure(cycle: RigidCycle) -> float:
-    """The mean pressure over a cycle that a supply feeds."""
-    return math.fsum(pressure_integral(one, cycle.piston) for one in cycle.segments) / cycle.period
-
-
-def pressure_over(cycle: RigidCycle, times: Array) -> Array:
+def pressure_over(cycle: ValveCycle, times: Array) -> Array:
     """The pressure at some times of a cycle that a supply feeds, repeated with its period; the shape of `times`.
 
     Raises
@@ -414,40 +400,35 @@ def pressure_over(cycle: RigidCycle, times: Array) -> Array:
     ParameterError
         When the cycle is one under a constant pressure.
     """
-    checked = _checked(cycle)
-    within = np.mod(numbers("times", times), checked.period)
-    segments = checked.segments
-    begins = np.array([one.time for one in segments])
-    which = np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
+    checked, law = _checked(cycle), Piston(cycle.machine).numbers[2]
+    within, bare = np.mod(numbers("times", times), checked.period), dict(checked.valve.pairs)
     found = [
-        pressure_at(segments[i], checked.piston, t)
-        for i, t in zip(which.flat, (within - begins[which]).flat, strict=True)
+        pressure_at(one.rigid, t - one.time, one.pressure, bare[one.state], law)
+        for t, one in zip(within.flat, (checked.flights[i] for i in flights_at(checked, within).flat), strict=True)
     ]
     return np.array(found, dtype=float).reshape(within.shape)
 
 
-def _checked(cycle: object) -> RigidCycle:
-    found = instance("cycle", cycle, RigidCycle)
-    if found.piston.valve.supply is None:
+def _checked(cycle: object) -> ValveCycle:
+    found = instance("cycle", cycle, ValveCycle)
+    if found.valve.supply is None:
         raise ParameterError("cycle", str(found), "a cycle with a supply", "give the valve a Supply")
     return found
 
 
-def _multiplier(cycle: RigidCycle) -> complex:
-    slope = cycle.slope
-    values, vectors = np.linalg.eig(slope)
+def _multiplier(cycle: ValveCycle) -> complex:
+    values, vectors = np.linalg.eig(cycle.slope)
     size = np.abs(cycle.rebound.numbers)
     scale = np.where(size > 1e-150, size, cycle.period)  # a rebound of hardly any speed is as good as none
     parts = np.abs(vectors / scale[:, None])
     return complex(values[np.argmax(parts[-1] / np.maximum(parts.sum(axis=0), 1e-300))])
 
 
-def _slow_multiplier(cycle: RigidCycle, mean: float) -> float | None:
-    supply = cycle.piston.valve.supply
+def _slow_multiplier(cycle: ValveCycle, mean: float) -> float | None:
+    supply, found = cycle.valve.supply, []
     assert supply is not None
-    near, found = cycle.at_constant_pressure, []
     for pressure in (mean * (1.0 - _PRESSURE_STEP), mean * (1.0 + _PRESSURE_STEP)):
-        other = continued(under_pressure(cycle.piston, pressure), near)
+        other = continued(under_pressure(cycle.machine, pressure), cycle)
         if other is None:
             return None
         found.append(other.period * pressure / other.work)  # T/V

@@ -6,30 +6,36 @@ that of q,
     x = x₀ + v₀ s + (a − κx₀) q + jw,   v = v₀ s′ + (a − κx₀) s + jq,
 
 which is a circle for κ > 0 and d = j = 0, an exponential for κ = 0 and d > 0, and a parabola for neither (theory, "The
-machine that switches itself"). Functions are plain: interpreted for one piston, for which no compiler need be loaded,
-and compiled for many (`cycle_kernels`), where those of a ramp have no part.
+machine that switches itself"). A piston that draws from an accumulator has a ramp, as its pump goes on: it oscillates
+about a line, and its velocity is a flight under a constant force.
+
+Functions are plain: interpreted for one piston, for which no compiler need be loaded, and compiled for many
+(`cycle_kernels`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice, takewhile
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-import numpy as np
+from percuss.mechanics.flow import response
 
-from percuss.halting import look
-from percuss.mechanics.flow import response, series
-from percuss.model.checks import Array
-
-PIECES = 3  # a flight between later turning points stays within the range of the third
+PIECES = 3  # without a ramp a flight between later turning points stays within the range of the third
+BEFORE_LEAP = 4  # pieces under a ramp, after which those are passed over in which no place can be passed
+MOST_TURNS = 4096  # that are looked at for the farthest one
 STEPS = 200  # to a passage; halving alone takes fewer than 60
 SHORTEST = 1e-300  # of the times that are tried, and doubled: a step of 0 would stay so
 EPS = 2.0**-52
 
 EDGE, WAY, DEMANDED, DELAY = range(4)
 """Rows of the ports: the place of each, its direction (0: the blow demands), its state, and its delay."""
+
+STIFFNESS, DRAG, FACTOR, GAS, FLOW, COMPLIANCE, BEGINS = range(7)
+"""The law of a piston: of its chamber, drag and contact, the chamber's force, and its supply, whose pressure begins so.
+
+Without a supply the compliance is infinite, the flow 0 and the pressure 1.
+"""
 
 NO_PORTS: list[list[float]] = [[], []]
 
@@ -38,18 +44,9 @@ Rows = Any
 
 
 class Flight(NamedTuple):
-    """A flight from the distance x behind the wall with the velocity v away from it.
+    """From the distance x behind the wall with the velocity v away from it; `push` is a, the acceleration at the wall.
 
-    Parameters
-    ----------
-    push
-        Acceleration away from the wall at the wall, a.
-    stiffness, drag
-        κ and d.
-    x, v
-        At the start of the flight.
-    ramp
-        Growth of the push in time, j; with one the stiffness is above 0.
+    `stiffness` and `drag` are κ and d, `ramp` j is the growth of the push in time, with which the stiffness is above 0.
     """
 
     push: float
@@ -72,17 +69,13 @@ def at(flight: Flight, t: float) -> tuple[float, float]:
     return flight.x + v * s + force * q + ramp * w, v * ds + force * s + ramp * q
 
 
-def distances(flight: Flight, times: Array) -> Array:
-    """The distance at several times, in any order."""
-    _, s, q, w = series(times, float(times.max(initial=0.0)), flight.stiffness, flight.drag)
-    force = acceleration(flight)
-    return np.asarray(flight.x + flight.v * s + force * q + flight.ramp * w)
-
-
 def speed_at(flight: Flight, place: float, way: int) -> float:
     """Velocity at a place that is passed this way without drag: from the energy, however far it went before."""
     more = (place - flight.x) * (2.0 * flight.push - flight.stiffness * (place + flight.x))
     return way * math.sqrt(max(0.0, flight.v * flight.v + more))
+
+
+# ---- Where it turns
 
 
 def turning_time(flight: Flight) -> float:
@@ -108,6 +101,52 @@ def turning_step(flight: Flight) -> float:
     return math.pi / math.sqrt(square) if square > 0.0 else math.inf
 
 
+def drift_of(flight: Flight) -> float:
+    """The velocity of the line about which it oscillates under a ramp."""
+    return flight.ramp / flight.stiffness
+
+
+def line_of(flight: Flight, time: float) -> float:
+    """Where that line is."""
+    return (flight.push + flight.ramp * time - flight.drag * drift_of(flight)) / flight.stiffness
+
+
+def swing_of(flight: Flight, time: float) -> float:
+    """A bound of how far the velocity is from the drift, under a ramp, from a time on."""
+    x, v = at(flight, time)
+    away, faster = x - line_of(flight, time), v - drift_of(flight)
+    return math.sqrt(flight.stiffness * away * away + faster * faster)
+
+
+def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, float]:
+    """When the velocity under a ramp next is a value, infinite for never, and from when on to look for the time after.
+
+    Between two turns of the velocity, which is a flight itself, it passes a value once at most.
+    """
+    changing = acceleration(flight) - flight.drag * flight.v
+    velocity = Flight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing, 0.0)
+    end, step, drift = turning_time(velocity), turning_step(velocity), drift_of(flight)
+    if end <= after:
+        end = end + math.ceil((after - end) / step + EPS) * step if step < math.inf else math.inf
+    start, here = after, at(velocity, after)[0]
+    while True:
+        last = at(velocity, end)[0] if end < math.inf else drift
+        way = 1 if last > here else -1
+        if way * (speed - here) > 0.0 and way * (last - speed) > 0.0:
+            return time_at(velocity, speed, way, 1, start, end), end
+        if end == math.inf or abs(drift - speed) > swing_of(flight, end):
+            return math.inf, math.inf
+        start, here, end = end, last, end + step
+
+
+def next_turn(flight: Flight, after: float) -> tuple[float, float]:
+    """When it next turns, infinite for never, and from when on to look for the turn after; 0 to begin with."""
+    if flight.ramp != 0.0:
+        return next_at_speed(flight, 0.0, after)
+    time = turning_time(flight) if after == 0.0 else after + turning_step(flight)
+    return time, time
+
+
 def last_place(flight: Flight) -> float:
     """Where it comes to rest or goes to in the end, when it does not oscillate for ever."""
     if flight.ramp != 0.0:
@@ -121,15 +160,29 @@ def last_place(flight: Flight) -> float:
     return flight.x if flight.v == 0.0 else math.copysign(math.inf, flight.v)
 
 
-def farthest(flight: Flight, until: float) -> float:
-    """The greatest distance from the wall up to a time, its end not looked at."""
-    found, time, step = flight.x, turning_time(flight), turning_step(flight)
-    for _ in range(PIECES):
+def extremes(flight: Flight, until: float) -> tuple[float, float]:
+    """The least and the greatest distance from the wall up to a time, that at the end not looked at."""
+    least, most, after = flight.x, flight.x, 0.0
+    for _ in range(PIECES if flight.ramp == 0.0 else MOST_TURNS):
+        time, after = next_turn(flight, after)
         if not time < until:
             break
-        found = max(found, at(flight, time)[0])
-        time += step
-    return found
+        place = at(flight, time)[0]
+        least, most = min(least, place), max(most, place)
+    return least, most
+
+
+def turning_places(flight: Flight, until: float = math.inf) -> Iterator[float]:
+    """Where it turns, up to a time: without a ramp the first three, within which all others lie."""
+    after = 0.0
+    for _ in range(PIECES if flight.ramp == 0.0 else MOST_TURNS):
+        time, after = next_turn(flight, after)
+        if not time < until:
+            return
+        yield at(flight, time)[0]
+
+
+# ---- Which place it passes first
 
 
 def nearest_place(ports: Rows, here: float, last: float, way: int) -> float:
@@ -151,8 +204,9 @@ def first_crossing(flight: Flight, ports: Rows, until: float) -> tuple[float, fl
     The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the flight
     starts, is not passed.
     """
-    start, end, step, here = 0.0, turning_time(flight), turning_step(flight), flight.x
-    for number in range(PIECES):
+    start, here, after, number = 0.0, flight.x, 0.0, 0
+    while number < PIECES or flight.ramp != 0.0:
+        end, after = next_turn(flight, after)
         stop = min(end, until)
         last = at(flight, stop)[0] if stop < math.inf else last_place(flight)
         way = 1 if last > here else -1
@@ -161,8 +215,28 @@ def first_crossing(flight: Flight, ports: Rows, until: float) -> tuple[float, fl
             return time_at(flight, place, way, number, start, stop), place, way
         if end >= until:
             break
-        start, end, here = end, end + step, last
+        start, here, number = end, last, number + 1
+        if flight.ramp != 0.0 and number % BEFORE_LEAP == 0:
+            leap = idle(flight, start, ports, until)
+            if leap == math.inf:
+                break
+            if leap > 0.0:
+                start = after = start + leap
+                here = at(flight, start)[0]
     return 0.0, 0.0, 0
+
+
+def idle(flight: Flight, time: float, ports: Rows, until: float) -> float:
+    """For how long from a time on no place can be passed under a ramp."""
+    far, drift, line = swing_of(flight, time) / math.sqrt(flight.stiffness), drift_of(flight), line_of(flight, time)
+    way, ahead = math.copysign(1.0, drift), math.inf
+    for j in range(-1, len(ports[WAY])):
+        if j < 0 or ports[WAY][j] != 0.0:
+            distance = way * ((0.0 if j < 0 else ports[EDGE][j]) - line)
+            if -far <= distance <= far:
+                return 0.0
+            ahead = min(ahead, distance - far) if distance > far else ahead
+    return min(ahead / abs(drift), until - time) * (1.0 - 1e-9)
 
 
 def time_at(flight: Flight, place: float, way: int, number: int, start: float, stop: float) -> float:
@@ -200,140 +274,24 @@ def time_at(flight: Flight, place: float, way: int, number: int, start: float, s
     return t
 
 
-# ---- The flight of a rigid piston that draws from an accumulator: an affine force, and a ramp from the pump
-#
-# With the pressure π = π₀ + [qt + p(x − x₀)]/c the distance x behind the wall obeys, in a state of the force p,
-#
-#     x″ + d x′ + (κ + p²/c) x = a − (pq/c) t,
-#
-# an oscillation about a line. Its velocity is a flight under a constant force, the ramp: between two of that one's
-# turning points, which are closed, the velocity passes 0 once at most, and between two such times the piston passes a
-# place once at most (theory, "The machine that switches itself").
-
-_MOST_TURNS = 4096  # that are looked at
-_BEFORE_LEAP = 4  # pieces
+# ---- The pressure of a supply while a piston draws from it: of a state's force p at the pressure 1, π′ = (q + pv)/c
 
 
-def ramped_crossing(flight: Flight, ports: Rows, until: float) -> tuple[float, float, int]:
-    """As `first_crossing`, under a ramp."""
-    here, done = flight.x, 0.0
-    edges = [0.0, *(edge for edge, way in zip(ports[EDGE], ports[WAY], strict=True) if way != 0.0)]
-    for number, (start, end) in enumerate(_pieces(flight, edges, until)):
-        here = at(flight, start)[0] if start > done else here
-        done, stop = end, min(end, until)
-        last = at(flight, stop)[0] if math.isfinite(stop) else last_place(flight)
-        way = 1 if last > here else -1
-        place = nearest_place(ports, here, last, way)
-        if not math.isnan(place):
-            return time_at(flight, place, way, number, start, stop), place, way
-        if end >= until:
-            break
-        here = last
-    return 0.0, 0.0, 0
+def pressure_range(flight: Flight, duration: float, pressure: float, bare: float, law: Rows) -> tuple[float, float]:
+    """The least and the greatest pressure of a flight that begins at one: at its ends, or where π′ is 0."""
+    least = most = pressure
+    if flight.ramp != 0.0:
+        time, after, speed = 0.0, 0.0, -law[FLOW] / bare
+        while after < duration:
+            time, after = next_at_speed(flight, speed, after)
+            now = pressure_at(flight, min(time, duration), pressure, bare, law)
+            least, most = min(least, now), max(most, now)
+    now = pressure_at(flight, duration, pressure, bare, law)
+    return min(least, now), max(most, now)
 
 
-def turning_places(flight: Flight, until: float = math.inf) -> list[float]:
-    """Where it turns, up to a time: without a ramp the first three, within which all others lie."""
-    first, step = turning_time(flight), turning_step(flight)
-    times: Iterable[float] = (first + n * step if n else first for n in range(PIECES))
-    times = islice(times_at_speed(flight, 0.0), _MOST_TURNS) if flight.ramp != 0.0 else times
-    return [at(flight, t)[0] for t in takewhile(lambda t: t < until, times)]
-
-
-def times_at_speed(flight: Flight, speed: float, after: float = 0.0) -> Iterator[float]:
-    """When the velocity under a ramp passes a value, in order, each time within rounding."""
-    from scipy.optimize import brentq  # slow to import
-
-    def beyond(t: float) -> float:
-        return at(flight, t)[1] - speed
-
-    start, low = after, beyond(after) if after else flight.v - speed
-    for end in _turns_of_speed(flight, after):
-        stop = _settled_after(flight, start, speed) if end == math.inf else end
-        if stop is None:
-            return
-        high = beyond(stop)
-        if low == 0.0:
-            low = high
-        elif (low < 0.0) != (high < 0.0):
-            yield float(brentq(beyond, start, stop, xtol=EPS * stop, rtol=4.0 * EPS))
-            low = high
-        start = end
-        if end == math.inf or abs(_drift(flight) - speed) > _swing(flight, end)[1]:
-            return
-
-
-def fastest(flight: Flight) -> float:
-    """A bound of the speed under a ramp."""
-    return abs(_drift(flight)) + _swing(flight, 0.0)[1]
-
-
-def _drift(flight: Flight) -> float:
-    """The velocity of the line about which it oscillates."""
-    return flight.ramp / flight.stiffness
-
-
-def _line(flight: Flight, time: float) -> float:
-    return (flight.push + flight.ramp * time - flight.drag * _drift(flight)) / flight.stiffness
-
-
-def _swing(flight: Flight, time: float) -> tuple[float, float]:
-    """Bounds of the distance from the line, and of that of the velocity from the drift, from a time on."""
-    x, v = at(flight, time)
-    away, faster = x - _line(flight, time), v - _drift(flight)
-    energy = math.sqrt(flight.stiffness * away * away + faster * faster)
-    return energy / math.sqrt(flight.stiffness), energy
-
-
-def _turns_of_speed(flight: Flight, after: float) -> Iterator[float]:
-    """The times after another at which the acceleration is 0, then infinity where there are no more."""
-    changing = acceleration(flight) - flight.drag * flight.v
-    velocity = Flight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing)
-    end, step = turning_time(velocity), turning_step(velocity)
-    if end < math.inf and step < math.inf and end <= after:
-        end += math.ceil((after - end) / step + EPS) * step
-    while True:
-        look()
-        if end > after:
-            yield end
-        if end == math.inf:
-            return
-        end += step
-
-
-def _settled_after(flight: Flight, start: float, speed: float) -> float | None:
-    """A time after which a velocity without further turns stays beyond a value, or None if it does not pass it."""
-    now, then = at(flight, start)[1] - speed if start else flight.v - speed, _drift(flight) - speed
-    if now * then >= 0.0:
-        return None
-    step = 1.0 / math.sqrt(flight.stiffness)
-    while (at(flight, start + step)[1] - speed) * now > 0.0:
-        step *= 2.0
-    return start + step
-
-
-def _pieces(flight: Flight, edges: Sequence[float], until: float) -> Iterator[tuple[float, float]]:
-    """The times between which it does not turn, without some that are passed without any of the places."""
-    start, turns, number = 0.0, times_at_speed(flight, 0.0), 0
-    while True:
-        end = next(turns, math.inf)
-        yield start, end
-        if end == math.inf:
-            return
-        start, number = end, number + 1
-        if number % _BEFORE_LEAP == 0 and (leap := _idle(flight, start, edges, until)) > 0.0:
-            if leap == math.inf:
-                return
-            start += leap
-            turns = times_at_speed(flight, 0.0, after=start)
-
-
-def _idle(flight: Flight, time: float, edges: Sequence[float], until: float) -> float:
-    """For how long from a time on none of the places can be passed."""
-    far, way = _swing(flight, time)[0], math.copysign(1.0, _drift(flight))
-    ahead = [way * (edge - _line(flight, time)) for edge in edges]
-    if any(-far <= distance <= far for distance in ahead):
-        return 0.0
-    next_one = min((distance for distance in ahead if distance > far), default=math.inf)
-    idle: float = min((next_one - far) / abs(_drift(flight)), until - time)
-    return idle * (1.0 - 1e-9)
+def pressure_at(flight: Flight, t: float, pressure: float, bare: float, law: Rows) -> float:
+    """The pressure at a time of a flight."""
+    came: float = at(flight, t)[0] - flight.x
+    more: float = (law[FLOW] * t + bare * came) / law[COMPLIANCE]
+    return pressure + more

@@ -1,7 +1,7 @@
 """A rigid piston under its valve from blow to blow, Newton's method for its cycle, and the cycle in which it settles.
 
 Functions are plain, over tables of numbers: interpreted for one piston, for which no compiler need be loaded, with a
-supply and a log of what happens; and compiled for many (`cycle_kernels`), without both.
+log of what happens; and compiled for many (`cycle_kernels`), without it.
 
 A leg carries, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at
 which it began, by the times of the orders that were pending there, and by the pressure of a supply there (theory, "The
@@ -11,21 +11,30 @@ machine that switches itself").
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from percuss.mechanics.flow import response
 from percuss.steady.self_excited.piston_flight import (
+    BEGINS,
+    COMPLIANCE,
     DELAY,
     DEMANDED,
+    DRAG,
     EDGE,
+    FACTOR,
+    FLOW,
+    GAS,
+    STIFFNESS,
     WAY,
     Flight,
     Rows,
-    farthest,
+    drift_of,
+    extremes,
     first_crossing,
     last_place,
-    ramped_crossing,
+    pressure_range,
     speed_at,
+    swing_of,
 )
 
 # ---- From a blow to the next one
@@ -45,7 +54,6 @@ BY_X, BY_V, BY_TIME, BY_PRESSURE, BY_ORDER = range(5)
 DURATION, SPEED, FARTHEST, WORK, SWITCHES, RISE, DROPPED, UNCOVERED = range(8)
 TOLD = 8
 
-STIFFNESS, DRAG, FACTOR = range(3)
 BLOW, ON_THE_WALL, NOTHING, NO_BLOW, NO_PRESSURE, TOO_MANY = range(6)
 """How a leg ends; the last: more pending orders than the row has room for."""
 
@@ -55,37 +63,14 @@ SEGMENT, SWITCH, UNCOVERING = range(3)
 TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 MOST_EVENTS = 400  # of a leg
 STILL = 1e-150  # a speed whose square, and so the height of its flight from the wall, is hardly a number
+NONE = 1e-100  # a stiffness or a drag below it is none: its times would overflow
+EPS = 2.0**-52
 
 Log = list[tuple[Any, ...]] | None
 
 
-class Supplied(Protocol):
-    """What the functions ask of a supply."""
-
-    flow: float
-    compliance: float
-    drawing: list[float]
-
-    def flight(self, state: int, x: float, v: float, pressure: float) -> Flight:
-        """The flight that begins in a state."""
-
-    def lowest(self, flight: Flight, duration: float, pressure: float, state: int) -> float:
-        """The least pressure in a flight."""
-
-
-Supply = Supplied | None
-
-
 class Tables(NamedTuple):
-    """A piston, and what to work in.
-
-    Parameters
-    ----------
-    forces, ports, law
-        Of the piston: the force of each state at the wall; the rows of its ports; stiffness, drag and velocity factor.
-    rows, slopes, matrices, tells, step
-        To work in.
-    """
+    """A piston, and what to work in: the force of each state at the pressure 1, its ports and its law; and the rest."""
 
     forces: Rows
     ports: Rows
@@ -115,9 +100,9 @@ def copied(source: Rows, target: Rows) -> None:
         target[i] = source[i]
 
 
-def size_of(row: Rows, supply: Supply) -> int:
+def size_of(row: Rows, law: Rows) -> int:
     """How many numbers a rebound has: the speed, the times of the pending orders, and the pressure of a supply."""
-    return 1 + int(row[COUNT]) if supply is None else 2 + int(row[COUNT])
+    return (1 if law[COMPLIANCE] == math.inf else 2) + int(row[COUNT])
 
 
 def place_of(i: int, row: Rows) -> int:
@@ -125,21 +110,21 @@ def place_of(i: int, row: Rows) -> int:
     return V if i == 0 else DUE + 2 * (i - 1) if i <= row[COUNT] else PRESSURE
 
 
-def flight_of(forces: Rows, law: Rows, now: Rows, supply: Supply) -> Flight:
-    """What begins here."""
-    if supply is not None:
-        return supply.flight(int(now[STATE]), now[X], now[V], now[PRESSURE])
-    return Flight(-forces[int(now[STATE])], law[STIFFNESS], law[DRAG], now[X], now[V], 0.0)
+def flight_of(forces: Rows, law: Rows, now: Rows) -> Flight:
+    """What begins here: under a supply, whose pressure follows, with a spring and a ramp more."""
+    force, c = forces[int(now[STATE])], law[COMPLIANCE]
+    push, spring, ramp = -(now[PRESSURE] * force + law[GAS]), force * force / c, -force * law[FLOW] / c
+    if spring < NONE or ramp == 0.0:
+        spring, ramp = 0.0, 0.0
+    return Flight(push + spring * now[X], law[STIFFNESS] + spring, law[DRAG], now[X], now[V], ramp)
 
 
-def carry_out(way: Way, supply: Supply, log: Log) -> None:
+def carry_out(way: Way, log: Log) -> None:
     """Change the state by the orders that are due."""
     forces, now, slopes, told = way.forces, way.now, way.slopes, way.told
     while now[COUNT] > 0.0 and now[DUE] <= now[TIME]:
         to = now[TO]
-        work = (forces[int(to)] - forces[int(now[STATE])]) * now[X]
-        if supply is not None:
-            work *= now[PRESSURE]
+        work = (forces[int(to)] - forces[int(now[STATE])]) * now[X] * now[PRESSURE]
         told[SWITCHES] += 1.0
         told[WORK] += work
         if work > 0.0:
@@ -154,7 +139,7 @@ def carry_out(way: Way, supply: Supply, log: Log) -> None:
                 slopes[BY_ORDER + i][k] = slopes[BY_ORDER + i + 1][k]
 
 
-def demand(way: Way, j: int, supply: Supply, log: Log) -> bool:
+def demand(way: Way, j: int, log: Log) -> bool:
     """A port demands its state; False when too many orders are pending."""
     ports, now, slopes, told = way.ports, way.now, way.slopes, way.told
     to = ports[DEMANDED][j]
@@ -178,7 +163,7 @@ def demand(way: Way, j: int, supply: Supply, log: Log) -> bool:
         told[UNCOVERED] = 1.0
         if log is not None:
             log.append((UNCOVERING, now[TIME], j, now[V]))
-    carry_out(way, supply, log)
+    carry_out(way, log)
     return True
 
 
@@ -192,78 +177,81 @@ def is_asked(way: Way, j: int, outwards: bool, started: bool) -> bool:
     return bool(inside == (side > 0.0))
 
 
-def rest(way: Way, lifted: float, supply: Supply, log: Log) -> None:
+def rest(way: Way, lifted: float, log: Log) -> None:
     """Lie on the wall until the next order is due or a growing pressure lifts it, and forget what was before."""
     law, now, slopes = way.law, way.now, way.slopes
     until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
     duration = min(until, lifted)
     if log is not None:
-        still = Flight(0.0, 0.0, law[DRAG], 0.0, now[V])
-        log.append((SEGMENT, now[TIME], duration, still, now[STATE], 0.0, 0.0, now[PRESSURE]))
+        still = Flight(0.0, 0.0, law[DRAG], 0.0, 0.0)
+        log.append((SEGMENT, now[TIME], duration, still, now[STATE], now[PRESSURE], now[LAST]))
     now[TIME] = now[DUE] if until <= lifted else now[TIME] + duration
-    if supply is not None:
-        growth = supply.flow / supply.compliance
-        now[PRESSURE] += growth * duration
-        for k in range(way.columns):
-            if until <= lifted:
-                slopes[BY_PRESSURE][k] += growth * (slopes[BY_ORDER][k] - slopes[BY_TIME][k])
-            else:
-                slopes[BY_TIME][k] -= slopes[BY_PRESSURE][k] / growth
-                slopes[BY_PRESSURE][k] = 0.0
-        if until > lifted:  # the pressure at which nothing pushes to the wall any more, or just above it by rounding
-            while flight_of(way.forces, way.law, now, supply).push < 0.0:
-                now[PRESSURE] = math.nextafter(now[PRESSURE], math.inf)
+    growth = law[FLOW] / law[COMPLIANCE]
+    now[PRESSURE] += growth * duration
     for k in range(way.columns):
         if until <= lifted:
+            slopes[BY_PRESSURE][k] += growth * (slopes[BY_ORDER][k] - slopes[BY_TIME][k])
             slopes[BY_TIME][k] = slopes[BY_ORDER][k]
+        else:
+            slopes[BY_TIME][k] -= slopes[BY_PRESSURE][k] / growth
+            slopes[BY_PRESSURE][k] = 0.0
         slopes[BY_X][k], slopes[BY_V][k] = 0.0, 0.0
+    if until > lifted:  # the pressure at which nothing pushes to the wall any more, or just above it by rounding
+        while flight_of(way.forces, law, now).push < 0.0:
+            now[PRESSURE] *= 1.0 + EPS
 
 
-def fly(way: Way, flight: Flight, duration: float, place: float, to: int, supply: Supply, log: Log) -> None:
-    """To the place, or, with the direction 0, to when the next order is due."""
-    now, slopes, told = way.now, way.slopes, way.told
-    stiffness, drag, gas = flight.stiffness, flight.drag, way.law[STIFFNESS]
+def fly(way: Way, flight: Flight, duration: float, place: float, to: int, log: Log) -> bool:
+    """To the place, or, with the direction 0, to when the next order is due; whether the pressure stays above 0."""
+    law, now, slopes, told = way.law, way.now, way.slopes, way.told
+    stiffness, drag, gas, c = flight.stiffness, flight.drag, law[STIFFNESS], law[COMPLIANCE]
+    force = way.forces[int(now[STATE])]
     ds, s, q, w = response(duration, stiffness, drag)
-    force, began = flight.push - stiffness * flight.x, now[TIME]
-    x = flight.x + flight.v * s + force * q + flight.ramp * w
-    v = flight.v * ds + force * s + flight.ramp * q
+    pull = flight.push - stiffness * flight.x
+    x = flight.x + flight.v * s + pull * q + flight.ramp * w
+    v = flight.v * ds + pull * s + flight.ramp * q
+    if log is not None:
+        log.append((SEGMENT, now[TIME], duration, flight, now[STATE], now[PRESSURE], now[LAST]))
+    lowest = lowest_pressure(flight, duration, now[PRESSURE], force, law)
+    told[FARTHEST] = max(told[FARTHEST], extremes(flight, duration)[1])
     if to == 0:
         now[TIME] = now[DUE]
     else:
         now[TIME] += duration
         x = place
-        if drag == 0.0 and supply is None:
+        if drag == 0.0 and flight.ramp == 0.0:
             v = speed_at(flight, place, to)
     acceleration = flight.push + flight.ramp * duration - stiffness * x - drag * v
-    if supply is not None:
-        drawing, c = supply.drawing[int(now[STATE])], supply.compliance
-        if log is not None:
-            began = now[TIME] - duration
     for k in range(way.columns):
         old, by_v = slopes[BY_X][k], slopes[BY_V][k]
         by_x, by_v = (1.0 - gas * q) * old + s * by_v, -gas * s * old + ds * by_v
-        if supply is not None:
-            by_x -= drawing * q * slopes[BY_PRESSURE][k]
-            by_v -= drawing * s * slopes[BY_PRESSURE][k]
+        by_x -= force * q * slopes[BY_PRESSURE][k]
+        by_v -= force * s * slopes[BY_PRESSURE][k]
         longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if to == 0 else -by_x / v if v != 0.0 else 0.0
-        if supply is not None:
-            slopes[BY_PRESSURE][k] += (by_x - old) * drawing / c + (supply.flow + drawing * v) / c * longer
+        slopes[BY_PRESSURE][k] += (by_x - old) * force / c + (law[FLOW] + force * v) / c * longer
         slopes[BY_X][k], slopes[BY_V][k] = by_x + v * longer, by_v + acceleration * longer
         slopes[BY_TIME][k] += longer
-    if log is not None:
-        log.append((SEGMENT, began, duration, flight, now[STATE], x, v, now[PRESSURE]))
-    if supply is not None:
-        now[PRESSURE] += (supply.flow * duration + drawing * (x - flight.x)) / c
+    now[PRESSURE] += (law[FLOW] * duration + force * (x - flight.x)) / c
     now[X], now[V] = x, v
-    told[FARTHEST] = max(told[FARTHEST], x, flight.x)
+    told[FARTHEST] = max(told[FARTHEST], x)
+    return lowest >= 0.0
 
 
-def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, supply: Supply = None, log: Log = None) -> int:
+def lowest_pressure(flight: Flight, duration: float, pressure: float, force: float, law: Rows) -> float:
+    """The least pressure in a flight; a lower bound of it where that is above 0."""
+    if flight.ramp == 0.0:
+        return pressure
+    way = flight.x if force > 0.0 else duration * (abs(drift_of(flight)) + swing_of(flight, 0.0))
+    least = pressure - abs(force) * way / law[COMPLIANCE]
+    return least if least > 0.0 else pressure_range(flight, duration, pressure, force, law)[0]
+
+
+def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, log: Log = None) -> int:
     """From a rebound to the next one, or from a start; returns how it ends.
 
     Writes the rebound, what the leg tells and, at `ONE`, the derivatives of its numbers by those of the first.
     """
-    ports, slopes, columns = work.ports, work.slopes, size_of(begin, supply)
+    ports, slopes, columns = work.ports, work.slopes, size_of(begin, work.law)
     way = Way(work.forces, ports, work.law, now, slopes, columns, told)
     copied(begin, now)
     for i in range(TOLD):
@@ -275,56 +263,45 @@ def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, supply:
     slopes[BY_V][0] = 1.0
     for i in range(int(begin[COUNT])):
         slopes[BY_ORDER + i][1 + i] = 1.0
-    if supply is not None:
+    if work.law[COMPLIANCE] < math.inf:
         slopes[BY_PRESSURE][columns - 1] = 1.0
-    flight = flight_of(way.forces, way.law, now, supply)
+    flight = flight_of(way.forces, way.law, now)
     outwards = now[V] > 0.0 or (now[V] == 0.0 and flight.push - flight.stiffness * now[X] > 0.0)
     for j in range(len(ports[WAY])):
         asked = is_asked(way, j, outwards, started)
-        if asked and not demand(way, j, supply, log):
+        if asked and not demand(way, j, log):
             return TOO_MANY
     for _ in range(MOST_EVENTS):
-        carry_out(way, supply, log)
+        carry_out(way, log)
         until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
-        flight, lifted, pressure = flight_of(way.forces, way.law, now, supply), math.inf, now[PRESSURE]
+        flight = flight_of(way.forces, way.law, now)
         if now[X] == 0.0 and 0.0 <= now[V] <= STILL and flight.push <= 0.0:
-            if supply is not None:  # a growing pressure may lift it
-                lifted = -flight.push / flight.ramp if flight.ramp > 0.0 else math.inf
+            lifted = -flight.push / flight.ramp if flight.ramp > 0.0 else math.inf  # a growing pressure may lift it
             if until == math.inf and lifted == math.inf:
                 return ON_THE_WALL
             if lifted > 0.0:
-                rest(way, lifted, supply, log)
+                rest(way, lifted, log)
                 continue
-        soon = until * (1.0 + TOGETHER)
-        time, place, to = 0.0, 0.0, 0
-        if supply is not None:
-            find = ramped_crossing if flight.ramp != 0.0 else first_crossing
-            time, place, to = find(flight, ports, soon)
-        else:
-            time, place, to = first_crossing(flight, ports, soon)
+        time, place, to = first_crossing(flight, ports, until * (1.0 + TOGETHER))
         duration = until if to == 0 else time
         if duration == math.inf:
             if log is not None:
-                log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], last_place(flight), 0.0, now[PRESSURE]))
+                told[FARTHEST] = max(told[FARTHEST], extremes(flight, math.inf)[1], last_place(flight))
+                log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], now[PRESSURE], now[LAST]))
             return NOTHING
-        if supply is None:
-            told[FARTHEST] = max(told[FARTHEST], farthest(flight, duration))
-        fly(way, flight, duration, place, to, supply, log)
-        if supply is not None:
-            state = int(now[STATE])
-            if supply.lowest(flight, duration, pressure, state) < 0.0:
-                return NO_PRESSURE
+        if not fly(way, flight, duration, place, to, log):
+            return NO_PRESSURE
         if to < 0 and place == 0.0:
-            struck(way, work.matrices[ONE], supply)
+            struck(way, work.matrices[ONE])
             return BLOW
         for j in range(len(ports[WAY])):
             passed = to != 0 and ports[WAY][j] == to and ports[EDGE][j] == place
-            if passed and not demand(way, j, supply, log):
+            if passed and not demand(way, j, log):
                 return TOO_MANY
     return NO_BLOW
 
 
-def struck(way: Way, slope: Rows, supply: Supply) -> None:
+def struck(way: Way, slope: Rows) -> None:
     """The rebound of a blow, and its derivatives."""
     now, slopes, told, factor = way.now, way.slopes, way.told, way.law[FACTOR]
     count = int(now[COUNT])
@@ -333,7 +310,7 @@ def struck(way: Way, slope: Rows, supply: Supply) -> None:
         slope[0][k] = factor * slopes[BY_V][k]
         for i in range(count):
             slope[1 + i][k] = slopes[BY_ORDER + i][k] - slopes[BY_TIME][k]
-        if supply is not None:
+        if way.law[COMPLIANCE] < math.inf:
             slope[1 + count][k] = slopes[BY_PRESSURE][k]
     for i in range(count):
         now[DUE + 2 * i] -= now[TIME]
@@ -360,10 +337,15 @@ HALVINGS = 6
 TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 
 
-def legs_of_cycle(begin: Rows, blows: int, work: Tables, supply: Supply) -> bool:
+def legs_of_cycle(begin: Rows, blows: int, work: Tables) -> bool:
     """The flights of so many blows, when they lead to a rebound of the same kind: at `END`, and what they tell."""
     whole, single, now, following = work.tells[WHOLE], work.tells[SINGLE], work.rows[NOW], work.rows[END]
-    columns, one, done, product = size_of(begin, supply), work.matrices[ONE], work.matrices[ALL], work.matrices[PRODUCT]
+    columns, one, done, product = (
+        size_of(begin, work.law),
+        work.matrices[ONE],
+        work.matrices[ALL],
+        work.matrices[PRODUCT],
+    )
     copied(begin, now)
     for i in range(TOLD):
         whole[i] = 0.0
@@ -372,9 +354,9 @@ def legs_of_cycle(begin: Rows, blows: int, work: Tables, supply: Supply) -> bool
         for k in range(columns):
             done[i][k] = 1.0 if i == k else 0.0
     for _ in range(blows):
-        if leg(work, now, False, following, single, supply) != BLOW:
+        if leg(work, now, False, following, single) != BLOW:
             return False
-        size, before = size_of(following, supply), size_of(now, supply)
+        size, before = size_of(following, work.law), size_of(now, work.law)
         for i in range(size):
             for k in range(columns):
                 product[i][k] = 0.0
@@ -424,9 +406,9 @@ def solved(equations: Rows, size: int, step: Rows) -> bool:
     return True
 
 
-def newton_step(begin: Rows, work: Tables, supply: Supply) -> float:
+def newton_step(begin: Rows, work: Tables) -> float:
     """The size of the next step of Newton's method, as a part of speed or period; infinite when there is none."""
-    size, equations, end, whole = size_of(begin, supply), work.matrices[EQUATIONS], work.rows[END], work.tells[WHOLE]
+    size, equations, end, whole = size_of(begin, work.law), work.matrices[EQUATIONS], work.rows[END], work.tells[WHOLE]
     apart, greatest = 0.0, 0.0
     for i in range(size):
         place = place_of(i, begin)
@@ -455,31 +437,31 @@ def is_idle(begin: Rows, whole: Rows) -> bool:
     return not whole[SPEED] > 0.0 or (begin[COUNT] == 0.0 and whole[SWITCHES] == 0.0 and whole[DROPPED] == 0.0)
 
 
-def strikes(forces: Rows, whole: Rows) -> bool:
+def strikes(forces: Rows, law: Rows, whole: Rows) -> bool:
     """Whether it does more than touch the wall, so that rounding makes a blow of a swing that ends there."""
     force = 0.0
     for k in range(len(forces)):
-        force = max(force, abs(forces[k]))
+        force = max(force, abs(forces[k] + law[GAS]))
     return bool(whole[SPEED] * whole[SPEED] > TOUCHES * force * whole[FARTHEST])
 
 
-def cycle_near(begin: Rows, blows: int, shrinking: int, work: Tables, supply: Supply) -> bool:
+def cycle_near(begin: Rows, blows: int, shrinking: int, work: Tables) -> bool:
     """Whether Newton's method leads from a rebound to a cycle: at `NEXT`, and told as a whole.
 
     After `shrinking` steps each must be shorter than the one before.
     """
     now, trial = work.rows[NEXT], work.rows[TRIAL]
     copied(begin, now)
-    size = size_of(begin, supply)
-    if not legs_of_cycle(now, blows, work, supply):
+    size = size_of(begin, work.law)
+    if not legs_of_cycle(now, blows, work):
         return False
     before = math.inf
     for number in range(NEWTON_STEPS):
         if is_idle(now, work.tells[WHOLE]):
             return False
-        far = newton_step(now, work, supply)
+        far = newton_step(now, work)
         if far <= CLOSED:
-            return strikes(work.forces, work.tells[WHOLE])
+            return strikes(work.forces, work.law, work.tells[WHOLE])
         if far == math.inf or (number >= shrinking and far > NEWTON_SHRUNK * before):
             return False
         before = far
@@ -491,7 +473,7 @@ def cycle_near(begin: Rows, blows: int, shrinking: int, work: Tables, supply: Su
                 place = place_of(i, now)
                 trial[place] += part * work.step[i]
                 allowed = allowed and trial[place] >= 0.0
-            there = allowed and legs_of_cycle(trial, blows, work, supply)
+            there = allowed and legs_of_cycle(trial, blows, work)
             if there:
                 break
             part *= 0.5
@@ -515,7 +497,7 @@ STARTED_BLOWS = 6 * MOST_BLOWS
 SQUARINGS, SHRUNK = 6, 0.1
 ARRIVED = 1e-9  # of the speed and of the period: it will not leave a cycle that attracts any more
 
-RUNS, STAYS, NO_PORT, BLOWLESS, DOUBLE, OVERTAKEN, IRREGULAR, UNKNOWN = range(8)
+RUNS, STAYS, NO_PORT, BLOWLESS, DOUBLE, OVERTAKEN, IRREGULAR, EMPTY, UNKNOWN = range(9)
 """What a piston does; the last: no answer."""
 
 SETTLED_AT = ((1.0, FEW, 0), (1.0, MOST_BLOWS, FEW), (0.5, MOST_BLOWS, 0), (0.25, MOST_BLOWS, 0), (2.0, MOST_BLOWS, 0))
@@ -536,20 +518,21 @@ def fast(forces: Rows, ports: Rows, law: Rows, part: float, row: Rows) -> None:
     lost = max(0.05, 1.0 - law[FACTOR] * law[FACTOR])
     for i in range(len(row)):
         row[i] = 0.0
+    row[PRESSURE] = law[BEGINS]
     row[V], row[STATE], row[LAST] = -law[FACTOR] * math.sqrt(most / lost) * part, float(back), float(back)
 
 
-def settle(forces: Rows, law: Rows, now: Rows, greatest: float, supply: Supply) -> float:
+def settle(forces: Rows, law: Rows, now: Rows, greatest: float) -> float:
     """Lay down a rebound that is too slow, at a wall to which the valve pushes; the greatest speed."""
     greatest, speed = max(greatest, now[V]), now[V]
     if speed < CHATTER * greatest:
         now[V] = 0.0
-        if not flight_of(forces, law, now, supply).push < 0.0:
+        if not flight_of(forces, law, now).push < 0.0:
             now[V] = speed
     return greatest
 
 
-def followed(most: int, work: Tables, supply: Supply) -> tuple[int, int]:
+def followed(most: int, work: Tables) -> tuple[int, int]:
     """Fly from the rebound at `NOW` until nothing follows, or so many legs; their number, and how the last one ends.
 
     The rebounds are in the rows from `FIRST` on, and what the legs tell, too.
@@ -557,21 +540,21 @@ def followed(most: int, work: Tables, supply: Supply) -> tuple[int, int]:
     now, greatest, ending, number = work.rows[NOW], 0.0, BLOW, 0
     while number < most and ending == BLOW:
         row = work.rows[FIRST + number]
-        ending = leg(work, now, False, row, work.tells[FIRST + number], supply)
+        ending = leg(work, now, False, row, work.tells[FIRST + number])
         copied(row, now)
         number += 1
-        greatest = settle(work.forces, work.law, now, greatest, supply)
+        greatest = settle(work.forces, work.law, now, greatest)
     return number, ending
 
 
-def cycle_at(tried: int, rebounds: int, work: Tables, supply: Supply) -> int:
+def cycle_at(tried: int, rebounds: int, work: Tables) -> int:
     """Blows of the cycle that one of the rebounds is near, with few of them rather than many; 0 without one.
 
     The first ones were tried before.
     """
     rows, whole = work.rows, work.tells[WHOLE]
     for i in range(tried, min(rebounds, TRIES)):
-        if cycle_near(rows[FIRST + i], 1, SHRINKING, work, supply) and whole[SWITCHES] > 0.0:
+        if cycle_near(rows[FIRST + i], 1, SHRINKING, work) and whole[SWITCHES] > 0.0:
             return 1
     for blows in range(1, MOST_IN_CYCLE + 1):
         tries = 0
@@ -582,7 +565,7 @@ def cycle_at(tried: int, rebounds: int, work: Tables, supply: Supply) -> int:
             tries += 1
             if tries > TRIES_IN_CYCLE:
                 break
-            if cycle_near(now, blows, SHRINKING, work, supply) and whole[SWITCHES] > 0.0:
+            if cycle_near(now, blows, SHRINKING, work) and whole[SWITCHES] > 0.0:
                 return blows
     return 0
 
@@ -593,6 +576,8 @@ def why_none(legs: int, ending: int, tells: Rows) -> int:
         return STAYS
     if ending == NOTHING:
         return BLOWLESS if tells[FIRST + legs - 1][UNCOVERED] > 0.0 else NO_PORT
+    if ending == NO_PRESSURE:
+        return EMPTY
     if ending != BLOW:
         return UNKNOWN if ending == TOO_MANY else BLOWLESS
     for i in range(max(0, legs - LATELY), legs):
@@ -601,18 +586,18 @@ def why_none(legs: int, ending: int, tells: Rows) -> int:
     return IRREGULAR
 
 
-def settled(work: Tables, supply: Supply) -> tuple[int, int, float]:
+def settled(work: Tables) -> tuple[int, int, float]:
     """What a piston does; blows in its cycle, 0 for none, which is then at `NEXT`; the part of the start that told."""
     why, legs, first = UNKNOWN, 0, 1.0
     for part, most, tried in SETTLED_AT:
         fast(work.forces, work.ports, work.law, part, work.rows[NOW])
-        number, ending = followed(most, work, supply)
+        number, ending = followed(most, work)
         if ending == TOO_MANY:
             return UNKNOWN, 0, part
         if legs <= FEW:
             why, legs, first = why_none(number, ending, work.tells), number, part
         rebounds = number if ending == BLOW else number - 1
-        blows = cycle_at(tried, rebounds, work, supply)
+        blows = cycle_at(tried, rebounds, work)
         if blows == 1:
             return RUNS, 1, part
         if blows > 1:
@@ -657,12 +642,12 @@ def starts(first: float, attracts: bool, work: Tables) -> bool:
     now, following, greatest = work.rows[NOW], work.rows[END], 0.0
     for i in range(len(now)):
         now[i] = 0.0
-    now[STATE], now[LAST] = first, first
+    now[STATE], now[LAST], now[PRESSURE] = first, first, work.law[BEGINS]
     for number in range(STARTED_BLOWS):
         if leg(work, now, number == 0, following, work.tells[SINGLE]) != BLOW:
             return False
         if attracts and arrived(following, work.rows[NEXT], work.tells[WHOLE][DURATION]):
             return True
         copied(following, now)
-        greatest = settle(work.forces, work.law, now, greatest, None)
+        greatest = settle(work.forces, work.law, now, greatest)
     return True

@@ -14,23 +14,22 @@ from percuss.errors import ParameterError
 from percuss.model import Machine, Valve
 from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
-from percuss.steady.self_excited.elastic_chain import Rhythm
-from percuss.steady.self_excited.elastic_cycle import ElasticCycle, settled_from
-from percuss.steady.self_excited.piston_flight import NO_PORTS, at, first_crossing, turning_places, turning_time
-from percuss.steady.self_excited.piston_legs import Leg, Piston, Rebound
-from percuss.steady.self_excited.rigid_cycle import (
-    RigidCycle,
-    ValveCycle,
-    continued,
-    fed,
-    followed_legs,
-    settled,
-    under_pressure,
+from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.elastic_cycle import settled_from
+from percuss.steady.self_excited.piston import Lost, Piston, continued, fed, settled, starts, under_pressure
+from percuss.steady.self_excited.piston_flight import (
+    FACTOR,
+    NO_PORTS,
+    at,
+    first_crossing,
+    last_place,
+    turning_places,
+    turning_time,
 )
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight
 
 # ---- What keeps a machine that switches itself from running with one blow in a cycle, and what would be needed
-
-_LATELY = 12  # flights that tell what a machine without a cycle does
 
 
 class Obstacle(Enum):
@@ -149,74 +148,72 @@ def why_unstable(multiplier: complex) -> Obstacle:
     return Obstacle.FLIP if multiplier.real < 0.0 else Obstacle.GROWS
 
 
-def why_more_blows(cycle: ElasticCycle) -> Obstacle:
+OBSTACLES = (
+    None,
+    Obstacle.ON_THE_WALL,
+    Obstacle.NO_PORT,
+    Obstacle.NO_BLOW,
+    Obstacle.DOUBLE_BLOW,
+    Obstacle.OVERTAKEN,
+    Obstacle.IRREGULAR,
+    Obstacle.NO_PRESSURE,
+)
+"""By the numbers of `piston_kernels`; what these have no answer for is taken for irregular."""
+
+
+def why_none(machine: Machine, lost: Lost) -> Reasoned:
+    """What the last flights of a machine without a cycle tell of it."""
+    obstacle = Obstacle.IRREGULAR if lost.why == kn.UNKNOWN else OBSTACLES[lost.why]
+    assert obstacle is not None
+    leg = lost.leg
+    if obstacle is Obstacle.ON_THE_WALL and machine.valve.supply is None:
+        state = leg.switches[-1].to if leg.switches else lost.began.state
+        return {"obstacle": obstacle, "found": machine.valve.force(state), "needed": 0.0}
+    if obstacle is Obstacle.NO_BLOW:
+        nearest = min(min(_places(flight)) for flight in leg.flights[1:])
+        return {"obstacle": obstacle, "found": nearest, "needed": 0.0}
+    if obstacle is Obstacle.NO_PORT:
+        edges = [port.behind for port in machine.valve.ports if port.side == "back"]
+        beyond = [edge for edge in edges if edge is not None and edge > leg.farthest]
+        return {"obstacle": obstacle, "found": leg.farthest, "needed": min(beyond, default=None)}
+    return {"obstacle": obstacle}
+
+
+def _places(flight: ValveFlight) -> list[float]:
+    """How far behind the wall a rigid piston turns and ends."""
+    end = last_place(flight.rigid) if flight.duration == math.inf else -float(flight.end[0, 0])
+    return [end, *turning_places(flight.rigid, flight.duration)]
+
+
+def why_more_blows(cycle: ValveCycle) -> Obstacle:
     """Why a cycle of an elastic machine has several blows: the valve changes once for each of them, or less often."""
     first = cycle.switches[0].to
     turns = sum(switch.to == first for switch in cycle.switches)
     return Obstacle.UNEVEN if turns >= cycle.blows else Obstacle.DOUBLE_BLOW
 
 
-def why_none(piston: Piston, legs: list[Leg]) -> Reasoned:
-    """What the last flights of a machine without a cycle tell of it."""
-    last = legs[-1]
-    if last.ending == "no pressure":
-        return {"obstacle": Obstacle.NO_PRESSURE}
-    if last.ending == "on the wall" and piston.valve.supply is not None:
-        return {"obstacle": Obstacle.ON_THE_WALL}
-    if last.ending == "on the wall":
-        state = last.switches[-1].to if last.switches else _state_before(piston, legs)
-        return {"obstacle": Obstacle.ON_THE_WALL, "found": piston.valve.force(state), "needed": 0.0}
-    if last.ending == "no blow" or (last.ending == "nothing follows" and last.uncoverings):
-        nearest = min(min([s.behind, *turning_places(s.flight, s.duration)]) for s in last.segments[1:])
-        return {"obstacle": Obstacle.NO_BLOW, "found": nearest, "needed": 0.0}
-    if last.ending == "nothing follows":
-        reached, ports = last.farthest, piston.valve.ports
-        beyond = [p.behind for p in ports if p.behind is not None and p.side == "back" and p.behind > reached]
-        return {"obstacle": Obstacle.NO_PORT, "found": reached, "needed": min(beyond, default=None)}
-    again = [leg for leg in legs[-_LATELY:] if not leg.switches]
-    return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.IRREGULAR}
-
-
-def _state_before(piston: Piston, legs: list[Leg]) -> str:
-    """The state in which the last flight began; the first one begins in the state that pulls most."""
-    if len(legs) == 1:
-        return min(piston.valve.pairs, key=lambda pair: pair[1])[0]
-    rebound = legs[-2].rebound
-    assert rebound is not None
-    return rebound.state
-
-
-def why_several(piston: Piston, cycle: RigidCycle) -> Reasoned:
-    """Why a cycle has several blows: an order was replaced, or came too late after the strongest blow."""
-    if any(leg.dropped for leg in cycle.legs):
+def why_several(machine: Machine, cycle: ValveCycle, dropped: bool) -> Reasoned:
+    """Why a cycle of a rigid piston has several blows: an order was replaced, or came too late after the strongest."""
+    if dropped:
         return {"obstacle": Obstacle.OVERTAKEN}
-    if piston.valve.supply is not None:
-        again = any(not leg.switches for leg in cycle.legs)
-        return {"obstacle": Obstacle.DOUBLE_BLOW if again else Obstacle.HUNTS}
+    times = np.array([switch.time for switch in cycle.switches])
+    if machine.valve.supply is not None:
+        without = np.bincount(np.searchsorted(cycle.blow_times, times, side="right"), minlength=cycle.blows) == 0
+        return {"obstacle": Obstacle.DOUBLE_BLOW if without.any() else Obstacle.HUNTS}
     strongest = int(np.argmax(cycle.blow_speeds))
-    legs = cycle.legs[strongest + 1 :] + cycle.legs[: strongest + 1]
-    rebound, passed = cycle.legs[strongest].rebound, 0.0
-    assert rebound is not None
-    for leg in legs:
-        if leg.switches:
-            first = leg.switches[0]
-            return {
-                "obstacle": Obstacle.DOUBLE_BLOW,
-                "found": passed + first.time,
-                "needed": latest_return(piston, rebound, first.to),
-            }
-        passed += leg.duration
-    return {"obstacle": Obstacle.IRREGULAR}
+    since = np.mod(times - (cycle.blow_times[strongest] if strongest < cycle.blows - 1 else 0.0), cycle.period)
+    first, ended = int(np.argmin(since)), [one for one in cycle.flights if one.time < cycle.blow_times[strongest]]
+    speed = Piston(machine).numbers[2][FACTOR] * -cycle.blow_speed
+    needed = latest_return(Piston(machine), speed, ended[-1].state, cycle.switches[first].to)
+    return {"obstacle": Obstacle.DOUBLE_BLOW, "found": float(since[first]), "needed": needed}
 
 
-def latest_return(piston: Piston, rebound: Rebound, to: str) -> float | None:
+def latest_return(piston: Piston, speed: float, state: str, to: str) -> float | None:
     """The latest time after a blow at which a state keeps the piston from falling back to the wall; None for none."""
-    from scipy.optimize import brentq  # slow to import
-
-    falling = piston.flight(rebound.state, 0.0, rebound.speed)
+    falling = piston.flight(state, 0.0, speed)
     late, _, way = first_crossing(falling, NO_PORTS, math.inf)
     if way == 0:
-        return math.inf if rebound.speed > 0.0 else 0.0
+        return math.inf if speed > 0.0 else 0.0
 
     def nearest(due: float) -> float:
         x, v = at(falling, due)
@@ -225,12 +222,18 @@ def latest_return(piston: Piston, rebound: Rebound, to: str) -> float | None:
         return at(pulled, turn)[0] if math.isfinite(turn) else math.copysign(x, v)
 
     early = turning_time(falling)
-    return float(brentq(nearest, early, late)) if nearest(early) > 0.0 >= nearest(late) else None
+    if not nearest(early) > 0.0 >= nearest(late):
+        return None
+    while late - early > _CLOSE * late:
+        middle = 0.5 * (early + late)
+        early, late = (middle, late) if nearest(middle) > 0.0 else (early, middle)
+    return 0.5 * (early + late)
 
 
 # ---- The machine that switches its own valve: its cycle, or what keeps it from running
 
 _MOST_MODES = 4096
+_CLOSE = 1e-15
 NO_MODES = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply for them"
 """Why a machine with a supply has a rigid piston."""
 
@@ -272,7 +275,7 @@ class SelfExcited(Shown):
     @cached_property
     def starts_from_rest(self) -> bool:
         """Whether the machine keeps going when it starts at rest on the wall, with the valve in its starting state."""
-        return self.cycle is not None and followed_legs(piston_of(self.machine))[-1].ending == "blow"
+        return self.cycle is not None and starts(self.machine, self.cycle)
 
     def __str__(self) -> str:
         if self.obstacle is None:
@@ -280,11 +283,6 @@ class SelfExcited(Shown):
             return f"SelfExcited: runs, {self.cycle}"
         found = "" if self.found is None or self.needed is None else f" ({self.found:.6g}, needed {self.needed:.6g})"
         return f"SelfExcited: {self.obstacle.value}{found} — {self.obstacle.remedy}"
-
-
-def piston_of(machine: Machine) -> Piston:
-    """The machine with a rigid piston."""
-    return Piston(machine.valve, machine.contact, machine.drag)
 
 
 def self_excited_motion(
@@ -333,32 +331,35 @@ def self_excited_motion(
     >>> valve = Valve({"return": -0.4, "power": 1.8}, ports)
     >>> machine = Machine(UniformBar(20.0, External(0.01)), valve, Reversed(0.2))
     >>> print(self_excited_motion(machine, modes=0))
-    SelfExcited: runs, RigidCycle: 1 blow, speed 2.12761, period 3.15229, stroke 1.26743, multiplier 0.03876
+    SelfExcited: runs, ValveCycle: 1 blow, speed 2.12761, period 3.15229, stroke 1.26743, multiplier 0.03876
     >>> print(self_excited_motion(machine))
-    SelfExcited: runs, ElasticCycle: 1 blow, speed 2.04435, period 3.15231, stroke 1.27017, multiplier 0.197
+    SelfExcited: runs, ValveCycle: 1 blow, speed 2.04435, period 3.15231, stroke 1.27017, multiplier 0.197
     """
     instance("machine", machine, Machine)
     modes = count("modes", modes, least=0, most=_MOST_MODES)
     space = math.inf if room is None else positive("room", room)
     if modes and machine.valve.supply is not None:
         raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", NO_MODES)
-    near = _checked(near, modes, machine.valve)
-    piston = piston_of(machine)
+    rhythm = _checked(near, modes, machine.valve)
     asked = SelfExcited(machine, modes, space, None, None)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
         return replace(asked, obstacle=Obstacle.NO_LOSS)
-    if machine.valve.supply is not None:
-        return _fed(asked, piston)
-    rigid, last = settled(piston) if modes == 0 or near is None else (None, [])
-    if modes:
-        rhythm = near if near is not None or rigid is None else Rhythm.of_rigid(rigid)
-        if rhythm is not None:
-            return _elastic(asked, rhythm, rigid)
+    if modes and rhythm is not None:
+        return _elastic(asked, rhythm, None)
+    rigid, lost, dropped = (settled if machine.valve.supply is None else fed)(machine)
     if rigid is None:
-        return replace(asked, **why_none(piston, last))
+        assert lost is not None
+        return replace(asked, **why_none(machine, lost))
+    if modes:
+        return _elastic(asked, rigid.rhythm, rigid)
     if rigid.blows > 1:
-        return replace(asked, cycle=rigid, **why_several(piston, rigid))
-    return _judged(asked, rigid)
+        return replace(asked, cycle=rigid, **why_several(machine, rigid, dropped))
+    judged = _judged(asked, rigid)
+    pressure = rigid.rebound.pressure
+    if pressure is None or rigid.stable or judged.obstacle is Obstacle.NO_ROOM:
+        return judged
+    steady = continued(under_pressure(machine, pressure), rigid)
+    return judged if steady is not None and not steady.stable else replace(judged, obstacle=Obstacle.HUNTS)
 
 
 def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
@@ -366,9 +367,7 @@ def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
         return None
     if modes == 0:
         raise ParameterError("near", near, "nothing beside modes=0", "the rigid piston needs no start")
-    if isinstance(near, RigidCycle):
-        return Rhythm.of_rigid(near)
-    if isinstance(near, ElasticCycle):
+    if isinstance(near, ValveCycle):
         return near.rhythm
     rhythm = instance("near", near, Rhythm)
     named = [rhythm.state, rhythm.orders.last, *(to for _, to in rhythm.orders.pending)]
@@ -379,7 +378,7 @@ def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
     return rhythm
 
 
-def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> SelfExcited:
+def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: ValveCycle | None) -> SelfExcited:
     """What an elastic machine does, from a rhythm on."""
     found = settled_from(asked.machine, asked.modes, rhythm, rigid)
     if found.cycle is None:
@@ -390,22 +389,6 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: RigidCycle | None) -> Se
     if found.cycle.blows > 1 and found.cycle.stable:
         return replace(asked, cycle=found.cycle, obstacle=why_more_blows(found.cycle))
     return _judged(asked, found.cycle)
-
-
-def _fed(asked: SelfExcited, piston: Piston) -> SelfExcited:
-    """What a machine does that pump and accumulator feed."""
-    cycle, last = fed(piston)
-    if cycle is None:
-        return replace(asked, **why_none(piston, last))
-    if cycle.blows > 1:
-        return replace(asked, cycle=cycle, **why_several(piston, cycle))
-    judged = _judged(asked, cycle)
-    if cycle.stable or judged.obstacle is Obstacle.NO_ROOM:
-        return judged
-    pressure = cycle.rebound.pressure
-    assert pressure is not None
-    steady = continued(under_pressure(piston, pressure), cycle.at_constant_pressure)
-    return judged if steady is not None and not steady.stable else replace(judged, obstacle=Obstacle.HUNTS)
 
 
 def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.exploring.exploration import stop_when_found
-from percuss.case.answers.exploring.orbits_answer import parsed_label
+from percuss.case.answers.exploring.orbits_answer import branch_section, parsed_label
 from percuss.case.answers.facts import PLAIN, Grid, Report, Section
 from percuss.case.answers.numerals import counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
@@ -255,7 +255,7 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
     if found.settled:
         sections.append(_simulated(found))
     every: tuple[DiagramBranch, ...] = (*found.branches, *found.rest_branches)
-    sections += [_diagram_branch(number, line) for number, line in enumerate(every, 1)]
+    sections += [branch_section(f"branch {number}: {line.label}", line) for number, line in enumerate(every, 1)]
     return Report(title, summary, PLAIN, tuple(sections))
 
 
@@ -267,8 +267,3 @@ def _simulated(found: Diagram) -> Grid:
     more = len(found.labels) - _MOST_LABELS
     told = "simulated motions" if more <= 0 else f"simulated motions ({more} labels more: --json has all)"
     return Grid(told, ("label", f"values of {len(found.axis)}", "from", "to"), tuple(rows))
-
-
-def _diagram_branch(number: int, line: DiagramBranch) -> Section:
-    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in line.points)
-    return Section(f"branch {number}: {line.label}, {counted(line.values.size, 'point')}", rows)

@@ -26,11 +26,11 @@ from percuss.model.checks import Array, count, flag, text
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
-from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, free_amplitude
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, PointCurve
+    from percuss.explore import Branch, BranchPoint, DiagramBranch, PointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundRestCycles, RestCycle
 
@@ -92,6 +92,7 @@ def _off(phases: Array, given: Array) -> float:
 
 _LABEL = re.compile(r"\s*(?:z\s*=\s*)?(\d{1,3})\s*/\s*(\d{1,3})\s*", re.ASCII)
 _CHOICE = "P/N:NUMBER or P/N:phases=1.2,4.5"
+_REST_CHOICE = "chatter/N:NUMBER or rest/N:NUMBER"
 
 
 def parsed_label(label: str) -> tuple[int, int]:
@@ -181,7 +182,9 @@ def branch_answer(
     modes: int | None = None,
     halt: Callable[[], bool] | None = None,
 ) -> Branch:
-    """An orbit of a case followed through a parameter; see `percuss.explore.follow`.
+    """An orbit or a cycle with rest of a case followed through a parameter.
+
+    See `percuss.explore.follow` and `percuss.explore.follow_rest_cycle`.
 
     Parameters
     ----------
@@ -189,12 +192,12 @@ def branch_answer(
         A hammer whose load keeps time.
     orbit
         ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
-        time; ``2/1`` for the first.
+        time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
         Without a range, ``load_factor``, the branch is followed to its ends.
     switch
-        How deep to go on at flips, and of rigid bars at grazings.
+        How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
     modes
         As for `orbits_answer`.
     halt
@@ -215,6 +218,11 @@ def branch_answer(
     checked_case(case)
     name, family, ends = followed(case, along)
     value = value_of(case, family, name, ends)
+    if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
+        if count("switch", switch, least=0):
+            raise ParameterError("switch", switch, "0: nothing branches off a cycle with rest")
+        cycle = _chosen_cycle(case, orbit, modes)
+        return follow_rest_cycle(cycle, name, ends, family=family, value=value, halt=halt)
     start = _chosen(case, orbit, _modes(case, modes))
     return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
 
@@ -264,7 +272,7 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
 
 def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
     """The orbit that a text names."""
-    label, _, which = text("orbit", orbit, _CHOICE).partition(":")
+    label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
     if which.strip().startswith("phases"):
         return _near(case, orbit, (impacts, periods), which.partition("=")[2], modes)
@@ -303,7 +311,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
 
 
 def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
-    """A branch, and all that were switched to from it; and curves of their points over two parameters."""
+    """A branch, of orbits or of cycles with rest, and all that were switched to from it; and curves of their points."""
     return {
         **picked(branch, "parameter modes"),
         **_branch_dict(branch),
@@ -327,16 +335,24 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
 
 
 def _branch_dict(branch: Branch) -> dict[str, Any]:
+    along = picked(branch, "phases times speeds stable")
+    if branch.has_rest:  # each cycle has its own number of impacts
+        names = ("phases", "times", "speeds", "stable", "release_phases", "rest_phases")
+        along = {name: [plain_value(getattr(cycle, name)) for cycle in branch.cycles] for name in names}
+        along["impacts"] = [[len(chain.impacts) for chain in cycle.chains] for cycle in branch.cycles]
     return {
         "label": branch.label,
-        "points": [_point(point, orbit_dict(point.orbit, point.multipliers)) for point in branch.points],
-        "branch": {"value": branch.values.tolist(), **picked(branch, "phases times speeds stable")},
+        "points": [_point(point, branch.has_rest) for point in branch.points],
+        "branch": {"value": branch.values.tolist(), **along},
     }
 
 
-def _point(point: BranchPoint, orbit: dict[str, Any]) -> dict[str, Any]:
+def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
     told = picked(point, "value beyond impact touch_phase")
-    return {"type": point.kind.value, "orbit": orbit, **told}
+    if not has_rest:
+        return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
+    told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None
+    return {"type": point.kind.value, "orbit": rest_cycle_dict(point.cycle), **told}
 
 
 def _impacts(orbit: PeriodicOrbit | RestCycle) -> list[dict[str, float]]:
@@ -356,19 +372,33 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
     }
 
 
-# ---- Branches of orbits as a table of text, a line for each orbit and impact
+# ---- Branches as a table of text
 
 
 def branch_table(branch: Branch) -> str:
-    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit."""
+    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
+
+    Of a chatter a line for each impact that was followed by itself.
+    """
     heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for number, one in enumerate(branch.family(), 1):
-        points = zip(one.values.tolist(), one.phases.tolist(), one.speeds.tolist(), one.stable.tolist(), strict=True)
-        for point, (value, phases, speeds, stable) in enumerate(points, 1):
-            for impact, (phase, speed) in enumerate(zip(phases, speeds, strict=True), 1):
-                rows.append((number, one.label, point, value, int(stable), impact, phase, speed))
-    return table_text(heads, rows)
+        motions = [_rows_with_rest(cycle) for cycle in one.cycles] or [
+            list(zip(*pair, strict=True)) for pair in zip(one.phases.tolist(), one.speeds.tolist(), strict=True)
+        ]
+        points = zip(one.values.tolist(), one.stable.tolist(), motions, strict=True)
+        for point, (value, stable, motion) in enumerate(points, 1):
+            about = (number, one.label, point, value, int(stable))
+            rows += [(*about, impact, *figures) for impact, figures in enumerate(motion, 1)]
+    return table_text((*heads, *(("release_phase", "rest_phase") if branch.has_rest else ())), rows)
+
+
+def _rows_with_rest(cycle: RestCycle) -> list[tuple[float, ...]]:
+    """Phase and speed of each impact, and the phases of the release before it and of the rest after it."""
+    chains = zip(cycle.release_phases.tolist(), cycle.rest_phases.tolist(), cycle.chains, strict=True)
+    ends = [(release, rest) for release, rest, chain in chains for _ in chain.impacts]
+    impacts = zip(cycle.phases.tolist(), cycle.speeds.tolist(), ends, strict=False)
+    return [(phase, speed, *end) for phase, speed, end in impacts]
 
 
 # ---- The cycles with rest of a case: by their labels, in words and as JSON
@@ -430,54 +460,11 @@ def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
     return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
 
 
-# ---- A cycle with rest of a case followed through a parameter: the branch, and it as JSON and as a table
-
-_REST_CHOICE = "chatter/N:NUMBER or rest/N:NUMBER"
-
-
-def rest_branch_answer(
-    case: Case, orbit: str, along: str, *, modes: int | None = None, halt: Callable[[], bool] | None = None
-) -> Branch:
-    """A cycle with rest of a case followed through a parameter; see `percuss.explore.follow_rest_cycle`.
-
-    Parameters
-    ----------
-    case
-        A hammer whose load keeps time.
-    orbit
-        ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles of a label; ``chatter/1`` for the first.
-    along
-        A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
-        Without a range, ``load_factor``, the branch is followed to its ends.
-    modes
-        N, in the forced motion, too; None for the case's, or 32.
-    halt
-        As for `percuss.explore.follow_rest_cycle`.
-
-    Raises
-    ------
-    CaseError, ResonanceError, ParameterError
-        When there is no such cycle or parameter.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> branch = rest_branch_answer(load_case("laboratory-striker"), "chatter/1", "load_factor=0.6:0.61", modes=0)
-    >>> branch.label, [point.kind.value for point in branch.points]
-    ('chatter/1', ['limit', 'limit'])
-    """
-    checked_case(case)
-    name, family, ends = followed(case, along)
-    value = value_of(case, family, name, ends)
-    start = _chosen_cycle(case, orbit, modes)
-    return follow_rest_cycle(start, name, ends, family=family, value=value, halt=halt)
-
-
 def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
     """The cycle that a text names."""
-    label, _, which = text("orbit", orbit, _REST_CHOICE).partition(":")
+    label, _, which = orbit.partition(":")
     number = re.fullmatch(r"\s*(\d{1,4})\s*", which or "1", re.ASCII)
-    if not is_rest_label(label) or number is None or int(number[1]) < 1:
+    if number is None or int(number[1]) < 1:
         raise ParameterError("orbit", orbit, _REST_CHOICE)
     found = rest_cycles_answer(case, modes=modes)
     cycles = found.labelled(re.sub(r"\s", "", label))
@@ -488,58 +475,11 @@ def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
     return cycles[int(number[1]) - 1]
 
 
-def rest_branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
-    """A branch of cycles with rest and curves of its ends, in the form of the answers of an orbit that is followed."""
-    cycles = branch.cycles
-    names = ("phases", "times", "speeds", "stable", "release_phases", "rest_phases")
-    along = {name: [plain_value(getattr(cycle, name)) for cycle in cycles] for name in names}
-    return {
-        **picked(branch, "parameter modes label"),
-        "points": [_rest_point(point) for point in branch.points],
-        "branch": {
-            "value": branch.values.tolist(),
-            **along,
-            "impacts": [[len(chain.impacts) for chain in cycle.chains] for cycle in cycles],
-        },
-        "switched": [],
-        "cascade": [],
-        "curves": [curve_dict(curve) for curve in curves],
-    }
-
-
-def _rest_point(point: BranchPoint) -> dict[str, Any]:
-    other = "touch_phase" if point.kind is BranchEvent.DEATH else "impact"
-    return {**_point(point, rest_cycle_dict(point.cycle)), other: None}
-
-
-def rest_branch_table(branch: Branch) -> str:
-    """The branch as CSV: a line for each impact of each cycle, of a chatter those that were followed one by one."""
-    heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
-    rows = []
-    for point, (value, cycle) in enumerate(zip(branch.values.tolist(), branch.cycles, strict=True), 1):
-        chains = zip(cycle.release_phases.tolist(), cycle.rest_phases.tolist(), cycle.chains, strict=True)
-        ends = [(release, rest) for release, rest, chain in chains for _ in chain.impacts]
-        impacts = zip(cycle.phases.tolist(), cycle.speeds.tolist(), ends, strict=False)
-        for impact, (phase, speed, (release, rest)) in enumerate(impacts, 1):
-            rows.append((1, cycle.label, point, value, int(cycle.stable), impact, phase, speed, release, rest))
-    return table_text((*heads, "release_phase", "rest_phase"), rows)
-
-
 # ---- Reports
 
 
 _MOST_TOLD = 4
 """Impacts of which a line tells."""
-
-
-def orbit_row(name: str, orbit: PeriodicOrbit) -> tuple[str, ...]:
-    """An orbit as a line of a table."""
-    found = orbit_multipliers(orbit)
-    return name, _few(orbit.phases.tolist()), _few(orbit.speeds.tolist()), f"{found.largest:.6g}", _word(found.stable)
-
-
-def _word(stable: bool) -> str:
-    return "yes" if stable else "no"
 
 
 def _few(values: list[float]) -> str:
@@ -550,35 +490,77 @@ def _few(values: list[float]) -> str:
 def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
     """What happens on a branch and on those that were switched to from it, and on curves of its points."""
     every = list(branch.family())
-    sections: list[Section | Grid] = [_branch_section(one) for one in every]
+    sections: list[Section | Grid] = [branch_section(one.label, one) for one in every]
+    if branch.has_rest:
+        rests = branch.rest_times
+        lines = (
+            ("multipliers", "all 0: stable all along"),
+            ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
+        )
+        sections.append(Section(f"{branch.label}: on the way", lines))
     if len(branch.cascade) > 1:
         rows = tuple(
             (row.label, f"{row.value:.12g}", "" if row.ratio is None else f"{row.ratio:.4f}") for row in branch.cascade
         )
         sections.append(Grid("Cascade", ("label", branch.parameter, "ratio"), rows))
-    sections += [curve_section(one) for one in curves]
+    for curve in curves:
+        over = " and ".join(curve.parameters)
+        sections.append(branch_section(f"{curve.event.value} of {curve.label} over {over}", curve))
     low, high = float(branch.values.min()), float(branch.values.max())
-    summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}; branches: {len(every)}."
-    return Report(title, summary, PLAIN, tuple(sections))
+    summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}"
+    return Report(title, f"{summary}; branches: {len(every)}.", PLAIN, tuple(sections))
 
 
-def _branch_section(branch: Branch) -> Section:
-    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
-    return Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows)
-
-
-def curve_section(curve: PointCurve) -> Section:
-    """What happens on a curve of points."""
-    head = f"{curve.event.value} of {curve.label} over {' and '.join(curve.parameters)}"
+def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> Section:
+    """What happens on a branch or a curve."""
     rows = tuple(
-        (point.kind.value, f"{point.values[0]:.12g}, {point.values[1]:.12g}: {point.beyond}") for point in curve.points
+        (point.kind.value, f"{', '.join(f'{value:.12g}' for value in point.values)}: {point.beyond}")
+        for point in line.points
     )
-    return Section(f"{head}, {counted(len(curve.values), 'point')}", rows)
+    return Section(f"{heading}, {counted(len(line.values), 'point')}", rows)
 
 
-# ---- The reports of `percuss orbits` and `percuss follow` on cycles with rest
+_COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
+_REST_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
 
-_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
+
+def orbits_report(
+    title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
+) -> Report:
+    """What searches found, and the cycles with rest of some labels; `mode`: what a mode is called."""
+    sections: list[Section | Grid] = []
+    for one in found:
+        sections += _search_sections(one, mode)
+    told = counted(sum(len(one.orbits) for one in found), "orbit")
+    if resting is not None:
+        sections += [section for label in rests for section in _rest_sections(resting, label)]
+        told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
+    free = free_amplitude({n for one in found for n in one.resonant_modes})
+    return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))
+
+
+def _search_sections(one: FoundOrbits, mode: str) -> list[Section | Grid]:
+    rows = tuple(_orbit_row(number, orbit) for number, orbit in enumerate(one.orbits, 1))
+    lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
+    lines = [("complete", "yes (proved)")] if one.complete else lines
+    lines += [
+        (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}") for name, tally in one.sources.items()
+    ]
+    lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
+    if one.halted:
+        lines.append(("interrupted", "before all tries were made; there may be more orbits"))
+    if one.resonant_modes:
+        told = ", ".join(map(str, one.resonant_modes[:_MOST_TOLD]))
+        told += ", …" if len(one.resonant_modes) > _MOST_TOLD else ""
+        lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
+    search = Section(f"{one.label}: the search", tuple(lines))
+    return [Grid(one.label, _COLUMNS, rows), search] if rows else [search]
+
+
+def _orbit_row(number: int, orbit: PeriodicOrbit) -> tuple[str, ...]:
+    found = orbit_multipliers(orbit)
+    impacts = (_few(orbit.phases.tolist()), _few(orbit.speeds.tolist()))
+    return (str(number), *impacts, f"{found.largest:.6g}", "yes" if found.stable else "no")
 
 
 def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
@@ -587,10 +569,10 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     cycles = found.labelled(told)
     mode = "elastic mode" if found.system.body.is_free else "mode"
     summary = f"{counted(len(cycles), 'cycle')} {told}, {counted(found.modes, mode)}."
-    return Report(title, summary, PLAIN, rest_sections(found, told))
+    return Report(title, summary, PLAIN, _rest_sections(found, told))
 
 
-def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
+def _rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
     """The parts of a report on the cycles of a label."""
     cycles = found.labelled(label)
     sections: list[Section | Grid] = []
@@ -605,7 +587,7 @@ def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, .
             )
             for number, cycle in enumerate(cycles, 1)
         )
-        sections.append(Grid(label, _COLUMNS, rows))
+        sections.append(Grid(label, _REST_COLUMNS, rows))
     lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
     for release, number in zip(found.releases, found.leads_to, strict=True):
         end = (
@@ -618,20 +600,3 @@ def rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, .
         lines.append(("release", "the load never turns from push to pull"))
     sections.append(Section(f"{label}: from the releases", tuple(lines)))
     return tuple(sections)
-
-
-def rest_branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
-    """Where a branch of cycles with rest ends, how long the bar rests there, and what happens on curves of its ends."""
-    rows = tuple((point.kind.value, f"{point.value:.12g}: {point.beyond}") for point in branch.points)
-    rests = branch.rest_times
-    lines = (
-        ("multipliers", "all 0: stable all along"),
-        ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
-    )
-    sections = (
-        Section(f"{branch.label}, {counted(branch.values.size, 'point')}", rows),
-        Section(f"{branch.label}: on the way", lines),
-        *(curve_section(one) for one in curves),
-    )
-    low, high = float(branch.values[0]), float(branch.values[-1])
-    return Report(title, f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}.", PLAIN, sections)

@@ -14,8 +14,6 @@ import numpy as np
 from percuss.case.answers.exploring.orbits_answer import (
     branch_answer,
     followed,
-    is_rest_label,
-    rest_branch_answer,
     value_of,
 )
 from percuss.case.answers.numerals import table_text
@@ -53,8 +51,7 @@ def point_curves_answer(
     case
         The case of the branch.
     branch
-        As `branch_answer` gives it, or `rest_branch_answer` for a cycle with rest; the points of the branches switched
-        to count, too, after its own.
+        As `branch_answer` gives it; the points of the branches switched to count, too, after its own.
     which
         ``flip`` for the first flip, ``flip:2`` for the second, several with commas between them, or ``all``.
     along, over
@@ -233,7 +230,7 @@ def watched_curves(
     spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
     found: list[PointCurve] = []
     for line, (along, over) in enumerate(((up, across), (across, up))):
-        branch = _followed(case, orbit, along, modes, halt)
+        branch = branch_answer(case, orbit, along, modes=modes, halt=halt)
         names = tuple(Axis.spanned(text).name for text in (along, over))
         points: Sequence[Any] = followed_points(branch)
         for i, point in enumerate(points):
@@ -247,12 +244,6 @@ def watched_curves(
             found.append(follow_point(point, names, ranges, family=family, values=values, halt=late))
             yield 0.5 * line + 0.5 * (i + 1) / (len(points) + 1), tuple(found)
     yield 1.0, tuple(found)
-
-
-def _followed(case: Case, orbit: str, along: str, modes: int | None, halt: Callable[[], bool]) -> Branch:
-    if is_rest_label(orbit.partition(":")[0]):
-        return rest_branch_answer(case, orbit, along, modes=modes, halt=halt)
-    return branch_answer(case, orbit, along, modes=modes, halt=halt)
 
 
 def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:

@@ -122,7 +122,7 @@ def versine(modal, n, t):
 
 TURN = 2.0 * math.pi
 SNAP = 8.0 * 2.0**-52  # as in percuss.model.load
-WHOLE = 64.0 * 2.0**-52  # as in percuss.steady.piecewise
+WHOLE = 64.0 * 2.0**-52  # as in percuss.steady.forced
 
 
 @inner

@@ -1,0 +1,388 @@
+"""A rigid piston under its valve: its flights from blow to blow, and the cycle in which it settles.
+
+`piston_kernels` do the work, here for one piston.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+
+from percuss.halting import look
+from percuss.model import Machine
+from percuss.model.checks import Array
+from percuss.model.load.valve import Orders
+from percuss.model.machine import machine_modes
+from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.piston_flight import Flight
+from percuss.steady.self_excited.valve_cycle import Blow, Rebound, Switch, Uncovering, ValveCycle, ValveFlight
+
+_LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
+_REBOUND = 1e-16  # a smaller part of the speed is no rebound: beside a wall it would fly no distance that numbers hold
+_ROOM = 8  # for pending orders, at first
+_MOST_ROOM = 400  # a leg has no more events
+
+
+@dataclass(frozen=True)
+class Leg:
+    """From just after one blow to just after the next one, or to where nothing follows.
+
+    `ending` is one of `piston_kernels`; `rebound` is that of the blow at its end, None without one, and `slope` the
+    derivative of its numbers by those of the one that the leg began with.
+    """
+
+    ending: int
+    duration: float
+    blow_speed: float
+    farthest: float
+    rebound: Rebound | None
+    slope: Array
+    flights: tuple[ValveFlight, ...]
+    switches: tuple[Switch, ...]
+    uncoverings: tuple[Uncovering, ...]
+
+
+@dataclass(frozen=True)
+class Piston:
+    """A machine with a rigid piston, as numbers."""
+
+    machine: Machine
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Of the valve's states, which are numbers there."""
+        return [name for name, _ in self.machine.valve.pairs]
+
+    @cached_property
+    def numbers(self) -> tuple[list[float], list[list[float]], list[float]]:
+        """Forces of the states, ports and law as `piston_kernels` have them."""
+        valve, contact, ways = self.machine.valve, self.machine.contact, {"back": 1.0, "front": -1.0, None: 0.0}
+        ports = [(p.behind or 0.0, ways[p.side], float(self.names.index(p.to)), p.delay) for p in valve.ports]
+        factor = contact.velocity_factor if abs(contact.velocity_factor) >= _REBOUND else 0.0
+        stiffness, drag = (one if one >= _LEAST else 0.0 for one in (valve.chamber.stiffness, self.machine.drag))
+        feed = (0.0, math.inf, 1.0)
+        if valve.supply is not None:
+            feed = valve.supply.flow, valve.supply.compliance, valve.supply.start
+        law = [stiffness, drag, factor, valve.chamber.force, *feed]
+        return [force for _, force in valve.pairs], [list(row) for row in zip(*ports, strict=True)], law
+
+    def row(self, rebound: Rebound, behind: float = 0.0, room: int = _ROOM) -> list[float]:
+        """A rebound as `piston_kernels` have it, with room for so many more pending orders."""
+        orders, number, pressure = rebound.orders, self.names.index, rebound.pressure
+        row = [rebound.speed, float(number(rebound.state)), float(number(orders.last)), float(len(orders.pending))]
+        row += [behind, 0.0, 1.0 if pressure is None else pressure]
+        row += [value for due, to in orders.pending for value in (due, float(number(to)))]
+        return row + [0.0] * (2 * room)
+
+    def rebound(self, row: list[float]) -> Rebound:
+        """… and back."""
+        orders = row[kn.DUE : kn.DUE + 2 * int(row[kn.COUNT])]
+        pending = tuple((due, self.names[int(to)]) for due, to in zip(orders[::2], orders[1::2], strict=True))
+        pressure = None if self.machine.valve.supply is None else row[kn.PRESSURE]
+        return Rebound(
+            row[kn.V], self.names[int(row[kn.STATE])], Orders(self.names[int(row[kn.LAST])], pending), pressure
+        )
+
+    @property
+    def start(self) -> Rebound:
+        """At rest, with the valve in its starting state."""
+        valve = self.machine.valve
+        pressure = None if valve.supply is None else valve.supply.start
+        return Rebound(0.0, valve.orders.last, valve.orders, pressure)
+
+    def flight(self, state: str, x: float, v: float) -> Flight:
+        """That begins in a state, under the pressure 1."""
+        row = self.row(Rebound(v, state, self.machine.valve.orders), x)
+        return kn.flight_of(*self.numbers[::2], row)
+
+    def tables(self, rows: int, width: int) -> kn.Tables:
+        """What `piston_kernels` work on, with so many rows of rebounds of a width."""
+
+        def table(height: int, width: int) -> list[list[float]]:
+            return [[0.0] * width for _ in range(height)]
+
+        size = 2 + (width - kn.DUE) // 2
+        matrices = [table(size, size + 1) for _ in range(kn.MATRICES)]
+        tells, slopes = table(max(rows, 2), kn.TOLD), table(kn.BY_ORDER + size - 2, size)
+        return kn.Tables(*self.numbers, table(rows, width), slopes, matrices, tells, [0.0] * size)
+
+    def leg(self, rebound: Rebound, behind: float = 0.0, started: bool = False) -> Leg:
+        """The leg that a rebound begins, at which the blow demands first, or a start, at which ports do."""
+        look()
+        room, ending = _ROOM, kn.TOO_MANY
+        while ending == kn.TOO_MANY:
+            row, log = self.row(rebound, behind, room), list[tuple[Any, ...]]()
+            work = self.tables(1, len(row))
+            now, told = work.rows[kn.NOW], work.tells[kn.SINGLE]
+            ending = kn.leg(work, row, started, now, told, log)
+            room *= 2
+        flights = tuple(self._flight(*one[1:]) for one in log if one[0] == kn.SEGMENT)
+        switches = tuple(Switch(one[1], self.names[int(one[2])], *one[3:]) for one in log if one[0] == kn.SWITCH)
+        passed = tuple(Uncovering(one[2], one[1], one[3]) for one in log if one[0] == kn.UNCOVERING)
+        size, before = kn.size_of(now, work.law), kn.size_of(row, work.law)
+        slope = np.array([line[:before] for line in work.matrices[kn.ONE][:size]])
+        following = self.rebound(now) if ending == kn.BLOW else None
+        duration = told[kn.DURATION] if following else now[kn.TIME]
+        return Leg(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, slope, flights, switches, passed)
+
+    def _flight(
+        self, time: float, duration: float, flight: Flight, state: float, pressure: float, last: float
+    ) -> ValveFlight:
+        machine = self.machine
+        modes = machine_modes(machine.body, machine.at, flight.stiffness, 0)
+        begin = np.array([[-flight.x, -flight.v]])
+        return ValveFlight(
+            modes=modes, begin=begin, force=-flight.push, duration=duration, ramp=-flight.ramp, pressure=pressure,
+            state=self.names[int(state)], last=self.names[int(last)], time=time,
+        )  # fmt: skip
+
+    def cycle(self, rebound: Rebound, blows: int) -> ValveCycle:
+        """That through a rebound, with its longest flight first."""
+        legs = [self.leg(rebound)]
+        while len(legs) < blows and (following := legs[-1].rebound) is not None:
+            legs.append(self.leg(following))
+        longest = int(np.argmax([leg.duration for leg in legs]))
+        now = (legs[longest - 1].rebound or rebound) if longest else rebound
+        legs = legs[longest:] + legs[:longest]
+        starts = [0.0, *np.cumsum([leg.duration for leg in legs]).tolist()]
+        timed = list(zip(starts, legs, strict=False))
+
+        def all_of(name: str) -> tuple[Any, ...]:
+            return tuple(replace(one, time=start + one.time) for start, leg in timed for one in getattr(leg, name))
+
+        speeds = [(end, leg.blow_speed) for end, leg in zip(starts[1:], legs, strict=True)]
+        return ValveCycle(
+            machine=self.machine,
+            modes=0,
+            state=now.state,
+            orders=now.orders,
+            flights=all_of("flights"),
+            struck=tuple(Blow(time, speed, 0.5 * speed**2, 0.0) for time, speed in speeds),
+            switches=all_of("switches"),
+            uncoverings=all_of("uncoverings"),
+            slope=reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size)),
+            rests=any(one.force == 0.0 and not one.begin.any() for leg in legs for one in leg.flights),
+        )
+
+
+# ---- The cycle in which a machine ends: some blows from a fast start, then Newton's method
+
+_LAST = 4  # rebounds
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What the last blows of a piston without a cycle tell of it, by `piston_kernels`, and its last leg.
+
+    `started`: the last leg is the first one.
+    """
+
+    why: int
+    leg: Leg
+    began: Rebound
+    started: bool
+
+
+@dataclass(frozen=True)
+class _Search:
+    """A piston, and room to look for its cycle along so many legs."""
+
+    piston: Piston
+    most: int = 0
+    room: int = _ROOM
+
+    @cached_property
+    def work(self) -> kn.Tables:
+        """What the functions work on."""
+        return self.piston.tables(kn.FIRST + self.most, kn.DUE + 2 * self.room)
+
+    def set_out(self, rebound: Rebound) -> list[float]:
+        """The rebound, from which is followed."""
+        pending = len(rebound.orders.pending)
+        kn.copied(self.piston.row(rebound, room=self.room - pending), self.work.rows[kn.NOW])
+        return list(self.work.rows[kn.NOW])
+
+    def near(self, row: list[float], blows: int, shrinking: int) -> ValveCycle | None:
+        """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
+        look()
+        return self.found(blows if kn.cycle_near(row, blows, shrinking, self.work) else 0)
+
+    def after(self, rebound: Rebound) -> tuple[ValveCycle | None, Lost]:
+        """The cycle that one of the blows after a rebound is near; what the last one is."""
+        look()
+        first = self.set_out(rebound)
+        number, ending = kn.followed(self.most, self.work)
+        lost = self.lost(first, number, ending)
+        return self.found(kn.cycle_at(0, number if ending == kn.BLOW else number - 1, self.work)), lost
+
+    def found(self, blows: int) -> ValveCycle | None:
+        """The cycle of so many blows that was found, with its longest flight first; none of 0."""
+        return self.piston.cycle(self.piston.rebound(self.work.rows[kn.NEXT]), blows) if blows else None
+
+    def lost(self, first: list[float], number: int, ending: int) -> Lost:
+        """What the legs that were followed from a rebound tell."""
+        began, work = first, self.work
+        if number > 1:
+            legs = work.rows[kn.FIRST : kn.FIRST + number - 1]
+            began = list(legs[-1])
+            kn.settle(work.forces, work.law, began, max(row[kn.V] for row in [first, *legs]))
+        rebound = self.piston.rebound(began)
+        return Lost(kn.why_none(number, ending, work.tells), self.piston.leg(rebound), rebound, number == 1)
+
+
+def cycle_near(machine: Machine, rebound: Rebound, blows: int, *, close: bool = False) -> ValveCycle | None:
+    """The cycle of so many blows to which Newton's method leads from a rebound near it, or None.
+
+    With `close` the rebound is so near it that the steps soon get shorter.
+    """
+    search = _Search(Piston(machine), 0, _room(rebound))
+    return search.near(search.set_out(rebound), blows, kn.CLOSELY if close else kn.SHRINKING)
+
+
+def _room(rebound: Rebound) -> int:
+    return _ROOM + 2 * len(rebound.orders.pending)
+
+
+def settled(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
+    """The cycle in which a fast start ends, and without one what the fastest start that tells ends in.
+
+    The last: whether a demand replaced an order in the cycle.
+    """
+    look()
+    piston, room, why, part = Piston(machine), _ROOM, kn.UNKNOWN, 1.0
+    while why == kn.UNKNOWN and room <= _MOST_ROOM:
+        search = _Search(piston, kn.MOST_BLOWS, room)
+        why, blows, part = kn.settled(search.work)
+        room *= 2
+    if blows:
+        return search.found(blows), None, why == kn.OVERTAKEN
+    row = search.work.rows[kn.NOW]
+    kn.fast(*piston.numbers, part, row)
+    first = list(row)
+    return None, search.lost(first, *kn.followed(search.most, search.work)), False
+
+
+def followed_from(machine: Machine, rebound: Rebound, most: int) -> Lost:
+    """What the blows after a rebound end in."""
+    return _Search(Piston(machine), most, _room(rebound)).after(rebound)[1]
+
+
+def starts(machine: Machine, cycle: ValveCycle) -> bool:
+    """Whether a rigid piston keeps going from rest on the wall; its own cycle tells when it is sure to."""
+    piston, own = Piston(machine), settled(machine)[0] if cycle.modes else cycle
+    search = _Search(piston, 0, 4 * _ROOM)
+    work, attracts = search.work, False
+    if own is not None and own.blows == 1 and machine.valve.supply is None:
+        search.set_out(own.rebound)
+        kn.copied(work.rows[kn.NOW], work.rows[kn.NEXT])
+        work.tells[kn.WHOLE][kn.SPEED], work.tells[kn.WHOLE][kn.DURATION] = own.blow_speed, own.period
+        for line, values in zip(work.matrices[kn.ALL], own.slope.tolist(), strict=False):
+            line[: len(values)] = values
+        attracts = kn.contracts(len(own.slope), work)
+    return bool(kn.starts(float(piston.names.index(piston.start.state)), attracts, work))
+
+
+def continued(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
+    """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
+    rebound = cycle.rebound if machine.valve.supply is not None else replace(cycle.rebound, pressure=None)
+    search = _Search(Piston(machine), kn.FEW, _room(rebound))
+    found = search.near(search.set_out(rebound), 1, kn.CLOSELY)
+    if found is not None:
+        return found
+    search.set_out(rebound)
+    number, ending = kn.followed(kn.FEW, search.work)
+    for i in reversed(range(number if ending == kn.BLOW else number - 1)):
+        found = search.near(search.work.rows[kn.FIRST + i], 1, kn.CLOSELY)
+        if found is not None and found.switches:
+            return found
+    return None
+
+
+# ---- The cycle of a machine that a pump and an accumulator feed: first the pressure that results, then Newton's method
+#
+# Under a constant pressure a cycle draws a volume in its time; the pressure that results is the one at which the pump
+# gives just that. It is the cycle's for an accumulator without end, which is then made smaller step by step.
+
+_TRIED = (1.0, 2.0, 0.5, 4.0)  # pressures at which a machine may run
+_STEP = 0.25  # of the logarithm of the pressure
+_MOST_STEPS = 40
+_NEAR = 1e-6
+_SMALL_SWING = 0.05  # of the pressure in a cycle: where the steps of the accumulator begin
+_MOST_HALVINGS = 40
+_MOST_FED_BLOWS = 120
+
+
+def under_pressure(machine: Machine, pressure: float) -> Machine:
+    """The machine under a constant pressure."""
+    return machine.with_valve(machine.valve.at_pressure(pressure))
+
+
+def fed(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
+    """As `settled`, of a piston with a supply."""
+    balance, rebound = _balanced(machine), Piston(machine).start
+    if balance is not None:
+        rebound = replace(balance[0].rebound, pressure=balance[1])
+        if (cycle := _with_less_oil(machine, rebound, *balance)) is not None:
+            return cycle, None, False
+    search = _Search(Piston(machine), _MOST_FED_BLOWS, _room(rebound))
+    return *search.after(rebound), search.work.tells[kn.WHOLE][kn.DROPPED] > 0.0
+
+
+def _balanced(machine: Machine) -> tuple[ValveCycle, float] | None:
+    """The cycle under the constant pressure at which it draws what the pump gives, and that pressure."""
+    low = high = None
+    for pressure in _TRIED:
+        cycle, *_ = settled(under_pressure(machine, pressure))
+        if cycle is not None and cycle.blows == 1 and cycle.work > 0.0:
+            break
+    else:
+        return None
+    for _ in range(_MOST_STEPS):
+        surplus = _surplus(machine, cycle, pressure)
+        if surplus > 0.0:
+            low = cycle, pressure
+        else:
+            high = cycle, pressure
+        if low is not None and high is not None:
+            break
+        pressure *= math.exp(math.copysign(_STEP, surplus))
+        following = continued(under_pressure(machine, pressure), cycle)
+        if following is None:
+            return low or high
+        cycle = following
+    while low is not None and high is not None and high[1] - low[1] > _NEAR * low[1]:
+        pressure = math.sqrt(low[1] * high[1])
+        between = continued(under_pressure(machine, pressure), low[0])
+        if between is None:
+            break
+        if _surplus(machine, between, pressure) > 0.0:
+            low = between, pressure
+        else:
+            high = between, pressure
+    return low or high
+
+
+def _surplus(machine: Machine, cycle: ValveCycle, pressure: float) -> float:
+    """The logarithm of what the pump gives in a cycle over what the piston draws under a constant pressure."""
+    supply = machine.valve.supply
+    assert supply is not None
+    return math.log(supply.flow * cycle.period * pressure / cycle.work)
+
+
+def _with_less_oil(machine: Machine, rebound: Rebound, cycle: ValveCycle, pressure: float) -> ValveCycle | None:
+    """The cycle with the accumulator there is, from one with which the pressure hardly swings."""
+    supply, found = machine.valve.supply, None
+    assert supply is not None
+    most = cycle.work / (_SMALL_SWING * pressure**2)
+    halvings = min(max(math.ceil(math.log2(most / supply.compliance)), 0), _MOST_HALVINGS)
+    for halving in range(halvings, -1, -1):
+        other = replace(supply, compliance=supply.compliance * 2.0**halving)
+        found = cycle_near(machine.with_valve(replace(machine.valve, supply=other)), rebound, 1)
+        if found is None or not found.switches:
+            return None
+        rebound = found.rebound
+    return found

@@ -1,0 +1,233 @@
+"""What a valve does on its way, and the order and times of the events in a cycle of a machine that switches itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple, cast
+
+import numpy as np
+
+from percuss.errors import ParameterError
+from percuss.model import Valve
+from percuss.model.checks import count, finite, instance, numbers, several, text
+from percuss.model.load.valve import MOST_PORTS, Orders
+
+
+class Switching:
+    """The valve on its way: its state, and the orders that wait; `sources` tells by what each of them was demanded."""
+
+    def __init__(self, valve: Valve, state: str, orders: Orders) -> None:
+        self.valve, self.state, self.orders = valve, state, orders
+        self.sources: dict[tuple[float, str], Any] = {}
+
+    @property
+    def due(self) -> float:
+        """When the next order is due; infinite for never."""
+        return self.orders.pending[0][0] if self.orders.pending else np.inf
+
+    def demand(self, time: float, port: int, source: Any = None) -> bool:
+        """A port demands its state; whether that is a new order."""
+        before, self.orders = self.orders, self.orders.after(time, self.valve.ports[port])
+        if self.orders is not before:
+            self.sources[self.orders.pending[-1]] = source
+        return self.orders is not before
+
+    def blow_demands(self) -> list[int]:
+        """The ports by which a blow demands."""
+        return [i for i, port in enumerate(self.valve.ports) if port.on == "impact"]
+
+    def carry_out(self) -> tuple[float, str]:
+        """The next order changes the state."""
+        order, *left = self.orders.pending
+        self.state, self.orders = order[1], replace(self.orders, pending=tuple(left))
+        return order
+
+    def pending_after(self, time: float) -> Orders:
+        """The orders, with their times from a time on."""
+        return replace(self.orders, pending=tuple((due - time, to) for due, to in self.orders.pending))
+
+
+class Step(NamedTuple):
+    """An event of a cycle, in its order: a port that demands, a change of the state, or a blow; states are those after.
+
+    `time` is as it was where the order was found. `source`, `later` and `wrapped` as of a `Timing`.
+    """
+
+    kind: Literal["port", "due", "blow"]
+    time: float
+    source: int
+    later: float
+    wrapped: bool
+    port: int
+    state: str
+    last: str
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """When a machine strikes and passes its ports in a cycle, roughly: from a simulation, or from another cycle.
+
+    Parameters
+    ----------
+    blow_times
+        Of the blows after that at time 0; the last one is the period.
+    passages
+        Time and number of each port that demands, in order of time; blows that do are not among them.
+    state, orders
+        Of the valve just after the blow at time 0, before that blow demands anything.
+
+    Examples
+    --------
+    >>> from percuss.model import Port, Valve
+    >>> valve = Valve({"return": -0.4, "power": 1.8}, [Port("power", 1.0, "back"), Port("return", on="impact")])
+    >>> events = [(1.5, "port", 0), (1.5, "valve", "power"), (3.0, "impact", 2.1)]
+    >>> events += [(3.0, "port", 1), (3.0, "valve", "return")]
+    >>> again = [(time + 3.0, kind, detail) for time, kind, detail in events]
+    >>> Rhythm.of_events(valve, events + again).passages
+    ((1.5, 0),)
+    """
+
+    blow_times: tuple[float, ...]
+    passages: tuple[tuple[float, int], ...]
+    state: str
+    orders: Orders
+
+    def __post_init__(self) -> None:
+        times = numbers("blow_times", self.blow_times, "times after 0, in order").reshape(-1)
+        if not times.size or times[0] <= 0.0 or np.any(np.diff(times) <= 0.0):
+            raise ParameterError("blow_times", self.blow_times, "times after 0, in order")
+        object.__setattr__(self, "blow_times", tuple(times.tolist()))
+        object.__setattr__(self, "passages", _passages(self.passages))
+        text("state", self.state, "the name of a state")
+        instance("orders", self.orders, Orders)
+
+    @property
+    def period(self) -> float:
+        """Duration of the cycle."""
+        return self.blow_times[-1]
+
+    @classmethod
+    def of_events(cls, valve: Valve, events: Iterable[tuple[float, str, object]], blows: int = 1) -> Rhythm:
+        """That of the last blows of a motion.
+
+        Parameters
+        ----------
+        valve
+            Which the motion switched.
+        events
+            All from the start on, in order: the time, what happened ("port", "valve" or "impact"; others are passed
+            over), and the number of the port or the new state.
+        blows
+            In a cycle.
+
+        Raises
+        ------
+        ParameterError
+            When there are not more blows than in a cycle.
+        """
+        instance("valve", valve, Valve)
+        begin = Switching(valve, valve.orders.last, valve.orders)
+        return rhythm_of(begin, events, count("blows", blows, most=64))
+
+
+def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows: int) -> Rhythm:
+    """As `Rhythm.of_events`, of a motion that began with any state and orders of the valve."""
+    heard = _events(now.valve, events)
+    struck: list[tuple[int, float, str, Orders]] = []
+    for i, (time, kind, detail) in enumerate(heard):
+        if kind == "impact":
+            struck.append((i, time, now.state, now.pending_after(time)))
+        elif kind == "port":
+            now.demand(time, cast("int", detail))
+        elif kind == "valve":
+            now.state, now.orders = str(detail), replace(now.orders, pending=now.orders.pending[1:])
+    if len(struck) <= blows:
+        raise ParameterError("events", f"{len(struck)} blows", f"more than the {blows} of a cycle")
+    first, start, state, orders = struck[-1 - blows]
+    passages = tuple(
+        (time - start, detail)
+        for time, kind, detail in heard[first : struck[-1][0]]
+        if kind == "port" and isinstance(detail, int) and now.valve.ports[detail].on == "entering"
+    )
+    return Rhythm(tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders)
+
+
+_EVENT = "a time, what happened, and a port's number or a state"
+
+
+def _passages(given: object) -> tuple[tuple[float, int], ...]:
+    accepted = "the time and the number of each port"
+    pairs = several("passages", cast("Iterable[Any]", given), accepted)
+    if any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in pairs):
+        raise ParameterError("passages", given, accepted)
+    return tuple((finite("passages", time), count("passages", port, least=0, most=MOST_PORTS)) for time, port in pairs)
+
+
+def _events(valve: Valve, given: Iterable[tuple[float, str, object]]) -> list[tuple[float, str, object]]:
+    """The events, checked."""
+    found: list[tuple[float, str, object]] = []
+    for event in several("events", given, _EVENT):
+        if not isinstance(event, tuple | list) or len(event) != 3:
+            raise ParameterError("events", event, _EVENT)
+        time, kind, detail = event
+        if kind == "port":
+            detail = count("events", detail, least=0, most=len(valve.ports) - 1)
+        elif kind == "valve":
+            valve.force(str(detail))
+        found.append((finite("events", time), str(kind), detail))
+    return found
+
+
+def steps_of(valve: Valve, rhythm: Rhythm) -> tuple[Step, ...] | None:
+    """Every event of a cycle, by the rules of the valve; None when the end of the cycle is not its beginning."""
+    steps, now = _followed(valve, rhythm)
+    ends, begins = now.orders, rhythm.orders
+    if [to for _, to in ends.pending] != [to for _, to in begins.pending]:
+        return None
+    if (now.state, ends.last) != (rhythm.state, begins.last):
+        return None
+    traced = [now.sources[order] for order in ends.pending]  # those that the cycle began with, a cycle later
+    return tuple(
+        one._replace(source=traced[one.source][0], later=traced[one.source][1]) if one.wrapped else one for one in steps
+    )
+
+
+def valve_after(valve: Valve, rhythm: Rhythm, blow: int = -1) -> Switching:
+    """The valve just after a blow of a cycle, the last one by default; its orders have times from that blow on."""
+    time = rhythm.blow_times[blow]
+    times = tuple(one for one in rhythm.blow_times if one <= time)
+    part = replace(rhythm, blow_times=times, passages=tuple(one for one in rhythm.passages if one[0] <= time))
+    now = _followed(valve, part)[1]
+    now.orders = now.pending_after(time)
+    return now
+
+
+def _followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
+    """The steps of a cycle, and the valve at its end; the source of an order that it began with is that order's number.
+
+    A source is the number of an event among ports and blows, what is added to its time, and whether it was before.
+    """
+    told = [(time, -1) for time in rhythm.blow_times] + list(rhythm.passages)
+    told.sort(key=lambda event: (event[0], event[1] >= 0))
+    steps: list[Step] = []
+    now = Switching(valve, rhythm.state, rhythm.orders)
+    now.sources = {order: (i, 0.0, True) for i, order in enumerate(rhythm.orders.pending)}
+
+    def demand(time: float, number: int, port: int) -> None:
+        now.demand(time, port, (number, valve.ports[port].delay, False))
+
+    for number, (time, port) in enumerate([(0.0, -1), *told], start=-1):
+        while number >= 0 and now.due < time:
+            due, state = now.carry_out()
+            source, later, wrapped = now.sources[due, state]
+            steps.append(Step("due", due, source, later, wrapped, -1, state, now.orders.last))
+        if port >= 0:
+            demand(time, number, port)
+        if number >= 0:
+            kind: Literal["port", "blow"] = "port" if port >= 0 else "blow"
+            steps.append(Step(kind, time, number, 0.0, False, port, now.state, now.orders.last))
+        if port < 0 and number < len(told) - 1:
+            for one in now.blow_demands():
+                demand(time, number, one)
+    return steps, now

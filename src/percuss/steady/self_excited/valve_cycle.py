@@ -1,0 +1,494 @@
+"""A periodic motion of a machine that switches its own valve, rigid or elastic, and what it tells."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError
+from percuss.mechanics.crossing import farthest
+from percuss.mechanics.flow import ModalFlight, response_of
+from percuss.model import Contact, Machine, MachineModes, Valve
+from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
+from percuss.model.load.valve import Orders
+from percuss.shown import Shown
+from percuss.steady.self_excited.piston_flight import Flight, extremes
+from percuss.steady.self_excited.rhythm import Rhythm
+
+# ---- Which multipliers of an elastic machine belong to its rhythm and which to its ringing, and to which mode
+#
+# By participation factors l_n·r_n of the left and right eigenvectors (I. J. Pérez-Arriaga, G. C. Verghese and
+# F. C. Schweppe, IEEE Trans. Power Apparatus and Systems 101, 1982), which do not depend on the scales of
+# the coordinates.
+
+_NOTHING = 1e-7  # a multiplier that is 0 but for rounding, which several zeros together magnify
+_BELONGS = 0.5  # share of the motion as a whole from which a multiplier is one of the rhythm
+_TOLD = 0.1  # share from which a mode is told
+
+
+class ModeShare(NamedTuple):
+    """A coordinate of the machine by its number (0: the motion as a whole), and its part in a multiplier, 0 to 1."""
+
+    mode: int
+    share: float
+
+
+@dataclass(frozen=True)
+class Ringing(Shown):
+    """What rings longest of a machine in its cycle.
+
+    Parameters
+    ----------
+    multiplier
+        The greatest of those that belong to the elastic modes; of a pair that with the positive imaginary part.
+    shares
+        What each mode has of it, the greatest first; they sum to 1. Of a machine with a chamber the modes are its own
+        (`Machine.modes`), which the chamber couples.
+    """
+
+    multiplier: complex
+    shares: tuple[ModeShare, ...]
+
+    @property
+    def mode(self) -> int:
+        """The mode with the greatest share."""
+        return self.shares[0].mode
+
+    @property
+    def told(self) -> tuple[ModeShare, ...]:
+        """The modes that are worth telling: that with the greatest share, and all with a tenth or more."""
+        return tuple(one for i, one in enumerate(self.shares) if i == 0 or one.share >= _TOLD)
+
+    @property
+    def decay(self) -> float:
+        """Cycles in which it falls to 1/e; infinite where it does not die out."""
+        modulus = abs(self.multiplier)
+        return -1.0 / math.log(modulus) if modulus < 1.0 else math.inf
+
+    def __str__(self) -> str:
+        return f"Ringing: mode {self.mode} ({100.0 * self.shares[0].share:.3g} %), modulus {abs(self.multiplier):.4g}"
+
+
+class Parted(NamedTuple):
+    """The greatest multiplier of the motion as a whole, and the ringing; None where there is none."""
+
+    rhythm: complex | None
+    ringing: Ringing | None
+
+
+def parted(slope: Array, modes: int) -> Parted:
+    """The multipliers of a cycle's map, parted into rhythm and ringing; pending orders are part of the rhythm."""
+    from scipy.linalg import eig  # slow to import
+
+    values, left, right = (np.asarray(one, dtype=complex) for one in eig(slope, left=True, right=True))
+    felt = np.flatnonzero((np.abs(values) > _NOTHING) & (values.imag >= 0.0))
+    felt = felt[np.argsort(-np.abs(values[felt]), kind="stable")]
+    factors = left[:, felt].conj() * right[:, felt]
+    size = 2 * (modes + 1)
+    own = np.abs(factors[:size].reshape(modes + 1, 2, -1).sum(axis=1))
+    own[0] += np.abs(factors[size:]).sum(axis=0)
+    shares = own / np.maximum(own.sum(axis=0), np.finfo(float).tiny)
+    whole = shares[0] > _BELONGS
+    rhythm = complex(values[felt[whole][0]]) if whole.any() else None
+    if whole.all():
+        return Parted(rhythm, None)
+    first = int(np.flatnonzero(~whole)[0])
+    order = np.argsort(-shares[:, first], kind="stable").tolist()
+    parts = tuple(ModeShare(mode, float(shares[mode, first])) for mode in order)
+    return Parted(rhythm, Ringing(complex(values[felt[first]]), parts))
+
+
+# ---- A flight, and what happens between flights
+
+Place = Literal["centre"] | float
+"""Of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValveFlight(ModalFlight):
+    """A flight from `time` on, with the valve's state and last demand, and the pressure of a supply at its start.
+
+    `held`: the bar has just left the wall at rest, so that no contact is looked for.
+    """
+
+    state: str
+    last: str
+    time: float
+    held: bool = False
+    pressure: float = 1.0
+
+    @property
+    def rigid(self) -> Flight:
+        """That of a rigid piston, by its distance behind the wall."""
+        modes, (u, v) = self.modes, self.begin[0].tolist()
+        return Flight(-self.force, float(modes.omega[0]) ** 2, float(modes.damping[0]), -u, -v, -self.ramp)
+
+    @property
+    def farthest(self) -> float:
+        """The greatest distance of the striking end from the wall."""
+        if self.modes.size:
+            return farthest(self, self.modes.end)
+        return max(extremes(self.rigid, self.duration)[1], -float(self.end[0, 0]))
+
+
+@dataclass(frozen=True)
+class Switch:
+    """A change of the valve's state.
+
+    Attributes
+    ----------
+    time
+        After the blow that begins the cycle.
+    to
+        The new state.
+    behind, velocity
+        Of the piston: distance behind the wall, and velocity away from it.
+    work
+        Rise of the force times that distance, per unit of mass: what the switch puts into the motion.
+    """
+
+    time: float
+    to: str
+    behind: float
+    velocity: float
+    work: float
+
+
+@dataclass(frozen=True)
+class Uncovering:
+    """A port demands a state: its number, the time after the blow, and the velocity away from the wall."""
+
+    port: int
+    time: float
+    velocity: float
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """The piston just after a blow, before the blow demands anything; the time of the blow is 0.
+
+    Parameters
+    ----------
+    speed
+        Away from the wall.
+    state
+        Of the valve.
+    orders
+        What was demanded last, and what is pending.
+    pressure
+        Of the supply; None where it is constant.
+    """
+
+    speed: float
+    state: str
+    orders: Orders
+    pressure: float | None = None
+
+    @property
+    def numbers(self) -> Array:
+        """What can: the speed, when the pending orders are due, and the pressure of a supply."""
+        pressure = [] if self.pressure is None else [self.pressure]
+        return np.array([self.speed, *(due for due, _ in self.orders.pending), *pressure])
+
+
+def checked_place(place: object) -> Place:
+    """A place of the body, or an error."""
+    if isinstance(place, str):
+        if place != "centre":
+            raise ParameterError("place", place, "'centre' or a place on the bar from 0 to 1")
+        return "centre"
+    return unit_interval("place", place)
+
+
+@dataclass(frozen=True)
+class Blow(Shown):
+    """A blow of a machine.
+
+    Attributes
+    ----------
+    time, speed
+        When, and the speed of the striking end just before.
+    kinetic, strain
+        Energies just before, per unit of mass; that of the chamber, which follows the driven end, is part of `strain`.
+    """
+
+    time: float
+    speed: float
+    kinetic: float
+    strain: float
+
+
+def place_row(machine: Machine, modes: MachineModes, place: Place) -> Array:
+    """What each coordinate moves a place of the body by."""
+    return modes.centre if isinstance(place, str) else modes.at(machine.body, np.array([place]))[0]
+
+
+def energy_of(modes: MachineModes, state: Array) -> float:
+    """Kinetic energy, and elastic energy with that of the chamber, of a state (N + 1, 2); per unit of mass."""
+    strained, v = modes.omega * state[:, 0], state[:, 1]
+    return 0.5 * float(v @ v + strained @ strained)
+
+
+def blow_of(modes: MachineModes, time: float, state: Array) -> Blow:
+    """The blow that a state just before it makes."""
+    speed, strained = state[:, 1], modes.omega * state[:, 0]
+    return Blow(time, float(modes.end @ speed), 0.5 * float(speed @ speed), 0.5 * float(strained @ strained))
+
+
+# ---- The cycle
+
+_LOOKS = 24  # at each flight
+_BEYOND = 1e-9  # of the way to the farthest place
+
+
+@dataclass(frozen=True)
+class ValveCycle(Shown):
+    """A periodic motion of a machine that switches its own valve; per unit of mass, as loads are.
+
+    Time 0 is just after the last blow of the cycle; the longest flight comes first. Speeds of blows are those of the
+    striking end just before.
+
+    Parameters
+    ----------
+    machine, modes
+        The machine, and N; 0 for a rigid piston.
+    state, orders
+        Of the valve at time 0, before the blow demands anything.
+    flights
+        The stretches between events, in order of time.
+    struck
+        The blows.
+    switches
+        Every change of the valve's state, in order of time, with place and velocity of the driven end.
+    uncoverings
+        Where ports demand a new state, in order of time; blows that do are not among them.
+    slope
+        Derivative of the map from cycle to cycle: of the numbers of the rebound of a rigid piston, or of displacement
+        and velocity of every coordinate, one coordinate after the other, and of the times of the pending orders.
+    rests
+        Whether the striking end lies on the wall for some time.
+    taken_by_rest
+        Energy lost on lying down: what the last blow left, for a body at rest on the wall is undeformed.
+    """
+
+    machine: Machine
+    modes: int
+    state: str
+    orders: Orders
+    flights: tuple[ValveFlight, ...]
+    struck: tuple[Blow, ...]
+    switches: tuple[Switch, ...]
+    uncoverings: tuple[Uncovering, ...]
+    slope: Array
+    rests: bool
+    taken_by_rest: float = 0.0
+
+    @property
+    def valve(self) -> Valve:
+        """Of the machine."""
+        return self.machine.valve
+
+    @property
+    def contact(self) -> Contact:
+        """How the machine leaves the wall."""
+        return self.machine.contact
+
+    @cached_property
+    def rhythm(self) -> Rhythm:
+        """When it strikes and passes ports, and the valve at time 0."""
+        passages = tuple((one.time, one.port) for one in self.uncoverings)
+        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders)
+
+    @property
+    def rebound(self) -> Rebound:
+        """The piston as a whole just after the blow at time 0."""
+        first, fed = self.flights[0], self.valve.supply is not None
+        speed = -float(first.modes.centre @ first.begin[:, 1])
+        return Rebound(speed, self.state, self.orders, first.pressure if fed else None)
+
+    @cached_property
+    def stroke(self) -> float:
+        """The greatest distance of the striking end from the wall."""
+        return max((flight.farthest for flight in self.flights if flight.duration > 0.0), default=0.0)
+
+    @property
+    def keeps_before_the_wall(self) -> bool:
+        """Whether the striking end is nowhere found beyond the wall, wherever it is looked at in flight."""
+        flights, modes = [one for one in self.flights if not one.held], self.flights[0].modes
+        looks = np.concatenate([np.linspace(0.0, one.duration, _LOOKS) for one in flights])
+        _, s, q = (np.split(part, len(flights), axis=1) for part in response_of(modes, looks))
+        seen = []
+        for one, ss, qq in zip(flights, s, q, strict=True):
+            u, v = one.begin.T
+            pull = one.force * modes.driven - modes.omega**2 * u
+            seen.append(modes.end @ u + (modes.end * v) @ ss + (modes.end * pull) @ qq)
+        return max(float(y.max()) for y in seen) <= -_BEYOND * min(float(y.min()) for y in seen)
+
+    @cached_property
+    def work(self) -> float:
+        """Energy that the valve puts in in a cycle: its force over the way of the driven end in flight.
+
+        The blows, the damping and the rests take the same; with a supply it is the work of the pump. The constant part
+        of the chamber's force is in it: without a rest or a blow that turns the strain over, in which the driven end
+        moves in no time, its work is none.
+        """
+        supply = self.valve.supply
+        if supply is not None:
+            return supply.flow * self.mean_pressure * self.period
+        return math.fsum(one.force * float((one.end - one.begin)[:, 0] @ one.modes.driven) for one in self.flights)
+
+    @cached_property
+    def mean_pressure(self) -> float:
+        """Of the supply, over a cycle; 1 where the pressure is constant."""
+        supply, found = self.valve.supply, []
+        if supply is None:
+            return 1.0
+        for one in self.flights:
+            flight, t = one.rigid, one.duration
+            found.append(one.pressure * t + 0.5 * supply.flow * t * t / supply.compliance)
+            if one.ramp != 0.0:  # the integral of the way by that of the equation of motion
+                behind, velocity = -one.end[0]
+                came, faster = behind - flight.x, velocity - flight.v
+                way = flight.push - flight.stiffness * flight.x + 0.5 * flight.ramp * t
+                way = (way * t - faster - flight.drag * came) / flight.stiffness
+                found.append(dict(self.valve.pairs)[one.state] / supply.compliance * way)
+        return math.fsum(found) / self.period
+
+    # -- what follows --
+
+    @property
+    def blow_times(self) -> Array:
+        """When the blows fall, the last one at the period."""
+        return np.array([blow.time for blow in self.struck])
+
+    @property
+    def blow_speeds(self) -> Array:
+        """Speed just before each blow."""
+        return np.array([blow.speed for blow in self.struck])
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each blow, that of the ringing with it."""
+        return np.array([blow.kinetic for blow in self.struck])
+
+    @property
+    def taken(self) -> float:
+        """Energy that the blows of a cycle take."""
+        return math.fsum(self.contact.energy_taken(blow.kinetic, blow.strain) for blow in self.struck)
+
+    @property
+    def level_difference(self) -> float:
+        """The greatest force of the valve minus the least."""
+        forces = [force for _, force in self.valve.pairs]
+        return max(forces) - min(forces)
+
+    @cached_property
+    def multipliers(self) -> ComplexArray:
+        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
+        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+    @property
+    def period(self) -> float:
+        """Duration of the cycle."""
+        return float(self.blow_times[-1])
+
+    @property
+    def blows(self) -> int:
+        """Blows in a cycle."""
+        return self.blow_times.size
+
+    @property
+    def blow_speed(self) -> float:
+        """Speed just before the strongest blow."""
+        return float(self.blow_speeds.max())
+
+    @property
+    def blow_energy(self) -> float:
+        """Kinetic energy just before the strongest blow."""
+        return float(self.blow_energies.max())
+
+    @property
+    def drawn(self) -> float:
+        """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
+        supply = self.valve.supply
+        return self.work if supply is None else supply.flow * self.period
+
+    @property
+    def swept_length(self) -> float:
+        """Volume that the valve takes from the supply in a cycle, per area that it switches."""
+        return self.drawn / self.level_difference if self.level_difference > 0.0 else 0.0
+
+    @property
+    def duty(self) -> float:
+        """Part of the period between the last rise of the force and the blow that follows."""
+        rises = [switch.time for switch in self.switches if switch.work > 0.0]
+        if not rises:
+            return 0.0
+        blow = min(time for time in self.blow_times.tolist() if time >= rises[-1])
+        return float((blow - rises[-1]) / self.period)
+
+    @property
+    def multiplier(self) -> complex:
+        """The greatest multiplier: what is left of a disturbance after a cycle."""
+        return complex(self.multipliers[0])
+
+    @cached_property
+    def _parted(self) -> Parted:
+        return parted(self.slope, self.modes) if self.modes else Parted(self.multiplier, None)
+
+    @property
+    def rhythm_multiplier(self) -> complex | None:
+        """The greatest multiplier of the motion as a whole; None where it cannot be told from the ringing."""
+        return self._parted.rhythm
+
+    @property
+    def ringing(self) -> Ringing | None:
+        """What rings longest; None where nothing is left of the ringing after a cycle, and of a rigid piston."""
+        return self._parted.ringing
+
+    @property
+    def stable(self) -> bool:
+        """Whether disturbances die out."""
+        return abs(self.multiplier) < 1.0
+
+    def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
+        """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
+
+        Parameters
+        ----------
+        times
+            Any; the motion is repeated with its period.
+        place
+            From 0 (driven end) to 1 (striking end), or "centre".
+
+        Raises
+        ------
+        ParameterError
+            When an argument is none of these.
+        """
+        within, place = np.mod(numbers("times", times), self.period), checked_place(place)
+        row = place_row(self.machine, self.flights[0].modes, place)
+        found, which = np.empty(within.shape), flights_at(self, within)
+        for number in np.unique(which).tolist():
+            mine, flight = which == number, self.flights[number]
+            found[mine] = row @ flight.at(within[mine] - flight.time)[0]
+        return found
+
+    def __str__(self) -> str:
+        blows = "1 blow" if self.blows == 1 else f"{self.blows} blows"
+        return (
+            f"ValveCycle: {blows}, speed {self.blow_speed:.6g}, period {self.period:.6g}, "
+            f"stroke {self.stroke:.6g}, multiplier {abs(self.multiplier):.4g}"
+        )
+
+
+def flights_at(cycle: ValveCycle, within: Array) -> npt.NDArray[np.intp]:
+    """The number of the flight at times of a cycle."""
+    begins = np.array([flight.time for flight in cycle.flights])
+    return np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
