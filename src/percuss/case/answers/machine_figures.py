@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +16,7 @@ from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
 from percuss.steady.self_excited import pressure_over
+from percuss.steady.self_excited.margins import Quantity, quantities_of
 
 if TYPE_CHECKING:
     from percuss.model import Machine
@@ -195,49 +196,20 @@ def pressure_curve(motion: SelfExcited) -> tuple[AtPressure, ...]:
 
 
 def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machine]]]:
-    """The parameters, each with the machine at a multiple of it."""
-    if machine.valve.supply is None:
-        yield "pressure", partial(_under, machine)
-    else:
-        yield "flow", partial(_fed, machine, "flow")
-        yield "accumulator", partial(_fed, machine, "compliance")
-    for i, port in enumerate(machine.valve.ports):
-        for key in ("behind", "delay"):
-            if getattr(port, key):
-                yield f"ports[{i}].{key}", partial(_with_port, machine, i, key)
-    if machine.contact.rebounds:
-        yield "restitution", partial(_rebounding, machine)
+    """The parameters that are not 0, each with the machine at a multiple of it."""
+    for quantity in quantities_of(machine):
+        name = "accumulator" if quantity.name == "compliance" else quantity.name
+        if quantity.value:
+            yield name if quantity.port is None else f"ports[{quantity.port}].{name}", partial(_multiplied, quantity)
 
 
-def _rebounding(machine: Machine, factor: float) -> Machine:
-    """The machine with a multiple of its restitution, 1 at most."""
-    contact = machine.contact
-    return replace(machine, contact=contact.with_restitution(min(_times(contact.restitution, factor), 1.0)))
-
-
-def _times(value: float, factor: float) -> float:
-    return factor * value
+def _multiplied(quantity: Quantity, factor: float) -> Machine:
+    return quantity.at(factor * quantity.value)
 
 
 def _under(machine: Machine, factor: float) -> Machine:
     """The machine under a multiple of its pressure, or of its pump's flow."""
-    if machine.valve.supply is not None:
-        return _fed(machine, "flow", factor)
-    states = tuple((name, factor * force) for name, force in machine.valve.pairs)
-    return machine.with_valve(replace(machine.valve, states=states))
-
-
-def _fed(machine: Machine, name: str, factor: float) -> Machine:
-    supply = machine.valve.supply
-    assert supply is not None
-    changed: dict[str, float] = {name: factor * getattr(supply, name)}
-    return machine.with_valve(replace(machine.valve, supply=replace(supply, **changed)))
-
-
-def _with_port(machine: Machine, number: int, key: str, factor: float) -> Machine:
-    ports = list(machine.valve.ports)
-    ports[number] = replace(ports[number], **{key: factor * getattr(ports[number], key)})
-    return machine.with_valve(replace(machine.valve, ports=tuple(ports)))
+    return _multiplied(next(quantities_of(machine)), factor)
 
 
 def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Machine]) -> Sensitivity:
