@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from percuss import palette
 from percuss.errors import ParameterError
 from percuss.explore.parameters import label_of
 from percuss.model.checks import choice, having, several, text
-from percuss.plot.canvas import COLOURS, INK, named_once, new_figure, style, titled
+from percuss.plot.canvas import COLOURS, INK, named_once, new_figure, segments, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,9 +103,7 @@ def _lines(
     turns: bool = True, widths: tuple[float, float] = (1.2, 1.2),
 ) -> None:  # fmt: skip
     """One line for each column, solid where stable and dashed elsewhere, cut where a phase goes round."""
-    changes = np.flatnonzero(np.diff(stable.astype(int))) + 1
-    for start, stop in pairwise([0, *changes.tolist(), values.size]):
-        part, solid = slice(start, min(stop + 1, values.size)), bool(stable[start])
+    for part, solid in segments(stable):
         for row in rows.T:
             x, y = _cut(values[part], np.array(row[part])) if turns else (values[part], row[part])
             ax.plot(x, y, "-" if solid else "--", color=colour, label=label, lw=widths[not solid], zorder=2)

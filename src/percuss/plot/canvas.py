@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,6 +106,19 @@ def named_once(axes: Axes) -> dict[str, Any]:
     """What the legend of a panel would name, each name once."""
     handles, labels = axes.get_legend_handles_labels()
     return dict(zip(labels, handles, strict=True))
+
+
+def segments(truth: np.ndarray[Any, Any]) -> list[tuple[slice, bool]]:
+    """The runs of equal truth along a curve, each with the first point of the next so that no gap shows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> segments(np.array([True, True, False]))
+    [(slice(0, 3, None), True), (slice(2, 3, None), False)]
+    """
+    starts = [0, *(np.flatnonzero(np.diff(truth)) + 1).tolist(), truth.size]
+    return [(slice(a, min(b + 1, truth.size)), bool(truth[a])) for a, b in pairwise(starts)]
 
 
 def patches_beside(axes: Axes, looks: Sequence[dict[str, Any]]) -> None:
