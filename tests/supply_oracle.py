@@ -1,4 +1,4 @@
-"""A second program for the rigid piston that a pump and an accumulator feed: plain integration, and the rules again."""
+"""A second program for the rigid piston, whether its pressure follows a supply: integration, and the rules again."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Fed:
     ending: str = ""
 
 
-def begun(valve: Valve, u: float, v: float, pressure: float) -> Fed:
+def begun(valve: Valve, u: float, v: float, pressure: float = 1.0) -> Fed:
     """A start, where ports whose region is occupied demand at once."""
     now = Fed(u, v, pressure, valve.start, Orders(valve.start))
     for i, port in enumerate(valve.ports):
@@ -61,10 +61,10 @@ def strike(now: Fed, valve: Valve, R: float) -> None:
             demand(now, valve, i)
 
 
-def follow(now: Fed, valve: Valve, R: float, d: float, blows: int, until: float = math.inf) -> Fed:
+def follow(now: Fed, valve: Valve, R: float, d: float, blows: float, until: float = math.inf) -> Fed:
     """On for so many blows, by plain integration."""
     forces, gas, kappa = dict(valve.states), valve.chamber.force, valve.chamber.stiffness
-    q, c = valve.supply.flow, valve.supply.compliance
+    q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
     left, longest = blows, 0.25 * math.sqrt(min(p.behind or 1.0 for p in valve.ports))
     while left and now.time < until:
         carry_out(now)
@@ -72,7 +72,7 @@ def follow(now: Fed, valve: Valve, R: float, d: float, blows: int, until: float 
         due = now.orders.pending[0][0] if now.orders.pending else math.inf
         push = p * now.pressure + gas
         if now.u == 0.0 and now.v == 0.0 and push > 0.0:
-            rises = math.inf if p >= 0.0 else (-gas / p - now.pressure) * c / q
+            rises = math.inf if p >= 0.0 or q == 0.0 else (-gas / p - now.pressure) * c / q
             stop = min(due, now.time + rises, until)
             if stop == math.inf:
                 now.ending = "on the wall"
@@ -132,11 +132,12 @@ def follow(now: Fed, valve: Valve, R: float, d: float, blows: int, until: float 
 
 def nudge(now: Fed, valve: Valve, d: float) -> None:
     """Off the edge of a port, whose function is 0 there, by a flight so short that its series has three terms."""
-    supply, force = valve.supply, dict(valve.states)[now.state]
+    q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
+    force = dict(valve.states)[now.state]
     step = min([1e-8, *(due - now.time for due, _ in now.orders.pending)])
     push = force * now.pressure + valve.chamber.force - valve.chamber.stiffness * now.u - d * now.v
-    now.pumped += supply.flow * now.pressure * step
-    now.pressure += (supply.flow - force * (now.v + 0.5 * push * step)) * step / supply.compliance
+    now.pumped += q * now.pressure * step
+    now.pressure += (q - force * (now.v + 0.5 * push * step)) * step / c
     now.dragged += d * now.v**2 * step
     now.u, now.v, now.time = now.u + (now.v + 0.5 * push * step) * step, now.v + push * step, now.time + step
 

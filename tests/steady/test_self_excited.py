@@ -19,7 +19,7 @@ from percuss.steady import Obstacle, SelfExcited, self_excited_motion, valve_mar
 from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.piston import Leg, Piston
 from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing, turning_time
-from valve_oracle import simulated
+from supply_oracle import begun, follow
 
 
 def rigid(valve: Valve, contact: Contact, drag: float = 0.0, room: float | None = None) -> SelfExcited:
@@ -296,15 +296,17 @@ SIMULATED = {
 @pytest.mark.parametrize("case", SIMULATED)
 def test_runs_agree_with_plain_integration(case: str) -> None:
     valve, R, d, u, until = SIMULATED[case]
-    record = simulated(valve, R, d, u, 0.0, until)
+    happened = follow(begun(valve, u, 0.0), valve, R, d, math.inf, until).events
     legs = followed_legs(valve, Kept(R), d, -u, 20)
     starts = [0.0, *accumulate(leg.duration for leg in legs)]
     blows = [(start, leg.blow_speed) for start, leg in zip(starts[1:], legs, strict=True) if leg.ending == kn.BLOW]
     found = [(time, speed) for time, speed in blows if time < until]
-    assert np.ravel(found) == pytest.approx(np.ravel(record.of("impact")), rel=1e-8)
+    assert np.ravel(found) == pytest.approx(
+        np.ravel([(time, v) for time, kind, v in happened if kind == "impact"]), rel=1e-8
+    )
     switches = [(t0 + s.time, s.to) for t0, leg in zip(starts, legs, strict=False) for s in leg.switches]
     switches = [switch for switch in switches if switch[0] < until]
-    expected = record.of("valve")
+    expected = [(time, to) for time, kind, to in happened if kind == "valve"]
     assert [to for _, to in switches] == [to for _, to in expected]
     assert [time for time, _ in switches] == pytest.approx([time for time, _ in expected], rel=1e-8, abs=1e-9)
     assert bool(legs[-1].ending == kn.NOTHING) == (case == "stall")
@@ -328,8 +330,8 @@ def test_blows_pile_up_and_the_piston_rests_until_the_return() -> None:
     assert times[:4] == pytest.approx(known, rel=1e-13)
     released = next(t0 + s.time for t0, leg in zip([0.0, *times], legs, strict=False) for s in leg.switches)
     assert released == pytest.approx(2.374596669241483377, rel=1e-12)
-    record = simulated(valve, 0.2, 0.0, -0.3, 0.0, 2.5)
-    assert record.of("release")[0][0] == pytest.approx(released, rel=1e-8)
+    *_, (time, kind, _) = follow(begun(valve, -0.3, 0.0), valve, 0.2, 0.0, math.inf, 2.5).events
+    assert kind == "valve" and time == pytest.approx(released, rel=1e-8)
 
 
 # -- invariances and limits --

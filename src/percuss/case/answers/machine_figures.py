@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,6 +16,7 @@ from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
 from percuss.steady.self_excited import pressure_over
+from percuss.steady.self_excited.margins import Quantity, quantities_of
 
 if TYPE_CHECKING:
     from percuss.model import Machine
@@ -69,14 +70,14 @@ def _efficiency(one: Running, _: Teller) -> str | None:
 
 CYCLE: tuple[Fact[Running], ...] = (
     Fact("blow_energy_J", "blow energy", "of the strongest blow of the cycle", "energy",
-         lambda one: one.cycle.blow_energy),
-    Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", lambda one: one.cycle.blow_speed),
+         "cycle.blow_energy"),
+    Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", "cycle.blow_speed"),
     Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate",
          lambda one: one.cycle.blows / one.cycle.period, _rate),
-    Fact("period", "period", "of the cycle, which is not the load's", "time", lambda one: one.cycle.period),
-    Fact("stroke stroke_m", "stroke", "how far the piston goes back", "length", lambda one: one.cycle.stroke),
+    Fact("period", "period", "of the cycle, which is not the load's", "time", "cycle.period"),
+    Fact("stroke stroke_m", "stroke", "how far the piston goes back", "length", "cycle.stroke"),
     Fact("duty", "duty", "part of the cycle that is pushed toward the wall before the blow", "",
-         lambda one: one.cycle.duty,
+         "cycle.duty",
          lambda one, _: f"{percent(one.cycle.duty)} of the cycle pushed toward the wall before the blow"),
     Fact("contact_time_us", "contact",
          "how long a uniform bar of this length is in contact, one round trip of its waves; the model lets the blow "
@@ -87,7 +88,7 @@ CYCLE: tuple[Fact[Running], ...] = (
 POWER: tuple[Fact[Running], ...] = (
     Fact("oil_flow_l_per_min", "oil flow", "from the supply, without leakage; null when its pressure is not known",
          "flow", lambda one: None if one.oil is None else one.oil / one.cycle.period, _oil),
-    Fact("oil_per_cycle_cm3", "", "the same", "volume", lambda one: one.oil),
+    Fact("oil_per_cycle_cm3", "", "the same", "volume", "oil"),
     Fact("input_power_kW", "input power", "what the valve puts in: pressure times oil flow", "power",
          lambda one: one.cycle.work / one.cycle.period,
          lambda one, tell: f"{tell.given(one.cycle.work / one.cycle.period, 'kW')}: pressure times oil flow"),
@@ -95,15 +96,15 @@ POWER: tuple[Fact[Running], ...] = (
          "power", lambda one: one.cycle.taken / one.cycle.period,
          lambda one, tell: f"{tell.given(one.cycle.taken / one.cycle.period, 'kW')}, "
          f"{tell(one.cycle.taken, 'energy')} a cycle"),
-    Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", lambda one: one.cycle.taken),
+    Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", "cycle.taken"),
     Fact("si.efficiency", "efficiency",
          "delivered over input; the energy of the rebound comes back and is in neither", "",
-         lambda one: one.efficiency, _efficiency),
+         "efficiency", _efficiency),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
-         "energy", lambda one: one.cycle.blow_energy),
+         "energy", "cycle.blow_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",
          "length", lambda one: _blank_distance(*one)),
-    Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", lambda one: one.cycle.work),
+    Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", "cycle.work"),
 )  # fmt: skip
 """What a cycle takes and gives."""
 
@@ -195,49 +196,20 @@ def pressure_curve(motion: SelfExcited) -> tuple[AtPressure, ...]:
 
 
 def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machine]]]:
-    """The parameters, each with the machine at a multiple of it."""
-    if machine.valve.supply is None:
-        yield "pressure", partial(_under, machine)
-    else:
-        yield "flow", partial(_fed, machine, "flow")
-        yield "accumulator", partial(_fed, machine, "compliance")
-    for i, port in enumerate(machine.valve.ports):
-        for key in ("behind", "delay"):
-            if getattr(port, key):
-                yield f"ports[{i}].{key}", partial(_with_port, machine, i, key)
-    if machine.contact.rebounds:
-        yield "restitution", partial(_rebounding, machine)
+    """The parameters that are not 0, each with the machine at a multiple of it."""
+    for quantity in quantities_of(machine):
+        name = "accumulator" if quantity.name == "compliance" else quantity.name
+        if quantity.value:
+            yield name if quantity.port is None else f"ports[{quantity.port}].{name}", partial(_multiplied, quantity)
 
 
-def _rebounding(machine: Machine, factor: float) -> Machine:
-    """The machine with a multiple of its restitution, 1 at most."""
-    contact = machine.contact
-    return replace(machine, contact=contact.with_restitution(min(_times(contact.restitution, factor), 1.0)))
-
-
-def _times(value: float, factor: float) -> float:
-    return factor * value
+def _multiplied(quantity: Quantity, factor: float) -> Machine:
+    return quantity.at(factor * quantity.value)
 
 
 def _under(machine: Machine, factor: float) -> Machine:
     """The machine under a multiple of its pressure, or of its pump's flow."""
-    if machine.valve.supply is not None:
-        return _fed(machine, "flow", factor)
-    states = tuple((name, factor * force) for name, force in machine.valve.pairs)
-    return machine.with_valve(replace(machine.valve, states=states))
-
-
-def _fed(machine: Machine, name: str, factor: float) -> Machine:
-    supply = machine.valve.supply
-    assert supply is not None
-    changed: dict[str, float] = {name: factor * getattr(supply, name)}
-    return machine.with_valve(replace(machine.valve, supply=replace(supply, **changed)))
-
-
-def _with_port(machine: Machine, number: int, key: str, factor: float) -> Machine:
-    ports = list(machine.valve.ports)
-    ports[number] = replace(ports[number], **{key: factor * getattr(ports[number], key)})
-    return machine.with_valve(replace(machine.valve, ports=tuple(ports)))
+    return _multiplied(next(quantities_of(machine)), factor)
 
 
 def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Machine]) -> Sensitivity:
@@ -450,41 +422,41 @@ BLANK: tuple[Fact[ToldBlank], ...] = (
     Fact("cushion", "cushion", "null, or that of the case, see below", "", _cushion,
          lambda one, _: _ASSUMPTION if one.assumed else None),
     Fact("assumed", "", "whether the case describes none, and this one was assumed: it begins at the place "
-         "of the blow and stops the piston within 20 mm", "", lambda one: one.assumed),
+         "of the blow and stops the piston within 20 mm", "", "assumed"),
     Fact("ending", "",
          '`"stops in the cushion"`, `"stops"` (where no port is reached), `"strikes the front end"`, `"leaves"` '
          '(nothing holds it back), `"cycles without a blow"`, `"goes on"` (without repeating)', "",
-         lambda one: one.found.ending),
-    Fact("passes", "", "of the place of the blow, until it stops or repeats", "", lambda one: one.found.passes),
-    Fact("speed", "speed", "past the place of the blow, at first", "speed", lambda one: one.found.speed,
+         "found.ending"),
+    Fact("passes", "", "of the place of the blow, until it stops or repeats", "", "found.passes"),
+    Fact("speed", "speed", "past the place of the blow, at first", "speed", "found.speed",
          lambda one, tell: f"{tell(one.found.speed, 'speed')} past the place of the blow, with "
          f"{tell(one.found.energy, 'energy')}"),
-    Fact("energy_J", "", "brought to the place of the blow", "energy", lambda one: one.found.energy),
-    Fact("reach reach_m", "", "how far it goes beyond the wall, at first", "length", lambda one: one.found.reach),
+    Fact("energy_J", "", "brought to the place of the blow", "energy", "found.energy"),
+    Fact("reach reach_m", "", "how far it goes beyond the wall, at first", "length", "found.reach"),
     Fact("depth depth_m", "depth", "how far it goes into the cushion, at first", "length",
-         lambda one: one.found.depth, _depth),
+         "found.depth", _depth),
     Fact("peak_force peak_force_N", "peak force", "the greatest force of the cushion, at first", "force",
-         lambda one: one.found.peak_force,
+         "found.peak_force",
          lambda one, tell: _pressed(one, tell, one.found.peak_force) if _cushioned(one) else None),
     Fact("si.peak_pressure_Pa", "", "of the oil in the cushion at this force; null without its area", "",
-         lambda one: one.peak_pressure),
-    Fact("taken taken_J", "taken", "the energy that the cushion keeps, at first", "energy", lambda one: one.found.taken,
+         "peak_pressure"),
+    Fact("taken taken_J", "taken", "the energy that the cushion keeps, at first", "energy", "found.taken",
          lambda one, tell: f"{tell(one.found.taken, 'energy')} by the cushion in the first pass"
          if _cushioned(one) else None),
     Fact("worst_pass", "worst pass", "the pass, from 1 on, in which it goes deepest into the cushion", "",
-         lambda one: one.found.worst_pass, _worst),
-    Fact("worst_depth worst_depth_m", "", "how deep it then goes", "length", lambda one: one.found.worst_depth),
-    Fact("worst_force worst_force_N", "", "the greatest force there", "force", lambda one: one.found.worst_force),
+         "found.worst_pass", _worst),
+    Fact("worst_depth worst_depth_m", "", "how deep it then goes", "length", "found.worst_depth"),
+    Fact("worst_force worst_force_N", "", "the greatest force there", "force", "found.worst_force"),
     Fact("si.worst_pressure_Pa", "", "of the oil in the cushion at this force", "",
          lambda one: one.pressure(one.found.worst_force)),
     Fact("pressure", "pressure",
          "with a pump the mean pressure of the cycle, under which this is told, as a multiple of that of "
-         "the forces; else 1", "", lambda one: one.found.pressure, _mean_pressure),
+         "the forces; else 1", "", "found.pressure", _mean_pressure),
     Fact("front_speed front_speed_m_s", "then", "at which it strikes the front end, or 0", "speed",
-         lambda one: one.found.front_speed, _then),
+         "found.front_speed", _then),
     Fact("period period_s", "", "of a machine that cycles without a blow: the time between passes; else null", "time",
-         lambda one: one.found.period),
-    Fact("again again_m_s", "", "likewise the speed of a pass", "speed", lambda one: one.found.again),
+         "found.period"),
+    Fact("again again_m_s", "", "likewise the speed of a pass", "speed", "found.again"),
 )  # fmt: skip
 """What a blank blow is."""
 

@@ -80,21 +80,11 @@ class ForceRecord(Shown):
 
 @dataclass(frozen=True)
 class Cycles:
-    """The cycles of a record.
+    """The cycles of a record, their motion from the first blow to the last one.
 
-    Parameters
-    ----------
-    motion
-        From the first blow to the last one.
-    switches
-        When each edge of the mean cycle occurs in each cycle, NaN where it was not seen; shape (cycles, edges).
-    sample
-        Time between samples.
-    noise
-        Standard deviation of the force from sample to sample.
-    blows
-        Whence the times of the blows are known: they were measured; they are those that the restitution asks for; or
-        they are at the phase of the mean cycle.
+    `switches` tells when each edge of the mean cycle occurs in each cycle, NaN where it was not seen, shape (cycles,
+    edges); `sample` is the time between samples, `noise` the deviation of the force, and `blows` whence their times are
+    known: measured, those that the restitution asks for, or at the phase of the mean cycle.
     """
 
     motion: Implied
@@ -116,20 +106,8 @@ def recorded_cycles(
 ) -> Cycles | None:
     """The cycles of the record that the load of a system was made from, or None where there are too few.
 
-    Parameters
-    ----------
-    phases
-        Of the load (rad) at the samples of the record.
-    rate
-        The load's phase that goes by in a unit of time of the result.
-    phase
-        Of the load at the blow of the mean cycle.
-    edges
-        Of the mean cycle: times after the blow, in the unit of the result.
-    levels
-        After each edge; forces per mass, and lengths in those of the body.
-    added
-        What is added to the force of the record, in the unit of the load.
+    `phases` are the load's (rad) at the samples, `rate` what goes by of it in a unit of time of the result; `phase` and
+    `edges` are of the mean cycle: at its blow, and after that; `added` is added to the load.
     """
     load = system.load
     frequency = (phases[-1] - phases[0]) / (2.0 * np.pi * (record.time[-1] - record.time[0]))
@@ -215,18 +193,9 @@ _INTO = 1e-6  # of the stroke, how far rounding takes a piston through the wall
 
 @dataclass(frozen=True)
 class MeanCycle:
-    """The mean cycle from blow to blow.
+    """The mean cycle from blow to blow, in the unit of time of the machine, and the phase of the load at the blow.
 
-    Parameters
-    ----------
-    system
-        The clocked system, with another mean load where that was needed for a motion.
-    phase
-        Of the load at the blow.
-    motion
-        In the unit of time of the machine.
-    notes
-        What was taken for granted.
+    The system has another mean load where that was needed for a motion; `notes` tell what was taken for granted.
     """
 
     system: System
@@ -245,18 +214,9 @@ def measured_phase(record: ForceRecord, phases: Array) -> float | None:
 
 
 def mean_cycle(states: SteadyStates, rate: float, blow: float | None, measured: float | None) -> MeanCycle:
-    """The motion of the mean cycle.
+    """The motion of the mean cycle, of those under the clocked load that which strikes nearest to the phase `blow`.
 
-    Parameters
-    ----------
-    states
-        The motions under the clocked load.
-    rate
-        The load's phase that goes by in a unit of time of the machine.
-    blow
-        Phase at which the blow is: the nearest root is taken.
-    measured
-        Phase at which it was measured: the motion is the one that strikes there, whatever the restitution.
+    With `measured` it is the one that strikes there, whatever the restitution. `rate`: as of `recorded_cycles`.
     """
     system = states.system
     if measured is not None:

@@ -86,14 +86,7 @@ def implied_by_orbit(orbit: Orbit) -> Implied:
 def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> Implied:
     """The motion from the first blow to the last, with the rebounds that bring the piston back to each blow.
 
-    Parameters
-    ----------
-    time, force
-        Samples; force per mass, towards the wall.
-    blows
-        Times of the blows, within the samples, increasing.
-    drag
-        d.
+    The force is per mass and towards the wall; `drag` is d.
     """
     through = _Through(time, force, drag)
     parts = []
@@ -108,15 +101,10 @@ def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> I
 
 
 def sought_blows(time: Array, force: Array, blows: Array, drag: float, factor: float) -> Array | None:
-    """The times of blows near given ones from which the piston rebounds with a known restitution, or None.
+    """The times of blows near given ones whose velocity is multiplied by a known factor, −R, or None.
 
     The first and the last of them stay where they are. With n flights there are 2n conditions, that each ends at the
     wall and begins with the rebound of the one before it, for the n − 1 other times and the n + 1 speeds.
-
-    Parameters
-    ----------
-    factor
-        −R: what the velocity of a blow is multiplied by.
     """
     through, n = _Through(time, force, drag), blows.size - 1
     found, period = blows.astype(float).copy(), float(np.mean(np.diff(blows)))
@@ -228,18 +216,9 @@ _ROUNDS = 6
 
 @dataclass(frozen=True)
 class Levels:
-    """What a force that switches is between its edges.
+    """What a force that switches is between its edges: at the wall, for each stretch from the first edge on.
 
-    Parameters
-    ----------
-    at_wall
-        Of each stretch between two edges the force at the wall, beginning after the first edge.
-    stiffness
-        What the force grows by per distance behind the wall, the same in all stretches.
-    error
-        Standard error of the stiffness.
-    scatter
-        Root mean square of the force about these.
+    It grows by `stiffness` per distance behind the wall, known to its standard error; `scatter` is what is left.
     """
 
     at_wall: Array
@@ -279,18 +258,9 @@ def rough_edges(force: Array) -> npt.NDArray[np.intp]:
 
 
 def levels_between(motion: Implied, edges: Array, period: float, told: float, sloped: bool = True) -> Levels:
-    """The levels of the stretches after each edge, and the slope against the distance.
+    """The levels of the stretches after each edge, and the slope against the distance; 0 unless `sloped`.
 
-    Parameters
-    ----------
-    motion
-        From blow to blow.
-    edges
-        Their times in a period, increasing, and after a blow.
-    told
-        How many independent numbers of a period are known: twice the harmonics.
-    sloped
-        Whether the force may grow with the distance; else the slope is 0.
+    `edges` are times in a period after a blow; `told` numbers of a period are independent.
     """
     since = np.searchsorted(motion.blows, motion.time, side="right") - 1
     t = motion.time - motion.blows[np.clip(since, 0, motion.blows.size - 2)]
@@ -313,16 +283,8 @@ def levels_between(motion: Implied, edges: Array, period: float, told: float, sl
 def edge_times(time: Array, force: Array, rough: Array, levels: tuple[Array, Array], window: float) -> Array:
     """The times of the steps that have the momentum of the force about each rough edge; NaN outside the samples.
 
-    Parameters
-    ----------
-    time, force
-        Samples of the force, without what it grows by with the distance.
-    rough
-        Near the edges.
-    levels
-        Before and after each edge.
-    window
-        How long before and after each edge it is looked at.
+    The force is without what grows with the distance, and looked at for the time `window` before and after an edge; so
+    are the levels.
     """
     momentum = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
     before, after = levels

@@ -94,15 +94,7 @@ def spread(values: Array, least: float = 0.0) -> Interval:
 
 
 def port_and_delay(seen: Sequence[Seen], longest: float) -> PortAndDelay:
-    """The place and the delay of one switch, from all cycles in which it was seen.
-
-    Parameters
-    ----------
-    seen
-        The switch in each cycle.
-    longest
-        The longest delay that the valve may have.
-    """
+    """The place and the delay of one switch, from all cycles in which it was seen."""
     least = float(np.median([one.time - one.last for one in seen]))
     earliest = min(one.time - one.first for one in seen)
     most = max(least, min(longest, earliest))

@@ -47,21 +47,7 @@ _AT_ONCE = 1.0 / 512.0  # of a period: a fall no farther from the blow than this
 def recorded_switch(
     j: int, number: list[int], forces: list[float], edges: Array, motion: Implied, cycles: Cycles | None, longest: float
 ) -> RecordedSwitch:
-    """One switch of a cycle, from all cycles in which it was seen.
-
-    Parameters
-    ----------
-    j
-        Which edge.
-    number, forces
-        Of the stretch after each edge its state, and the forces of the states.
-    edges
-        Times after the blow, of the mean cycle.
-    motion, cycles
-        Of the mean cycle, and of the single ones where they are known.
-    longest
-        The longest delay that the valve may have.
-    """
+    """The switch at the edge j, from all cycles in which it was seen; `number` is the state after each edge."""
     jump = forces[number[j]] - forces[number[j - 1]]
     period = float(motion.blows[-1])
     since = float(edges[j]) if 2.0 * edges[j] < period else float(edges[j]) - period

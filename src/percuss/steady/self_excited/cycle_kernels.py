@@ -24,15 +24,7 @@ def cycles_of(
 ):
     """What each piston does, `does`; of one that runs what its cycle tells, and the derivatives of its return map.
 
-    Parameters
-    ----------
-    forces, ports, laws, first
-        Of each piston: the force of each state at the wall, shape (cells, states); the rows of its ports; stiffness,
-        drag and velocity factor; the state at the start.
-    starting
-        Whether to look if it starts from rest: `begun`.
-    rows, slopes, matrices, tells, step
-        To work in.
+    With `starting` it is looked if it starts from rest in its state `first`: `begun`. The tables are to work in.
     """
     for i in range(does.size):
         work = Tables(forces[i], ports[i], laws[i], rows, slopes, matrices, tells, step)

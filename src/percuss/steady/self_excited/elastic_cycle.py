@@ -19,11 +19,9 @@ from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
 from percuss.steady.self_excited.rhythm import Rhythm, Step, Switching, rhythm_of, steps_of, valve_after
 from percuss.steady.self_excited.valve_cycle import (
-    Switch,
-    Uncovering,
     ValveCycle,
     ValveFlight,
-    blow_of,
+    cycle_told,
     energy_of,
     place_row,
 )
@@ -310,7 +308,13 @@ def solved(machine: Machine, count: int, rhythm: Rhythm) -> Solved:
         proven &= other.proven
         if other.which >= 0:
             return Solved(None, "wall" if ports[other.which] < 0 else "port", flight.time + other.time)
-    return Solved(_told(machine, cycle, steps, rhythm, flights, found), proven=proven)
+    kinds = {"blow": "impact", "due": "valve", "port": "port"}
+    happened = [
+        (flight.time + flight.duration, kinds[step.kind], step.state if step.kind == "due" else step.port, state)
+        for step, flight, state in zip(steps, flights, found[1].states, strict=True)
+    ]
+    told = cycle_told(machine, rhythm, flights, happened, cycle.slope(*found))
+    return Solved(replace(told, orders=valve_after(machine.valve, told.rhythm).orders), proven=proven)
 
 
 def _cycle_of(machine: Machine, count: int, rhythm: Rhythm, steps: tuple[Step, ...]) -> Cycle:
@@ -350,37 +354,6 @@ def _flights(
     return tuple(found)
 
 
-def switch_of(machine: Machine, driven: Array, time: float, change: tuple[str, str], state: Array) -> Switch:
-    """A change of the valve from one state to another."""
-    rise = machine.valve.force(change[1]) - machine.valve.force(change[0])
-    behind = -float(driven @ state[:, 0])
-    return Switch(time, change[1], behind, -float(driven @ state[:, 1]), rise * behind)
-
-
-def _told(
-    machine: Machine,
-    cycle: Cycle,
-    steps: tuple[Step, ...],
-    rhythm: Rhythm,
-    flights: tuple[ValveFlight, ...],
-    found: tuple[Array, Closed],
-) -> ValveCycle:
-    modes, struck, changed, passed = cycle.modes, [], [], []
-    for i, (step, state) in enumerate(zip(steps, found[1].states, strict=True)):
-        time = flights[i].time + flights[i].duration
-        if step.kind == "blow":
-            struck.append(blow_of(modes, time, state))
-        elif step.kind == "port":
-            passed.append(Uncovering(step.port, time, -float(cycle.rows[i] @ state[:, 1])))
-        else:
-            changed.append(switch_of(machine, modes.driven, time, (flights[i].state, step.state), state))
-    told = ValveCycle(
-        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed),
-        cycle.slope(*found), False,
-    )  # fmt: skip
-    return replace(told, orders=valve_after(machine.valve, told.rhythm).orders)
-
-
 # ---- The cycle of an elastic machine that rests on the wall: what follows a release, until the next one
 #
 # A bar at rest on the wall has forgotten everything, and leaves undeformed when the valve pulls: all multipliers are 0.
@@ -401,27 +374,17 @@ def rest_cycle(motion: Following) -> ValveCycle | None:
 
 
 def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
-    start = first.time
-    machine, modes = motion.machine, motion.modes
-    struck, changed, passed = [], [], []
-    state = motion.flights[first.flights].state
-    for (time, kind, detail), now in list(zip(motion.events, motion.states, strict=True))[first.events : last.events]:
-        if kind == "impact":
-            struck.append(blow_of(modes, time - start, now))
-        elif kind == "valve":
-            changed.append(switch_of(machine, modes.driven, time - start, (state, str(detail)), now))
-            state = str(detail)
-        elif isinstance(detail, int) and (reads := machine.valve.ports[detail]).on == "entering":
-            passed.append(Uncovering(detail, time - start, -float(place_row(machine, modes, reads.reads) @ now[:, 1])))
+    events, size = slice(first.events, last.events), 2 * motion.modes.omega.size
+    happened = [
+        (time - first.time, kind, detail, before)
+        for (time, kind, detail), before in zip(motion.events[events], motion.states[events], strict=True)
+    ]
     flights = tuple(
-        replace(flight, time=flight.time - start) for flight in motion.flights[first.flights : last.flights]
+        replace(flight, time=flight.time - first.time) for flight in motion.flights[first.flights : last.flights]
     )
-    forgotten = np.zeros((2 * modes.omega.size, 2 * modes.omega.size))
-    rhythm = motion.rhythm(len(struck))
-    return ValveCycle(
-        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed),
-        forgotten, True, math.fsum(motion.losses[first.losses : last.losses]),
-    )  # fmt: skip
+    rhythm = motion.rhythm(sum(kind == "impact" for _, kind, *_ in happened))
+    told = cycle_told(motion.machine, rhythm, flights, happened, np.zeros((size, size)))
+    return replace(told, rests=True, taken_by_rest=math.fsum(motion.losses[first.losses : last.losses]))
 
 
 # ---- The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to

@@ -19,20 +19,10 @@ from percuss.steady.self_excited.self_switching import OBSTACLES, Obstacle, why_
 
 @dataclass(frozen=True)
 class RigidCycles:
-    """What many rigid pistons do, per unit of mass; arrays of shape (n,), NaN where a piston has no cycle of one blow.
+    """What many rigid pistons do, as of a `ValveCycle`; shape (n,), NaN where a piston has no cycle of one blow.
 
-    Attributes
-    ----------
-    obstacles
-        What keeps each from running with one blow in a cycle; None for one that runs.
-    answered
-        False where this has no answer, as with very many orders under way or a supply; `self_excited_motion` has.
-    period, speed, energy, stroke, work, taken, duty
-        As of a `ValveCycle` with one blow: speed and energy just before it.
-    multiplier
-        Modulus of the greatest multiplier.
-    starts
-        Whether it keeps going when it starts at rest on the wall; False where nobody asked.
+    `answered` is False where this has no answer, as with very many orders under way or a supply; `starts` tells if it
+    keeps going from rest on the wall, False where nobody asked. Only the modulus of the multiplier is told.
     """
 
     obstacles: tuple[Obstacle | None, ...]
@@ -53,14 +43,7 @@ def rigid_cycles(
 ) -> RigidCycles:
     """What `self_excited_motion` tells of each of these machines with a rigid piston, without the flights.
 
-    Parameters
-    ----------
-    machines
-        With the same number of states, and of ports, each.
-    rooms
-        Of each, how far behind the wall it can go; without limit by default.
-    starts
-        Whether to look which of them start from rest.
+    They have the same number of states, and of ports, each; `rooms`: how far behind the wall each can go.
     """
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed

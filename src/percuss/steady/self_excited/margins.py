@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -201,11 +201,11 @@ def _supply_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
     if supply is None:
         return None, None
 
-    def less(name: str, logarithm: float) -> Valve:
-        changed = getattr(supply, name) * math.exp(-logarithm)
-        return replace(motion.machine.valve, supply=replace(supply, **{name: changed}))
+    def less(quantity: Quantity, logarithm: float) -> Valve:
+        return quantity.at(quantity.value * math.exp(-logarithm)).valve
 
-    limits = [_limit(motion, partial(less, name), 0.0, _SUPPLY_STEP)[0] for name in ("flow", "compliance")]
+    fed = [one for one in quantities_of(motion.machine) if one.name in ("flow", "compliance")]
+    limits = [_limit(motion, partial(less, one), 0.0, _SUPPLY_STEP)[0] for one in fed]
     flow, compliance = (None if limit is None else math.exp(-limit) for limit in limits)
     return flow, compliance
 
@@ -268,48 +268,64 @@ def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
     instance("motion", motion, SelfExcited)
     if motion.cycle is None or not motion.runs:
         raise ParameterError("motion", str(motion), "a machine that runs")
-    return tuple(_sensitivity(motion, motion.cycle, *quantity) for quantity in _quantities(motion.machine))
+    return tuple(_sensitivity(motion, motion.cycle, quantity) for quantity in quantities_of(motion.machine))
 
 
-def _quantities(machine: Machine) -> Iterator[tuple[str, int | None, float]]:
-    supply = machine.valve.supply
+class Quantity(NamedTuple):
+    """What may change of a machine: as of a `Sensitivity`, and `at` gives the machine with another value."""
+
+    name: str
+    port: int | None
+    value: float
+    at: Callable[[float], Machine]
+
+
+def quantities_of(machine: Machine) -> Iterator[Quantity]:
+    """Pressure, or flow and accumulator of a supply, place and delay of the ports, and restitution."""
+    valve, supply = machine.valve, machine.valve.supply
+
+    def part_of(whole: Any, name: str, value: float) -> Any:
+        return replace(whole, **{name: value})
+
+    def fed(name: str, value: float) -> Machine:
+        return machine.with_valve(replace(valve, supply=part_of(supply, name, value)))
+
+    def with_port(number: int, name: str, value: float) -> Machine:
+        ports = list(valve.ports)
+        ports[number] = part_of(ports[number], name, value)
+        return machine.with_valve(replace(valve, ports=tuple(ports)))
+
+    def under(pressure: float) -> Machine:
+        return machine.with_valve(replace(valve, states={name: force * pressure for name, force in valve.pairs}))
+
+    def rebounding(restitution: float) -> Machine:
+        return replace(machine, contact=machine.contact.with_restitution(min(restitution, 1.0)))
+
     if supply is None:
-        yield "pressure", None, 1.0
+        yield Quantity("pressure", None, 1.0, under)
     else:
-        yield from (("flow", None, supply.flow), ("compliance", None, supply.compliance))
-    for i, port in enumerate(machine.valve.ports):
+        for name in ("flow", "compliance"):
+            yield Quantity(name, None, getattr(supply, name), partial(fed, name))
+    for i, port in enumerate(valve.ports):
         if port.behind is not None:
-            yield "behind", i, port.behind
-        yield "delay", i, port.delay
-    yield "restitution", None, machine.contact.restitution
+            yield Quantity("behind", i, port.behind, partial(with_port, i, "behind"))
+        yield Quantity("delay", i, port.delay, partial(with_port, i, "delay"))
+    yield Quantity("restitution", None, machine.contact.restitution, rebounding)
 
 
-def _changed(machine: Machine, quantity: str, port: int | None, value: float) -> Machine:
-    valve = machine.valve
-    if quantity == "restitution":
-        return replace(machine, contact=machine.contact.with_restitution(value))
-    if port is None and valve.supply is not None:
-        changed: dict[str, Any] = {quantity: value}
-        return machine.with_valve(replace(valve, supply=replace(valve.supply, **changed)))
-    if port is None:
-        return machine.with_valve(replace(valve, states={name: force * value for name, force in valve.pairs}))
-    ports = list(valve.ports)
-    ports[port] = replace(ports[port], behind=value) if quantity == "behind" else replace(ports[port], delay=value)
-    return machine.with_valve(replace(valve, ports=tuple(ports)))
-
-
-def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: str, port: int | None, value: float) -> Sensitivity:
-    step = _DIFFERENCE_STEP * (value or (1.0 if quantity == "restitution" else cycle.period))
-    highest = 1.0 if quantity == "restitution" else value + step
+def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: Quantity) -> Sensitivity:
+    name, port, value, changed = quantity
+    step = _DIFFERENCE_STEP * (value or (1.0 if name == "restitution" else cycle.period))
+    highest = 1.0 if name == "restitution" else value + step
     found = []
     for other in (max(value - step, 0.0), min(value + step, highest)):
-        near = _near(motion, cycle, _changed(motion.machine, quantity, port, other)) if other != value else cycle
+        near = _near(motion, cycle, changed(other)) if other != value else cycle
         if near is not None:
             found.append((other, near.blow_energy, 1.0 / near.period))
     if len(found) < 2:
-        return Sensitivity(quantity, port, value, float("nan"), float("nan"))
+        return Sensitivity(name, port, value, float("nan"), float("nan"))
     (low, energy, rate), (high, more, faster) = found
-    return Sensitivity(quantity, port, value, (more - energy) / (high - low), (faster - rate) / (high - low))
+    return Sensitivity(name, port, value, (more - energy) / (high - low), (faster - rate) / (high - low))
 
 
 def _near(motion: SelfExcited, cycle: ValveCycle, machine: Machine) -> ValveCycle | None:

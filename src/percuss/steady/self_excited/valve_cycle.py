@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -170,18 +171,9 @@ class Uncovering:
 
 @dataclass(frozen=True)
 class Rebound:
-    """The piston just after a blow, before the blow demands anything; the time of the blow is 0.
+    """The piston just after a blow at time 0, before the blow demands anything: its speed, and what the valve is.
 
-    Parameters
-    ----------
-    speed
-        Away from the wall.
-    state
-        Of the valve.
-    orders
-        What was demanded last, and what is pending.
-    pressure
-        Of the supply; None where it is constant.
+    The pressure of the supply is None where it is constant.
     """
 
     speed: float
@@ -232,12 +224,6 @@ def energy_of(modes: MachineModes, state: Array) -> float:
     """Kinetic energy, and elastic energy with that of the chamber, of a state (N + 1, 2); per unit of mass."""
     strained, v = modes.omega * state[:, 0], state[:, 1]
     return 0.5 * float(v @ v + strained @ strained)
-
-
-def blow_of(modes: MachineModes, time: float, state: Array) -> Blow:
-    """The blow that a state just before it makes."""
-    speed, strained = state[:, 1], modes.omega * state[:, 0]
-    return Blow(time, float(modes.end @ speed), 0.5 * float(speed @ speed), 0.5 * float(strained @ strained))
 
 
 # ---- The cycle
@@ -492,3 +478,30 @@ def flights_at(cycle: ValveCycle, within: Array) -> npt.NDArray[np.intp]:
     """The number of the flight at times of a cycle."""
     begins = np.array([flight.time for flight in cycle.flights])
     return np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
+
+
+Happened = tuple[float, str, object, Array]
+"""An event: its time, "impact", "valve" or "port", the new state or the number of the port, and the state before."""
+
+
+def cycle_told(
+    machine: Machine, rhythm: Rhythm, flights: tuple[ValveFlight, ...], happened: Iterable[Happened], slope: Array
+) -> ValveCycle:
+    """The cycle of these flights and events of an elastic machine."""
+    modes, valve, state = flights[0].modes, machine.valve, flights[0].state
+    struck, changed, passed = [], [], []
+    for time, kind, detail, before in happened:
+        if kind == "impact":
+            speed, strained = before[:, 1], modes.omega * before[:, 0]
+            energies = 0.5 * float(speed @ speed), 0.5 * float(strained @ strained)
+            struck.append(Blow(time, float(modes.end @ speed), *energies))
+        elif kind == "valve":
+            rise, behind = valve.force(str(detail)) - valve.force(state), -float(modes.driven @ before[:, 0])
+            changed.append(Switch(time, str(detail), behind, -float(modes.driven @ before[:, 1]), rise * behind))
+            state = str(detail)
+        elif isinstance(detail, int) and (port := valve.ports[detail]).on == "entering":
+            passed.append(Uncovering(detail, time, -float(place_row(machine, modes, port.reads) @ before[:, 1])))
+    return ValveCycle(
+        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed), slope,
+        False,
+    )  # fmt: skip
