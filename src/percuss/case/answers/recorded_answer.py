@@ -34,17 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ByClock(Shown):
-    """What B77's clock says of the recorded motion.
-
-    Attributes
-    ----------
-    exists
-        Whether a motion with the blow at the recorded phase is possible.
-    stable
-        Whether it is stable; None without one.
-    multiplier
-        The greatest multiplier of its rhythm; None without one.
-    """
+    """What B77's clock says of the recorded motion: whether it exists, is stable, and its multiplier."""
 
     exists: bool
     stable: bool | None
