@@ -15,6 +15,10 @@ STEPPED = f"sections = [{HEAD}, {SHAFT}]"
 HARMONIC = 'kind = "harmonic"\nmean = 0.9\namplitude = 1.0'
 FOURIER = 'kind = "fourier"\ncoefficients = [[0.9, 0.0], [1.0, 0.0]]'
 FORCE = 'kind = "harmonic"\nmean = "4 kN"\namplitude = "9 kN"\nfrequency = "60 Hz"'
+VALVE = """kind = "valve"
+states = {return = -0.3, power = 1.0}
+ports = [{behind = 0.6, side = "back", to = "power", delay = 0.1}, {on = "impact", to = "return"}]
+chamber = {force = 0.05, stiffness = 0.1}"""
 STEPS = 'kind = "steps"\nbreaks = [0.5, 2.0, 4.0]\nvalues = [1.0, -0.5, 0.25]'
 
 
@@ -32,6 +36,40 @@ def plain_case(
 
 SI = 'title = "Hydraulic drifter"\n' + si_case("damping_ratio = 1e-3")
 PLAIN = 'title = "B77 scale"\n' + plain_case(kind=FOURIER)
+
+# ---- A stepped bar on a rod with rock at its end, the blow that is asked for, and what a motion needs besides
+
+BAR = """
+[bar]
+sections = [{length = "120 mm", diameter = "52 mm"}, {length = "250 mm", diameter = "40 mm", bore = "8 mm"}]
+"""
+TOOL = """
+[tool]
+sections = [{length = "1.2 m", diameter = "38 mm"}, {length = "0.1 m", diameter = "60 mm"}]
+end = "rock"
+bit_mass = "3 kg"
+gap = "0.5 mm"
+[rock]
+stiffness = "400 kN/mm"
+unloading_ratio = 0.4
+gap = "0.2 mm"
+"""
+BLOW = """
+[blow]
+velocity = "9.5 m/s"
+until = "3 ms"
+load = [["0 s", "4 kN"], ["1 ms", "-2 kN"]]
+load_at = 1
+"""
+MOTION = """
+[load]
+kind = "harmonic"
+mean = "4 kN"
+amplitude = "9 kN"
+frequency = "60 Hz"
+[contact]
+restitution = 0.2
+"""
 
 
 def refusal(text: str) -> str:

@@ -15,15 +15,14 @@ from percuss import Start, Stop, run
 from percuss.case import Case, steady_answer
 from percuss.case.file_format.body_building import damping_law, damping_table
 from percuss.case.file_format.body_tables import DampingTable
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
+from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.file_format.schema import Strain
-from percuss.case.parameters.description import case_dict, plain_tables
+from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.errors import CaseError
 from percuss.model import Bar, Damping, External, KelvinVoigt, Kept, Ratio, Reversed, System, Table
 from percuss.model.body import DAMPINGS
 from percuss.model.contact import LAWS
-from percuss.model.described import describe_system, system_from
 
 MASS_PER_LENGTH = 7850.0 * math.pi / 4.0 * 0.049**2
 OMEGA = 2.0 * math.pi * 60.0
@@ -89,62 +88,6 @@ def test_the_table_of_a_law_reads_back(law: Damping) -> None:
     assert damping_law(DampingTable(**table), units=False) == law
 
 
-@pytest.mark.parametrize(
-    ("key", "parts"),
-    [
-        ('damping = "40 N*s/m^2"', ["bar.damping = '40 N*s/m^2'", "is called drag", 'drag = "40 N*s/m^2"']),
-        ("damping = 0.01", ["bar.damping = 0.01", "a table such as", "damping_ratio = 0.01"]),
-        ("damping = [1]", ["bar.damping = [1]", "a table"]),
-        ("damping = true", ["bar.damping = True", "a table"]),
-        ('damping = {kind = "ratio", value = -1}', ["bar.damping.value = -1", "0 or greater"]),
-        ('damping = {kind = "ratio", value = 1.5}', ["bar.damping.value = 1.5", "critical damping, 0 to 1"]),
-        ('damping = {kind = "ratio", value = "1 %"}', ["bar.damping.value = '1 %'", "a plain number"]),
-        ('damping = {kind = "ratio", value = nan}', ["bar.damping.value = nan", "a finite number"]),
-        ('damping = {kind = "ratio", value = true}', ["bar.damping.value = True", "a finite number"]),
-        ('damping = {kind = "ratio", value = [0.1]}', ["bar.damping.value = [0.1]", "one finite number"]),
-        ('damping = {kind = "ratoi", value = 0.1}', ["bar.damping.kind = 'ratoi'", "did you mean 'ratio'?"]),
-        ("damping = {value = 0.1}", ["bar.damping.kind: missing", "kelvin_voigt"]),
-        ('damping = {kind = "ratio"}', ["bar.damping.value: missing"]),
-        ('damping = {kind = "ratio", value = 0.1, vlue = 3}', ["bar.damping.vlue = 3", "did you mean 'value'?"]),
-        ('damping = {kind = "kelvin_voigt", value = "1 mm"}', ["bar.damping.value = '1 mm'", "unit of length"]),
-        ('damping = {kind = "kelvin_voigt", value = -1e-9}', ["bar.damping.value = -1e-09", "0 or greater"]),
-        ('damping = {kind = "external", value = "-4 N*s/m^2"}', ["bar.damping.value = '-4 N*s/m^2'", "0 or greater"]),
-        ('damping = {kind = "table", value = 1.0}', ["bar.damping.value = 1.0", "a list of numbers"]),
-        ('damping = {kind = "table", value = []}', ["bar.damping.value", "a list of numbers"]),
-        ('damping = {kind = "table", value = [1.0, -1.0]}', ["bar.damping.value[1] = -1.0", "0 or greater"]),
-        ('drag = "-1 N*s/m^2"', ["bar.drag = '-1 N*s/m^2'", "0 or greater"]),
-        ('drag = "1 N*s/m^2"\ndamping_ratio = 1e-3', ["bar.drag", "either damping_ratio or drag, not both"]),
-        (
-            'damping = {kind = "ratio", value = 0.1}\ndamping_ratio = 1e-3',
-            ["bar.damping", "either damping_ratio or damping, not both"],
-        ),
-    ],
-)
-def test_a_wrong_law_of_damping_in_si(key: str, parts: list[str]) -> None:
-    message = refusal(si_case(key))
-    assert all(part in message for part in parts), message
-
-
-@pytest.mark.parametrize(
-    ("keys", "parts"),
-    [
-        ("", ["system.d: missing", "a law of damping"]),
-        ("damping = 0.1", ["system.damping = 0.1", "is called d"]),
-        ('damping = "1 1/s"', ["system.damping = '1 1/s'", "a table such as"]),
-        ('d = 0.1\ndamping = {kind = "ratio", value = 0.1}', ["system.d = 0.1", "leave d out"]),
-        ('d = 0.1\ndamping = {kind = "external", value = 0.2}', ["system.d = 0.1", "leave d out"]),
-        ('d = -1\ndamping = {kind = "ratio", value = 0.1}', ["system.d = -1", "0 or greater"]),
-        ('damping = {kind = "kelvin_voigt", value = "1 ns"}', ["system.damping.value = '1 ns'", "only a case in SI"]),
-        ('damping = {kind = "external", value = "4 N*s/m^2"}', ["system.damping.value", "only a case in SI"]),
-        ('damping = {kind = "kelvin_voigt", value = 1e7}', ["system.damping.value = 10000000.0", "at most 1e+06"]),
-        ("d = 1e7", ["system.d = 10000000.0", "at most 1e+06"]),
-    ],
-)
-def test_a_wrong_law_of_damping_in_plain_numbers(keys: str, parts: list[str]) -> None:
-    message = refusal(plain_case(keys))
-    assert all(part in message for part in parts), message
-
-
 # -- the contact, and where the load acts --
 
 
@@ -192,25 +135,6 @@ def test_a_load_of_steps() -> None:
     assert system_of(on_a_face).load.values == pytest.approx([0.1 * value for value in system.load.values])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "part"),
-    [
-        ("breaks = [0.5, 2.0, 4.0]\n", "", "load.breaks: missing"),
-        ("[0.5, 2.0, 4.0]", "[0.5, 2.0]", "load.breaks"),
-        ("[0.5, 2.0, 4.0]", "[0.5, 2.0, 7.0]", "load.breaks"),
-        ("[0.5, 2.0, 4.0]", "[0.5, 2.0, 2.0]", "load.breaks"),
-        ("[1.0, -0.5, 0.25]", '["1 kN"]', "load.values"),
-        (
-            "[0.5, 2.0, 4.0]",
-            str([0.001 * i for i in range(1001)]),
-            "expected at most 1000",
-        ),
-    ],
-)
-def test_wrong_steps(old: str, new: str, part: str) -> None:
-    assert part in refusal(steps_case().replace(old, new))
-
-
 def test_steps_in_si_want_the_unit_of_their_values() -> None:
     found = refusal(si_case(load='frequency = "60 Hz"', kind=STEPS))
     assert "load.unit: missing" in found and "unit of the numbers" in found and "coefficients" not in found
@@ -246,32 +170,6 @@ CASES = [
     plain_case(),
     steps_case(),
 ]
-
-
-@pytest.mark.parametrize("text", CASES)
-def test_a_case_is_written_back(text: str) -> None:
-    case = Case.from_text(text)
-    again = Case.from_text(case.to_toml())
-    assert again == case and again.system() == case.system()
-    tables = json.loads(json.dumps(json_tables(case)))
-    assert case_of(tables).system() == case.system()
-    assert without_files(case) is case
-
-
-@pytest.mark.parametrize("text", CASES)
-def test_a_system_is_described_and_made_again(text: str) -> None:
-    system = system_of(text)
-    assert system_from(json.loads(json.dumps(describe_system(system)))) == system
-
-
-@pytest.mark.parametrize("text", CASES)
-def test_the_dimensionless_form_is_the_same_system(text: str) -> None:
-    case = Case.from_text(text)
-    plain = case_of(json.loads(json.dumps(plain_tables(case)))).system()
-    own = case.system()
-    assert (plain.body, plain.contact) == (own.body, own.contact)
-    assert plain.load.coefficients == pytest.approx(own.load.coefficients, rel=1e-14, abs=1e-14)
-    assert plain.load.values == own.load.values
 
 
 @pytest.mark.parametrize(

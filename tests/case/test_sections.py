@@ -11,9 +11,6 @@ import pytest
 from case_texts import HEAD, SHAFT, plain_case, refusal, si_case
 from percuss.case import Case, CaseErrors
 from percuss.case.file_format.body_tables import MATERIALS
-from percuss.case.file_format.plain_tables import case_of, json_tables
-from percuss.case.file_format.reading import toml_text
-from percuss.case.parameters.description import plain_tables
 from percuss.model import External, Ratio, SectionedBar, SteppedBar, UniformBar
 
 
@@ -57,82 +54,6 @@ def test_impedances_and_transit_times_make_a_stepped_bar() -> None:
     assert body == SteppedBar(20.0, (2.0, 1.0), (1.0, 2.0), External(0.0048))
     assert Case.from_text(plain_case(keys)).system().body == replace(body, damping=External(0.0))
     assert isinstance(Case.from_text(plain_case()).system().body, UniformBar)
-
-
-@pytest.mark.parametrize(
-    "text", [stepped_case(load="at = 1"), plain_case("impedances = [2, 1]\ntransit_times = [1, 2]")]
-)
-def test_a_case_reads_back(text: str) -> None:
-    case = Case.from_text(text)
-    assert Case.from_text(toml_text(case.to_dict())).system() == case.system()
-    assert case_of(json_tables(case)).system() == case.system()
-    plain = case_of(plain_tables(case)).system()
-    assert plain.body.frequencies(9) == pytest.approx(case.system().body.frequencies(9), rel=1e-13)
-    assert plain.load.at == case.system().load.at
-
-
-NAMED: list[tuple[str, str, list[str]]] = [
-    ("[]", "", ["bar.sections", "a list of sections"]),
-    ('"two"', "", ["bar.sections = 'two'", "a list of sections"]),
-    ("[1.0]", "", ["bar.sections[0] = 1.0", "a table"]),
-    (f"[{HEAD}, {{diameter = '4 cm'}}]", "", ["bar.sections[1].length: missing"]),
-    (f"[{HEAD}, {{length = '4 cm'}}]", "", ["bar.sections[1].area", "either an area or a diameter"]),
-    (f"[{{length = '0 mm', diameter = '4 cm'}}, {HEAD}]", "", ["bar.sections[0].length = '0 mm'", "greater than 0"]),
-    (f"[{HEAD}, {{length = '-4 mm', diameter = '4 cm'}}]", "", ["bar.sections[1].length = '-4 mm'", "greater than 0"]),
-    (f"[{HEAD}, {{length = 4.0, diameter = '4 cm'}}]", "", ["bar.sections[1].length = 4.0"]),
-    (f"[{HEAD}, {{length = '4 s', diameter = '4 cm'}}]", "", ["bar.sections[1].length = '4 s'"]),
-    ("[{length = '1 m', area = '1 cm^2', diameter = '4 cm'}]", "", ["bar.sections[0].area", "or a diameter"]),
-    (
-        "[{length = '1 m', diameter = '4 cm', bore = '4 cm'}]",
-        "",
-        ["bore = '4 cm'", "less than the diameter, 4 cm"],
-    ),
-    ("[{length = '1 m', diameter = '4 cm', bore = '-1 cm'}]", "", ["bar.sections[0].bore = '-1 cm'", "0 or greater"]),
-    ("[{length = '1 m', diamter = '4 cm'}]", "", ["bar.sections[0].diamter = '4 cm'", "did you mean 'diameter'?"]),
-    ("[{length = '1 m', diameter = '4 cm', material = 'stel'}]", "", ["material = 'stel'", "did you mean 'steel'?"]),
-    (
-        "[{length = '1 m', diameter = '4 cm', material = 'steel', density = '1 kg/m^3'}]",
-        "",
-        ["bar.sections[0].material", "not both"],
-    ),
-    (f"[{HEAD}]", 'length = "1 m"', ["bar.length = '1 m'", "either sections or a length"]),
-    (f"[{HEAD}]", 'diameter = "1 m"', ["bar.diameter = '1 m'", "either sections or a diameter"]),
-    (f"[{', '.join([HEAD] * 201)}]", "", ["bar.sections = '201 of them': expected 1 to 200"]),
-    (f"[{HEAD}, {{length = '4 cm', diameter = '40 km'}}]", "", ["bar.sections[1].diameter = '40 km'", "1,000,000"]),
-    (f"[{HEAD}, {{length = '4 cm', area = '4 km^2'}}]", "", ["bar.sections[1].area = '4 km^2'", "1,000,000 times"]),
-    (f"[{HEAD}]", 'youngs_modulus = "-2 GPa"', ["bar.youngs_modulus = '-2 GPa'", "greater than 0"]),
-    (f"[{HEAD}]", 'strain = "kept"', ["bar.strain = 'kept'", "it belongs in [contact]"]),
-    (f"[{HEAD}]", 'd = "1 mm"', ["bar.d", "it is the drag"]),
-]
-
-
-@pytest.mark.parametrize(("sections", "bar", "parts"), NAMED)
-def test_what_is_wrong_with_sections_is_told_by_their_key(sections: str, bar: str, parts: list[str]) -> None:
-    found = refusal(stepped_case(sections, bar))
-    assert "\n" not in found
-    for part in parts:
-        assert part in found
-
-
-@pytest.mark.parametrize(
-    ("system", "parts"),
-    [
-        ("impedances = [1, 2]", ["system.transit_times", "both impedances and transit_times"]),
-        ("transit_times = [1, 2]", ["system.impedances", "both impedances and transit_times"]),
-        ("impedances = [1, 2]\ntransit_times = [1]", ["system.transit_times", "as many as"]),
-        ("impedances = [1, 0]\ntransit_times = [1, 1]", ["system.impedances[1] = 0.0", "greater than 0"]),
-        ("impedances = [1, 1e6]\ntransit_times = [1, 1]", ["system.impedances[1] = 1000000.0", "1,000,000 times"]),
-        ("impedances = [1, 1e9, 1]\ntransit_times = [1, 1, 1]", ["system.impedances[1]", "its neighbour's"]),
-        ('sections = [{length = "1 m"}]', ["system.sections", "impedances and transit_times"]),
-        ("impedances = [1, nan]\ntransit_times = [1, 1]", ["system.impedances", "finite"]),
-        (f"impedances = {[1] * 201}\ntransit_times = {[1] * 201}", ["system.impedances", "1 to 200"]),
-        ('impedances = [1, 2]\ntransit_times = [1, 1]\nstrain = "reversed"', ["system.strain", "uniform bar", "kept"]),
-    ],
-)
-def test_what_is_wrong_with_impedances(system: str, parts: list[str]) -> None:
-    found = refusal(plain_case(f"d = 0.0048\n{system}"))
-    for part in parts:
-        assert part in found
 
 
 def test_a_law_of_damping_is_named_by_its_kind() -> None:

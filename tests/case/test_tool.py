@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from case_texts import BAR, BLOW, MOTION, TOOL, refusal
 from percuss.blow import Rock, Rod, Wall
 from percuss.case import MACHINES, Case, load_case
 from percuss.case.file_format.body_tables import MATERIALS
@@ -23,37 +24,6 @@ from percuss.errors import CaseError, ParameterError
 from percuss.model import Section, SteppedBar, UniformBar
 from percuss.model.contact import Timed
 
-BAR = """
-[bar]
-sections = [{length = "120 mm", diameter = "52 mm"}, {length = "250 mm", diameter = "40 mm", bore = "8 mm"}]
-"""
-TOOL = """
-[tool]
-sections = [{length = "1.2 m", diameter = "38 mm"}, {length = "0.1 m", diameter = "60 mm"}]
-end = "rock"
-bit_mass = "3 kg"
-gap = "0.5 mm"
-[rock]
-stiffness = "400 kN/mm"
-unloading_ratio = 0.4
-gap = "0.2 mm"
-"""
-BLOW = """
-[blow]
-velocity = "9.5 m/s"
-until = "3 ms"
-load = [["0 s", "4 kN"], ["1 ms", "-2 kN"]]
-load_at = 1
-"""
-MOTION = """
-[load]
-kind = "harmonic"
-mean = "4 kN"
-amplitude = "9 kN"
-frequency = "60 Hz"
-[contact]
-restitution = 0.2
-"""
 PLAIN = """
 [system]
 s = 20.0
@@ -66,13 +36,6 @@ kind = "harmonic"
 mean = 0.5
 amplitude = 1.0
 """
-
-
-def refusal(text: str) -> str:
-    with pytest.raises(CaseError) as caught:
-        Case.from_text(text, file="case.toml")
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def tool_of(text: str) -> Rod | Wall:
@@ -229,119 +192,6 @@ def test_other_keys_keep_the_tool() -> None:
 
 
 # -- what is wrong --
-
-WRONG = [
-    ('"400 kN/mm"', '"0 kN/mm"', ["rock.stiffness = '0 kN/mm'", "greater than 0"]),
-    ('"400 kN/mm"', '"-1 N/m"', ["rock.stiffness = '-1 N/m'", "greater than 0"]),
-    ('"400 kN/mm"', '"400 kN"', ["rock.stiffness = '400 kN'", "unit of force", "400 kN/mm"]),
-    ('"400 kN/mm"', "4e8", ["rock.stiffness", "a stiffness with its unit"]),
-    ('stiffness = "400 kN/mm"\n', "", ["rock.stiffness: missing", "400 kN/mm"]),
-    ("unloading_ratio = 0.4", "unloading_ratio = 0.0", ["rock.unloading_ratio = 0.0", "greater than 0", "at most 1"]),
-    ("unloading_ratio = 0.4", "unloading_ratio = 1.5", ["rock.unloading_ratio = 1.5", "at most 1"]),
-    ("unloading_ratio = 0.4", "unloading_ratio = nan", ["rock.unloading_ratio = nan", "finite"]),
-    ("unloading_ratio", "unlaoding_ratio", ["rock.unlaoding_ratio = 0.4", "did you mean 'unloading_ratio'?"]),
-    ('gap = "0.2 mm"', 'gap = "-0.2 mm"', ["rock.gap = '-0.2 mm'", "0 or greater"]),
-    ('gap = "0.5 mm"', 'gap = "-1 mm"', ["tool.gap = '-1 mm'", "0 or greater"]),
-    ('"3 kg"', '"-3 kg"', ["tool.bit_mass = '-3 kg'", "0 or greater"]),
-    ('"3 kg"', '"3 N"', ["tool.bit_mass = '3 N'", "unit of force"]),
-    ("bit_mass", "bit_mas", ["tool.bit_mas = '3 kg'", "did you mean 'bit_mass'?"]),
-    ("[rock]", "[rok]", ["rok: unknown table", "did you mean 'rock'?"]),
-    ("[tool]", "[tol]", ["tol: unknown table", "did you mean 'tool'?"]),
-    ('end = "rock"', 'end = "rok"', ["tool.end = 'rok'", "did you mean 'rock'?"]),
-    ('end = "rock"', 'end = "free"', ["tool.end = 'free'", "take [rock] away"]),
-    ('length = "1.2 m", ', "", ["tool.sections[0].length", "only the last section"]),
-    ('length = "0.1 m", ', "", ["tool.sections[1].length", "only the last section"]),
-    ('length = "1.2 m", ', 'lenght = "1.2 m", ', ["tool.sections[0].lenght", "did you mean 'length'?"]),
-    ('diameter = "60 mm"', 'diameter = "-60 mm"', ["tool.sections[1].diameter = '-60 mm'", "greater than 0"]),
-    ('diameter = "60 mm"', 'diameter = "60 km"', ["tool.sections[1].diameter = '60 km'", "check the units"]),
-    ('sections = [{length = "1.2', 'section = [{length = "1.2', ["tool.section", "did you mean 'sections'?"]),
-    ("[tool]", '[tool]\nkind = "wall"', ["tool.sections", "no sections of a wall"]),
-    ('velocity = "9.5 m/s"', 'velocity = "-9.5 m/s"', ["blow.velocity = '-9.5 m/s'", "toward the tool"]),
-    ('velocity = "9.5 m/s"', "velocity = 9.5", ["blow.velocity = 9.5", "9.5 m/s"]),
-    ('velocity = "9.5 m/s"', "velocity = []", ["blow.velocity", "a list of one for each section"]),
-    ('"9.5 m/s"', '["9 m/s", "9 m/s", "9 m/s"]', ["blow.velocity = ['9 m/s', '9 m/s', '9 m/s']", "the 2 sections"]),
-    ('until = "3 ms"', 'until = "0 ms"', ["blow.until = '0 ms'", "greater than 0"]),
-    ('"1 ms", "-2 kN"', '"0 ms", "-2 kN"', ["blow.load", "times that increase"]),
-    ('"0 s", "4 kN"', '"-1 s", "4 kN"', ["blow.load", "times that increase from 0"]),
-    ('["1 ms", "-2 kN"]', '["1 ms"]', ["blow.load", "number 1 of the list is ['1 ms']"]),
-    ('"-2 kN"', '"-2 bar"', ["blow.load", "unit of pressure"]),
-    ("load_at = 1", "load_at = 2", ["blow.load_at = 2", "a step of the bar"]),
-    ("load_at = 1", "load_at = -1", ["blow.load_at = -1"]),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "parts"), WRONG)
-def test_what_is_wrong_is_told_by_its_key(old: str, new: str, parts: list[str]) -> None:
-    text = BAR + TOOL + BLOW
-    assert old in text
-    found = refusal(text.replace(old, new, 1))
-    assert all(part in found for part in parts), found
-
-
-@pytest.mark.parametrize(
-    ("tool", "parts"),
-    [
-        ('[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]', ["tool.end: expected", "a table [rock]"]),
-        ('[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]\nend = "rock"', ["tool.end = 'rock'", "[rock]"]),
-        (
-            '[tool]\nsections = [{length = "1 m", diameter = "4 cm"}]\nend = "infinite"',
-            ["tool.sections[0].length", "no end"],
-        ),
-        ('[tool]\nsections = [{diameter = "4 cm"}]\nend = "free"', ["tool.sections[0].length", "a length"]),
-        ('[tool]\nsections = [{diameter = "4 cm"}]\nbit_mass = "1 kg"', ["tool.bit_mass = '1 kg'", "infinite"]),
-        ('[tool]\ngap = "1 mm"', ["tool.sections: expected", 'kind = "wall"']),
-        ('[tool]\nkind = "wall"\nend = "free"', ["tool.end = 'free'", "a wall"]),
-        ('[tool]\nkind = "wall"\n[rock]\nstiffness = "1 GN/m"', ["tool.kind = 'wall'", "take [rock] away"]),
-        ('[rock]\nstiffness = "1 GN/m"', ["rock: expected a table [tool] beside it", "sections = "]),
-        (
-            "[tool]\nsections = [" + ", ".join(['{length = "1 m", diameter = "4 cm"}'] * 201) + "]\nend = 'free'",
-            ["1 to 200"],
-        ),
-    ],
-)
-def test_parts_of_a_tool_that_do_not_go_together(tool: str, parts: list[str]) -> None:
-    found = refusal(BAR + tool)
-    assert all(part in found for part in parts), found
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "parts"),
-    [
-        ("impedance = 3.0", "impedance = 0.0", ["tool.impedance = 0.0", "greater than 0"]),
-        ("impedance = 3.0", 'impedance = "3 kg/s"', ["tool.impedance = '3 kg/s'", "only a case in SI takes units"]),
-        ("impedance = 3.0", "gap = 0.1", ["tool.impedance: expected", 'kind = "wall"']),
-        ("impedance = 3.0", 'kind = "wall"\nimpedance = 1.0', ["tool.impedance = 1.0", "no impedance of a wall"]),
-        ("impedance = 3.0", 'end = "free"', ["tool.end = 'free'", "describe the bar in SI"]),
-        ("[tool]", "[rock]\nstiffness = 3.0\n[tool]", ["rock: unknown table", "describe the bar in SI"]),
-        ("[tool]", "[blow]\nvelocity = [1.0, 2.0]\n[tool]", ["blow.velocity", "one speed of a uniform bar"]),
-        ("[tool]", '[blow]\nuntil = "1 ms"\n[tool]', ["blow.until = '1 ms'", "only a case in SI takes units"]),
-        ("[tool]", "[blow]\nload = [[0.0, nan]]\n[tool]", ["blow.load", "finite"]),
-    ],
-)
-def test_what_is_wrong_with_a_dimensionless_tool(old: str, new: str, parts: list[str]) -> None:
-    found = refusal(PLAIN.replace(old, new, 1))
-    assert all(part in found for part in parts), found
-
-
-CONTACTS = [
-    ('restitution = "from the blw"', ["contact.restitution = 'from the blw'", "did you mean 'from the blow'?"]),
-    ('restitution = "0.2"', ["contact.restitution = '0.2'", "without quotes"]),
-    ("restitution = true", ["contact.restitution = True"]),
-    ('restitution = "from the blow"\nreceiving_area = "24 cm^2"', ["contact.receiving_area", "not both"]),
-    ('law = "b77-blow"\nrestitution = 0.2', ["contact.restitution = 0.2", "law b77-blow"]),
-    ('law = "b77-tua"\nrestitution = 0.2', ["contact.law = 'b77-tua'", "did you mean 'b77-tau'?"]),
-    ('law = "b77-tau"\nrestitution = 0.2', ["contact.law = 'b77-tau'", "a uniform bar", "b77-blow"]),
-    ('advance = "kept"\nrestitution = 0.2', ["contact.advance = 'kept'", "knows the duration"]),
-    ('law = "b77-blow"\nadvance = "kpt"', ["contact.advance = 'kpt'", "did you mean 'kept'?"]),
-    ('restitution = "from the blow"\nstrain = "reversed"', ["contact.strain", "uniform bar"]),
-    ("", ["contact.restitution", 'restitution = "from the blow"']),
-]
-
-
-@pytest.mark.parametrize(("contact", "parts"), CONTACTS)
-def test_what_is_wrong_with_a_contact_by_the_blow(contact: str, parts: list[str]) -> None:
-    found = refusal(BAR + TOOL + MOTION.replace("restitution = 0.2", contact))
-    assert all(part in found for part in parts), found
 
 
 @pytest.mark.parametrize("contact", ['restitution = "from the blow"', 'law = "b77-blow"'])

@@ -9,7 +9,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -36,10 +36,9 @@ from percuss.units import known_dimension, si
 from percuss.web import Limits, Settings
 from percuss.web.application import create_app
 from percuss.web.connections import Crowd, neighbourhood, protocol
-from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
+from percuss.web.requests import CONTENT_SECURITY_POLICY
 from percuss.web.serving import bound, to_open
 from percuss.web.shared_by_routes import Memory, _cases
-from percuss.web.workers import Lane
 from web_client import Client, answered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -126,84 +125,81 @@ def test_bytes_between_requests_do_not_put_off_the_end(request_: bytes, then: by
     assert asyncio.run(ask()) == b""
 
 
-def test_a_connection_in_use_is_kept() -> None:
+async def test_heads_that_do_not_come_are_not_waited_for() -> None:
+    """Silent connections, and those whose heads trickle in, are closed; what keeps to the time is answered."""
+    async with serving(head_seconds=0.3) as served:
+        kept = await served.connect()
+        for _ in range(2):  # also the second one on a connection
+            kept[1].write(ABOUT)
+            assert (await answered(kept[0]))[0] == 200
+        silent = [await served.connect() for _ in range(5)]
+        for _, writer in (*silent[1:], kept):
+            writer.write(b"GET /api/machines HTTP/1.1\r\nX: ")
+        assert [await left(one) for one in (*silent, kept)] == [b""] * 6
+
+
+async def test_a_connection_in_use_is_kept() -> None:
     """Longer than the time of silence, as long as a request comes within it."""
-
-    async def ask() -> list[int]:
-        async with serving(head_seconds=2.0, idle_seconds=2.0) as served:
-            reader, writer = await served.connect()
-            codes = []
-            for _ in range(6):
-                writer.write(ABOUT)
-                codes.append((await answered(reader))[0])
-                await asyncio.sleep(0.5)
-            return codes
-
-    assert asyncio.run(ask()) == [200] * 6
+    async with serving(head_seconds=2.0, idle_seconds=2.0) as served:
+        reader, writer = await served.connect()
+        codes = []
+        for _ in range(6):
+            writer.write(ABOUT)
+            codes.append((await answered(reader))[0])
+            await asyncio.sleep(0.5)
+        assert codes == [200] * 6
 
 
-def test_a_client_that_does_not_read_is_let_go() -> None:
+async def test_a_client_that_does_not_read_is_let_go() -> None:
     """Whether its answers wait within the server, or the server has ended them and waits to close."""
     page = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\n"
-
-    async def ask() -> int:
-        async with serving(write_seconds=0.6, idle_seconds=0.5) as served:
-            deaf = []
-            for request in (page + b"\r\n", page + b"Connection: close\r\n\r\n", (page + b"\r\n") * 5):
-                connection = socket.socket()
-                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-                connection.setblocking(False)
-                await asyncio.get_running_loop().sock_connect(connection, ("127.0.0.1", served.port))
-                await asyncio.get_running_loop().sock_sendall(connection, request)
-                deaf.append(connection)
-            while len(served.server.server_state.connections) < 3:
-                await asyncio.sleep(0.02)
-            until = time.monotonic() + 60.0
-            while served.server.server_state.connections and time.monotonic() < until:
-                await asyncio.sleep(0.05)
-            for connection in deaf:
-                connection.close()
-            return len(served.server.server_state.connections)
-
-    assert asyncio.run(ask()) == 0
+    async with serving(write_seconds=0.6, idle_seconds=0.5) as served:
+        deaf = []
+        for request in (page + b"\r\n", page + b"Connection: close\r\n\r\n", (page + b"\r\n") * 5):
+            connection = socket.socket()
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            connection.setblocking(False)
+            await asyncio.get_running_loop().sock_connect(connection, ("127.0.0.1", served.port))
+            await asyncio.get_running_loop().sock_sendall(connection, request)
+            deaf.append(connection)
+        while len(served.server.server_state.connections) < 3:
+            await asyncio.sleep(0.02)
+        until = time.monotonic() + 60.0
+        while served.server.server_state.connections and time.monotonic() < until:
+            await asyncio.sleep(0.05)
+        for connection in deaf:
+            connection.close()
+        assert len(served.server.server_state.connections) == 0
 
 
-def test_a_client_that_reads_slowly_gets_all() -> None:
+async def test_a_client_that_reads_slowly_gets_all() -> None:
     """In a longer time than one that does not read is given."""
-
-    async def ask() -> int:
-        async with serving(write_seconds=2.0) as served:
-            request = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
-            reader, _ = await served.connect(request)
-            length = int((await reader.readuntil(b"\r\n\r\n")).lower().partition(b"content-length: ")[2].split()[0])
-            found = 0
-            while part := await reader.read(200_000):
-                found += len(part)
-                await asyncio.sleep(0.15)
-            return length - found
-
-    assert asyncio.run(ask()) == 0
+    async with serving(write_seconds=2.0) as served:
+        request = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
+        reader, _ = await served.connect(request)
+        length = int((await reader.readuntil(b"\r\n\r\n")).lower().partition(b"content-length: ")[2].split()[0])
+        found = 0
+        while part := await reader.read(200_000):
+            found += len(part)
+            await asyncio.sleep(0.15)
+        assert length - found == 0
 
 
 # -- crowding -------------------------------------------------------------------------------------------------------
 
 
-def test_silent_connections_do_not_keep_others_out() -> None:
+async def test_silent_connections_do_not_keep_others_out() -> None:
     """Silent ones, half heads, answered ones and bodies held back, many more than there is room for."""
-
-    async def ask() -> list[int]:
-        async with serving(connections=24, connections_per_address=24) as served:
-            kinds, crowd, codes = (b"", b"GET / HT", ABOUT, HELD_BACK), [], []
-            for i in range(80):
-                crowd.append(await served.connect(kinds[i % 4]))
-                if i % 20 == 19:
-                    codes += [await served.ask(ABOUT), await served.ask(posted("/api/quick", MACHINE))]
-            assert len(served.server.server_state.connections) <= 25
-            for _, writer in crowd:
-                writer.close()
-            return codes
-
-    assert asyncio.run(ask()) == [200] * 8
+    async with serving(connections=24, connections_per_address=24) as served:
+        kinds, crowd, codes = (b"", b"GET / HT", ABOUT, HELD_BACK), [], []
+        for i in range(80):
+            crowd.append(await served.connect(kinds[i % 4]))
+            if i % 20 == 19:
+                codes += [await served.ask(ABOUT), await served.ask(posted("/api/quick", MACHINE))]
+        assert len(served.server.server_state.connections) <= 25
+        for _, writer in crowd:
+            writer.close()
+        assert codes == [200] * 8
 
 
 def test_without_room_the_answer_is_a_refusal_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -274,32 +270,24 @@ def test_who_is_being_answered_is_not_sent_away() -> None:
 # -- bodies ---------------------------------------------------------------------------------------------------------
 
 
-def test_uploads_without_a_body_take_no_place() -> None:
+async def test_uploads_without_a_body_take_no_place() -> None:
     """More of them than there are places; what has come whole is answered meanwhile."""
-
-    async def ask() -> list[int]:
-        async with serving(heavy=1, heavy_waiting=1) as served:
-            held = [await served.connect(UPLOAD % 5000, b"x") for _ in range(6)]
-            await asyncio.sleep(0.2)
-            codes = [await served.ask(posted("/api/steady", MACHINE)), await served.ask(UPLOAD % 4 + b"a,b\n")]
-            for _, writer in held:
-                writer.close()
-            return codes
-
-    assert asyncio.run(ask()) == [200, 422]
+    async with serving(heavy=1, heavy_waiting=1) as served:
+        held = [await served.connect(UPLOAD % 5000, b"x") for _ in range(6)]
+        await asyncio.sleep(0.2)
+        codes = [await served.ask(posted("/api/steady", MACHINE)), await served.ask(UPLOAD % 4 + b"a,b\n")]
+        for _, writer in held:
+            writer.close()
+        assert codes == [200, 422]
 
 
-def test_bodies_that_come_in_are_bounded_together() -> None:
+async def test_bodies_that_come_in_are_bounded_together() -> None:
     """The one that began first, and has not come, gives way; what it held does not count any more."""
-
-    async def ask() -> list[int]:
-        async with serving(held_bytes=50_000) as served:
-            slow = await served.connect(UPLOAD % 45_000, b"x" * 40_000)
-            await asyncio.sleep(0.2)
-            whole = [await served.ask(UPLOAD % 30_000 + b"1\n" * 15_000) for _ in range(3)]
-            return [*whole, (await asyncio.wait_for(answered(slow[0]), 60.0))[0]]
-
-    assert asyncio.run(ask()) == [422, 422, 422, 408]
+    async with serving(held_bytes=50_000) as served:
+        slow = await served.connect(UPLOAD % 45_000, b"x" * 40_000)
+        await asyncio.sleep(0.2)
+        whole = [await served.ask(UPLOAD % 30_000 + b"1\n" * 15_000) for _ in range(3)]
+        assert [*whole, (await asyncio.wait_for(answered(slow[0]), 60.0))[0]] == [422, 422, 422, 408]
 
 
 _TABLES: list[Any] = [
@@ -514,42 +502,20 @@ def test_a_halt_holds_for_its_block_and_its_thread_alone() -> None:
     ("path", "more"),
     [("/api/steady", {"periods": [4]}), ("/api/report", {"periods": [4]}), ("/api/quick", {"modes": 256})],
 )
-def test_the_lane_is_free_when_the_client_has_left(path: str, more: dict[str, Any]) -> None:
+async def test_the_lane_is_free_when_the_client_has_left(path: str, more: dict[str, Any]) -> None:
     """Of hundreds of motions, each of which takes a while."""
-
-    async def ask() -> int:
-        async with serving(heavy=1, heavy_waiting=0, quick=1, quick_waiting=0) as served:
-            gate = served.app.app.state.gate
-            lane = gate.quick if "quick" in path else gate.heavy
-            _, writer = await served.connect(posted(path, {"case": _hard(256), **more}))
-            while not lane._taken:
-                await asyncio.sleep(0.01)
-            await asyncio.sleep(0.5)
-            writer.close()
-            until = time.monotonic() + 60.0
-            while lane._taken and time.monotonic() < until:
-                await asyncio.sleep(0.02)
-            return lane._taken
-
-    assert asyncio.run(ask()) == 0
-
-
-def test_what_looks_at_the_clock_itself_is_told_as_late() -> None:
-    """And not as a wrong question, when it ends before the lane has seen that it is late."""
-
-    class Here:
-        async def is_disconnected(self) -> bool:
-            return False
-
-    def work(halt: Callable[[], bool]) -> None:
-        raise Interrupted(0, 1, None)
-
-    async def ask() -> int:
-        with pytest.raises(Refusal) as told:
-            await Lane("test", 1, 0).run(Here(), 30.0, work)  # type: ignore[arg-type]
-        return told.value.status_code
-
-    assert asyncio.run(ask()) == 503
+    async with serving(heavy=1, heavy_waiting=0, quick=1, quick_waiting=0) as served:
+        gate = served.app.app.state.gate
+        lane = gate.quick if "quick" in path else gate.heavy
+        _, writer = await served.connect(posted(path, {"case": _hard(256), **more}))
+        while not lane._taken:
+            await asyncio.sleep(0.01)
+        await asyncio.sleep(0.5)
+        writer.close()
+        until = time.monotonic() + 60.0
+        while lane._taken and time.monotonic() < until:
+            await asyncio.sleep(0.02)
+        assert lane._taken == 0
 
 
 @pytest.mark.parametrize("path", ["/api/steady", "/api/report"])
