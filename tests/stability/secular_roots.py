@@ -19,7 +19,7 @@ Complex = NDArray[np.complex128]
 def _found(count: int, flat: bool, work: Any, state: Any) -> bool:
     live = kn.joined(count, work) if flat else kn.joined_in_plane(count, work)
     strong = kn.beside_poles(live, work, state) if flat else kn.beside_complex_poles(live, work, state)
-    return bool(kn.all_together(live, strong, flat, work, state))
+    return bool(kn.all_together(live, strong, work, state))
 
 
 def roots_of_poles(poles: NDArray[Any], residues: NDArray[Any]) -> Complex:
