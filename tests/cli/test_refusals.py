@@ -256,7 +256,10 @@ BEST contact.receiving_area=1:2cm^2                     | depends on
 BEST bar.length=1:2                                     | such as bar.length=1:2mm
 BEST head.length=1:2mm                                  | a key of the case: bar.length
 BEST bar.length=1:2mm --blows 3                         | 20 or greater
-paper fig9 -o x                                         | NAME: 'fig9' | fig2, fig3
+paper fig9 -o x                                         | NAME: 'fig9' | fig6, fig7, fig8, elastic, claims and all
+paper claim -o x                                        | did you mean 'claims'
+paper fig2                                              | -o
+paper fig2 -o case.toml                                 | not a directory
 paper fig2 -o x --seed -1                               | --seed
 """  # noqa: E501
 SHORT = {"SWEEP": SWEEP, "STARTS": STARTS, "BASINS": BASINS, "FOLLOW": FOLLOW, "BEST": BEST}

@@ -321,6 +321,16 @@ def _port_text(machine: Machine, number_of: int) -> str:
     return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
 
 
+def figures_in_short(machine: Machine, energy: float, speed: float, blows: int, period: float) -> str:
+    """Energy and speed of a blow, and the rate of the blows of a cycle."""
+    tell, rate = Teller.of(machine), blows / period
+    if not tell.is_si:
+        return f"striking speed {number(speed, 5)}, period {number(period, 5)}"
+    return (
+        f"{tell(energy, 'energy')} at {tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')}), {tell(speed, 'speed')}"
+    )
+
+
 def supply_pressure(machine: Machine, pressure: float) -> str:
     """The pressure of a supply, as a multiple of the one for which the forces hold where that is not known."""
     return number(pressure) if machine.pressure is None else f"{number(pressure * machine.pressure / 1e5)} bar"

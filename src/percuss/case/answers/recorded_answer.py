@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, Section, Teller
-from percuss.case.answers.machine_answer import MachineAnswer, figures_in_short, machine_report
+from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.answers.numerals import counted, json_number, number, numbers, percent, picked
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
@@ -247,7 +247,7 @@ def recorded_headline(answer: RecordedAnswer) -> str:
     cycle = answer.answer.cycle
     first = "Read as a machine whose valve the piston works, the record's machine "
     if cycle is not None and answer.runs:
-        first += f"runs: {figures_in_short(answer.answer.machine, cycle)}"
+        first += f"runs: {cycle_in_short(answer.answer.machine, cycle)}"
     else:
         obstacle = answer.answer.motion.obstacle
         first += f"does not run with one blow a cycle{'' if obstacle is None else f' — {obstacle.words}'}"

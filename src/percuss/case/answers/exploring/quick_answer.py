@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.facts import plain_of
 from percuss.case.answers.heading import CLOCKED, clocked_because
 from percuss.case.answers.numerals import json_number, numbers, picked, plain
 from percuss.case.answers.steady_answer import (
+    WAVEFORM,
     StructureMotion,
     reduced_dict,
     structure_answer,
     timed_period,
-    waveform_dict,
     with_blow,
 )
 from percuss.case.answers.steady_report import ENDED, timed_in_words
@@ -92,7 +93,7 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
                 "margin_ringing": None,
                 "reason": None,
                 "reduced": reduced_dict(reduced_criterion(orbit)),
-                "waveform": waveform_dict(waveform_criterion(orbit)),
+                "waveform": plain_of(waveform_criterion(orbit), WAVEFORM),
                 "multipliers": {
                     "modes": modes,
                     "largest": json_number(exact.largest[at]),
@@ -129,7 +130,7 @@ def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:
     return {
         **picked(verdict, "stable margin margin_rhythm margin_ringing reason"),
         "reduced": reduced_dict(verdict.reduced),
-        "waveform": waveform_dict(verdict.waveform),
+        "waveform": plain_of(verdict.waveform, WAVEFORM),
         "multipliers": picked(found, "modes largest dominant_mode rigid values"),
     }
 
