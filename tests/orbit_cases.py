@@ -6,16 +6,21 @@ from impact to impact; each orbit was also followed for a cycle by a simulation.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hypothesis import strategies as st
 
-from percuss import Load, System
+from percuss import Kept, Load, System
+from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
 from percuss.model.checks import Array
-from percuss.steady import PeriodicOrbit
+from percuss.steady import PeriodicOrbit, RestCycle, rest_cycles
 
 ENTRIES: dict[str, dict[str, Any]] = {
     entry["name"]: entry
@@ -68,3 +73,50 @@ def orbit_at(entry: dict[str, Any], point: dict[str, Any]) -> PeriodicOrbit:
     times = phases + (2.0 * math.pi * np.arange(phases.size) if periods > 1 else 0.0)
     system = system_of(entry, float(point["value"]))
     return PeriodicOrbit(system, periods, tuple(times.tolist()), entry["system"]["modes"])
+
+
+@dataclass(frozen=True)
+class Made:
+    """A family of systems that a function makes of the values of parameters."""
+
+    of: Callable[..., System]
+
+    def system(self, values: Mapping[str, float]) -> System:
+        return self.of(**values)
+
+    def check(self, names: Mapping[str, str]) -> None: ...
+
+    def describe(self) -> dict[str, Any]:
+        return {}
+
+
+def only(system: System, modes: int = 0) -> RestCycle:
+    """The one cycle with rest."""
+    (cycle,) = rest_cycles(system, modes=modes).cycles
+    return cycle
+
+
+def after(calls: int) -> Callable[[], bool]:
+    """What tells a computation to stop once it has asked so often."""
+    asked = itertools.count(1)
+    return lambda: next(asked) > calls
+
+
+@st.composite
+def motions(draw: st.DrawFn) -> PeriodicOrbit:
+    """The motion through impacts at any times: most are no orbits, but all linearise the same way."""
+    law = draw(
+        st.sampled_from([External(0.0), External(0.03), External(0.9), Ratio(2e-3), Ratio(1.0), KelvinVoigt(0.1)])
+    )
+    contact = draw(st.sampled_from([Kept, Reversed]))(
+        draw(st.sampled_from([0.0, 0.4, 0.9, 1.0]) | st.floats(0.0, 0.95))
+    )
+    load = draw(st.sampled_from([
+        Load.harmonic(0.5, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3),
+        Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, -0.4]),
+    ]))  # fmt: skip
+    p, n = draw(st.integers(1, 5)), draw(st.integers(1, 3))
+    flights = 0.1 + 0.9 * np.array(draw(st.lists(st.floats(0.0, 1.0), min_size=p, max_size=p)))
+    times = 0.3 + 2.0 * math.pi * n * np.append(0.0, np.cumsum(flights / flights.sum())[:-1])
+    body, modes = UniformBar(draw(st.sampled_from([0.7, 1.9, 6.1])), law), draw(st.sampled_from([0, 1, 4, 20]))
+    return PeriodicOrbit(System(body, load, contact), n, tuple(times.tolist()), modes)

@@ -17,13 +17,29 @@ import re
 from typing import Any
 from unittest import mock
 
-from percuss.case.answers.facts import reference_of
+from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.facts import Fact, reference_of
+from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
-from percuss.case.answers.steady_answer import END
+from percuss.case.answers.simulation_answer import EVENT
+from percuss.case.answers.steady_answer import (
+    DRAG,
+    END,
+    ENERGY,
+    MULTIPLIERS,
+    PERIOD,
+    REDUCED,
+    REST,
+    TIMED,
+    TIMED_PERIOD,
+    WAVEFORM,
+)
+from percuss.case.answers.steady_answer import ORBIT as STEADY
 from percuss.case.answers.waves_answer import SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of
 from percuss.cli.arguments import Parser
+from percuss.steady.figures import REPORTED
 from percuss.units import _TABLE as UNITS
 
 __all__ = ["commands", "expanded", "facts", "keys", "parser_of", "said_of", "setup", "units"]
@@ -37,12 +53,39 @@ def expanded(text: str) -> str:
     return _MARK.sub(lambda mark: makers[mark[1]](*filter(None, [mark[2]])), text)
 
 
-FACTS = {"machine": (*CYCLE, *POWER), "blank": BLANK, "settled": SETTLED, "ends": END}
+ORBIT = [Fact(key, "", one.figure.meaning, "", lambda _: None) for key, one in REPORTED.items()]
+"""The figures of a steady motion with their units."""
+
+FACTS = {
+    "machine": (*CYCLE, *POWER),
+    "blank": BLANK,
+    "settled": SETTLED,
+    "ends": END,
+    "event": EVENT,
+    "blow": (*STRIKER, *ROD, *ROCK),
+    "pulse": PULSE,
+    "gauge": GAUGE,
+    "measured": MEASURED,
+    "period": PERIOD,
+    "rest": REST,
+    "motion": STEADY,
+    "reduced": REDUCED,
+    "multipliers": MULTIPLIERS,
+    "waveform": WAVEFORM,
+    "energy": ENERGY,
+    "drag": DRAG,
+    "timed": TIMED,
+    "timedperiod": TIMED_PERIOD,
+    "margins": (*STABILITY, *MARGINS),
+    "pressure": PRESSURE,
+    "orbit": ORBIT,
+}
 
 
 def facts(table: str) -> str:
-    """The figures of a part of an answer without units; those with them if the name ends in ``_si``."""
-    return reference_of(FACTS[table.removesuffix("_si")], table.endswith("_si"))
+    """The figures of a part of an answer without units; with them if the name ends in ``_si``, both in ``_all``."""
+    name, _, which = table.partition("_")
+    return reference_of(FACTS[name], {"": False, "si": True, "all": None}[which])
 
 
 def _escaped(text: str) -> str:

@@ -48,7 +48,8 @@ steady .                                                | .: is a directory | ca
 steady ''                                               | no such file
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
-steady valve-breaker                                    | 'percuss machine' answers for a valve that the piston switches
+steady valve-breaker --reach                            | not for a hammer whose piston switches its own valve
+steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve
 machines all                                            | one argument too many: 'all'
 new                                                     | MACHINE
 new drifter                                             | no machine of this name | did you mean 'valve-drifter'?
@@ -256,7 +257,10 @@ BEST contact.receiving_area=1:2cm^2                     | depends on
 BEST bar.length=1:2                                     | such as bar.length=1:2mm
 BEST head.length=1:2mm                                  | a key of the case: bar.length
 BEST bar.length=1:2mm --blows 3                         | 20 or greater
-paper fig9 -o x                                         | NAME: 'fig9' | fig2, fig3
+paper fig9 -o x                                         | NAME: 'fig9' | fig6, fig7, fig8, elastic, claims and all
+paper claim -o x                                        | did you mean 'claims'
+paper fig2                                              | -o
+paper fig2 -o case.toml                                 | not a directory
 paper fig2 -o x --seed -1                               | --seed
 """  # noqa: E501
 SHORT = {"SWEEP": SWEEP, "STARTS": STARTS, "BASINS": BASINS, "FOLLOW": FOLLOW, "BEST": BEST}

@@ -6,15 +6,10 @@ import math
 
 import pytest
 
+from orbit_cases import Made, after, only
 from percuss import Load, System
 from percuss.errors import ParameterError
 from percuss.explore import BranchEvent, follow_rest_cycle
-from percuss.steady import RestCycle, rest_cycles
-
-
-def only(system: System, modes: int = 0) -> RestCycle:
-    (cycle,) = rest_cycles(system, modes=modes).cycles
-    return cycle
 
 
 @pytest.mark.parametrize(
@@ -41,16 +36,8 @@ def test_the_onset_under_a_square_load_is_closed(restitution: float) -> None:
     whole = 1.0 + math.sqrt(2.0) + 2.0 * math.sqrt(2.0) * restitution / (1.0 - restitution)
     system = System(s=5.0, d=0.0, restitution=restitution, load=Load.square(1.0, 1.75))
 
-    class Squares:
-        def system(self, values: dict[str, float]) -> System:
-            return system.with_load(Load.square(1.0, values["kappa"]))
-
-        def check(self, names: dict[str, str]) -> None: ...
-
-        def describe(self) -> dict[str, str]:
-            return {}
-
-    branch = follow_rest_cycle(only(system), "kappa", (1.2, 1.9), family=Squares(), value=1.75, points=9)
+    squares = Made(lambda kappa: system.with_load(Load.square(1.0, kappa)))
+    branch = follow_rest_cycle(only(system), "kappa", (1.2, 1.9), family=squares, value=1.75, points=9)
     assert (branch.points[0].kind, branch.points[1].kind) == (BranchEvent.ONSET, BranchEvent.LIMIT)
     assert branch.points[0].value == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-10)
 
@@ -98,15 +85,8 @@ def test_bad_input() -> None:
 
 
 def test_what_has_been_followed_is_kept_when_it_is_stopped() -> None:
-    asked = 0
-
-    def halt() -> bool:
-        nonlocal asked
-        asked += 1
-        return asked > 400
-
     cycle = only(System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0)))
-    branch = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=halt)
+    branch = follow_rest_cycle(cycle, "mean", (0.4, 1.1), halt=after(400))
     assert {point.kind for point in branch.points} == {BranchEvent.STOPPED}
     assert branch.values.size > 1 and 0.8 in branch.values
     assert (branch.points[0].value, branch.points[1].value) == (branch.values[0], branch.values[-1])
@@ -119,7 +99,7 @@ def test_what_is_lost_or_won_with_the_rebound() -> None:
     told = {}
     for restitution in (0.0, 0.1):
         system = System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(0.6, 1.0))
-        (cycle,) = rest_cycles(system, modes=0).cycles
+        cycle = only(system)
         branch = follow_rest_cycle(cycle, "restitution", (0.0, 0.2), points=3)
         told[cycle.label] = [(one.value, one.beyond) for one in branch.points if one.kind is BranchEvent.CHANGE]
     ((at, beyond),) = told["rest/1"]

@@ -8,16 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from orbit_cases import ENTRIES, numbers, of_kind, periods_of, system_of
+from orbit_cases import ENTRIES, after, numbers, of_kind, periods_of, system_of
 from percuss import Load, System, steady_states
 from percuss.errors import ParameterError
-from percuss.explore import PARAMETERS, Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
-from percuss.model import External, Kept, Reversed, UniformBar
+from percuss.explore import Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, time_rates
 
 TURN = 2.0 * math.pi
 HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
-SEEDS = (1, 2, 8, 79)
 PARTNERS = {
     "elastic_branch_21": "impact 2 would strike backwards; z=1/1 ends at 0.401237846 (a touch), not here",
     "elastic_branch_31": "z=2/1 ends at 0.531019248 (a touch), not here",
@@ -40,10 +38,6 @@ def with_one_impact(system: System, modes: int = 0, which: int = -1) -> Periodic
 def point_at(branch: Branch, kind: str, value: float) -> BranchPoint:
     """The point of a kind that is nearest to a value."""
     return min(branch.at(BranchEvent(kind)), key=lambda point: abs(point.value - value))
-
-
-def events(branch: Branch) -> list[tuple[str, float]]:
-    return [(point.kind.value, point.value) for point in branch.points]
 
 
 # -- figures ----------------------------------------------------------------------------------------------------------
@@ -180,14 +174,8 @@ def test_it_begins_where_the_parameter_ends() -> None:
 
 
 def test_it_stops_when_told() -> None:
-    asked = 0
-
-    def halt() -> bool:
-        nonlocal asked
-        asked += 1
-        return asked > 40
-
-    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", (0.05, 1.2), halt=halt, switch=3)
+    between = (0.05, 1.2)
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", between, halt=after(40), switch=3)
     assert branch.ends[0].kind is BranchEvent.STOPPED
     assert branch.values.size > 2
     assert follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", most=3).values.size <= 5
@@ -211,46 +199,6 @@ def test_an_impossible_orbit_is_refused() -> None:
     root = orbits(HAMMER.with_restitution(1.0).with_load_factor(0.3), 2, modes=0, tries=100).rejected[0]
     with pytest.raises(ParameterError, match="admissible"):
         follow(root, "mean")
-
-
-# -- properties -------------------------------------------------------------------------------------------------------
-
-
-def drawn(seed: int) -> tuple[PeriodicOrbit, str, float] | None:
-    """A steady motion of some bar under some load, a parameter and its value; None where there is no motion."""
-    random = np.random.default_rng(seed)
-    load = [
-        Load.harmonic(0.6, 1.0), Load.fourier([0.4, 1.0, 0.3j, -0.2]), Load.square(1.0, 1.3),
-        Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, 0.1]),
-    ][seed % 4]  # fmt: skip
-    contact = [Kept, Reversed][random.integers(2)](random.uniform(0.05, 0.9))
-    system = System(UniformBar(random.uniform(1.0, 8.0), External(random.uniform(0.01, 0.5))), load, contact)
-    found = orbits(system, 1, 1, modes=int(random.choice([0, 3]))).orbits
-    name = str(random.choice(["restitution", "load_factor", "s", "d"]))
-    value = PARAMETERS[name].get(system)
-    return (found[random.integers(len(found))], name, value) if found and value is not None else None
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_branch_is_the_same_from_every_place(seed: int) -> None:
-    """Every point is an orbit, nothing is lost, and from another orbit of the branch the same events are met."""
-    start = drawn(seed)
-    assert start is not None
-    orbit, name, value = start
-    between = (0.9 * value, 1.05 * value)
-    branch = follow(orbit, name, between)
-    assert BranchEvent.LOST not in {point.kind for point in branch.points}
-    assert all(point.orbit.residual < 1e-9 for point in branch.points)
-    family = SystemFamily(orbit.system)
-    middle = branch.values.size // 3
-    there = float(branch.values[middle])
-    other = PeriodicOrbit(family.system({name: there}), 1, tuple(branch.times[middle].tolist()), orbit.modes)
-    again = follow(other.from_first, name, between, family=family, value=there)
-    expected, found = events(branch), events(again)
-    if expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-9:
-        found.reverse()
-    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
-    assert [number for _, number in found] == pytest.approx([number for _, number in expected], rel=0, abs=1e-9)
 
 
 def test_the_tangent_is_that_of_the_rates() -> None:

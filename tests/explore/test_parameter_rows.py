@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from orbit_cases import Made
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.orbit_curve import ParameterRows, SolutionCurve, turning
@@ -25,18 +26,6 @@ MOUNTED = System(Mounted(stiffness=0.15, dashpot=0.05, gap=0.2), Load.harmonic(0
 def turned(value: float) -> System:
     """A load whose harmonics turn with the parameter: no even change."""
     return System(s=5.0, d=0.0048, restitution=0.5, load=Load.fourier([0.62, np.exp(1j * value), 0.1]))
-
-
-class Turning:
-    """A family of those."""
-
-    def system(self, values: dict[str, float]) -> System:
-        return turned(values["angle"])
-
-    def check(self, names: object) -> None: ...
-
-    def describe(self) -> dict[str, object]:
-        return {}
 
 
 def plain_matrix(curve: SolutionCurve, x: Array) -> Array:
@@ -81,7 +70,7 @@ def test_points_of_a_branch_are_those_of_the_plain_equations(
 
 def test_numbers_that_change_unevenly_are_followed_as_well() -> None:
     orbit = orbits(turned(0.0), 1, modes=3).orbits[0]
-    curve = SolutionCurve(Turning(), "angle", 1, 1, 3, 1.0)
+    curve = SolutionCurve(Made(lambda angle: turned(angle)), "angle", 1, 1, 3, 1.0)
     check_points(curve, orbit, 0.0)
     assert curve.rows.near(0.3)[0] == 0.3  # the row is that of the value itself
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from orbit_cases import ENTRIES, numbers, system_of
+from orbit_cases import ENTRIES, Made, after, numbers, system_of
 from percuss import Load, System
 from percuss.errors import ParameterError
 from percuss.explore import Branch, BranchEvent, BranchPoint, PointCurve, SystemFamily, boundaries, follow, follow_point
@@ -107,27 +107,15 @@ def test_a_fold_at_a_step_of_the_load_stays_there() -> None:
 # -- closed curves ----------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Round:
-    """Systems over (u, v) whose mean load is a function of u² + v², and whose load is turned with (u, v) or not."""
-
-    turns: int
-
-    def system(self, values: dict[str, float]) -> System:
-        u, v = values.get("u", 0.0), values.get("v", 0.0)
-        phase = self.turns * math.atan2(v, u)
-        load = Load.fourier([0.5 + u**2 + v**2, np.exp(1j * phase)])
-        return System(s=5.0, d=0.0, restitution=0.5, load=load)
-
-    def check(self, names: dict[str, str]) -> None: ...
-
-    def describe(self) -> dict[str, str]:
-        return {}
+def round_(turns: int, u: float = 0.0, v: float = 0.0) -> System:
+    """The mean load is a function of u² + v², and the load is turned with (u, v) or not."""
+    load = Load.fourier([0.5 + u**2 + v**2, np.exp(1j * turns * math.atan2(v, u))])
+    return System(s=5.0, d=0.0, restitution=0.5, load=load)
 
 
 @pytest.mark.parametrize(("kind", "turns"), [("fold", 0), ("flip", 1), ("grazing_touch", 0)])
 def test_a_circle_closes(branch: Branch, kind: str, turns: int) -> None:
-    family, located = Round(turns), the(branch, kind)
+    family, located = Made(partial(round_, turns)), the(branch, kind)
     radius, side = math.sqrt(located.value - 0.5), 1.001 if kind == "grazing_touch" else 0.999
     start = orbit_near(family.system({"u": side * radius}), located.orbit.times, modes=0)
     assert start is not None
@@ -183,14 +171,7 @@ def test_it_ends_where_the_parameter_does(branch: Branch) -> None:
 
 
 def test_it_stops_when_told(branch: Branch) -> None:
-    asked = 0
-
-    def halt() -> bool:
-        nonlocal asked
-        asked += 1
-        return asked > 60
-
-    curve = follow_point(the(branch, "flip"), PLANE, ((0.1, 0.9), (0.2, 1.2)), halt=halt)
+    curve = follow_point(the(branch, "flip"), PLANE, ((0.1, 0.9), (0.2, 1.2)), halt=after(60))
     assert curve.ends[0].kind is BranchEvent.STOPPED
     assert len(curve.values) > 2
 

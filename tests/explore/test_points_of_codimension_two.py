@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import pytest
 
-from orbit_cases import ENTRIES, system_of
+from orbit_cases import ENTRIES, Made, system_of
 from percuss import Load, System
 from percuss.explore import BranchEvent, BranchPoint, Family, PointCurve, SystemFamily, follow, follow_point
 from percuss.explore.continuation.branch_events import Partner, doubled
@@ -38,47 +38,23 @@ def distance(curve: PointCurve, kind: BranchEvent, xi: complex) -> float:
     return float(np.sort(np.abs(values - xi))[1])
 
 
-@dataclass(frozen=True)
-class TwoWaves:
+def two_waves(second: float = 0.75, mean: float = 0.603) -> System:
     """A rigid bar under cos t + a cos(2t + 1.4), over a and the mean load."""
-
-    held: dict[str, float] = field(default_factory=dict)
-
-    def system(self, values: dict[str, float]) -> System:
-        both = {"second": 0.75, "mean": 0.603} | self.held | values
-        load = Load.fourier([both["mean"], 1.0, both["second"] * np.exp(1.4j)])
-        return System(s=5.0, d=0.0, restitution=0.5, load=load)
-
-    def check(self, names: dict[str, str]) -> None: ...
-
-    def describe(self) -> dict[str, str]:
-        return {}
+    return System(5.0, 0.0, 0.5, Load.fourier([mean, 1.0, second * np.exp(1.4j)]))
 
 
-@dataclass(frozen=True)
-class Stopped:
+def stopped(omega: float, A: float) -> System:
     """x″ + 0.04 x′ + x = A cos ωt with a stop at 1, R = 0.9: z=1/2 grazes resonantly near ω = 4/5 and 1."""
+    body = ModalBody((1.0 / omega,), (0.04 / omega,), (1.0,), (1.0 / omega**2,), 1.0)
+    return System(body, Load.harmonic(0.0, A), Kept(0.9))
 
-    held: dict[str, float] = field(default_factory=dict)
 
-    def system(self, values: dict[str, float]) -> System:
-        both = self.held | values
-        omega = both["omega"]
-        body = ModalBody((1.0 / omega,), (0.04 / omega,), (1.0,), (1.0 / omega**2,), 1.0)
-        return System(body, Load.harmonic(0.0, both["A"]), Kept(0.9))
-
-    def check(self, names: dict[str, str]) -> None: ...
-
-    def describe(self) -> dict[str, str]:
-        return {}
-
-    def flip(self) -> BranchPoint:
-        """The flip of z=1/2 over A."""
-        omega = self.held["omega"]
-        amplitude = 1.05 * math.hypot(1.0 - omega**2, 0.04 * omega)
-        orbit = orbits(self.system({"A": amplitude}), 1, 2).orbits[0]
-        (found,) = follow(orbit, "A", (0.1, 2.0), family=self, value=amplitude).at(BranchEvent.FLIP)
-        return found
+def flip_at(omega: float) -> tuple[Made, BranchPoint]:
+    """The flip of z=1/2 of a stopped oscillator over A."""
+    family, amplitude = Made(partial(stopped, omega)), 1.05 * math.hypot(1.0 - omega**2, 0.04 * omega)
+    orbit = orbits(stopped(omega, amplitude), 1, 2).orbits[0]
+    (found,) = follow(orbit, "A", (0.1, 2.0), family=family, value=amplitude).at(BranchEvent.FLIP)
+    return family, found
 
 
 def doubled_from(orbit: PeriodicOrbit, family: Family, name: str, value: float) -> Partner:
@@ -102,9 +78,9 @@ def a_fold_and_a_flip() -> tuple[PointCurve, str]:
 
 
 def resonant_grazings() -> tuple[PointCurve, str]:
-    first = Stopped({"omega": 0.81}).flip()
+    _, first = flip_at(0.81)
     plane = (0.79, 1.01), (0.001, 2.0)
-    return follow_point(first, ("omega", "A"), plane, family=Stopped(), values=(0.81, first.value)), "omega"
+    return follow_point(first, ("omega", "A"), plane, family=Made(stopped), values=(0.81, first.value)), "omega"
 
 
 @pytest.mark.parametrize(
@@ -118,8 +94,8 @@ def test_at_a_generalized_flip_twice_the_amplitude_is_sixteen_times_as_far(
     curve, name = followed()
 
     def ratio(orbit: PeriodicOrbit, values: tuple[float, float]) -> float:
-        first, second = curve.parameters
-        family = Stopped({first: values[0]}) if name == "omega" else SystemFamily(orbit.system)
+        second = curve.parameters[1]
+        family = Made(partial(stopped, values[0])) if name == "omega" else SystemFamily(orbit.system)
         partner = doubled_from(orbit, family, second, values[1])
         return away(partner, 0.01) / away(partner, 0.005)
 
@@ -132,8 +108,7 @@ def test_at_a_generalized_flip_twice_the_amplitude_is_sixteen_times_as_far(
 @pytest.mark.parametrize("omega", [0.8005, 0.8002, 0.8, 0.7999, 0.81])
 def test_the_doubled_orbit_beside_a_resonant_grazing_is_told_as_it_is(omega: float) -> None:
     """Its multipliers where its speeds differ by a hundredth; further away, by 0.01 rad, one of them is up to -1300."""
-    family = Stopped({"omega": omega})
-    flip = family.flip()
+    family, flip = flip_at(omega)
     partner = doubled_from(flip.orbit, family, "A", flip.value)
     size = 0.01 * float(flip.orbit.speeds[0])
     curve, start = partner
@@ -154,8 +129,8 @@ def test_a_cusp_is_where_three_steady_motions_are_one() -> None:
         slopes = [[off[1], c], [-math.cos(phase) - 4.0 * second * c, -2.0 * s]]
         phase, second = np.array([phase, second]) - np.linalg.solve(slopes, off)
     mean = 2.0 * 1.5 / (2.0 * math.pi * 0.5) * (math.sin(phase) + 0.5 * second * math.sin(2.0 * phase + 1.4))
-    family = TwoWaves()
-    start = next(one for one in orbits(family.system({}), 1, 1, modes=0).orbits if 1.0 < one.phase < 2.0)
+    family = Made(two_waves)
+    start = next(one for one in orbits(two_waves(), 1, 1, modes=0).orbits if 1.0 < one.phase < 2.0)
     branch = follow(start, "mean", (0.55, 0.65), family=family, value=0.603)
     for fold in branch.at(BranchEvent.FOLD):
         plane = (0.6, 0.8), (0.1, 2.0)

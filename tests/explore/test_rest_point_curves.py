@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from orbit_cases import Made, after, only
 from percuss import Load, Start, System, run
 from percuss.case import load_case
 from percuss.case.answers.exploring.orbits_answer import curve_dict
@@ -16,31 +17,16 @@ from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, 
 from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
 from percuss.model import Kept, ModalBody, Reversed, UniformBar
 from percuss.model.system import set_at_wall
-from percuss.steady import RestCycle, rest_cycles
+from percuss.steady import rest_cycles
 
 PLANE = ("restitution", "mean")
-
-
-def only(system: System, modes: int = 0) -> RestCycle:
-    (cycle,) = rest_cycles(system, modes=modes).cycles
-    return cycle
 
 
 def harmonic(restitution: float, mean: float) -> System:
     return System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(mean, 1.0))
 
 
-class Squares:
-    """Square loads over the share of the push, and the restitution."""
-
-    def system(self, values: dict[str, float]) -> System:
-        load = Load.square(1.0, values["kappa"])
-        return System(s=5.0, d=0.0, restitution=values.get("restitution", 0.2), load=load)
-
-    def check(self, names: dict[str, str]) -> None: ...
-
-    def describe(self) -> dict[str, str]:
-        return {}
+SQUARES = Made(lambda kappa, restitution=0.2: System(5.0, 0.0, restitution, Load.square(1.0, kappa)))
 
 
 @pytest.fixture(scope="module")
@@ -94,11 +80,11 @@ def test_the_branch_at_another_restitution_ends_on_it(curve: PointCurve) -> None
 
 
 def test_the_onset_under_a_square_load_is_closed() -> None:
-    system = Squares().system({"kappa": 1.75, "restitution": 0.2})
-    branch = follow_rest_cycle(only(system), "kappa", (1.5, 1.8), family=Squares(), value=1.75, points=3)
+    system = SQUARES.system({"kappa": 1.75, "restitution": 0.2})
+    branch = follow_rest_cycle(only(system), "kappa", (1.5, 1.8), family=SQUARES, value=1.75, points=3)
     plane, box = ("restitution", "kappa"), ((0.0, 0.6), (1.0, 1.95))
     values = (0.2, branch.points[0].value)
-    curve = follow_point(branch.points[0], plane, box, family=Squares(), values=values, most=9)
+    curve = follow_point(branch.points[0], plane, box, family=SQUARES, values=values, most=9)
     r, kappa = curve.values.T
     whole = 1.0 + math.sqrt(2.0) + 2.0 * math.sqrt(2.0) * r / (1.0 - r)
     assert kappa == pytest.approx(2.0 * whole / (1.0 + whole), rel=0, abs=1e-11)
@@ -189,14 +175,7 @@ def test_the_last_release_asks_for_the_load_alone() -> None:
 
 
 def test_it_stops_when_told(onset: BranchPoint) -> None:
-    asked = 0
-
-    def halt() -> bool:
-        nonlocal asked
-        asked += 1
-        return asked > 2000
-
-    curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=halt)
+    curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=after(2000))
     assert BranchEvent.STOPPED in {end.kind for end in curve.ends}
     assert len(curve.values) > 1
     at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)

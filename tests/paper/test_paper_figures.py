@@ -16,7 +16,8 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.boundary_curves.boundary import boundaries
 from percuss.explore.parameters import vary
 from percuss.paper import NAMES, figures, write_figures
-from percuss.paper.figure import DAMPING, RESTITUTIONS, PaperFigure, hydraulic, pneumatic, segments
+from percuss.paper.figure import DAMPING, RESTITUTIONS, PaperFigure, hydraulic, pneumatic
+from percuss.plot.canvas import segments
 from percuss.stability import stability_plane
 
 COLUMNS = {
@@ -295,24 +296,6 @@ def test_command_writes_and_says_what(tmp_path, capsys):
     said = capsys.readouterr().out.splitlines()
     assert said == [str(target / f"{name}.{kind}") for name in ("fig3", "fig5") for kind in ("csv", "svg", "png")]
     assert sorted(path.name for path in target.iterdir()) == sorted(Path(line).name for line in said)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["paper", "fig9", "-o", "x"], "fig2, fig3, fig4, fig5, fig6, fig7, fig8, elastic, claims and all"),
-        (["paper", "claim", "-o", "x"], "did you mean 'claims'"),
-        (["paper", "fig2"], "-o"),
-        (["paper", "fig2", "-o", "x", "--seed", "-1"], "seed"),
-        (["paper", "fig2", "-o", "taken"], "not a directory"),
-    ],
-)
-def test_command_refuses(arguments, message, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "taken").write_text("")
-    assert main(arguments) == 2
-    assert message in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
 
 
 def test_command_runs_the_claims(tmp_path, monkeypatch, capsys):

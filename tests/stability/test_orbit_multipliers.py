@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from orbit_cases import ENTRIES, of_kind, orbit_at, periods_of, system_of, times_of
+from orbit_cases import ENTRIES, motions, of_kind, orbit_at, periods_of, system_of, times_of
 from percuss import Kept, Load, System, steady_states
 from percuss.errors import ParameterError
-from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
+from percuss.model import External, Reversed, UniformBar
 from percuss.stability import characteristic, floquet_multipliers, linear_map, orbit_map, orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near
 
@@ -25,21 +25,6 @@ def apart(ours: np.ndarray, theirs: np.ndarray) -> float:
     distance = np.abs(ours[:, None] - theirs[None, :])
     rows, columns = linear_sum_assignment(distance)
     return float(distance[rows, columns].max())
-
-
-@st.composite
-def motions(draw: st.DrawFn) -> PeriodicOrbit:
-    """The motion through impacts at any times: most of them are no orbits, but all linearise the same way."""
-    law = draw(st.sampled_from([External(0.0), External(0.03), External(0.9), Ratio(1e-3), KelvinVoigt(0.1)]))
-    contact = draw(st.sampled_from([Kept, Reversed]))(draw(st.sampled_from([0.0, 0.4, 0.9, 1.0])))
-    load = draw(st.sampled_from([Load.fourier([0.4, 1.0, 0.3j]), Load.square(1.0, 1.3)]))
-    p, n = draw(st.integers(1, 5)), draw(st.integers(1, 2))
-    flights = 0.1 + np.array(draw(st.lists(st.floats(0.0, 1.0), min_size=p, max_size=p)))
-    times = 0.1 + TURN * n * np.append(0.0, np.cumsum(flights / flights.sum())[:-1])
-    modes = draw(st.sampled_from([0, 1, 4]))
-    return PeriodicOrbit(
-        System(UniformBar(draw(st.sampled_from([0.8, 2.3])), law), load, contact), n, tuple(times.tolist()), modes
-    )
 
 
 @pytest.mark.parametrize("name", of_kind("orbit"))

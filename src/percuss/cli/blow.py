@@ -7,8 +7,6 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
-from percuss.case.answers.numerals import number, percent
 from percuss.cli.arguments import (
     CASE,
     JSON,
@@ -31,7 +29,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.case import BestAnswer, BlowAnswer, Case, Span
+    from percuss.case import BlowAnswer, Case
 
 _BLOWS = 1500
 
@@ -223,6 +221,7 @@ def _best(parser: Parser, options: argparse.Namespace) -> int:
     """Search; after Ctrl-C the answer is the best one so far."""
     from percuss import plot
     from percuss.case import Span, best_answer
+    from percuss.case.answers.exploring.best_answer import best_report
     from percuss.cli.long_commands import watching
     from percuss.cli.report_printing import answered
 
@@ -267,69 +266,3 @@ def _stress(parser: Parser, text: str | None, case: Case) -> float | None:
     if not 0.0 < value < float("inf"):
         parser.error(f"argument --below: '{text}': give a stress greater than 0")
     return value
-
-
-def best_report(answer: BestAnswer) -> Report:
-    """The best sizes and what they change, against the case as it is."""
-    from percuss.blow.best import FIGURES, OBJECTIVES
-
-    name = OBJECTIVES[answer.objective][0]
-    own, best = (f"{_best_value(answer, name, value)}" for value in answer.figures[name])
-    limit = "" if answer.below is None else answer.own.tell(answer.below, "stress")
-    if answer.allowed:
-        summary = f"The best blow found: {FIGURES[name].label} {best}; the case as it is: {own}."
-        summary += f" No stress is above {limit}." if limit else ""
-    else:
-        summary = f"No blow within these ranges keeps its stresses below {limit}; this one has the least."
-    if not answer.complete:
-        summary += " The search was interrupted: this is the best so far."
-    searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
-    searched += [
-        ("range", f"{s.name} from {number(s.low)} to {number(s.high)} {s.unit}".rstrip()) for s in answer.spans
-    ]
-    sizes = tuple(_size(*one) for one in zip(answer.spans, answer.own_values, answer.values, strict=True))
-    figures = tuple(_figure(answer, name) for name in answer.figures if answer.figures[name] != (None, None))
-    return Report(
-        answer.own.title,
-        summary,
-        BAD if not answer.allowed else GOOD if answer.complete else PLAIN,
-        (
-            Section("The search", tuple(searched)),
-            Grid("Sizes", ("key", "the case", "best", "change"), sizes),
-            Grid("The blow", ("figure", "the case", "best", "change"), figures),
-        ),
-    )
-
-
-def _size(span: Span, own: float | None, best: float) -> tuple[str, ...]:
-    unit = f" {span.unit}" if span.unit else ""
-    ends = {span.low: ", at the lower limit", span.high: ", at the upper limit"}
-    told = f"{number(best, 6)}{unit}{ends.get(best, '')}"
-    return span.name, "-" if own is None else f"{number(own, 6)}{unit}", told, _change(own, best)
-
-
-def _figure(answer: BestAnswer, name: str) -> tuple[str, ...]:
-    from percuss.blow.best import FIGURES
-
-    own, best = answer.figures[name]
-    return FIGURES[name].label, _best_value(answer, name, own), _best_value(answer, name, best), _change(own, best)
-
-
-def _best_value(answer: BestAnswer, name: str, value: float | None) -> str:
-    if value is None:
-        return "-"
-    if name in ("rock_efficiency", "ringing"):
-        return percent(value)
-    return answer.own.tell(value, _DIMENSIONS.get(name, ""))
-
-
-_DIMENSIONS = {
-    "rock_energy": "energy",
-    "incident_energy": "energy",
-    "peak_stress": "stress",
-    "contact_duration": "time",
-}
-
-
-def _change(own: float | None, best: float | None) -> str:
-    return "" if not own or best is None else f"{100.0 * (best / own - 1.0):+.1f} %"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,19 +103,6 @@ def _texts(column: npt.NDArray[Any]) -> list[str]:
     return [value if isinstance(value, str) else repr(value) for value in column.tolist()]
 
 
-def segments(truth: npt.NDArray[np.bool_]) -> list[tuple[slice, bool]]:
-    """The runs of equal truth along a curve, each with the first point of the next so that no gap shows.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> segments(np.array([True, True, False]))
-    [(slice(0, 3, None), True), (slice(2, 3, None), False)]
-    """
-    starts = [0, *(np.flatnonzero(np.diff(truth)) + 1).tolist(), truth.size]
-    return [(slice(a, min(b + 1, truth.size)), bool(truth[a])) for a, b in pairwise(starts)]
-
-
 # ---- How branches of steady motions are drawn in the manner of B77: solid where stable, dashed where not
 
 _DASHES = (0, (4, 2))
@@ -125,7 +111,7 @@ _GREY = "#9a9a9a"
 
 def draw_branches(axes: Axes, columns: Columns, name: str, inside: bool = True) -> None:
     """Phase over the parameter, a curve for each R with its number at the fold; grey where the motion is impossible."""
-    from percuss.plot.canvas import COLOURS
+    from percuss.plot.canvas import COLOURS, segments
 
     for r in np.unique(columns["restitution"]).tolist():
         here = columns["restitution"] == r

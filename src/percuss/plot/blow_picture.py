@@ -50,9 +50,11 @@ def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: s
     axes.set_xlim(bodies[0][0][0], bodies[-1][0][-1])
     bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
     bar.set_label(f"stress [MPa], {palette.SIGN}" if answer.is_si else f"force, {palette.SIGN}")
-    axes.set_ylabel(time)
-    axes.set_xlabel(_place(answer))
-    axes.set_title(f"{mark} waves in the striker (left of the face) and in what it strikes")
+    axes.set(
+        ylabel=time,
+        xlabel=_place(answer),
+        title=f"{mark} waves in the striker (left of the face) and in what it strikes",
+    )
 
 
 def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
@@ -79,9 +81,11 @@ def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.plot([], [], ".", color=INK, markersize=4.0, label="greatest of a section")
     legend_above(axes)
-    axes.set_xlabel(_place(answer))
-    axes.set_ylabel("stress [MPa]" if answer.is_si else "force")
-    axes.set_title(f"{mark} greatest {'stress' if answer.is_si else 'force'} at each place")
+    axes.set(
+        xlabel=_place(answer),
+        ylabel="stress [MPa]" if answer.is_si else "force",
+        title=f"{mark} greatest {'stress' if answer.is_si else 'force'} at each place",
+    )
 
 
 def _place(answer: BlowAnswer) -> str:
@@ -193,8 +197,9 @@ def _face(axes: Any, answer: BlowAnswer, mark: str) -> None:
         axes.plot([], [], color=COLOURS[0], label="at the face")
         legend_above(axes)
     _window(axes, answer, time)
-    axes.set_ylabel(force)
-    axes.set_title(f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces")
+    axes.set(
+        ylabel=force, title=f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces"
+    )
 
 
 def _window(axes: Any, answer: BlowAnswer, label: str) -> None:
@@ -243,8 +248,7 @@ def _energy(axes: Any, answer: BlowAnswer, mark: str) -> None:
     for i, value in enumerate(values):
         axes.text(100.0 * value / before + 1.0, i, answer.tell(value, "energy", 3), va="center", fontsize=7.5)
     axes.set_xlim(0.0, 1.3 * max(100.0 * value / before for value in values) + 1.0)
-    axes.set_xlabel("share of the energy before [%]")
-    axes.set_title(f"{mark} where the energy went")
+    axes.set(xlabel="share of the energy before [%]", title=f"{mark} where the energy went")
 
 
 def _loop(axes: Any, answer: BlowAnswer, mark: str) -> None:
@@ -254,9 +258,11 @@ def _loop(axes: Any, answer: BlowAnswer, mark: str) -> None:
     scales = (1e3, 1e-3) if answer.is_si else (1.0, 1.0)
     axes.plot(blow.penetration.at(times) * scales[0], blow.bit_force.at(times) * scales[1], color=COLOURS[1])
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    axes.set_xlabel("penetration [mm]" if answer.is_si else "penetration")
-    axes.set_ylabel("force [kN]" if answer.is_si else "force")
-    axes.set_title(f"{mark} the rock")
+    axes.set(
+        xlabel="penetration [mm]" if answer.is_si else "penetration",
+        ylabel="force [kN]" if answer.is_si else "force",
+        title=f"{mark} the rock",
+    )
 
 
 def _efficiency(axes: Any, answer: BlowAnswer, mark: str) -> None:
@@ -276,9 +282,7 @@ def _efficiency(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.plot(beta, share, "o", color=COLOURS[1], label="this blow, all its waves")
     axes.legend(loc="lower right")
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("β = K₁T/Z of the first pulse")
-    axes.set_ylabel("kept by the rock [%]")
-    axes.set_title(f"{mark} efficiency")
+    axes.set(xlabel="β = K₁T/Z of the first pulse", ylabel="kept by the rock [%]", title=f"{mark} efficiency")
 
 
 # ---- The picture of a best blow beside that of the case as it is: forces at the face and on the rock, shapes, stresses
@@ -329,9 +333,11 @@ def _forces(axes: Any, both: Any, name: str, title: str) -> None:
         last = max(last, float(times[moving[-1]]) if moving.size else 0.0)
     axes.set_xlim(0.0, min(_BEST_SHOWN * last, float(both[0][0].blow.until)) * clock or None)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    axes.set_xlabel("time [µs]" if both[0][0].is_si else "time [rad]")
-    axes.set_ylabel("force [kN]" if both[0][0].is_si else "force")
-    axes.set_title(title)
+    axes.set(
+        xlabel="time [µs]" if both[0][0].is_si else "time [rad]",
+        ylabel="force [kN]" if both[0][0].is_si else "force",
+        title=title,
+    )
     legend_above(axes)
 
 
@@ -350,8 +356,7 @@ def _shapes(axes: Any, both: Any) -> None:
         areas = [1e6 * piece.area for piece in (*own, *known)]
         axes.stairs(areas, edges, color=colour, label=label, baseline=0.0)
     axes.axvline(0.0, color=INK, linewidth=0.6)
-    axes.set_xlabel("place from the struck face [m]")
-    axes.set_ylabel("area [mm²]")
+    axes.set(xlabel="place from the struck face [m]", ylabel="area [mm²]")
     legend_above(axes)
 
 
@@ -363,6 +368,5 @@ def _stresses(axes: Any, both: Any, title: str) -> None:
         values = [scale * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
         axes.bar(np.arange(len(values)) + shift, values, 0.4, color=colour, label=label)
     axes.set_xticks(np.arange(len(names)), names, rotation=30)
-    axes.set_ylabel("stress [MPa]" if both[0][0].is_si else "force")
-    axes.set_title(title)
+    axes.set(ylabel="stress [MPa]" if both[0][0].is_si else "force", title=title)
     legend_above(axes)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from percuss import palette
 from percuss.errors import ParameterError
 from percuss.explore.parameters import label_of
 from percuss.model.checks import choice, having, several, text
-from percuss.plot.canvas import COLOURS, INK, new_figure, style, titled
+from percuss.plot.canvas import COLOURS, INK, named_once, new_figure, segments, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,11 +66,13 @@ def branch(found: Branch, title: str = "") -> Figure:
         figure, upper, lower = _panels(found.parameter, "phase of the impacts [rad]")
         for number, one in enumerate(found.family()):
             colour = COLOURS[number % len(COLOURS)]
-            for ax, rows in ((upper, one.speeds), (lower, one.phases)):
-                _lines(ax, one, rows, colour, one.label if ax is upper else "")
+            _lines(upper, one.values, one.stable, one.speeds, colour, one.label)
+            _lines(lower, one.values, one.stable, one.phases, colour)
             for point in one.points:
-                _marked(upper, lower, point, point.orbit.speeds, point.orbit.phases)
-        _legend(upper)
+                _marked(upper, point, point.orbit.speeds)
+                _marked(lower, point, point.orbit.phases, named=False)
+        kept = named_once(upper)
+        upper.legend(kept.values(), kept.keys(), loc="best", ncols=2)
         titled(figure, title)
     return figure
 
@@ -81,8 +82,7 @@ def _panels(parameter: str, phases: str) -> tuple[Figure, Axes, Axes]:
     figure = new_figure(6.4, 6.0)
     upper, lower = figure.subplots(2, 1, sharex=True)
     upper.set_ylabel("speed at the impacts, dimensionless")
-    lower.set_ylabel(phases)
-    lower.set_xlabel(parameter)
+    lower.set(ylabel=phases, xlabel=parameter)
     _phase_axis(lower)
     return figure, upper, lower
 
@@ -98,32 +98,25 @@ def _cut(x: np.ndarray[Any, Any], y: np.ndarray[Any, Any]) -> tuple[np.ndarray[A
     return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
-def _lines(ax: Axes, one: Branch, rows: np.ndarray, colour: str, label: str) -> None:
-    """One line for each impact, cut where the stability changes and where a phase goes round."""
-    changes = np.flatnonzero(np.diff(one.stable.astype(int))) + 1
-    cuts = [0, *changes.tolist(), one.values.size]
-    for start, stop in pairwise(cuts):
-        part = slice(start, min(stop + 1, one.values.size))
-        solid = bool(one.stable[start])
+def _lines(
+    ax: Axes, values: np.ndarray, stable: np.ndarray, rows: np.ndarray, colour: str, label: str = "_", *,
+    turns: bool = True, widths: tuple[float, float] = (1.2, 1.2),
+) -> None:  # fmt: skip
+    """One line for each column, solid where stable and dashed elsewhere, cut where a phase goes round."""
+    for part, solid in segments(stable):
         for row in rows.T:
-            x, y = _cut(one.values[part], np.array(row[part]))
-            ax.plot(x, y, "-" if solid else "--", color=colour, label=label or "_", lw=1.2)
-            label = ""
+            x, y = _cut(values[part], np.array(row[part])) if turns else (values[part], row[part])
+            ax.plot(x, y, "-" if solid else "--", color=colour, label=label, lw=widths[not solid], zorder=2)
+            label = "_"
 
 
-def _marked(upper: Axes, lower: Axes, point: Any, speeds: np.ndarray, phases: np.ndarray) -> None:
+def _marked(ax: Axes, point: Any, heights: Any, size: float = 4.0, named: bool = True) -> None:
+    """What happens at a point, where it is something to be marked."""
     mark = EVENT_MARKS.get(point.kind.value)
-    if mark is None:
-        return
-    for ax, heights in ((upper, speeds), (lower, phases)):
-        told = point.kind.value.replace("_", " ") if ax is upper else "_"
-        ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, ms=4.0, ls="", label=told)
-
-
-def _legend(ax: Axes) -> None:
-    handles, labels = ax.get_legend_handles_labels()
-    kept = dict(zip(labels, handles, strict=True))
-    ax.legend(kept.values(), kept.keys(), loc="best", ncols=2)
+    if mark is not None:
+        label = point.kind.value.replace("_", " ") if named else "_"
+        look: dict[str, Any] = {"ms": size, "mew": float(mark == "x"), "ls": "", "zorder": 3}  # a cross has no face
+        ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, label=label, **look)
 
 
 # ---- The picture of a branch of cycles with rest: releases, rests and the first impacts over the parameter
@@ -164,26 +157,23 @@ def rest_branch(found: Branch, title: str = "") -> Figure:
     rests = min(cycle.release_phases.size for cycle in found.cycles)
     with style():
         figure, upper, lower = _panels(found.parameter, "phase [rad]")
-        for impact in range(drawn):
-            label = "_" if impact else found.label
-            _line(upper, found.values, [cycle.speeds[impact] for cycle in found.cycles], COLOURS[0], "-", label)
-            label = "_" if impact else f"impact{'s' if drawn > 1 else ''}"
-            _line(lower, found.values, [cycle.phases[impact] for cycle in found.cycles], COLOURS[0], "-", label)
-        for rest in range(rests):
-            for name, colour, dashes in (("release", COLOURS[1], "-."), ("rest", COLOURS[2], "--")):
-                phases = [getattr(cycle, f"{name}_phases")[rest] for cycle in found.cycles]
-                _line(lower, found.values, phases, colour, dashes, "_" if rest else name)
+        impacts = f"impact{'s' if drawn > 1 else ''}"
+        for ax, quantity, count, name, colour, dashes in (
+            (upper, "speeds", drawn, found.label, COLOURS[0], "-"), (lower, "phases", drawn, impacts, COLOURS[0], "-"),
+            (lower, "release_phases", rests, "release", COLOURS[1], "-."),
+            (lower, "rest_phases", rests, "rest", COLOURS[2], "--"),
+        ):  # fmt: skip
+            rows = np.array([getattr(cycle, quantity)[:count] for cycle in found.cycles])
+            for i, row in enumerate(rows.T):
+                ax.plot(*_cut(found.values, row), dashes, color=colour, label="_" if i else name, lw=1.2)
         for point in found.points:
-            _marked(upper, lower, point, point.cycle.speeds[:drawn], point.cycle.phases[:drawn])
-        _legend(upper)
+            _marked(upper, point, point.cycle.speeds[:drawn])
+            _marked(lower, point, point.cycle.phases[:drawn], named=False)
+        kept = named_once(upper)
+        upper.legend(kept.values(), kept.keys(), loc="best", ncols=2)
         lower.legend(loc="best", ncols=3)
         titled(figure, title)
     return figure
-
-
-def _line(ax: Axes, x: np.ndarray, heights: list[float], colour: str, dashes: str, label: str) -> None:
-    """A line, cut where a phase goes round."""
-    ax.plot(*_cut(x, np.array(heights)), dashes, color=colour, label=label, lw=1.2)
 
 
 # ---- The picture of curves over two parameters: folds, flips, grazings …, and the points of codimension two on them
@@ -232,33 +222,21 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
         ax = figure.subplots()
         kinds = list(dict.fromkeys((one.event.value, one.label) for one in kept))
         for one in kept:
-            _curve_line(ax, one, COLOURS[kinds.index((one.event.value, one.label)) % len(COLOURS)])
-        _curve_marked(ax, kept)
+            colour = COLOURS[kinds.index((one.event.value, one.label)) % len(COLOURS)]
+            name = f"{_WORDS.get(one.event.value, one.event.value)} of {one.label}"
+            ax.plot(*one.values.T, ":", color=colour, lw=0.8)
+            ax.plot(*one.real.T, "-", color=colour, lw=1.4, label=name)
+        points = [point for one in kept for point in one.points if point.kind.value not in _ENDS]
+        words = list(dict.fromkeys(point.kind.value for point in points))
+        for point in points:
+            mark, word = _MARKS[words.index(point.kind.value) % len(_MARKS)], point.kind.value.replace("_", " ")
+            ax.plot(*np.array(point.values)[:, None], mark, color=INK, ms=4.5, ls="", label=word)
         for name, unit, side in zip(kept[0].parameters, kept[0].units, "xy", strict=True):
             ax.set(**{f"{side}label": f"{label_of(name)} [{unit}]" if unit else label_of(name)})
-        handles, labels = ax.get_legend_handles_labels()
-        shown = dict(zip(labels, handles, strict=True))
+        shown = named_once(ax)
         figure.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3)
         titled(figure, title)
     return figure
-
-
-def _curve_line(ax: Axes, one: PointCurve, colour: str) -> None:
-    name = f"{_WORDS.get(one.event.value, one.event.value)} of {one.label}"
-    ax.plot(*one.values.T, ":", color=colour, lw=0.8)
-    ax.plot(*one.real.T, "-", color=colour, lw=1.4, label=name)
-
-
-def _curve_marked(ax: Axes, found: Sequence[PointCurve]) -> None:
-    marks: dict[str, Any] = {}
-    for one in found:
-        for point in one.points:
-            word = point.kind.value
-            if word in _ENDS:
-                continue
-            mark = marks.setdefault(word, _MARKS[len(marks) % len(_MARKS)])
-            place = np.array(point.values)[:, None]
-            ax.plot(*place, mark, color=INK, ms=4.5, ls="", label=word.replace("_", " "))
 
 
 # ---- The picture of a diagram: what simulations settle on as points, the branches of all orbits as lines, their events
@@ -308,30 +286,36 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     with style():
         figure = new_figure(7.2, 1.2 + 2.9 * len(quantities))
         panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(quantities), 1, sharex=True)))
-        colours = _colours(found)
+        colours, every = _colours(found), (*found.branches, *found.rest_branches)
         for ax, quantity in zip(panels, quantities, strict=True):
+            turns = quantity == "phase"
             _points(ax, found, quantity)
-            for line in _diagram_lines(found):
-                _diagram_line(ax, line, quantity, colours[line.label])
-            if quantity == "phase":
-                for rests in found.rest_branches:
-                    _rests(ax, rests, colours[rests.label])
-            for line in _diagram_lines(found):
-                _events(ax, line, quantity)
-            for line in found.impossible:
-                _thin(ax, line, quantity)
-            _label(ax, found, quantity)
+            for line in every:
+                rows, colour = _rows(line, quantity), colours[line.label]
+                _lines(ax, line.values, line.stable, rows, colour, turns=turns, widths=(1.4, 0.9))
+            for rests in found.rest_branches if turns else ():
+                for name, (_, dashes) in _RESTS.items():
+                    for row in getattr(rests, name).T:
+                        x, y = _cut(rests.values, row)
+                        ax.plot(x, y, dashes, color=colours[rests.label], lw=1.0, label="_", zorder=2)
+            for line in every:
+                for point in line.points:
+                    _marked(ax, point, _point_heights(line, point, quantity), 3.5)
+            for line in found.impossible:  # beyond an end, where the roots of the equations are no motions
+                for row in _rows(line, quantity).T:
+                    x, y = _cut(line.values, row) if turns else (line.values, row)
+                    ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
+            unit = _UNITS.get(quantity, "")
+            words = f" [{unit}]" if found.is_si else ", dimensionless"
+            ax.set_ylabel(_TITLES[quantity] + (words if unit else ""))
+            if turns:
+                _phase_axis(ax)
         unit = f" [{found.axis.unit}]" if found.axis.unit else ""
         panels[-1].set_xlabel(f"{label_of(found.axis.name)}{unit}")
         panels[-1].set_xlim(float(found.axis.values.min()), float(found.axis.values.max()))
         _diagram_legend(figure, panels[0], found)
         titled(figure, title)
     return figure
-
-
-def _diagram_lines(found: Diagram) -> tuple[DiagramBranch, ...]:
-    """All that is drawn as lines of motions."""
-    return (*found.branches, *found.rest_branches)
 
 
 def _points(ax: Axes, found: Diagram, quantity: str) -> None:
@@ -362,56 +346,12 @@ def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.flo
     return (line.energies * scales[:, 1])[:, None]
 
 
-def _diagram_line(ax: Axes, line: DiagramBranch, quantity: str, colour: str) -> None:
-    """One line for each impact, cut where the stability changes and where a phase goes round."""
-    changes = np.flatnonzero(np.diff(line.stable.astype(int))) + 1
-    for start, stop in pairwise([0, *changes.tolist(), line.values.size]):
-        part = slice(max(start - 1, 0), stop)
-        solid = bool(line.stable[start])
-        for row in _rows(line, quantity).T:
-            x, y = line.values[part], np.array(row[part])
-            x, y = _cut(x, y) if quantity == "phase" else (x, y)
-            ax.plot(x, y, "-" if solid else "--", color=colour, lw=1.4 if solid else 0.9, label="_", zorder=2)
-
-
-def _rests(ax: Axes, line: DiagramBranch, colour: str) -> None:
-    """Between which phases a cycle with rest lies on the wall."""
-    for name, (_, dashes) in _RESTS.items():
-        for row in getattr(line, name).T:
-            ax.plot(*_cut(line.values, row), dashes, color=colour, lw=1.0, label="_", zorder=2)
-
-
-def _thin(ax: Axes, line: DiagramBranch, quantity: str) -> None:
-    """Beyond an end, where the roots of the equations are no motions."""
-    for row in _rows(line, quantity).T:
-        x, y = _cut(line.values, row) if quantity == "phase" else (line.values, row)
-        ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
-
-
-def _events(ax: Axes, line: DiagramBranch, quantity: str) -> None:
-    for point in line.points:
-        mark = EVENT_MARKS.get(point.kind.value)
-        if mark is not None:
-            heights = _point_heights(line, point, quantity)
-            x, label = np.full(len(heights), point.value), point.kind.value.replace("_", " ")
-            edge = 1.0 if mark == "x" else 0.0  # which has no face
-            ax.plot(x, heights, mark, color=INK, ms=3.5, mew=edge, ls="", label=label, zorder=3)
-
-
 def _point_heights(line: DiagramBranch, point: BranchPoint, quantity: str) -> list[float]:
     if quantity == "phase":
         return list(point.plain.phases.tolist())
     row = int(np.argmin(np.abs(line.values - point.value)))
     speed, energy = (1.0, 1.0) if line.scales is None else line.scales[row]
     return [point.plain.energy * energy] if quantity == "energy" else list((point.plain.speeds * speed).tolist())
-
-
-def _label(ax: Axes, found: Diagram, quantity: str) -> None:
-    unit = _UNITS.get(quantity, "")
-    words = f" [{unit}]" if found.is_si else ", dimensionless"
-    ax.set_ylabel(_TITLES[quantity] + (words if unit else ""))
-    if quantity == "phase":
-        _phase_axis(ax)
 
 
 _MOST_TOLD = 14  # labels of branches that the legend tells of
@@ -421,8 +361,7 @@ def _diagram_legend(figure: Figure, ax: Axes, found: Diagram) -> None:
     """Beside the panels: families of points, labels of branches, how they are drawn, events."""
     from matplotlib.lines import Line2D
 
-    handles, labels = ax.get_legend_handles_labels()
-    kept = dict(zip(labels, handles, strict=True))
+    kept = named_once(ax)
     points = {family.name: kept[family.name] for family in palette.FAMILIES if family.name in kept}
     named = {*[*_labels(found.rest_branches), *_labels(found.branches)][:_MOST_TOLD]}
     lines = {label: Line2D([], [], color=c, lw=1.4) for label, c in _colours(found).items() if label in named}

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from percuss import palette
 from percuss.errors import MissingExtraError, ParameterError
@@ -77,6 +81,53 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
     """The legend at the right of the title, where it covers nothing."""
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2, frameon=False,
                 columnspacing=1.2)  # fmt: skip
+
+
+def nothing(axes: Axes, text: str, height: float = 0.5) -> None:
+    """What stands in a panel that has nothing to show."""
+    axes.text(0.5, height, text, transform=axes.transAxes, ha="center", va="center", color=INK)
+
+
+def wall(axes: Axes) -> None:
+    """A line where the wall is, with its name."""
+    axes.axhline(0.0, color=INK, linewidth=2.5)
+    place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
+    axes.annotate("wall", (1.0, 0.0), (0, 4), **place)
+
+
+def phase_axis(axes: Axes) -> None:
+    """The phase of the load, from left to right."""
+    axes.set_xlim(0.0, 2.0 * math.pi)
+    axes.set_xticks([0.5 * math.pi * i for i in range(5)], ["0", "π/2", "π", "3π/2", "2π"])
+    axes.set_xlabel("phase of the load")
+
+
+def named_once(axes: Axes) -> dict[str, Any]:
+    """What the legend of a panel would name, each name once."""
+    handles, labels = axes.get_legend_handles_labels()
+    return dict(zip(labels, handles, strict=True))
+
+
+def segments(truth: np.ndarray[Any, Any]) -> list[tuple[slice, bool]]:
+    """The runs of equal truth along a curve, each with the first point of the next so that no gap shows.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> segments(np.array([True, True, False]))
+    [(slice(0, 3, None), True), (slice(2, 3, None), False)]
+    """
+    starts = [0, *(np.flatnonzero(np.diff(truth)) + 1).tolist(), truth.size]
+    return [(slice(a, min(b + 1, truth.size)), bool(truth[a])) for a, b in pairwise(starts)]
+
+
+def patches_beside(axes: Axes, looks: Sequence[dict[str, Any]]) -> None:
+    """A legend of areas beside a panel: of each its face, its label, and what else it has."""
+    from matplotlib.patches import Patch
+
+    plain: dict[str, Any] = {"edgecolor": INK, "lw": 0.4}
+    handles = [Patch(**(plain | look)) for look in looks]
+    axes.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
 
 
 def ramp(stops: Sequence[str | Colour]) -> LinearSegmentedColormap:
@@ -173,3 +224,23 @@ def units_of(system: System) -> Units:
 def stress_of(system: System, x: Array, strain: Array) -> Array:
     """What `Units.stress_label` names, at the places x: the stress in MPa of an SI system, else the strain itself."""
     return system.stress(x, strain) / 1e6 if system.is_si else strain
+
+
+def draw_waves(
+    figure: Figure, axes: Axes, system: System, strain: Array, span: tuple[float, float], units: Units
+) -> None:
+    """The stress over time and place, or the strain of a system without units: shape (places, times), even in both."""
+    field = stress_of(system, np.linspace(0.0, 1.0, len(strain)), strain)
+    size = float(np.percentile(np.abs(field), 99.5)) or float(np.abs(field).max()) or 1.0
+    picture = axes.imshow(
+        field,
+        extent=(*span, 0.0, units.length),
+        aspect="auto",
+        origin="lower",
+        interpolation="bilinear",
+        cmap=ramp(palette.STRAIN),
+        vmin=-size,
+        vmax=size,
+    )
+    axes.set_ylabel("from the driven end [mm]" if system.is_si else "x (0 driven end, 1 striking end)")
+    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, {palette.SIGN}", pad=0.01)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, style, titled
-from percuss.plot.trajectory_picture import titled_motion, wall
+from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, nothing, style, titled, wall
+from percuss.plot.trajectory_picture import Window, draw_portrait, draw_speeds, titled_motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,9 +18,16 @@ if TYPE_CHECKING:
     from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.model import Machine
     from percuss.model.checks import Array
-    from percuss.simulate import Events, Trajectory
+    from percuss.simulate import Trajectory
 
 _NEAR = 0.06  # of the stroke: the name of a port so near to the wall stands below its line
+_MARKS = {
+    "release": ("D", COLOURS[2], "release", 4.0),
+    "rest": ("v", COLOURS[4], "rest", 6.0),
+    "valve": ("s", COLOURS[0], "valve switches", 5.0),
+    "port": ("^", COLOURS[3], "port uncovered", 5.0),
+    "impact": ("o", COLOURS[1], "blow", 5.0),
+}
 
 
 class _Scales:
@@ -31,10 +38,56 @@ class _Scales:
         kilo = si and greatest_force * machine.force_scale >= 500.0
         self.time = 1e3 * machine.time_scale if si else 1.0
         self.length = 1e3 * machine.length_scale if si else 1.0
+        self.speed = machine.speed_scale if si else 1.0
         self.force = machine.force_scale * (1e-3 if kilo else 1.0) if si else 1.0
-        self.time_label = "time after the blow [ms]" if si else "time after the blow"
+        self.time_label = "time [ms]" if si else "time"
         self.length_label = "position [mm]" if si else "position"
+        self.speed_label = " [m/s]" if si else ""
         self.force_label = ("force [kN]" if kilo else "force [N]") if si else "force"
+
+
+def _draw_positions(
+    axes: Any, machine: Machine, scales: _Scales, times: Array, centre: Array, marks: dict[str, tuple[Array, Array]]
+) -> None:
+    """The piston over time, with the wall, the ports, and what happens: by its kind, times and places."""
+    low = float(centre.min()) * scales.length
+    wall(axes)
+    axes.plot(times * scales.time, centre * scales.length, color=INK)
+    look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "right", "textcoords": "offset points"}
+    look["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
+    for i, port in enumerate(machine.valve.ports):
+        if port.behind is not None:
+            edge = -port.behind * scales.length
+            below = edge > _NEAR * float(centre.min()) * scales.length
+            low = min(low, edge)
+            axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
+            place = {"xy": (1.0, edge), "xycoords": ("axes fraction", "data"), "xytext": (-3, -10 if below else 3)}
+            axes.annotate(f"ports[{i}]: {port.to}", **place, **look)
+    for kind, (marker, colour, name, size) in _MARKS.items():  # blows on top
+        at, heights = marks.get(kind, (np.zeros(0), np.zeros(0)))
+        if at.size:
+            key = {"color": colour, "markersize": size, "linestyle": "none", "zorder": 3, "clip_on": False}
+            axes.plot(at * scales.time, heights * scales.length, marker, label=name, **key)
+    axes.set_ylim(1.12 * low if low < 0.0 else -1.0, -0.12 * low if low < 0.0 else 0.12)
+    legend_above(axes, columns=6)
+
+
+def _draw_force(axes: Any, machine: Machine, scales: _Scales, mark: str, times: Array, force: Array) -> None:
+    axes.axhline(0.0, color=INK, linewidth=0.6)
+    axes.plot(times * scales.time, force * scales.force, color=COLOURS[0])
+    gas = machine.valve.chamber
+    with_gas = ", with the gas" if gas.force or gas.stiffness else ""
+    title = f"{mark} the force on the piston, positive toward the wall{with_gas}"
+    axes.set(title=title, xlabel=scales.time_label, ylabel=scales.force_label)
+
+
+def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
+    """A ground for the times at which the valve pushes toward the wall."""
+    look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
+    axes.fill_between(times, 0.0, 1.0, where=pushes, transform=axes.get_xaxis_transform(), step=step, **look)
+
+
+# ---- The cycle of a machine
 
 
 def machine(answer: MachineAnswer) -> Figure:
@@ -61,102 +114,52 @@ def machine(answer: MachineAnswer) -> Figure:
     figure = new_figure(11.0, 7.0)
     with style():
         if answer.cycle is None:
-            _nothing(figure.add_subplot(), answer)
+            axes, obstacle = figure.add_subplot(), answer.motion.obstacle
+            text = "" if obstacle is None else f"{obstacle.value}\n{obstacle.words}\n{obstacle.remedy}"
+            nothing(axes, text)
+            axes.texts[0].set(fontsize=11, wrap=True)
+            axes.set_axis_off()
         else:
             _panels(figure, answer)
         titled(figure, f"{answer.title} — {answer.outcome}{' ' + answer.label if answer.label else ''}")
     return figure
 
 
-def _nothing(axes: Any, answer: MachineAnswer) -> None:
-    obstacle = answer.motion.obstacle
-    text = "" if obstacle is None else f"{obstacle.value}\n{obstacle.words}\n{obstacle.remedy}"
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, fontsize=11, wrap=True)
-    axes.set_axis_off()
-
-
 def _panels(figure: Figure, answer: MachineAnswer) -> None:
-    course = answer.course
-    scales = _Scales(answer.machine, float(np.abs(course.force).max()))
+    course, cycle, machine = answer.course, answer.cycle, answer.machine
+    assert cycle is not None
+    scales = _Scales(machine, float(np.abs(course.force).max()))
+    scales.time_label = f"time after the blow{' [ms]' if machine.is_si else ''}"
     grid = figure.add_gridspec(2, 3)
-    _position(figure.add_subplot(grid[0, :2]), answer, course, scales)
-    _force(figure.add_subplot(grid[1, :2]), answer, course, scales)
+    position, force = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
+    pushes = np.array([machine.valve.force(state) > 0.0 for state in course.states])
+    for axes in (position, force):
+        _shade(axes, course.times * scales.time, pushes)
+        axes.set_xlim(0.0, cycle.period * scales.time)
+    marks = {"impact": (cycle.blow_times, 0.0 * cycle.blow_times)}
+    for kind, happened in (("port", cycle.uncoverings), ("valve", cycle.switches)):
+        times = np.array([one.time for one in happened])
+        marks[kind] = (times, cycle.position(times, "centre") if times.size else times)
+    _draw_positions(position, machine, scales, course.times, course.centre, marks)
+    position.set(title="(a) the centre of the piston", xlabel=scales.time_label, ylabel=scales.length_label)
+    _draw_force(force, machine, scales, "(b)", course.times, course.force)
+    if course.pressure is not None:
+        unit = machine.pressure
+        other = _second_axis(force, "pressure" if unit is None else "pressure [bar]", COLOURS[1])
+        pressure = course.pressure * (1.0 if unit is None else unit / 1e5)
+        other.plot(course.times * scales.time, pressure, color=COLOURS[1])
+        other.set_ylim(bottom=0.0)
     _loop(figure.add_subplot(grid[0, 2]), answer, course, scales)
     _pressures(figure.add_subplot(grid[1, 2]), answer)
 
 
-# -- over the cycle ---------------------------------------------------------------------------------------------------
-
-
-def _position(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
-    cycle, low = answer.cycle, float(course.centre.min()) * scales.length
-    assert cycle is not None
-    wall(axes)
-    _shade(axes, course.times * scales.time, _pushes(answer, course))
-    axes.plot(course.times * scales.time, course.centre * scales.length, color=INK)
-    farthest = float(course.times[course.centre.argmin()]) * scales.time  # nothing else is near the ports there
-    look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "center", "textcoords": "offset points"}
-    for i, port in enumerate(answer.machine.valve.ports):
-        if port.behind is not None:
-            edge = -port.behind * scales.length
-            low = min(low, edge)
-            axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
-            name = f"ports[{i}]: {port.to}"
-            at_wall = edge > _NEAR * float(course.centre.min()) * scales.length
-            axes.annotate(name, (farthest, edge), (0, -10 if at_wall else 3), **look)
-    marks = {"linestyle": "none", "zorder": 3, "clip_on": False}
-    for kind, marker, colour, times in (
-        ("port uncovered", "^", COLOURS[3], [one.time for one in cycle.uncoverings]),
-        ("valve switches", "s", COLOURS[0], [one.time for one in cycle.switches]),
-    ):
-        if times:
-            at = cycle.position(np.array(times), "centre") * scales.length
-            axes.plot(np.array(times) * scales.time, at, marker, color=colour, label=kind, markersize=5, **marks)
-    blows = cycle.blow_times * scales.time
-    axes.plot(blows, 0.0 * blows, "o", color=COLOURS[1], label="blow", markersize=5, **marks)
-    axes.set_xlim(0.0, cycle.period * scales.time)
-    axes.set_ylim(1.12 * low, -0.12 * low)
-    axes.set_title("(a) the centre of the piston")
-    axes.set_xlabel(scales.time_label)
-    axes.set_ylabel(scales.length_label)
-    legend_above(axes, columns=4)
-
-
-def _pushes(answer: MachineAnswer, course: Course) -> Any:
-    return np.array([answer.machine.valve.force(state) > 0.0 for state in course.states])
-
-
-def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
-    """A ground for the times at which the valve pushes toward the wall."""
-    look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
-    axes.fill_between(times, 0.0, 1.0, where=pushes, transform=axes.get_xaxis_transform(), step=step, **look)
-
-
-def _force(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
-    cycle = answer.cycle
-    assert cycle is not None
-    axes.axhline(0.0, color=INK, linewidth=0.6)
-    _shade(axes, course.times * scales.time, _pushes(answer, course))
-    axes.plot(course.times * scales.time, course.force * scales.force, color=COLOURS[0])
-    axes.set_xlim(0.0, cycle.period * scales.time)
-    _named_force(axes, answer.machine, "(b)", scales.time_label, scales.force_label)
-    if course.pressure is not None:
-        unit = answer.machine.pressure
-        pressure = course.pressure * (1.0 if unit is None else unit / 1e5)
-        other = axes.twinx()
-        other.spines["right"].set_visible(True)
-        other.plot(course.times * scales.time, pressure, color=COLOURS[1])
-        other.set_ylabel("pressure" if unit is None else "pressure [bar]", color=COLOURS[1])
-        other.tick_params(axis="y", colors=COLOURS[1])
-        other.set_ylim(bottom=0.0)
-
-
-def _named_force(axes: Any, machine: Machine, mark: str, time: str, force: str) -> None:
-    gas = machine.valve.chamber
-    with_gas = ", with the gas" if gas.force or gas.stiffness else ""
-    axes.set_title(f"{mark} the force on the piston, positive toward the wall{with_gas}")
-    axes.set_xlabel(time)
-    axes.set_ylabel(force)
+def _second_axis(axes: Any, label: str, colour: str) -> Any:
+    """An axis of its own on the right."""
+    other = axes.twinx()
+    other.spines["right"].set_visible(True)
+    other.set_ylabel(label, color=colour)
+    other.tick_params(axis="y", colors=colour)
+    return other
 
 
 def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
@@ -168,9 +171,7 @@ def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> 
     axes.axvline(0.0, color=INK, linewidth=2.5)
     axes.axhline(0.0, color=INK, linewidth=0.6)
     work = f"{cycle.work * machine.energy_scale:.4g} J" if machine.is_si else f"{cycle.work:.4g}"
-    axes.set_title(f"(c) the loop: {work} a cycle")
-    axes.set_xlabel(scales.length_label)
-    axes.set_ylabel(scales.force_label)
+    axes.set(title=f"(c) the loop: {work} a cycle", xlabel=scales.length_label, ylabel=scales.force_label)
 
 
 # -- the pressure -----------------------------------------------------------------------------------------------------
@@ -183,17 +184,19 @@ def _pressures(axes: Any, answer: MachineAnswer) -> None:
     axes.set_title(f"(d) energy and rate over the {over}")
     running = [one for one in answer.curve if one.energy is not None and one.rate is not None]
     if not running:
-        axes.text(0.5, 0.5, "does not run", transform=axes.transAxes, ha="center", va="center", color=INK)
+        nothing(axes, "does not run")
         return
     at = bar * np.array([one.pressure for one in running])
     energy = np.array([1.0 + (one.energy or 0.0) for one in running])
     rate = np.array([1.0 + (one.rate or 0.0) for one in running])
     if machine.is_si:
         energy, rate = energy * cycle.blow_energy * machine.energy_scale, rate * 60.0 * cycle.blows / cycle.period
-    other = axes.twinx()
-    other.spines["right"].set_visible(True)
-    _line(axes, at, energy, "o", COLOURS[1], "blow energy [J]" if machine.is_si else "blow energy, relative")
-    _line(other, at, rate, "^", COLOURS[0], "blows/min" if machine.is_si else "rate, relative")
+    axes.set_ylabel("blow energy [J]" if machine.is_si else "blow energy, relative", color=COLOURS[1])
+    axes.tick_params(axis="y", colors=COLOURS[1])
+    other = _second_axis(axes, "blows/min" if machine.is_si else "rate, relative", COLOURS[0])
+    for one, values, marker, colour in ((axes, energy, "o", COLOURS[1]), (other, rate, "^", COLOURS[0])):
+        one.plot(at, values, marker=marker, markersize=3, color=colour)
+        one.set_ylim(bottom=0.0, top=1.08 * float(values.max()))
     axes.axvline(bar, color=INK, linewidth=0.7, linestyle=(0, (5, 3)))
     stopped = [bar * one.pressure for one in answer.curve if one.energy is None]
     for group in (
@@ -219,13 +222,6 @@ def _varied(machine: Machine) -> tuple[str, float, str]:
     return "pressure", unit / 1e5, "pressure of the supply [bar]"
 
 
-def _line(axes: Any, at: Array, values: Array, marker: str, colour: str, label: str) -> None:
-    axes.plot(at, values, marker=marker, markersize=3, color=colour)
-    axes.set_ylabel(label, color=colour)
-    axes.tick_params(axis="y", colors=colour)
-    axes.set_ylim(bottom=0.0, top=1.08 * float(values.max()))
-
-
 # ---- The picture of a simulated motion of a machine that switches its own valve: piston, force, blows, phase portrait
 
 CYCLES = 4
@@ -233,40 +229,6 @@ CYCLES = 4
 
 MOST_EVENTS = 120
 """Events shown of a motion that is not periodic."""
-
-_POINTS = 2400
-_MARKS = {
-    "impact": ("o", COLOURS[1], "blow", 5.0),
-    "port": ("^", COLOURS[3], "port uncovered", 5.0),
-    "valve": ("s", COLOURS[0], "valve switches", 5.0),
-    "rest": ("v", COLOURS[4], "rest", 6.0),
-    "release": ("D", COLOURS[2], "release", 4.0),
-}
-
-
-class _Shown:
-    """The last part of a motion, sampled, with the factors of its axes."""
-
-    def __init__(self, motion: Trajectory) -> None:
-        self.motion = motion
-        si, machine = motion.machine.is_si, motion.machine
-        self.first, self.last, self.what = _window(motion)
-        inside = (motion.events.time >= self.first) & (motion.events.time <= self.last)
-        self.events: Events = motion.events[inside]
-        edges = np.unique(np.clip(self.events.time, self.first, self.last))
-        self.times = np.unique(np.concatenate([np.linspace(self.first, self.last, _POINTS), edges]))
-        self.centre, self.force = motion.centre(self.times), motion.force(self.times)
-        sides = [(edges, motion.bar_velocity(1.0, edges, "left")[0])]
-        sides.append((self.times, motion.bar_velocity(1.0, self.times)[0]))
-        joined = np.concatenate([times for times, _ in sides])
-        order = np.argsort(joined, kind="stable")  # the side before an event comes first
-        self.velocity = np.concatenate([values for _, values in sides])[order]
-        self.gap = np.interp(joined[order], self.times, motion.gap(self.times))
-        self.clock = 1e3 * machine.time_scale if si else 1.0
-        self.length = 1e3 * machine.length_scale if si else 1.0
-        self.speed = machine.speed_scale if si else 1.0
-        self.newtons = 1e-3 * machine.force_scale if si else 1.0
-        self.labels = ("time [ms]", "position [mm]", "force [kN]", "m/s") if si else ("time", "position", "force", "")
 
 
 def _window(motion: Trajectory) -> tuple[float, float, str]:
@@ -304,93 +266,26 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     figure = new_figure(11.0, 7.0)
     with style():
         grid = figure.add_gridspec(2, 3)
-        shown = _Shown(moved)
-        _motion_position(figure.add_subplot(grid[0, :2]), shown)
-        _speeds(figure.add_subplot(grid[0, 2]), shown)
-        _motion_force(figure.add_subplot(grid[1, :2]), shown)
-        _portrait(figure.add_subplot(grid[1, 2]), shown)
+        shown = Window(moved, *_window(moved))
+        times, machine = shown.times, moved.machine
+        centre, force = moved.centre(times), moved.force(times)
+        scales = _Scales(machine, float(np.abs(force).max()))
+        upper, lower = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
+        pushes = moved.mechanism.forces[moved.state(times)] > 0.0
+        marks = {}
+        for kind in _MARKS:
+            at = shown.events.of(kind).time
+            marks[kind] = (at, 0.0 * at if kind == "impact" else np.interp(at, times, centre))
+        room = 0.005 * (shown.last - shown.first) or 0.5
+        for axes in (upper, lower):
+            _shade(axes, times * scales.time, pushes, "post")
+            axes.set_xlim((shown.first - room) * scales.time, (shown.last + room) * scales.time)
+            axes.ticklabel_format(axis="x", useOffset=False)
+        _draw_positions(upper, machine, scales, times, centre, marks)
+        upper.set(title=f"(a) the piston: {shown.what}", xlabel=scales.time_label, ylabel=scales.length_label)
+        _draw_force(lower, machine, scales, "(c)", times, force)
+        draw_speeds(figure.add_subplot(grid[0, 2]), moved, scales.speed, scales.time, scales.time_label)
+        names = (scales.length_label, f"velocity{scales.speed_label}")
+        draw_portrait(figure.add_subplot(grid[1, 2]), shown, scales.length, scales.speed, names)
         titled(figure, f"{title} — {moved.label}" if title else moved.label)
     return figure
-
-
-def _motion_shade(axes: Any, shown: _Shown) -> None:
-    forces = shown.motion.mechanism.forces
-    _shade(axes, shown.times * shown.clock, forces[shown.motion.state(shown.times)] > 0.0, "post")
-
-
-def _motion_position(axes: Any, shown: _Shown) -> None:
-    times, centre = shown.times * shown.clock, shown.centre * shown.length
-    low = float(centre.min())
-    axes.axhline(0.0, color=INK, linewidth=2.5)
-    _motion_shade(axes, shown)
-    axes.plot(times, centre, color=INK)
-    ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-    for i, port in enumerate(shown.motion.machine.valve.ports):
-        if port.behind is not None:
-            edge = -port.behind * shown.length
-            low = min(low, edge)
-            axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
-            name, place = f"ports[{i}]: {port.to}", (1.0, edge)
-            look = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
-            axes.annotate(
-                name, place, (-3, 3 if edge < 0.1 * low else -10), color=COLOURS[3], fontsize=7.5, bbox=ground, **look
-            )
-    for kind, (marker, colour, name, size) in reversed(_MARKS.items()):  # blows on top
-        at = shown.events.of(kind).time
-        if at.size:
-            heights = 0.0 * at if kind == "impact" else np.interp(at, shown.times, centre)
-            key = {"color": colour, "markersize": size, "linestyle": "none", "zorder": 3, "clip_on": False}
-            axes.plot(at * shown.clock, heights, marker, label=name, **key)
-    axes.set_ylim(1.12 * low if low < 0.0 else -1.0, -0.12 * low if low < 0.0 else 0.12)
-    _ends(axes, shown)
-    axes.set_title(f"(a) the piston: {shown.what}")
-    axes.set_xlabel(shown.labels[0])
-    axes.set_ylabel(shown.labels[1])
-    legend_above(axes, columns=6)
-
-
-def _ends(axes: Any, shown: _Shown) -> None:
-    room = 0.005 * (shown.last - shown.first) or 0.5
-    axes.set_xlim((shown.first - room) * shown.clock, (shown.last + room) * shown.clock)
-    axes.ticklabel_format(axis="x", useOffset=False)
-
-
-def _speeds(axes: Any, shown: _Shown) -> None:
-    struck, cycle = shown.motion.events.of("impact"), shown.motion.cycle
-    axes.set_title("(b) striking speeds")
-    axes.set_xlabel(shown.labels[0])
-    axes.set_ylabel("striking speed [m/s]" if shown.labels[3] else "striking speed")
-    if not len(struck):
-        axes.text(0.5, 0.5, "no impact", transform=axes.transAxes, ha="center", va="center", color=INK)
-        return
-    first = 0 if cycle is None else cycle.first
-    parts: list[tuple[Array, Array, str, str]] = [
-        (struck.time[first:], struck.impact_velocity[first:], COLOURS[1], "settled" if cycle is not None else "")
-    ]
-    if first:
-        parts.append((struck.time[:first], struck.impact_velocity[:first], COLOURS[5], "transient"))
-    for time, speed, colour, name in parts:
-        key: dict[str, Any] = {"markersize": 3.5, "markeredgewidth": 0.0, "rasterized": time.size > 5000}
-        axes.plot(time * shown.clock, speed * shown.speed, "o", color=colour, label=name or None, **key)
-    axes.set_ylim(bottom=0.0, top=1.08 * float(struck.impact_velocity.max()) * shown.speed or 1.0)
-    axes.locator_params(axis="x", nbins=5)
-    if cycle is not None:
-        axes.legend(loc="lower right")
-
-
-def _motion_force(axes: Any, shown: _Shown) -> None:
-    axes.axhline(0.0, color=INK, linewidth=0.6)
-    _motion_shade(axes, shown)
-    axes.plot(shown.times * shown.clock, shown.force * shown.newtons, color=COLOURS[0])
-    _ends(axes, shown)
-    _named_force(axes, shown.motion.machine, "(c)", shown.labels[0], shown.labels[2])
-
-
-def _portrait(axes: Any, shown: _Shown) -> None:
-    axes.axvline(0.0, color=INK, linewidth=2.5)
-    axes.axhline(0.0, color=INK, linewidth=0.4)
-    axes.plot(shown.gap * shown.length, shown.velocity * shown.speed, color=COLOURS[0], linewidth=0.9)
-    axes.set_title("(d) phase portrait of the striking end")
-    axes.set_xlabel(shown.labels[1])
-    axes.set_ylabel(f"velocity [{shown.labels[3]}]" if shown.labels[3] else "velocity")
-    axes.set_xmargin(0.08)

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.explore.parameters import label_of
 from percuss.model.checks import having, several, text
 from percuss.palette import FAMILIES, family_of
-from percuss.plot.canvas import COLOURS, INK, new_figure, ramp, style, titled
+from percuss.plot.canvas import COLOURS, INK, new_figure, patches_beside, ramp, style, titled
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
@@ -125,21 +125,20 @@ def families(ax: Axes, x: Any, y: Any, labels: np.ndarray[Any, Any], answered: A
     `labels` are "" where there is none; `answered` says where the cells have values at all.
     """
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     numbers = family_numbers(labels)
     shown = np.ma.masked_where((numbers < 0) | ~answered, numbers)
     colours = ListedColormap([family.colour.light for family in FAMILIES])
     top = len(FAMILIES) - 0.5
     ax.pcolormesh(x, y, shown.T, shading="flat", rasterized=True, cmap=colours, vmin=-0.5, vmax=top)
-    handles = []
+    looks = []
     for i in np.unique(shown.compressed()).tolist():
         family = FAMILIES[i]
-        look: dict[str, Any] = {"facecolor": family.colour.light, "hatch": 4 * family.hatch, "lw": 0.0}
-        handles.append(Patch(edgecolor=_HATCH_COLOUR, label=family.name, **look))
+        look = {"facecolor": family.colour.light, "edgecolor": _HATCH_COLOUR, "hatch": 4 * family.hatch, "lw": 0.0}
+        looks.append(look | {"label": family.name})
         if family.hatch:
             _hatched(ax, x, y, (shown == i).filled(False), 2 * family.hatch)
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
+    patches_beside(ax, looks)
     return shown
 
 
@@ -395,13 +394,11 @@ def _resting(ax: Axes, x: Any, y: Any, here: Any) -> dict[str, Any]:
 def _patches(ax: Axes, x: Any, y: Any, shown: Any, colours: Sequence[str], names: Sequence[str]) -> None:
     """Numbers of kinds in their colours, with a legend beside the panel."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
 
     if not names:
         return
     _mesh(ax, x, y, shown, cmap=ListedColormap(list(colours)), vmin=-0.5, vmax=len(names) - 0.5)
-    handles = [Patch(facecolor=c, edgecolor=INK, lw=0.4, label=name) for c, name in zip(colours, names, strict=True)]
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
+    patches_beside(ax, [{"facecolor": c, "label": name} for c, name in zip(colours, names, strict=True)])
 
 
 def _mesh(ax: Axes, x: Any, y: Any, values: Any, **options: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss import palette
 from percuss.model.checks import having, text
-from percuss.plot.canvas import INK, new_figure, style, titled
+from percuss.plot.canvas import INK, new_figure, patches_beside, style, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,8 +100,7 @@ def basins(found: Basins, title: str = "") -> Figure:
             x, y, image, shading="nearest", cmap=ListedColormap(colours), vmin=-0.5,
             vmax=MOST_SHOWN + 0.5, rasterized=True,
         )  # fmt: skip
-        ax.set_xlabel(x_name)
-        ax.set_ylabel(y_name)
+        ax.set(xlabel=x_name, ylabel=y_name)
         _legend(ax, found.shares, n)
         titled(figure, title)
     return figure
@@ -129,12 +128,10 @@ def _name(shares: Sequence[Share], i: int) -> str:
 
 
 def _legend(ax: Axes, shares: Sequence[Share], n: int) -> None:
-    from matplotlib.patches import Patch
-
-    handles = [Patch(facecolor=_colour(i), edgecolor=INK, lw=0.4, label=_name(shares, i)) for i in range(n)]
+    looks = [{"facecolor": _colour(i), "label": _name(shares, i)} for i in range(n)]
     if len(shares) > n:
-        handles.append(Patch(facecolor=_OTHERS, edgecolor=INK, lw=0.4, label=f"{len(shares) - n} others"))
-    ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3)
+        looks.append({"facecolor": _OTHERS, "label": f"{len(shares) - n} others"})
+    patches_beside(ax, looks)
 
 
 def _bars(ax: Axes, shares: Sequence[Share]) -> None:
@@ -159,9 +156,7 @@ def _scatter(ax: Axes, found: Experiment) -> None:
     for i in range(min(int(number.max()), MOST_SHOWN), -1, -1):  # the most frequent last, over the others' edges
         here = np.flatnonzero(np.minimum(number, MOST_SHOWN) == i)[::step]
         ax.scatter(x[here], y[here], s=size, color=_colour(i), linewidths=0.0, rasterized=True)
-    ax.set_xlabel(x_name)
-    ax.set_ylabel(y_name)
-    ax.set_title("(b) starts in the colour of what they lead to")
+    ax.set(xlabel=x_name, ylabel=y_name, title="(b) starts in the colour of what they lead to")
 
 
 _Line = tuple[np.ndarray[Any, Any], str]

@@ -8,11 +8,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss import palette
 from percuss.case.answers.steady_answer import PeriodAnswer, StructureAnswer, judged
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
-from percuss.plot.trajectory_picture import wall
+from percuss.plot.canvas import (
+    COLOURS,
+    INK,
+    Units,
+    draw_waves,
+    new_figure,
+    nothing,
+    phase_axis,
+    style,
+    titled,
+    units_of,
+    wall,
+)  # fmt: skip
 from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
@@ -187,13 +197,6 @@ def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
     return {"marker": "o", "markersize": 7, "color": colour, "markerfacecolor": fill, "markeredgewidth": 1.6}
 
 
-def _phase_axis(axes: Any) -> None:
-    quarter = math.pi / 2.0
-    axes.set_xlim(0.0, 2.0 * math.pi)
-    axes.set_xticks([i * quarter for i in range(5)], ["0", "π/2", "π", "3π/2", "2π"])
-    axes.set_xlabel("phase of the load")
-
-
 def _phases(axes: Any, answer: _Motions) -> None:
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
     curve = answer.periods[0].states.rigid_velocity(phases)
@@ -213,9 +216,8 @@ def _phases(axes: Any, answer: _Motions) -> None:
     if beyond:
         axes.plot([], [], " ", label=f"m = {', '.join(beyond[:6])}{', …' * (len(beyond) > 6)}: far above")
     other = timed_marks(axes, answer, phases)
-    axes.set_title(other or "(a) impact phases: where $v_f$ meets the level")
-    axes.set_ylabel("$v_f$ [dimensionless]")
-    _phase_axis(axes)
+    axes.set(title=other or "(a) impact phases: where $v_f$ meets the level", ylabel="$v_f$ [dimensionless]")
+    phase_axis(axes)
     for text, key in (("stable", {"markerfacecolor": INK}), ("unstable", {"markerfacecolor": "white"})):
         axes.plot([], [], "o", color=INK, label=text, **key)
     axes.plot([], [], "x", color=INK, label="not possible")
@@ -247,9 +249,8 @@ def _load(axes: Any, answer: _Motions, units: Units) -> None:
     for colour, found in shown:
         force = float(load.value(found.orbit.phase)) * units.force
         axes.plot([found.orbit.phase], [force], clip_on=False, zorder=3, **_marker(found, colour))
-    axes.set_title("(b) load, with the moments of impact")
-    axes.set_ylabel(units.force_label)
-    _phase_axis(axes)
+    axes.set(title="(b) load, with the moments of impact", ylabel=units.force_label)
+    phase_axis(axes)
     if banded:
         axes.legend(loc="best")
 
@@ -270,9 +271,7 @@ def _load_curve(answer: _Motions) -> tuple[Any, Any]:
 
 
 def _gap(axes: Any, answer: _Motions, units: Units) -> None:
-    axes.set_title("(c) the striking end between two blows")
-    axes.set_xlabel(units.time_label)
-    axes.set_ylabel(units.length_label)
+    axes.set(title="(c) the striking end between two blows", xlabel=units.time_label, ylabel=units.length_label)
     shown = _all_orbits(answer)
     for colour, found in shown:
         t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
@@ -280,7 +279,7 @@ def _gap(axes: Any, answer: _Motions, units: Units) -> None:
         label = f"φ = {found.orbit.phase:.3f}{timed_phase(answer, found.orbit)}" if len(shown) <= 8 else None
         axes.plot(t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label)
     if not shown:
-        _nothing(axes)
+        _none(axes)
         return
     wall(axes)
     axes.set_xlim(left=0.0)
@@ -301,8 +300,7 @@ def _multipliers(axes: Any, answer: _Motions) -> None:
     axes.set_aspect("equal")
     axes.set_xlim(-EDGE, EDGE)
     axes.set_ylim(-EDGE, EDGE)
-    axes.set_xlabel("real part")
-    axes.set_ylabel("imaginary part")
+    axes.set(xlabel="real part", ylabel="imaginary part")
     beyond: list[tuple[complex, str]] = []
     for colour, found in _all_orbits(answer):
         values = np.asarray(found.stability.multipliers.values)
@@ -333,34 +331,18 @@ def _waves(figure: Figure, axes: Any, answer: _Motions, units: Units) -> None:
     chosen = answer.chosen
     if chosen is None:
         axes.set_title("(e) waves in the bar")
-        _nothing(axes)
+        _none(axes)
         return
     orbit = chosen.orbit
     what = units.stress_label.split(" [")[0]
     peak = "" if chosen.si is None else f", {chosen.si.peak_stress_MPa:.0f} MPa at first contact,"
     title = f"(e) {what} along the bar between two blows, φ = {orbit.phase:.3f}"
     axes.set_title(f"{title}\nthe {what} of the blow itself{peak} is not in it")
-    x = np.linspace(0.0, 1.0, 101)
-    t = np.linspace(0.0, orbit.period, 600)
-    field = stress_of(answer.system, x, orbit.strain(x, t))
-    size = float(np.percentile(np.abs(field), 99.5)) or 1.0
-    picture = axes.imshow(
-        field,
-        extent=(0.0, orbit.period * units.time, 0.0, units.length),
-        aspect="auto",
-        origin="lower",
-        interpolation="bilinear",
-        cmap=ramp(palette.STRAIN),
-        vmin=-size,
-        vmax=size,
-    )
+    strain = orbit.strain(np.linspace(0.0, 1.0, 101), np.linspace(0.0, orbit.period, 600))
+    draw_waves(figure, axes, answer.system, strain, (0.0, orbit.period * units.time), units)
     axes.set_xlabel(units.time_label)
-    si = answer.system.is_si
-    axes.set_ylabel("from the driven end [mm]" if si else "x (0 driven end, 1 striking end)")
-    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, {palette.SIGN}", pad=0.01)
 
 
-def _nothing(axes: Any) -> None:
-    axes.set_xticks([])
-    axes.set_yticks([])
-    axes.text(0.5, 0.5, "no steady motion", transform=axes.transAxes, ha="center", va="center", color=INK)
+def _none(axes: Any) -> None:
+    axes.set(xticks=[], yticks=[])
+    nothing(axes, "no steady motion")

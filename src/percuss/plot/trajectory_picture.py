@@ -11,10 +11,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss import palette
 from percuss.errors import ParameterError
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, Units, new_figure, ramp, stress_of, style, titled, units_of
+from percuss.plot.canvas import (
+    COLOURS,
+    INK,
+    Units,
+    draw_waves,
+    new_figure,
+    nothing,
+    phase_axis,
+    style,
+    titled,
+    units_of,
+    wall,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -101,16 +112,15 @@ class Window:
         return times[order], values[order]
 
     @cached_property
-    def strain(self) -> tuple[Array, Array, float, float]:
-        """Places, shape (101,), the strain there, shape (101, samples), and the first and the last time of it.
+    def strain(self) -> tuple[Array, float, float]:
+        """The strain at even places, shape (101, samples), and the first and the last time of it.
 
         Of the end of the stretch only: a cycle or two load periods, in which the waves can be told apart.
         """
         trips = 240.0 * self.motion.system.body.transit_time  # 120 times to the other end and back
         first = max(self.first, self.last - min(max(0.5 * (self.last - self.first), 2.0 * _TURN), trips))
         times = np.linspace(first, self.last, min(720, max(MOST_VALUES // (self.motion.modes + 1), 200)))
-        x = np.linspace(0.0, 1.0, 101)
-        return x, self.motion.strain(x, times), first, self.last
+        return self.motion.strain(np.linspace(0.0, 1.0, 101), times), first, self.last
 
 
 def window_of(motion: Trajectory) -> Window:
@@ -174,9 +184,11 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
         grid = figure.add_gridspec(2, 3)
         window = window_of(moved)
         _gap(figure.add_subplot(grid[0, :2]), window, units)
-        _speeds(figure.add_subplot(grid[0, 2]), moved, units)
+        clock, label = _clock(moved, units, moved.end_time)
+        draw_speeds(figure.add_subplot(grid[0, 2]), moved, units.speed, clock, label)
         _map(figure.add_subplot(grid[1, 0]), moved, units)
-        _portrait(figure.add_subplot(grid[1, 1]), window, units)
+        names = (units.length_label, units.speed_label)
+        draw_portrait(figure.add_subplot(grid[1, 1]), window, units.length, units.speed, names)
         _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
         name = f"{title} — {moved.label}" if title else moved.label
         titled(figure, name)
@@ -209,11 +221,9 @@ def _gap(axes: Any, window: Window, units: Units) -> None:
         low = float(window.gap.min()) * units.length
         axes.set_ylim(1.25 * low if low < 0.0 else -1.0, -0.16 * low if low < 0.0 else 0.16)
     else:
-        _nothing(axes, "no impact in the time that was followed", 0.06)
+        nothing(axes, "no impact in the time that was followed", 0.06)
     _time_axis(axes, window.first, window.last, clock, few=False)
-    axes.set_title("(a) the striking end: " + window.what)
-    axes.set_xlabel(label)
-    axes.set_ylabel(units.length_label)
+    axes.set(title="(a) the striking end: " + window.what, xlabel=label, ylabel=units.length_label)
 
 
 def _time_axis(axes: Any, first: float, last: float, clock: float, few: bool = True) -> None:
@@ -222,13 +232,6 @@ def _time_axis(axes: Any, first: float, last: float, clock: float, few: bool = T
     axes.set_xlim((first - room) * clock, (last + room) * clock)
     axes.locator_params(axis="x", nbins=4 if few else "auto")
     axes.ticklabel_format(axis="x", useOffset=False)
-
-
-def wall(axes: Any) -> None:
-    """A line where the wall is, with its name."""
-    axes.axhline(0.0, color=INK, linewidth=2.5)
-    place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
-    axes.annotate("wall", (1.0, 0.0), (0, 4), **place)
 
 
 def _thinned(events: Events) -> Events:
@@ -247,12 +250,11 @@ def _parts_of(motion: Trajectory) -> list[tuple[Events, str, str]]:
     return [(_thinned(before), COLOURS[5], "transient"), (_thinned(after), COLOURS[1], "settled")]
 
 
-def _speeds(axes: Any, motion: Trajectory, units: Units) -> None:
-    axes.set_title("(b) striking speeds")
-    clock, label = _clock(motion, units, motion.end_time)
-    axes.set_xlabel(label)
+def draw_speeds(axes: Any, motion: Trajectory, speed: float, clock: float, label: str) -> None:
+    """The striking speeds over the whole motion; `speed` and `clock` are what one of them is on the axes."""
+    axes.set(title="(b) striking speeds", xlabel=label)
     size = 1.5 if motion.impacts > 2000 else 3.0
-    _scatter(axes, motion, units, size, lambda part: part.time * clock)
+    _scatter(axes, motion, speed, size, lambda part: part.time * clock)
     _time_axis(axes, motion.begin_time, motion.end_time, clock)
     if motion.transient is not None:
         axes.legend(loc="best")
@@ -260,35 +262,32 @@ def _speeds(axes: Any, motion: Trajectory, units: Units) -> None:
 
 def _map(axes: Any, motion: Trajectory, units: Units) -> None:
     axes.set_title("(c) impact map")
-    axes.set_xlabel("phase of the load")
-    axes.set_xlim(0.0, _TURN)
-    axes.set_xticks([0.25 * i * _TURN for i in range(5)], ["0", "π/2", "π", "3π/2", "2π"])
+    phase_axis(axes)
     size = 0.8 if motion.impacts > 5000 else 1.5 if motion.impacts > 500 else 3.5
-    _scatter(axes, motion, units, size, lambda part: part.phase)
+    _scatter(axes, motion, units.speed, size, lambda part: part.phase)
 
 
-def _scatter(axes: Any, motion: Trajectory, units: Units, size: float, place: Callable[[Events], Any]) -> None:
+def _scatter(axes: Any, motion: Trajectory, speed: float, size: float, place: Callable[[Events], Any]) -> None:
     """Striking speeds over whatever `place` takes from the impacts."""
-    axes.set_ylabel("striking speed [m/s]" if motion.system.is_si else "striking speed")
+    axes.set_ylabel("striking speed [m/s]" if motion.hammer.is_si else "striking speed")
     if not motion.impacts:
-        _nothing(axes, "no impact")
+        nothing(axes, "no impact")
         return
     for part, colour, name in _parts_of(motion):
         look = {"markersize": size, "markeredgewidth": 0.0, "rasterized": len(part) > 5000, "label": name or None}
         look |= {"clip_on": not len(part), "zorder": 3}  # bounces lie on the axis
-        axes.plot(place(part), part.impact_velocity * units.speed, "o", color=colour, **look)
-    axes.set_ylim(bottom=0.0)
+        axes.plot(place(part), part.impact_velocity * speed, "o", color=colour, **look)
+    axes.set_ylim(0.0, 1.08 * speed * float(motion.events.of("impact").impact_velocity.max()) or 1.0)
 
 
-def _portrait(axes: Any, window: Window, units: Units) -> None:
-    axes.set_title("(d) phase portrait: " + window.what)
+def draw_portrait(axes: Any, window: Window, length: float, speed: float, names: tuple[str, str]) -> None:
+    """The velocity of the striking end over its gap, with the names of the two axes."""
+    axes.set(title="(d) phase portrait: " + window.what, xlabel=names[0], ylabel=names[1])
     axes.axvline(0.0, color=INK, linewidth=2.5)
     axes.axhline(0.0, color=INK, linewidth=0.4)
     times, velocity = window.velocity
     gap = np.interp(times, window.times, window.gap)
-    axes.plot(gap * units.length, velocity * units.speed, color=COLOURS[0], linewidth=0.9)
-    axes.set_xlabel(units.length_label)
-    axes.set_ylabel(units.speed_label)
+    axes.plot(gap * length, velocity * speed, color=COLOURS[0], linewidth=0.9)
     axes.set_xmargin(0.08)
 
 
@@ -306,25 +305,8 @@ def _waves(figure: Figure, axes: Any, window: Window, units: Units) -> None:
     what = units.stress_label.split(" [")[0]
     axes.set_title(f"(e) {what} along the bar, the end of (a),\nwithout that of the blows")
     if window.last <= window.first:
-        _nothing(axes, "nothing has moved")
+        nothing(axes, "nothing has moved")
         return
-    x, strain, first, last = window.strain
-    field = stress_of(motion.system, x, strain)
-    size = float(np.percentile(np.abs(field), 99.5)) or float(np.abs(field).max()) or 1.0
-    picture = axes.imshow(
-        field,
-        extent=(first * clock, last * clock, 0.0, units.length),
-        aspect="auto",
-        origin="lower",
-        interpolation="bilinear",
-        cmap=ramp(palette.STRAIN),
-        vmin=-size,
-        vmax=size,
-    )
+    strain, first, last = window.strain
+    draw_waves(figure, axes, motion.system, strain, (first * clock, last * clock), units)
     _time_axis(axes, first, last, clock)
-    axes.set_ylabel("from the driven end [mm]" if motion.system.is_si else "x (0 driven end, 1 striking end)")
-    figure.colorbar(picture, ax=axes, label=f"{units.stress_label}, {palette.SIGN}", pad=0.01)
-
-
-def _nothing(axes: Any, text: str, height: float = 0.5) -> None:
-    axes.text(0.5, height, text, transform=axes.transAxes, ha="center", va="center", color=INK)

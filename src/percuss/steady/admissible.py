@@ -49,14 +49,9 @@ class _Bounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Contactless:
-    """The answer to "does the bar stay off the wall between impacts?".
+    """The first passage through the wall between impacts, or None, and whether that is proved.
 
-    Parameters
-    ----------
-    violation
-        The first passage through the wall, or None.
-    proven
-        Whether the answer is proved; it is not when the work allowed ran out (ringing of enormous amplitude).
+    It is not when the work allowed ran out (ringing of enormous amplitude).
     """
 
     violation: Violation | None

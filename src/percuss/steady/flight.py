@@ -24,16 +24,8 @@ from percuss.steady.small_divisors import cubic_sum, resolvent_bound
 class Truncation(Shown):
     """The modes kept and the modes left out of a motion's sums.
 
-    Parameters
-    ----------
-    modes
-        N, the modes kept.
-    few, some
-        Smaller numbers of modes that already give the position to 1e-3 and 1e-7 of the stroke.
-    state
-        State of the modes kept.
-    lost
-        Bound of the position that the modes left out add at the striking end, where it is known already.
+    `few` and `some` modes already give the position to 1e-3 and 1e-7 of the stroke; `lost` bounds the position that the
+    modes left out add at the striking end, where it is known already.
     """
 
     modes: int

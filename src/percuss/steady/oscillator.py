@@ -38,21 +38,8 @@ def flights(body: Body, at: int, period: float, modes: int) -> tuple[Modes, Prop
 def free_sum(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array, rows: Array) -> tuple[Array, Array]:
     """Σ_n rows[i, n] z_n(t) and its derivative for free oscillators z_n: the free motion of the bar.
 
-    Parameters
-    ----------
-    omega, d
-        Undamped frequencies and damping, each of shape (N,); a number when all have the same damping.
-    start
-        z_n and z_n' at t = 0, each of shape (N,).
-    t
-        Times, shape (nt,).
-    rows
-        Weights of the first `rows.shape[1]` modes, shape (ni, modes).
-
-    Returns
-    -------
-    tuple of numpy.ndarray
-        Two arrays of shape (ni, nt).
+    `start` are z_n and z_n' at t = 0; `rows`, shape (ni, modes), weigh the first so many modes; a number for `d` when
+    all have the same damping. Two arrays of shape (ni, nt).
     """
     modes, half_d = rows.shape[1], 0.5 * one_for_all(d)
     half_d = half_d[:modes] if half_d.ndim else half_d
@@ -149,16 +136,9 @@ def comes_back(
 ) -> npt.NDArray[np.bool_]:
     """Which modes come back after a cycle by themselves, so that their amplitude is free: internal resonance.
 
-    Parameters
-    ----------
-    divisor
-        det(ξ − M_n), with the map M_n of the mode over a cycle.
-    terms
-        What it was found from: how far the flights are from half turns of the mode, |cos − (±1)| and sin².
-    angle
-        ω_n T, which is known to four units in its last place.
-    factor
-        Times the square of a change of the angle, det(ξ − M_n) grows from 0 at most.
+    `divisor` is det(ξ − M_n) with the map M_n of the mode over a cycle, `terms` what it was found from (how far the
+    flights are from half turns of the mode, |cos − (±1)| and sin²), `angle` ω_n T, which is known to four units in its
+    last place, and det(ξ − M_n) grows from 0 at most by `factor` times the square of a change of the angle.
     """
     turned = 2.0 * np.asarray(factor) * (_TURNED * np.asarray(angle)) ** 2
     return np.asarray(np.abs(divisor) <= _CANCELLED * np.asarray(terms) + turned)
@@ -273,15 +253,7 @@ class ModalState:
 
 
 def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> ModalState:
-    """Solve the steady condition mode by mode.
-
-    Parameters
-    ----------
-    system, period
-        The system and the impact period T = 2πm.
-    forced
-        f_n and f_n' at the impact phase, each of shape (N,).
-    """
+    """Solve the steady condition mode by mode, for impacts every T = `period`, from f_n and f_n' at the impact."""
     (f, f_velocity), contact = forced, system.contact
     alpha, beta, impulse = contact.strain_factor, contact.velocity_factor, contact.impulse
     released = 1.0 - alpha  # 0 for the law that keeps the strain

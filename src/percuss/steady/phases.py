@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.halting import look
 from percuss.mechanics.flow import phi1, propagator
 from percuss.model import System
 from percuss.model.body import need_free
@@ -23,7 +22,7 @@ from percuss.model.checks import Array, count, instance, non_negative, numbers, 
 from percuss.model.contact import impedance_ratio, restitutions
 from percuss.steady.forced import PiecewiseResponse, Response, forced_response
 from percuss.steady.oscillator import modal_state
-from percuss.steady.trigonometric import TURN, on_circle
+from percuss.steady.trigonometric import TURN, bounded_roots, on_circle
 
 RELEASED_MODES = 512
 """Modes of the sums where an impact changes the strain: more of them hardly help."""
@@ -33,16 +32,9 @@ _EPS = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Arcs:
-    """The arcs of the circle on which v_f is monotone.
+    """The arcs of the circle on which v_f is monotone, and what v_f belongs to.
 
-    Parameters
-    ----------
-    ends
-        Phases of the n critical points or breaks, increasing, and the first one again a turn later; shape (n + 1,).
-    velocities
-        v_f there.
-    response
-        What v_f belongs to.
+    Their ends are the n critical points or breaks, increasing, and the first one again a turn later; with v_f there.
     """
 
     ends: Array
@@ -91,11 +83,6 @@ class Arcs:
         """All phases in [0, 2π) with v_f = level, increasing, and whether each is a tangency (fold).
 
         Of a plateau at the level the middle, as a fold.
-
-        Returns
-        -------
-        phases, folds
-            Equal shapes (n,).
         """
         off = self.velocities - level
         touching = np.abs(off) <= self.tolerance
@@ -174,14 +161,7 @@ def level_of(system: System, period: float) -> float:
 
 
 def ratio_at(mean: float, d: float, height: Array, period: float) -> Array:
-    """The impedance ratio at which the level has this height, `level_at` backwards; shape of `height`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> ratio_at(0.9, 0.0, np.array([float(level_at(0.9, 0.0, 0.25, 6.28))]), 6.28).round(12)
-    array([0.25])
-    """
+    """The impedance ratio at which the level has this height, `level_at` backwards; shape of `height`."""
     return np.asarray(2.0 * height / (mean * period) - float(langevin(np.array(0.5 * d * period))))
 
 
@@ -201,16 +181,9 @@ _ROUNDING = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class PhaseCondition:
-    """The curve that meets a level at the impact phases.
+    """The curve that meets a level at the impact phases: c less what the mean load adds to the curve.
 
-    Parameters
-    ----------
-    arcs
-        The arcs of the circle on which the curve is monotone.
-    level
-        What it meets: c less what the mean load adds to the curve.
-    still
-        What is added to it where its value is told.
+    `still` is added to the curve where its value is told.
     """
 
     arcs: Arcs
@@ -329,7 +302,7 @@ FREE_AMPLITUDE = (
     "a mode comes back by itself after every impact period, so that its amplitude is free (internal resonance): give "
     "it some damping"
 )
-_NARROWEST = 1e-9  # rad: the width of a cell in which a root is double
+_NARROWEST = 1e-9  # rad: roots within four times this are one, double
 _TOUCH = 1e-13
 
 
@@ -375,14 +348,23 @@ class SteppedGap:
         return np.asarray((self.gamma @ f + self.moving @ rate).reshape(np.shape(phases)))
 
     def roots(self) -> tuple[Array, Array]:
-        response, found, folds = self.response, [], []
-        for i, (start, length) in enumerate(zip(response.starts, response.lengths, strict=True)):
-            roots, double = self._on_step(i, float(start), float(length))
-            found += roots
-            folds += double
-        phases, tangent = np.mod(np.array(found), 2.0 * math.pi), np.array(folds, dtype=bool)
-        order = np.argsort(phases)
-        return phases[order], tangent[order]
+        """All impact phases, increasing, and whether each is a fold: where roots cannot be told apart, or a touch."""
+        response, system, n = self.response, self.response.system, self.gamma.size
+        known, gamma, moving = system.body.modes(n, system.load.at), np.abs(self.gamma), np.abs(self.moving)
+        rise, both = known.omega**2 + known.damping * known.omega, known.omega + known.damping
+        phases, folds = [], []
+        for i, (start, length) in enumerate(zip(response.starts, response.lengths.tolist(), strict=True)):
+            u, v = (row[i] for row in response.knots(n))
+            size = np.hypot(u, v / known.omega)  # never grows
+            bend = float(np.sum(size * rise * (gamma + moving * both)))
+            scale = float(np.sum(size * (gamma + moving * known.omega))) + abs(system.body.gap)
+            roots, touches = bounded_roots(partial(self._at, i), length, 64, bend, _TOUCH * scale)
+            found = np.sort(np.concatenate([roots, touches]))
+            groups = np.split(found, np.flatnonzero(np.diff(found) > 4.0 * _NARROWEST) + 1) if found.size else []
+            phases += [float(start + group.mean()) for group in groups]
+            folds += [group.size > 1 or group[0] in touches for group in groups]
+        order = np.argsort(turned := on_circle(np.array(phases)))
+        return turned[order], np.array(folds, dtype=bool)[order]
 
     def _at(self, i: int, since: Array) -> tuple[Array, Array]:
         """y − g and its derivative on a step, so long after its beginning."""
@@ -395,50 +377,6 @@ class SteppedGap:
         place = away + float(self.response.values[i]) / omega**2
         turn = -d * rate - omega**2 * away
         return self.gamma @ place + self.moving @ rate - system.body.gap, self.gamma @ rate + self.moving @ turn
-
-    def _on_step(self, i: int, start: float, length: float) -> tuple[list[float], list[bool]]:
-        """The roots on one step: cells are halved until bounds of y'' decide, or until they are next to nothing."""
-        n, system = self.gamma.size, self.response.system
-        known = system.body.modes(n, system.load.at)
-        u, v = (row[i] for row in self.response.knots(n))
-        size = np.hypot(u, v / known.omega)  # never grows
-        rise = known.omega**2 + known.damping * known.omega
-        bend = float(np.sum(size * rise * (np.abs(self.gamma) + np.abs(self.moving) * (known.omega + known.damping))))
-        scale = float(np.sum(size * (np.abs(self.gamma) + np.abs(self.moving) * known.omega))) + abs(system.body.gap)
-        half = 0.5 * length / 64
-        centres: Array = np.asarray(half * (2.0 * np.arange(64) + 1.0), dtype=float)
-        found: list[float] = []
-        folds: list[bool] = []
-        while centres.size:
-            look()
-            y, slope = self._at(i, centres)
-            clear = np.abs(y) > np.abs(slope) * half + 0.5 * bend * half**2
-            steep = ~clear & (np.abs(slope) > bend * half)
-            for centre in centres[steep]:
-                found += self._crossing(i, float(centre) - half, float(centre) + half, start)
-            folds += [False] * (len(found) - len(folds))
-            open_ = centres[~clear & ~steep]
-            if half < _NARROWEST:
-                near = open_[np.abs(self._at(i, open_)[0]) <= 0.5 * bend * half**2 + _TOUCH * scale]
-                for centre in near:
-                    if not found or abs(start + centre - found[-1]) > 4.0 * _NARROWEST:
-                        found.append(start + float(centre))
-                        folds.append(True)
-                break
-            half *= 0.5
-            centres = np.sort(np.concatenate([open_ - half, open_ + half]))
-        return found, folds
-
-    def _crossing(self, i: int, low: float, high: float, start: float) -> list[float]:
-        """The root in a cell in which the curve is monotone, its left end counted; none or one."""
-        ends = self._at(i, np.array([low, high]))[0]
-        if not (ends[0] == 0.0 or ends[0] * ends[1] < 0.0):
-            return []
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            y = float(self._at(i, np.array([middle]))[0][0])
-            low, high = (middle, high) if (y < 0.0) == (ends[0] < 0.0) and ends[0] != 0.0 else (low, middle)
-        return [start + 0.5 * (low + high)]
 
 
 # ---- R = 1 and no damping: the motions under which the elastic modes would gain energy at every impact (theory §4)

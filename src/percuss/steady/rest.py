@@ -72,16 +72,10 @@ class _Family:
 
 @dataclass(frozen=True)
 class Ringing:
-    """What the true damping adds to the contact force found with a greater one.
+    """What the true damping adds to the contact force found with a greater one: harmonics k and their amplitudes c, and
+    at given times those that are `summed` without end.
 
-    Parameters
-    ----------
-    k, c
-        Harmonics and their complex amplitudes.
-    summed
-        At given times, the harmonics that are summed without end.
-    finer
-        The sum of the amplitudes of harmonics too fine for a table: the least force is lower by up to as much.
+    `finer`: the sum of the amplitudes of harmonics too fine for a table; the least force is lower by up to as much.
     """
 
     k: Array
@@ -116,19 +110,7 @@ def step_harmonics(places: Array, sizes: Array, k: Array) -> ComplexArray:
 
 
 def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float, window: float) -> Ringing:
-    """What damping d instead of `greater` adds, for tables over windows as long as `window`.
-
-    Parameters
-    ----------
-    places, sizes
-        Phases and heights of the load's jumps.
-    s
-        Wave speed.
-    d, greater
-        The true damping and the one that the fronts were followed with.
-    window
-        Length in phase, radians.
-    """
+    """What damping d instead of `greater` adds, with jumps `sizes` at `places`, for tables over windows of a length."""
     finest = _FINEST * _PLACES / window
     n = np.arange(1.0, math.floor(min(finest / (math.pi * s), float(_PLACES))) + 2.0)
     near = np.rint((n - 0.5) * math.pi * s)
@@ -222,14 +204,8 @@ def least_contact_force(load: Load, s: float, d: float) -> tuple[float, float]:
     greater damping, and the harmonics near resonance are mended in closed form. Resonant ringing is then right to one
     or two jumps, however large it is. Waves too fine for a table, up to 10⁹ quarter waves in the bar, are taken off
     with all their amplitudes: the force is mostly told too low, by up to about two jumps (by up to half a jump too
-    high at s < 0.1). Without damping the waves have no finite sum for nearly any s; those up to 10⁹ are what is told.
-
-    Parameters
-    ----------
-    load
-        A load with jumps. Without damping none of its harmonics may be one of the resting bar's frequencies.
-    s, d
-        Wave speed and damping.
+    high at s < 0.1). Without damping the waves have no finite sum for nearly any s; those up to 10⁹ are what is told,
+    and none of the load's harmonics may be one of the resting bar's frequencies.
     """
     jumps = load.jumps
     places, sizes = np.array([jump.phase for jump in jumps]), np.array([jump.after - jump.before for jump in jumps])

@@ -29,15 +29,10 @@ Terms: TypeAlias = Sequence[tuple[complex, complex]]
 
 
 def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
-    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing.
+    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing; wave numbers k ≥ 0.
 
     A root of even order, where g touches zero within rounding, may be given once, twice or not at all; all others
     are found, each once.
-
-    Parameters
-    ----------
-    k, coefficients
-        Wave numbers k ≥ 0 and complex coefficients, equal shapes.
     """
     curvature = float(np.sum(k**2 * np.abs(coefficients)))
     if curvature < np.finfo(float).tiny / _EPS:
@@ -45,35 +40,42 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
     noise = 8.0 * _EPS * float(np.sum((1.0 + k) * np.abs(coefficients)))
 
     def value(theta: Array) -> tuple[Array, Array]:
-        g, slope = harmonic_sums(theta, k, coefficients, 1j * k * coefficients)
+        g, slope = harmonic_sums(np.mod(theta, TURN), k, coefficients, 1j * k * coefficients)
         return g, slope
 
-    count = max(32, 8 * int(k.max(initial=1.0)))
+    return np.sort(on_circle(bounded_roots(value, TURN, max(32, 8 * int(k.max(initial=1.0))), curvature, noise)[0]))
+
+
+def bounded_roots(value: Curve, length: float, count: int, curvature: float, noise: float) -> tuple[Array, Array]:
+    """All roots of a curve in [0, length) at which it changes its sign, and where it may touch 0 without.
+
+    `value` gives the curve and its slope, `curvature` bounds the second derivative and `noise` the rounding; `count`
+    cells are looked at first.
+    """
     cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
-    brackets: list[np.typing.NDArray[np.int64]] = []  # in units of the finest grid
+    kept: list[npt.NDArray[np.int64]] = []  # low and high edges in units of the finest grid, and whether narrowest
     for level in range(_LEVELS + 1):
         look()
-        half = math.pi / count
+        half = 0.5 * length / count
         g, slope = value(np.asarray(half * (2.0 * cells + 1.0), dtype=float))
         empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
         monotone = ~empty & (np.abs(slope) > curvature * half + noise)
-        if level == _LEVELS:
-            monotone = ~empty
-        brackets.append(cells[monotone] << (_LEVELS - level))
-        brackets.append((cells[monotone] + 1) << (_LEVELS - level))
+        held = cells[~empty if level == _LEVELS else monotone]
+        narrowest = np.isin(held, cells[~monotone])
+        kept.append(np.stack([held << (_LEVELS - level), (held + 1) << (_LEVELS - level), narrowest]))
         left = cells[~empty & ~monotone]
         cells, count = np.concatenate([2 * left, 2 * left + 1]), 2 * count
         if not cells.size:
             break
     finest = (count >> (level + 1)) << _LEVELS
-    low, high = np.concatenate(brackets[::2]), np.concatenate(brackets[1::2])
+    low, high, narrow = np.concatenate(kept, axis=1)
     # every edge is looked at once, so that a root on an edge belongs to one of its two cells and not to both or none
-    edges, where = np.unique(np.concatenate([low, high]) % finest, return_inverse=True)
-    below = (value(TURN * edges / finest)[0] < 0.0)[where]
+    edges, where = np.unique(np.concatenate([low, high]), return_inverse=True)
+    below = (value(length * edges / finest)[0] < 0.0)[where]
     crossed = below[: low.size] != below[low.size :]
-    starts, stops = TURN * low[crossed] / finest, TURN * high[crossed] / finest
-    roots = polished(starts, stops, value, np.zeros(starts.size))
-    return np.sort(on_circle(roots))
+    starts, stops = length * low[crossed] / finest, length * high[crossed] / finest
+    touched = ~crossed & (narrow == 1)
+    return polished(starts, stops, value, np.zeros(starts.size)), 0.5 * length * (low + high)[touched] / finest
 
 
 def on_circle(theta: Array) -> Array:
@@ -83,17 +85,7 @@ def on_circle(theta: Array) -> Array:
 
 
 def harmonic_sums(theta: Array, k: Array, *coefficients: ComplexArray) -> list[Array]:
-    """Re Σ c_k exp(ikθ) for several sets of coefficients at once, by Horner's rule in exp(iθ).
-
-    Parameters
-    ----------
-    theta
-        Any shape.
-    k
-        Whole wave numbers ≥ 0, increasing.
-    coefficients
-        Each of the shape of `k`.
-    """
+    """Re Σ c_k exp(ikθ) for several sets of coefficients at once, by Horner's rule in exp(iθ); `k` increases."""
     turn = np.exp(1j * np.asarray(theta, dtype=float))
     totals = [np.zeros_like(turn) for _ in coefficients]
     turned = np.empty_like(turn)  # not in place: numpy rounds the product of a single number with itself otherwise
@@ -138,10 +130,7 @@ def polished(low: Array, high: Array, value: Curve, level: Array, start: Array |
 def polished_one(terms: Terms, level: float, from_: float, to: float, theta: float) -> float:
     """One root by the method of `polished`, in plain numbers: the sum is below `level` at `from_`, above it at `to`.
 
-    Parameters
-    ----------
-    terms
-        Coefficients of exp(ikθ) in the sum and in its slope, from the highest k down to 0.
+    `terms` are the coefficients of exp(ikθ) in the sum and in its slope, from the highest k down to 0.
     """
     for _ in range(100):
         turn, v, slope = cmath.exp(1j * theta), 0j, 0j
@@ -191,17 +180,11 @@ def phases_of_waves(
     level: Array,
     plain: bool = False,
 ) -> Array:
-    """The phase on arc number `arc`, between two of the `ends`, where Re Σ c_k exp(ikθ) equals `level`.
+    """The phase on arc number `arc`, between two of the `ends`, where Re Σ c_k exp(ikθ) equals `level`; broadcasts.
 
-    Parameters
-    ----------
-    ends, heights
-        Phases where the sum turns round, the first one again a turn later, and the sum there.
-    arc, level
-        Equal shapes, or they broadcast; the level lies between the heights at the ends of its arc.
-    plain
-        Whether a few of them may be found in plain numbers, a quarter of the time of arrays. Rows of a map may not: the
-        bits would depend on how the map is parted.
+    The level lies between the heights at the ends of its arc; the first end comes again a turn later. `plain`: a few of
+    them may be found in plain numbers, a quarter of the time of arrays. Rows of a map may not: the bits would depend on
+    how the map is parted.
     """
     if k.size == 1:  # V cos k(θ − θ_0): arccos from the extreme where the arc starts
         from_top = np.clip(level / heights[arc], -1.0, 1.0)

@@ -32,7 +32,7 @@ from percuss.case.answers.exploring.orbits_answer import (
 )
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
-from percuss.case.answers.playback import Frames, branch_frames, rest_branch_frames
+from percuss.case.answers.playback import Frames, branch_frames
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
@@ -260,9 +260,9 @@ def branch_motion(case: Case, asked: BranchMotionAsked, terms: Terms) -> Frames:
     if (asked.times is None) == (asked.release is None):
         raise refused(422, "expected either the times of impacts or a release", "", "times", asked.times)
     sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, **asked.sizes}
-    if asked.release is not None:
-        return rest_branch_frames(case, asked.name, asked.value, asked.release, asked.periods, **sizes)
-    return branch_frames(case, asked.name, asked.value, asked.times or [], asked.periods, **sizes)
+    start = asked.release if asked.times is None else asked.times
+    assert start is not None
+    return branch_frames(case, asked.name, asked.value, start, asked.periods, **sizes)
 
 
 Events = Callable[[Halt], Iterator[tuple[str, Any]]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 import xarray
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, figures, plain_of, rows_of
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
@@ -80,24 +81,40 @@ class MeasuredGauge(Shown):
     @property
     def rows(self) -> tuple[tuple[str, str], ...]:
         """The lines of a report."""
-        compression = "positive" if self.sign > 0 else "negative"
-        return (
-            ("record", f"{self.file}, {self.quantity}, compression {compression}"),
-            ("clock", f"{quantity(self.shift, 's', 5)} added to the time of the record"),
-            ("zero", f"{quantity(self.zero, 'N')} taken off"),
-            ("scale", f"the record is {number(self.scale)} times the computed force"),
-            (
-                "residual",
-                f"{percent(self.residual)} of the computed peak (rms); {percent(self.residual_scaled)} after scaling",
-            ),
-            ("overlap", f"the record covers {percent(self.overlap)} of the window"),
-            *(("note", note) for note in self.notes),
-        )
+        notes = (("note", note) for note in self.notes)
+        return (*rows_of(self, MEASURED, Teller(None, True)), *notes)
 
     def to_json_dict(self) -> dict[str, Any]:
         """Its numbers in plain values, without the series."""
-        names = ("file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap")
-        return {name: getattr(self, name) for name in names} | {"notes": list(self.notes)}
+        return plain_of(self, MEASURED)
+
+
+def _compression(one: MeasuredGauge, _: Teller) -> str:
+    return f"{one.file}, {one.quantity}, compression {'positive' if one.sign > 0 else 'negative'}"
+
+
+MEASURED: tuple[Fact[MeasuredGauge], ...] = (
+    Fact("file", "record", "the record", "", "file", _compression),
+    *figures("""
+quantity | `"strain"`, `"stress"` or `"force"`
+sign | 1 if compression is positive in the record, −1 if it is negative
+"""),
+    Fact("shift", "clock", "what is added to the record's time to make it that of the blow, in s", "", "shift",
+         lambda one, _: f"{quantity(one.shift, 's', 5)} added to the time of the record"),
+    Fact("zero", "zero", "what the record shows without a force, in N in its own sign; it is taken off", "", "zero",
+         lambda one, _: f"{quantity(one.zero, 'N')} taken off"),
+    Fact("scale", "scale", "the factor on the computed force that fits the record best", "", "scale",
+         lambda one, _: f"the record is {number(one.scale)} times the computed force"),
+    Fact("residual", "residual",
+         "root mean square of measured less computed force in the window, over the greatest computed force", "",
+         "residual", lambda one, _: f"{percent(one.residual)} of the computed peak (rms); "
+         f"{percent(one.residual_scaled)} after scaling"),
+    Fact("residual_scaled", "", "the same with the factor `scale`", "", "residual_scaled"),
+    Fact("overlap", "overlap", "share of the window that the record covers", "", "overlap",
+         lambda one, _: f"the record covers {percent(one.overlap)} of the window"),
+    Fact("notes", "", "a list of texts: what was assumed", "", "notes"),
+)  # fmt: skip
+"""How a record fits a blow."""
 
 
 # ---- One blow of a case, and what of it is told: the waves at a gauge, sections with their sizes, values with units
@@ -211,38 +228,159 @@ class BlowAnswer(Shown):
             "outcome_in_words": blow.outcome.value,
             "contacts": [[one.start, one.end, one.impulse, one.peak_force] for one in blow.contacts],
             "touches_without_impulse": blow.grazes,
-            **picked(blow, _ALWAYS),
+            **plain_of(self, STRIKER),
+            **(plain_of(self, ROD) if self.rod is not None else {}),
+            **(plain_of(self, ROCK) if blow.penetration is not None else {}),
         }
-        if self.rod is not None:
-            told |= picked(blow, "bit_kinetic_energy_after")
-            told |= {"rod_energy_after": blow.rod_energy, "rod_momentum_after": blow.rod_momentum, **_rod_dict(self)}
-        if blow.penetration is not None and blow.bit_force is not None:
-            told |= picked(blow, _OF_ROCK)
-            told |= {"rock_work_dissipated": blow.rock_dissipated, "rock_work_stored": blow.rock_stored}
-            told |= {"greatest_rock_force": blow.bit_force.peak, "beta": self.beta}
         if self.measured is not None:
             told["measured"] = self.measured.to_json_dict()
+        if self.rod is not None:
+            told["gauge"] = plain_of(self, GAUGE)
         return plain(told | _stress_dict(self))
 
 
 # ---- One blow in plain values
 
-_ALWAYS = (
-    "striker_mass mean_velocity_before mean_velocity_after striker_momentum_after impulse effective_restitution "
-    "restitution_from_impulse contact_duration force_centroid gap_after energy_before kinetic_energy_before load_work "
-    "rigid_energy_after vibration_energy_after work_through_face momentum_error energy_error"
-)
-_OF_ROCK = "rock_work efficiency efficiency_with_rebound greatest_penetration residual_penetration penetration_after"
+
+def _share(name: str, more: str = "") -> Callable[[BlowAnswer, Teller], str]:
+    """An energy, and what part it is of all that there was."""
+
+    def words(answer: BlowAnswer, tell: Teller) -> str:
+        blow, value = answer.blow, getattr(answer.blow, name)
+        before = blow.energy_before + max(blow.load_work, 0.0)
+        told = f"{tell(value, 'energy')} ({percent(value / before)})" if before > 0.0 else tell(value, "energy")
+        return f"{told}, at {tell(getattr(blow, more), 'speed')}" if more else told
+
+    return words
 
 
-def _rod_dict(answer: BlowAnswer) -> dict[str, Any]:
-    """The first pulse, and the waves at the gauge."""
-    pulse, waves = answer.blow.first_pulse, answer.waves
-    assert waves is not None  # there is a rod
-    return {
-        "first_pulse": None if pulse is None else picked(pulse, "length rise peak energy momentum"),
-        "gauge": {"place": answer.gauge, **picked(waves, "impedance incident_energy reflected_energy tool_energy")},
-    }
+def _lasted(answer: BlowAnswer, tell: Teller) -> str | None:
+    lasted, centre = answer.blow.contact_duration, answer.blow.force_centroid
+    if lasted is None or centre is None:
+        return None
+    return f"{tell(lasted, 'time')}; centroid of the force at {tell(centre, 'time')}"
+
+
+STRIKER: tuple[Fact[BlowAnswer], ...] = (
+    Fact("energy_before", "before", "energy of the striker before the blow", "energy", "blow.energy_before"),
+    Fact("load_work", "work of the load", "work of the load", "energy", "blow.load_work",
+         lambda one, tell: tell(one.blow.load_work, "energy") if one.blow.load_work else None),
+    Fact("work_through_face", "through the face",
+         r"$\int N\,v\,dt$ of the rod's face: what the blow delivers; 0 for a wall", "energy",
+         "blow.work_through_face", _share("work_through_face")),
+    Fact("rigid_energy_after", "with the striker", r"$\frac12MV_1^2$", "energy", "blow.rigid_energy_after",
+         _share("rigid_energy_after", "mean_velocity_after")),
+    Fact("vibration_energy_after", "ringing in it", "the ringing of the striker", "energy",
+         "blow.vibration_energy_after", _share("vibration_energy_after")),
+    Fact("energy_error", "closes to", "by how much the balance of energy does not close, relative: rounding", "",
+         "blow.energy_error", lambda one, _: f"energy {one.blow.energy_error:.1e}, momentum "
+         f"{one.blow.momentum_error:.1e}, relative"),
+    Fact("effective_restitution", "restitution", "$R=-V_1/V_0$", "", "blow.effective_restitution",
+         lambda one, _: None if one.blow.effective_restitution is None
+         else f"R = {number(one.blow.effective_restitution, 6)}"),
+    Fact("contact_duration", "contact",
+         "$t_c$, from the start of the first contact to the end of the last one; null without such an end", "",
+         "blow.contact_duration", _lasted),
+    *figures(r"""
+force_centroid | $t_J$, centroid of the contact force after the start of the first contact | blow.force_centroid
+momentum_error | the same of the balance of momentum | blow.momentum_error
+striker_mass | mass of the striker | blow.striker_mass
+mean_velocity_before | $V_0$, momentum of the striker over its mass, before the blow | blow.mean_velocity_before
+mean_velocity_after | $V_1$, the same after it | blow.mean_velocity_after
+striker_momentum_after | $MV_1$ | blow.striker_momentum_after
+impulse | $J=\int N\,dt$ of all contacts | blow.impulse
+restitution_from_impulse | $J/(MV_0)-1$, the same as $R$ if no load acts | blow.restitution_from_impulse
+gap_after | distance between the faces at the end | blow.gap_after
+kinetic_energy_before | the kinetic part of `energy_before` | blow.kinetic_energy_before
+"""),
+)  # fmt: skip
+"""What a blow does to the striker."""
+
+
+def _first_pulse(answer: BlowAnswer, tell: Teller) -> str | None:
+    pulse = answer.blow.first_pulse
+    if pulse is None:
+        return None
+    first = f"{tell(pulse.length, 'time')} long, peak {tell(pulse.peak, 'force')} after {tell(pulse.rise, 'time')}"
+    return f"{first}, {tell(pulse.energy, 'energy')}"
+
+
+PULSE = figures(r"""
+length | duration of the incident wave at the face, until its force falls to 0 or a returned wave arrives
+rise | time from its start to its greatest force
+peak | the greatest force
+energy | $Z\int f^2dt$
+momentum | $Z\int f\,dt$
+""")
+
+
+def _tool_energy(answer: Any, tell: Teller) -> str:
+    return f"{tell(answer.waves.tool_energy, 'energy')}; the energy that passes only while nothing has come back"
+
+
+GAUGE: tuple[Fact[BlowAnswer], ...] = (
+    Fact("place", "gauge", "from the struck face; in a dimensionless case the time that a wave takes from there", "",
+         "gauge", lambda one, tell: f"{tell(one.gauge or 0.0, 'length')} from the face"),
+    Fact("impedance", "", "$Z$ of the section", "", "waves.impedance"),
+    Fact("incident_energy", "incident wave", r"$Z\int f^2dt$ over the window", "energy", "waves.incident_energy"),
+    Fact("reflected_energy", "reflected wave", r"$Z\int g^2dt$ over the window", "energy", "waves.reflected_energy"),
+    Fact("tool_energy", "∫F²/Z dt", r"$\int F^2/Z\,dt$, the energy that passes only as long as nothing has come back",
+         "energy", "waves.tool_energy", _tool_energy),
+)  # fmt: skip
+ROD: tuple[Fact[BlowAnswer], ...] = (
+    Fact("first_pulse", "first pulse", "only with a rod: see below; null if there was no contact", "",
+         lambda one: None if one.blow.first_pulse is None else plain_of(one.blow.first_pulse, PULSE), _first_pulse),
+    Fact("rod_energy_after", "left in the rod", "only with a rod: what is left in it, or has gone down an endless one",
+         "energy", "blow.rod_energy"),
+    *figures("""
+gauge | only with a rod: the waves at one place, see below |
+rod_momentum_after | only with a rod: likewise the momentum | blow.rod_momentum
+bit_kinetic_energy_after | only with a rod: of the lumped mass at its end | blow.bit_kinetic_energy_after
+"""),
+)  # fmt: skip
+"""What it does in the rod."""
+
+
+def _work(answer: BlowAnswer, tell: Teller) -> str:
+    blow = answer.blow
+    return f"{tell(blow.rock_work, 'energy')}, of which {tell(blow.rock_dissipated, 'energy')} for good"
+
+
+def _depths(answer: BlowAnswer, _: Teller) -> str:
+    depth = [value or 0.0 for value in (answer.blow.greatest_penetration, answer.blow.residual_penetration)]
+    return f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"
+
+
+def _of_energy(name: str, of: str) -> Callable[[BlowAnswer, Teller], str | None]:
+    def words(answer: BlowAnswer, _: Teller) -> str | None:
+        value = getattr(answer.blow, name)
+        return None if value is None else f"{percent(value)} {of}"
+
+    return words
+
+
+ROCK: tuple[Fact[BlowAnswer], ...] = (
+    Fact("rock_work", "work on it", "only with rock, as all keys down to `penetration_after`: work done on it",
+         "energy", "blow.rock_work", _work),
+    Fact("greatest_penetration", "penetration", "the deepest", "", "blow.greatest_penetration", _depths),
+    Fact("greatest_rock_force", "peak force", "the greatest force on the rock", "force", "blow.bit_force.peak"),
+    Fact("beta", "β", r"$\beta=K_1T/Z$ of the first pulse, $T$ long, in the longest section of the rod; null without a "
+         "pulse and on elastic rock", "", "beta", lambda one, _: None if one.beta is None else
+         f"{number(one.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
+    Fact("efficiency", "efficiency", r"$\eta_1$, work on the rock over the energy before", "", "blow.efficiency",
+         _of_energy("efficiency", "of the energy before the blow")),
+    Fact("efficiency_with_rebound", "without rebound",
+         r"$\eta_2$, the same with the energy of the rebounding striker taken off the energy before", "",
+         "blow.efficiency_with_rebound",
+         _of_energy("efficiency_with_rebound", "without what rebounds with the striker")),
+    *figures("""
+rock_work_dissipated | what of the work stays in the rock | blow.rock_dissipated
+rock_work_stored | what it could still give back | blow.rock_stored
+residual_penetration | the penetration after unloading | blow.residual_penetration
+penetration_after | that at the end of the window | blow.penetration_after
+"""),
+)  # fmt: skip
+"""What it does in the rock."""
 
 
 def _stress_dict(answer: BlowAnswer) -> dict[str, Any]:
@@ -794,14 +932,22 @@ _SHOWN = 12
 
 def blow_report(answer: BlowAnswer) -> Report:
     """The report of `percuss blow`."""
-    sections: list[Section | Grid] = [_question(answer), _contacts(answer), _energy(answer)]
+
+    def section(heading: str, *facts: Fact[BlowAnswer]) -> Section:
+        return Section(heading, tuple(rows_of(answer, facts, answer.tell)))
+
+    sections: list[Section | Grid] = [_question(answer), _contacts(answer), section("Energy", *STRIKER)]
     if answer.rod is not None:
-        sections.append(_rod(answer))
+        sections.append(section("The wave in the rod", ROD[0], *GAUGE, *ROD[1:]))
     if answer.measured is not None:
         sections.append(Section("Measured at the gauge", answer.measured.rows))
     if answer.blow.penetration is not None:
-        sections.append(_rock(answer))
-    sections += [_stresses(answer), *_further(answer)]
+        sections.append(section("The rock", *ROCK))
+    sections.append(_stresses(answer))
+    if answer.formulas:
+        sections.append(Section("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
+    if answer.left_out:
+        sections.append(Section("What one-dimensional waves leave out", answer.left_out))
     tone = GOOD if answer.blow.outcome.name in ("OVER", "SPENT") else PLAIN
     cut = answer.blow.outcome.name == "TOO_MANY_PIECES"
     return Report(answer.title, blow_in_words(answer), BAD if cut else tone, tuple(sections))
@@ -858,74 +1004,6 @@ def _contact_row(answer: BlowAnswer, spell: ContactInterval) -> tuple[str, ...]:
     )
 
 
-def _energy(answer: BlowAnswer) -> Section:
-    blow = answer.blow
-    before = blow.energy_before + max(blow.load_work, 0.0)
-
-    def share(value: float) -> str:
-        told = answer.tell(value, "energy")
-        return f"{told} ({percent(value / before)})" if before > 0.0 else told
-
-    rows = [("before", answer.tell(blow.energy_before, "energy"))]
-    if blow.load_work:
-        rows.append(("work of the load", answer.tell(blow.load_work, "energy")))
-    rows += [
-        ("through the face", share(blow.work_through_face)),
-        ("with the striker", f"{share(blow.rigid_energy_after)}, at {answer.tell(blow.mean_velocity_after, 'speed')}"),
-        ("ringing in it", share(blow.vibration_energy_after)),
-        ("closes to", f"energy {blow.energy_error:.1e}, momentum {blow.momentum_error:.1e}, relative"),
-    ]
-    if blow.effective_restitution is not None:
-        rows.append(("restitution", f"R = {number(blow.effective_restitution, 6)}"))
-    if blow.contact_duration is not None and blow.force_centroid is not None:
-        centre = f"centroid of the force at {answer.tell(blow.force_centroid, 'time')}"
-        rows.append(("contact", f"{answer.tell(blow.contact_duration, 'time')}; {centre}"))
-    return Section("Energy", tuple(rows))
-
-
-def _rod(answer: BlowAnswer) -> Section:
-    pulse, waves = answer.blow.first_pulse, answer.waves
-    assert waves is not None  # there is a rod
-    rows = []
-    if pulse is not None:
-        tell = answer.tell
-        first = f"{tell(pulse.length, 'time')} long, peak {tell(pulse.peak, 'force')} after {tell(pulse.rise, 'time')}"
-        rows.append(("first pulse", f"{first}, {answer.tell(pulse.energy, 'energy')}"))
-    place = "at the gauge" if answer.gauge is None else f"{answer.tell(answer.gauge, 'length')} from the face"
-    rows += [
-        ("gauge", place),
-        ("incident wave", answer.tell(waves.incident_energy, "energy")),
-        ("reflected wave", answer.tell(waves.reflected_energy, "energy")),
-        (
-            "∫F²/Z dt",
-            f"{answer.tell(waves.tool_energy, 'energy')}; the energy that passes only while nothing has come back",
-        ),
-        ("left in the rod", answer.tell(answer.blow.rod_energy, "energy")),
-    ]
-    return Section("The wave in the rod", tuple(rows))
-
-
-def _rock(answer: BlowAnswer) -> Section:
-    blow = answer.blow
-    assert blow.bit_force is not None
-    depth = [blow.greatest_penetration or 0.0, blow.residual_penetration or 0.0]
-    rows = [
-        (
-            "work on it",
-            f"{answer.tell(blow.rock_work, 'energy')}, of which {answer.tell(blow.rock_dissipated, 'energy')} for good",
-        ),
-        ("penetration", f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"),
-        ("peak force", answer.tell(blow.bit_force.peak, "force")),
-    ]
-    if answer.beta is not None:
-        rows.append(("β", f"{number(answer.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"))
-    if blow.efficiency is not None:
-        rows.append(("efficiency", f"{percent(blow.efficiency)} of the energy before the blow"))
-    if blow.efficiency_with_rebound is not None:
-        rows.append(("", f"{percent(blow.efficiency_with_rebound)} without what rebounds with the striker"))
-    return Section("The rock", tuple(rows))
-
-
 def _stresses(answer: BlowAnswer) -> Grid:
     own, rod = answer.peaks
     rows = [_peak(answer, f"striker {i}", one) for i, one in enumerate(own)]
@@ -943,13 +1021,3 @@ def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
 
     first = told(peak.compression, peak.compression_place, peak.compression_time)
     return (name, *first, *told(peak.tension, peak.tension_place, peak.tension_time))
-
-
-def _further(answer: BlowAnswer) -> list[Section]:
-    """What formulas say of such a blow, and what the theory leaves out."""
-    found = []
-    if answer.formulas:
-        found.append(Section("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
-    if answer.left_out:
-        found.append(Section("What one-dimensional waves leave out", answer.left_out))
-    return found

@@ -105,7 +105,7 @@ class Fact(NamedTuple, Generic[S]):
         "length", "time", "speed", "force", "energy", "power", "volume" or "flow"; "rate" per unit of time, "cycles" per
         load period; "" for a number.
     value
-        Of the subject, dimensionless; None where there is no such figure.
+        Of the subject, dimensionless, or the path of its attributes that leads there; None where there is none.
     words
         The text behind the label, where value and unit do not say it; None for no line.
     """
@@ -114,8 +114,16 @@ class Fact(NamedTuple, Generic[S]):
     label: str
     meaning: str
     dimension: str
-    value: Callable[[S], Any]
+    value: str | Callable[[S], Any]
     words: Callable[[S, Teller], str | None] | None = None
+
+    def found(self, subject: Any) -> Any:
+        """The value of a subject; None, too, where an attribute on its path is None."""
+        if not isinstance(self.value, str):
+            return self.value(subject)
+        for name in self.value.split(".") if self.value else ():
+            subject = None if subject is None else getattr(subject, name)
+        return subject if self.value else None
 
     @property
     def plain_key(self) -> str | None:
@@ -129,10 +137,24 @@ class Fact(NamedTuple, Generic[S]):
         return max(endings, key=len, default="")
 
 
+def figures(table: str) -> tuple[Fact[Any], ...]:
+    """Figures that JSON alone has, without units, one in a line: key, meaning and, if the key is none, its attributes.
+
+    A line that ends in a bar is that of what stands there besides, such as an object of its own.
+
+    Examples
+    --------
+    >>> plain_of(2.0 + 1.0j, figures("real | of a number\\nother | the other part | imag"))
+    {'real': 2.0, 'other': 1.0}
+    """
+    rows = [[cell.strip() for cell in f"{line} ".split(" | ")] for line in table.strip().splitlines()]
+    return tuple(Fact(key, "", meaning, "", path[0] if path else key) for key, meaning, *path in rows)
+
+
 def plain_of(subject: S | None, facts: Iterable[Fact[S]]) -> dict[str, Any]:
     """The dimensionless figures as JSON has them; null without a subject."""
     keyed = ((fact.plain_key, fact) for fact in facts)
-    return {key: None if subject is None else plain_value(fact.value(subject)) for key, fact in keyed if key}
+    return {key: None if subject is None else plain_value(fact.found(subject)) for key, fact in keyed if key}
 
 
 def si_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any] | None:
@@ -141,7 +163,7 @@ def si_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[str
         return None
     found = {}
     for fact in facts:
-        value = fact.value(subject)
+        value = fact.found(subject)
         for key in fact.keys.split():
             if key != fact.plain_key:
                 unit = fact.unit(key)
@@ -156,6 +178,14 @@ def json_of(subject: S | None, facts: Iterable[Fact[S]], tell: Teller) -> dict[s
     return {**plain_of(subject, facts), "si": si_of(subject, facts, tell)}
 
 
+def flat_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> dict[str, Any]:
+    """The figures without units and those with them side by side; the latter are null without scales."""
+    facts = tuple(facts)
+    found = si_of(subject, facts, tell)
+    keys = (key for fact in facts for key in fact.keys.split() if key != fact.plain_key)
+    return {**plain_of(subject, facts), **(dict.fromkeys(keys) if found is None else found)}
+
+
 def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[str, str]]:
     """The lines of a report: label and text."""
     rows = []
@@ -163,18 +193,18 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
         if fact.words is not None:
             text = fact.words(subject, tell)
         else:
-            value = fact.value(subject)
+            value = fact.found(subject)
             text = None if value is None else tell(value, fact.dimension)
         if text is not None:
             rows.append((fact.label, text))
     return rows
 
 
-def reference_of(facts: Iterable[Fact[Any]], si: bool) -> str:
-    """The figures as a table of the reference, those under `si` or the others: keys, and what they mean."""
+def reference_of(facts: Iterable[Fact[Any]], si: bool | None) -> str:
+    """The figures as a table of the reference, those under `si`, the others, or both: keys, and what they mean."""
     lines = ["| key | value |", "|---|---|"]
     for fact in facts:
-        keys = [key.removeprefix("si.") for key in fact.keys.split() if (key != fact.plain_key) == si]
+        keys = [key.removeprefix("si.") for key in fact.keys.split() if si is None or (key != fact.plain_key) == si]
         if keys:
             lines.append(f"| {', '.join(f'`{key}`' for key in keys)} | {fact.meaning} |")
     return "\n".join(lines)

@@ -66,16 +66,9 @@ def clocked_because(
     """Why the verdict on a load turns on its clock; None where it does not.
 
     It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
-    switches as a valve does also when another possible motion is unstable, as that one may be the machine's.
-
-    Parameters
-    ----------
-    load
-        What drives the hammer.
-    levels
-        Of each number of load periods the level and the greatest v_f, which a motion needs to be no less.
-    motions
-        Of each motion whether it is possible, and whether it is stable.
+    switches as a valve does also when another possible motion is unstable, as that one may be the machine's. `levels`
+    has of each number of load periods the level and the greatest v_f, `motions` of each motion whether it is possible,
+    and whether it is stable.
     """
     if load.report is None and not load.is_piecewise:
         return None
@@ -319,6 +312,16 @@ def _port_text(machine: Machine, number_of: int) -> str:
     where = "farther than" if port.side == "back" else "nearer than"
     whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
     return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
+
+
+def figures_in_short(machine: Machine, energy: float, speed: float, blows: int, period: float) -> str:
+    """Energy and speed of a blow, and the rate of the blows of a cycle."""
+    tell, rate = Teller.of(machine), blows / period
+    if not tell.is_si:
+        return f"striking speed {number(speed, 5)}, period {number(period, 5)}"
+    return (
+        f"{tell(energy, 'energy')} at {tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')}), {tell(speed, 'speed')}"
+    )
 
 
 def supply_pressure(machine: Machine, pressure: float) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller, plain_of, rows_of
-from percuss.case.answers.heading import machine_section, supply_pressure
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, plain_of, rows_of
+from percuss.case.answers.heading import figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, Course
     from percuss.case.case import Case
     from percuss.model import Machine
-    from percuss.steady.self_excited import Ringing, SelfExcited, SlowPressure, ValveCycle, ValveMargins
+    from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
 
 
 # ---- How a machine runs that switches itself, and what of it is told: outcome and label, warnings, margins
@@ -160,8 +161,8 @@ class MachineAnswer(Shown):
         return {
             **cycle_dict(self),
             "starts_from_rest": bool(self.motion.starts_from_rest),
-            "margins": _margins_dict(self),
-            "supply": _supply_dict(self),
+            "margins": None if self.margins is None else plain_of(self, (*STABILITY, *MARGINS)),
+            "supply": None if self.pressure is None else plain_of(self, PRESSURE),
             "sensitivities": [plain(asdict(one)) for one in self.sensitivities],
             "pressure_curve": [plain(asdict(one)) for one in self.curve],
             "blank_blow": None if self.blank is None else self.blank.to_json_dict(),
@@ -281,40 +282,6 @@ def _condition(motion: SelfExcited) -> dict[str, Any] | None:
     return {"condition": obstacle.value, **picked(obstacle, "words remedy"), **picked(motion, "found needed")}
 
 
-def _margins_dict(answer: MachineAnswer) -> dict[str, Any] | None:
-    margins, cycle = answer.margins, answer.cycle
-    if margins is None or cycle is None:
-        return None
-    rigid, own, ringing = answer.rigid.cycle, cycle.rhythm_multiplier, cycle.ringing
-    rhythm = rigid.multiplier if own is None and rigid is not None else own
-    return {
-        "margin": json_number(1.0 - abs(cycle.multiplier)),
-        "margin_rhythm": None if rhythm is None else json_number(1.0 - abs(rhythm)),
-        "rhythm_of": "rigid" if own is None else "machine",
-        "margin_ringing": None if ringing is None else json_number(1.0 - abs(ringing.multiplier)),
-        "ringing": None if ringing is None else _ringing_json(ringing),
-        "beyond": None if margins.beyond is None else margins.beyond.value,
-        **picked(margins, "return_time latest_return chamber_to_run chamber_to_start flow_to_run accumulator_to_run"),
-    }
-
-
-def _supply_dict(answer: MachineAnswer) -> dict[str, Any] | None:
-    """The pressure over the cycle; in Pa where that of the states is known."""
-    found, unit = answer.pressure, answer.machine.pressure or 1.0
-    if found is None:
-        return None
-    pressures = {name: json_number(getattr(found, name) * unit) for name in ("at_blow", "mean", "least", "greatest")}
-    return pressures | picked(found, "ripple multiplier slow_multiplier memory")
-
-
-def _ringing_json(ringing: Ringing) -> dict[str, Any]:
-    return {
-        "multiplier": plain_value(ringing.multiplier),
-        "decay_cycles": json_number(ringing.decay),
-        "modes": [picked(one, "mode share") for one in ringing.told],
-    }
-
-
 def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     """How the machine of a case runs whose load the piston switches.
 
@@ -355,25 +322,21 @@ def headline(answer: MachineAnswer) -> str:
         starts = "It starts" if answer.motion.starts_from_rest else "It does not start"
         rest = ", with a rest on the wall" if cycle.rests else ""
         return (
-            f"The machine runs with one blow a cycle{rest}: {figures_in_short(answer.machine, cycle)}; stable, a "
+            f"The machine runs with one blow a cycle{rest}: {cycle_in_short(answer.machine, cycle)}; stable, a "
             f"disturbance is down to {number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
             f"{starts} from rest on the wall."
         )
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
     text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
     if cycle is not None and cycle.blows > 1:
-        strongest = figures_in_short(answer.machine, cycle)
+        strongest = cycle_in_short(answer.machine, cycle)
         text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
     return text
 
 
-def figures_in_short(machine: Machine, cycle: ValveCycle) -> str:
+def cycle_in_short(machine: Machine, cycle: ValveCycle) -> str:
     """Energy, rate and striking speed of a cycle."""
-    tell, rate = Teller.of(machine), cycle.blows / cycle.period
-    if not tell.is_si:
-        return f"striking speed {number(cycle.blow_speed, 5)}, period {number(cycle.period, 5)}"
-    rates = f"{tell.given(rate, 'Hz')} ({tell.given(rate, 'per_min')})"
-    return f"{tell(cycle.blow_energy, 'energy')} at {rates}, {tell(cycle.blow_speed, 'speed')}"
+    return figures_in_short(machine, cycle.blow_energy, cycle.blow_speed, cycle.blows, cycle.period)
 
 
 _DECIDES = {
@@ -405,6 +368,172 @@ def decided_by_rigid(answer: MachineAnswer) -> str:
     return f"{decided_by(rigid)[:-1]}, as a rigid piston)" if same and decided_by(rigid) else ""
 
 
+# ---- What is told of its stability, its margins and its supply
+
+
+def _multipliers(answer: Any, _: Teller) -> str:
+    found = answer.cycle.multipliers.tolist()
+    felt = [z for z in found if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
+    more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
+    return ", ".join(_complex(z) for z in felt[:_FEW]) + more
+
+
+def _rhythm_margin(answer: Any) -> float | None:
+    own, rigid = answer.cycle.rhythm_multiplier, answer.rigid.cycle
+    found = rigid.multiplier if own is None and rigid is not None else own
+    return None if found is None else 1.0 - abs(found)
+
+
+def _rhythm(answer: Any, _: Teller) -> str | None:
+    margin = _rhythm_margin(answer)
+    if margin is None or not answer.motion.modes:
+        return None
+    if answer.cycle.rhythm_multiplier is None:
+        return f"margin {number(margin)}, that of a rigid piston: here it cannot be told from the ringing"
+    return f"margin {number(margin)}, that of the motion as a whole"
+
+
+def _ringing_margin(answer: Any) -> float | None:
+    found = answer.cycle.ringing
+    return None if found is None else 1.0 - abs(found.multiplier)
+
+
+def _ringing_words(answer: Any, _: Teller) -> str | None:
+    found = answer.cycle.ringing
+    if found is None or not answer.motion.modes:
+        return None
+    modes = ", ".join(f"{_mode(one.mode)} ({percent(one.share)})" for one in found.told)
+    decay = f"down to 1/e in {number(found.decay, 3)} cycles" if math.isfinite(found.decay) else "does not die out"
+    return f"margin {number(_ringing_margin(answer) or 0.0)}, {decay}: {modes}"
+
+
+def _ringing_dict(answer: Any) -> dict[str, Any] | None:
+    found = answer.cycle.ringing
+    if found is None:
+        return None
+    modes = [picked(one, "mode share") for one in found.told]
+    return {"multiplier": found.multiplier, "decay_cycles": found.decay, "modes": modes}
+
+
+STABILITY: tuple[Fact[MachineAnswer], ...] = (
+    Fact("", "multipliers", "those of the cycle", "", "cycle.multipliers", _multipliers),
+    Fact("margin", "margin", "1 minus the greatest modulus of the multipliers", "",
+         lambda one: 1.0 - abs(one.cycle.multiplier) if one.cycle is not None else None),
+    Fact("margin_rhythm", "rhythm", "the same of those of the motion as a whole", "", _rhythm_margin, _rhythm),
+    Fact("rhythm_of", "",
+         '`"machine"`, or `"rigid"` where `margin_rhythm` is that of a rigid piston, since no multiplier of the '
+         "machine is one of the motion as a whole (more than half by participation)", "",
+         lambda one: "machine" if one.cycle is not None and one.cycle.rhythm_multiplier is not None else "rigid"),
+    Fact("margin_ringing", "ringing",
+         "the same of the others; null for a rigid piston, and where nothing is left of the ringing after a cycle", "",
+         _ringing_margin, _ringing_words),
+    Fact("ringing", "", "null, or what rings longest, see below", "", _ringing_dict),
+    Fact("", "compare", "with a load that keeps time", "", "cycle",
+         lambda *_: "the piston's own valve re-times the load after every blow: there is no phase to lose"),
+)  # fmt: skip
+"""How stable a cycle is."""
+
+
+def _return(answer: Any, tell: Teller) -> str:
+    margins = answer.margins
+    sides = ["after" if time >= 0.0 else "before" for time in (margins.return_time, margins.latest_return or 0.0)]
+    now = f"it comes {tell(abs(margins.return_time), 'time')} {sides[0]} the blow"
+    if margins.latest_return is None:
+        return f"{now}; no limit was found within eight periods"
+    then = "the machine stops" if margins.beyond is None else margins.beyond.value
+    return f"{now}, and may come up to {tell(abs(margins.latest_return), 'time')} {sides[1]} it: beyond, {then}"
+
+
+def _gas(name: str, then: str) -> Callable[[Any, Teller], str | None]:
+    def words(answer: Any, _: Teller) -> str | None:
+        gas, factor = answer.machine.valve.chamber, getattr(answer.margins, name)
+        if answer.machine.valve.supply is not None or not (gas.force > 0.0 or gas.stiffness > 0.0):
+            return None
+        if not factor:
+            return "no limit was found" if factor is None else "does not start from rest, also without gas"
+        more = number(100.0 * (factor - 1.0), 3)
+        return f"above {number(factor)} times its force and stiffness ({more} % more) the machine {then}"
+
+    return words
+
+
+def _supplied(name: str) -> Callable[[Any, Teller], str | None]:
+    def words(answer: Any, _: Teller) -> str | None:
+        factor = getattr(answer.margins, name)
+        if answer.machine.valve.supply is None or factor is None:
+            return None if answer.machine.valve.supply is None else "no limit was found"
+        return f"below {number(factor)} times as much it does not run, or not steadily"
+
+    return words
+
+
+MARGINS: tuple[Fact[MachineAnswer], ...] = (
+    Fact("return_time", "return", "when the state changes that sends the piston back, after the blow", "time",
+         "margins.return_time", _return),
+    Fact("latest_return", "", "how late that may be; null where no limit was found", "time", "margins.latest_return"),
+    Fact("beyond", "", 'what happens beyond, such as `"double blow"`; or null', "", "margins.beyond.value"),
+    Fact("chamber_to_run", "gas, to run", "the factor on the gas up to which the machine runs; or null", "",
+         "margins.chamber_to_run", _gas("chamber_to_run", "no longer runs")),
+    Fact("chamber_to_start", "gas, to start", "and starts from rest; or null", "", "margins.chamber_to_start",
+         _gas("chamber_to_start", "no longer starts from rest")),
+    Fact("flow_to_run", "flow, to run", "the factor on the flow of a pump down to which it runs steadily; or null", "",
+         "margins.flow_to_run", _supplied("flow_to_run")),
+    Fact("accumulator_to_run", "accumulator", "and on its accumulator; or null", "", "margins.accumulator_to_run",
+         _supplied("accumulator_to_run")),
+)  # fmt: skip
+"""How far a machine is from what would stop it."""
+
+
+def _pressure(name: str) -> Callable[[Any], float]:
+    """In Pa, or as a multiple of that of the states where it is not known."""
+    return lambda answer: float(getattr(answer.pressure, name)) * (answer.machine.pressure or 1.0)
+
+
+def _bars(answer: Any, *names: str) -> list[str]:
+    return [supply_pressure(answer.machine, getattr(answer.pressure, name)) for name in names]
+
+
+def _ripple(answer: Any, _: Teller) -> str:
+    return "{} to {}, ".format(*_bars(answer, "least", "greatest")) + f"{percent(answer.pressure.ripple)} of the mean"
+
+
+def _disturbed(answer: Any, _: Teller) -> str:
+    found = answer.pressure
+    slow = "" if found.slow_multiplier is None else f"; by the pressure alone {number(found.slow_multiplier, 3)}"
+    return f"{_complex(found.multiplier)} of a disturbance of the pressure{slow}"
+
+
+def _memory(answer: Any, _: Teller) -> str | None:
+    memory = answer.pressure.memory
+    return f"{number(memory, 3)} cycles until it has fallen to 1/e" if math.isfinite(memory) else None
+
+
+PRESSURE: tuple[Fact[MachineAnswer], ...] = (
+    Fact("mean", "pressure", "in Pa; in a dimensionless case as a multiple of that of the states", "",
+         _pressure("mean"), lambda one, _: "{} on average, {} at the blow".format(*_bars(one, "mean", "at_blow"))),
+    Fact("at_blow", "", "the same at the blow", "", _pressure("at_blow")),
+    Fact("least", "", "at least", "", _pressure("least")),
+    Fact("greatest", "", "at most", "", _pressure("greatest")),
+    Fact("ripple", "ripple", "greatest minus least, as a part of the mean", "", "pressure.ripple",
+         _ripple),
+    Fact("multiplier", "multiplier", "what is left of a disturbance of the pressure after a cycle, `[re, im]`", "",
+         "pressure.multiplier", _disturbed),
+    Fact("slow_multiplier", "", "the same for an accumulator so great that the speed follows at once; or null", "",
+         "pressure.slow_multiplier"),
+    Fact("memory", "memory", "cycles in which such a disturbance falls to 1/e; null when it does not", "",
+         "pressure.memory", _memory),
+)  # fmt: skip
+"""The pressure that a pump and an accumulator give."""
+
+
+def _mode(mode: int) -> str:
+    return f"mode {mode}" if mode else "the motion as a whole"
+
+
+def _complex(z: complex) -> str:
+    return number(z.real, 3) if abs(z.imag) <= 1e-9 * abs(z) else f"{number(z.real, 3)} ± {number(abs(z.imag), 3)}i"
+
+
 # ---- The report
 
 
@@ -414,6 +543,7 @@ _NOTHING = 1e-12  # a multiplier that is rounding
 
 def machine_report(answer: MachineAnswer) -> Report:
     """The report of `percuss machine`."""
+    tell = Teller.of(answer.machine)
     sections: list[Section | Grid] = [machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)]
     if not answer.runs:
         sections.append(_obstacle_section(answer.motion))
@@ -421,12 +551,14 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
         if answer.machine.is_si:
             running = Running(answer.machine, answer.cycle)
-            sections.append(Section("Power and oil", tuple(rows_of(running, POWER, Teller.of(answer.machine)))))
+            sections.append(Section("Power and oil", tuple(rows_of(running, POWER, tell))))
         if answer.pressure is not None:
-            sections.append(_pressure_section(answer.machine, answer.pressure))
-        sections.append(_stability_section(answer, answer.cycle))
+            sections.append(Section("Pressure of the supply", tuple(rows_of(answer, PRESSURE, tell))))
+        sections.append(
+            Section("Stability", tuple(rows_of(answer, STABILITY, tell)), GOOD if answer.cycle.stable else BAD)
+        )
     if answer.margins is not None:
-        sections.append(_margins_section(answer, answer.margins))
+        sections.append(Section("Margins (rigid piston)", tuple(rows_of(answer, MARGINS, tell))))
     if answer.sensitivities:
         sections.append(_sensitivity_grid(answer))
     if answer.blank is not None:
@@ -487,92 +619,6 @@ def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
             for time, what, speed, behind in rows
         ),
     )
-
-
-def _pressure_section(machine: Machine, found: SlowPressure) -> Section:
-    mean, blow, least, greatest = (
-        supply_pressure(machine, value) for value in (found.mean, found.at_blow, found.least, found.greatest)
-    )
-    rows = [
-        ("pressure", f"{mean} on average, {blow} at the blow"),
-        ("ripple", f"{least} to {greatest}, {percent(found.ripple)} of the mean"),
-    ]
-    slow = "" if found.slow_multiplier is None else f"; by the pressure alone {number(found.slow_multiplier, 3)}"
-    rows.append(("multiplier", f"{_complex(found.multiplier)} of a disturbance of the pressure{slow}"))
-    if math.isfinite(found.memory):
-        rows.append(("memory", f"{number(found.memory, 3)} cycles until it has fallen to 1/e"))
-    return Section("Pressure of the supply", tuple(rows))
-
-
-def _stability_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
-    felt = [z for z in cycle.multipliers.tolist() if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
-    shown = ", ".join(_complex(z) for z in felt[:_FEW])
-    more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
-    rows = [
-        ("multipliers", f"{shown}{more}"),
-        ("margin", f"{number(1.0 - abs(cycle.multiplier))}, 1 minus the greatest modulus"),
-    ]
-    if answer.motion.modes:
-        rows += _rhythm_and_ringing(answer, cycle)
-    rows.append(("compare", "the piston's own valve re-times the load after every blow: there is no phase to lose"))
-    return Section("Stability", tuple(rows), GOOD if cycle.stable else BAD)
-
-
-def _rhythm_and_ringing(answer: MachineAnswer, cycle: ValveCycle) -> list[tuple[str, str]]:
-    own, rigid, ringing = cycle.rhythm_multiplier, answer.rigid.cycle, cycle.ringing
-    rows = []
-    if own is not None:
-        rows.append(("rhythm", f"margin {number(1.0 - abs(own))}, that of the motion as a whole"))
-    elif rigid is not None:
-        text = f"margin {number(1.0 - abs(rigid.multiplier))}, that of a rigid piston"
-        rows.append(("rhythm", f"{text}: here it cannot be told from the ringing"))
-    if ringing is not None:
-        modes = ", ".join(f"{_mode(one.mode)} ({percent(one.share)})" for one in ringing.told)
-        decay = (
-            f"down to 1/e in {number(ringing.decay, 3)} cycles" if math.isfinite(ringing.decay) else "does not die out"
-        )
-        rows.append(("ringing", f"margin {number(1.0 - abs(ringing.multiplier))}, {decay}: {modes}"))
-    return rows
-
-
-def _mode(mode: int) -> str:
-    return f"mode {mode}" if mode else "the motion as a whole"
-
-
-def _complex(z: complex) -> str:
-    return number(z.real, 3) if abs(z.imag) <= 1e-9 * abs(z) else f"{number(z.real, 3)} ± {number(abs(z.imag), 3)}i"
-
-
-def _margins_section(answer: MachineAnswer, margins: ValveMargins) -> Section:
-    machine, tell = answer.machine, Teller.of(answer.machine)
-    now = tell(abs(margins.return_time), "time")
-    side = "after" if margins.return_time >= 0.0 else "before"
-    if margins.latest_return is None:
-        late = f"it comes {now} {side} the blow; no limit was found within eight periods"
-    else:
-        latest = tell(abs(margins.latest_return), "time")
-        then = "the machine stops" if margins.beyond is None else margins.beyond.value
-        limit = "after" if margins.latest_return >= 0.0 else "before"
-        late = f"it comes {now} {side} the blow, and may come up to {latest} {limit} it: beyond, {then}"
-    rows = [("return", late)]
-    gas = machine.valve.chamber
-    if (gas.force > 0.0 or gas.stiffness > 0.0) and machine.valve.supply is None:
-        rows.append(("gas, to run", _factor(margins.chamber_to_run, "no longer runs")))
-        rows.append(("gas, to start", _factor(margins.chamber_to_start, "no longer starts from rest")))
-    if machine.valve.supply is not None:
-        for name, factor in (("flow, to run", margins.flow_to_run), ("accumulator", margins.accumulator_to_run)):
-            least = "no limit was found" if factor is None else f"below {number(factor)} times as much it does not run"
-            rows.append((name, least if factor is None else f"{least}, or not steadily"))
-    return Section("Margins (rigid piston)", tuple(rows))
-
-
-def _factor(factor: float | None, then: str) -> str:
-    if factor is None:
-        return "no limit was found"
-    if factor == 0.0:
-        return "does not start from rest, also without gas"
-    more = number(100.0 * (factor - 1.0), 3)
-    return f"above {number(factor)} times its force and stiffness ({more} % more) the machine {then}"
 
 
 def _sensitivity_grid(answer: MachineAnswer) -> Grid:

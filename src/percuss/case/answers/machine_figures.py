@@ -70,14 +70,14 @@ def _efficiency(one: Running, _: Teller) -> str | None:
 
 CYCLE: tuple[Fact[Running], ...] = (
     Fact("blow_energy_J", "blow energy", "of the strongest blow of the cycle", "energy",
-         lambda one: one.cycle.blow_energy),
-    Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", lambda one: one.cycle.blow_speed),
+         "cycle.blow_energy"),
+    Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", "cycle.blow_speed"),
     Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate",
          lambda one: one.cycle.blows / one.cycle.period, _rate),
-    Fact("period", "period", "of the cycle, which is not the load's", "time", lambda one: one.cycle.period),
-    Fact("stroke stroke_m", "stroke", "how far the piston goes back", "length", lambda one: one.cycle.stroke),
+    Fact("period", "period", "of the cycle, which is not the load's", "time", "cycle.period"),
+    Fact("stroke stroke_m", "stroke", "how far the piston goes back", "length", "cycle.stroke"),
     Fact("duty", "duty", "part of the cycle that is pushed toward the wall before the blow", "",
-         lambda one: one.cycle.duty,
+         "cycle.duty",
          lambda one, _: f"{percent(one.cycle.duty)} of the cycle pushed toward the wall before the blow"),
     Fact("contact_time_us", "contact",
          "how long a uniform bar of this length is in contact, one round trip of its waves; the model lets the blow "
@@ -88,7 +88,7 @@ CYCLE: tuple[Fact[Running], ...] = (
 POWER: tuple[Fact[Running], ...] = (
     Fact("oil_flow_l_per_min", "oil flow", "from the supply, without leakage; null when its pressure is not known",
          "flow", lambda one: None if one.oil is None else one.oil / one.cycle.period, _oil),
-    Fact("oil_per_cycle_cm3", "", "the same", "volume", lambda one: one.oil),
+    Fact("oil_per_cycle_cm3", "", "the same", "volume", "oil"),
     Fact("input_power_kW", "input power", "what the valve puts in: pressure times oil flow", "power",
          lambda one: one.cycle.work / one.cycle.period,
          lambda one, tell: f"{tell.given(one.cycle.work / one.cycle.period, 'kW')}: pressure times oil flow"),
@@ -96,15 +96,15 @@ POWER: tuple[Fact[Running], ...] = (
          "power", lambda one: one.cycle.taken / one.cycle.period,
          lambda one, tell: f"{tell.given(one.cycle.taken / one.cycle.period, 'kW')}, "
          f"{tell(one.cycle.taken, 'energy')} a cycle"),
-    Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", lambda one: one.cycle.taken),
+    Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", "cycle.taken"),
     Fact("si.efficiency", "efficiency",
          "delivered over input; the energy of the rebound comes back and is in neither", "",
-         lambda one: one.efficiency, _efficiency),
+         "efficiency", _efficiency),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
-         "energy", lambda one: one.cycle.blow_energy),
+         "energy", "cycle.blow_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",
          "length", lambda one: _blank_distance(*one)),
-    Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", lambda one: one.cycle.work),
+    Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", "cycle.work"),
 )  # fmt: skip
 """What a cycle takes and gives."""
 
@@ -137,18 +137,11 @@ _CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How energy and rate follow one parameter.
+    """How energy and rate follow one parameter, such as "pressure", "flow", "restitution" or "ports[0].behind".
 
-    Attributes
-    ----------
-    parameter
-        "pressure", or "flow" and "accumulator" of a supply, "restitution", or a key of a port such as
-        "ports[0].behind".
-    energy, rate
-        Relative change of the blow energy and of the blow rate for +10 % of the parameter: half the difference between
-        +10 % and −10 %, or the difference to the one at which the machine runs; None when it runs at neither.
-    stops
-        What the machine does at −10 % and at +10 % when it does not run there, in words; None where it runs.
+    Relative changes of the blow energy and the blow rate for +10 %: half the difference between +10 % and −10 %, or the
+    difference to the one at which the machine runs; None when it runs at neither. `stops`: what it does at −10 % and at
+    +10 % when it does not run there; None where it runs.
     """
 
     parameter: str
@@ -241,21 +234,10 @@ def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Course:
-    """A cycle over time, in the units of the machine.
+    """A cycle over time, in the units of the machine: each change of the state stands there twice.
 
-    Attributes
-    ----------
-    times
-        Increasing, from 0 to the period; each change of the state stands there twice.
-    striking_end, centre
-        Displacement, 0 at the wall and negative behind it.
-    force
-        On the bar, with that of the chamber, positive toward the wall.
-    states
-        The state of the valve at each time.
-    pressure
-        Of a supply that follows the piston, as a multiple of the one for which the forces of the states hold; None
-        where it is constant.
+    Displacements are 0 at the wall and negative behind it, the force has that of the chamber and is positive toward the
+    wall; the pressure is that of a supply that follows the piston, a multiple of that of the states, else None.
     """
 
     times: Array
@@ -326,17 +308,7 @@ _ASSUMED = 0.02  # m: in which the cushion stops the piston that a case without 
 
 @dataclass(frozen=True)
 class ToldBlank(Shown):
-    """What a machine does that finds no tool.
-
-    Attributes
-    ----------
-    machine
-        The machine.
-    found
-        The blank blow of its rigid piston.
-    assumed
-        Whether the cushion is one that was assumed.
-    """
+    """What a machine does that finds no tool, from its rigid piston; in the cushion of its case, or an assumed one."""
 
     machine: Machine
     found: BlankBlow
@@ -422,41 +394,41 @@ BLANK: tuple[Fact[ToldBlank], ...] = (
     Fact("cushion", "cushion", "null, or that of the case, see below", "", _cushion,
          lambda one, _: _ASSUMPTION if one.assumed else None),
     Fact("assumed", "", "whether the case describes none, and this one was assumed: it begins at the place "
-         "of the blow and stops the piston within 20 mm", "", lambda one: one.assumed),
+         "of the blow and stops the piston within 20 mm", "", "assumed"),
     Fact("ending", "",
          '`"stops in the cushion"`, `"stops"` (where no port is reached), `"strikes the front end"`, `"leaves"` '
          '(nothing holds it back), `"cycles without a blow"`, `"goes on"` (without repeating)', "",
-         lambda one: one.found.ending),
-    Fact("passes", "", "of the place of the blow, until it stops or repeats", "", lambda one: one.found.passes),
-    Fact("speed", "speed", "past the place of the blow, at first", "speed", lambda one: one.found.speed,
+         "found.ending"),
+    Fact("passes", "", "of the place of the blow, until it stops or repeats", "", "found.passes"),
+    Fact("speed", "speed", "past the place of the blow, at first", "speed", "found.speed",
          lambda one, tell: f"{tell(one.found.speed, 'speed')} past the place of the blow, with "
          f"{tell(one.found.energy, 'energy')}"),
-    Fact("energy_J", "", "brought to the place of the blow", "energy", lambda one: one.found.energy),
-    Fact("reach reach_m", "", "how far it goes beyond the wall, at first", "length", lambda one: one.found.reach),
+    Fact("energy_J", "", "brought to the place of the blow", "energy", "found.energy"),
+    Fact("reach reach_m", "", "how far it goes beyond the wall, at first", "length", "found.reach"),
     Fact("depth depth_m", "depth", "how far it goes into the cushion, at first", "length",
-         lambda one: one.found.depth, _depth),
+         "found.depth", _depth),
     Fact("peak_force peak_force_N", "peak force", "the greatest force of the cushion, at first", "force",
-         lambda one: one.found.peak_force,
+         "found.peak_force",
          lambda one, tell: _pressed(one, tell, one.found.peak_force) if _cushioned(one) else None),
     Fact("si.peak_pressure_Pa", "", "of the oil in the cushion at this force; null without its area", "",
-         lambda one: one.peak_pressure),
-    Fact("taken taken_J", "taken", "the energy that the cushion keeps, at first", "energy", lambda one: one.found.taken,
+         "peak_pressure"),
+    Fact("taken taken_J", "taken", "the energy that the cushion keeps, at first", "energy", "found.taken",
          lambda one, tell: f"{tell(one.found.taken, 'energy')} by the cushion in the first pass"
          if _cushioned(one) else None),
     Fact("worst_pass", "worst pass", "the pass, from 1 on, in which it goes deepest into the cushion", "",
-         lambda one: one.found.worst_pass, _worst),
-    Fact("worst_depth worst_depth_m", "", "how deep it then goes", "length", lambda one: one.found.worst_depth),
-    Fact("worst_force worst_force_N", "", "the greatest force there", "force", lambda one: one.found.worst_force),
+         "found.worst_pass", _worst),
+    Fact("worst_depth worst_depth_m", "", "how deep it then goes", "length", "found.worst_depth"),
+    Fact("worst_force worst_force_N", "", "the greatest force there", "force", "found.worst_force"),
     Fact("si.worst_pressure_Pa", "", "of the oil in the cushion at this force", "",
          lambda one: one.pressure(one.found.worst_force)),
     Fact("pressure", "pressure",
          "with a pump the mean pressure of the cycle, under which this is told, as a multiple of that of "
-         "the forces; else 1", "", lambda one: one.found.pressure, _mean_pressure),
+         "the forces; else 1", "", "found.pressure", _mean_pressure),
     Fact("front_speed front_speed_m_s", "then", "at which it strikes the front end, or 0", "speed",
-         lambda one: one.found.front_speed, _then),
+         "found.front_speed", _then),
     Fact("period period_s", "", "of a machine that cycles without a blow: the time between passes; else null", "time",
-         lambda one: one.found.period),
-    Fact("again again_m_s", "", "likewise the speed of a pass", "speed", lambda one: one.found.again),
+         "found.period"),
+    Fact("again again_m_s", "", "likewise the speed of a pass", "speed", "found.again"),
 )  # fmt: skip
 """What a blank blow is."""
 

@@ -63,6 +63,29 @@ def percent(fraction: float, digits: int = 3) -> str:
     return f"{number(100.0 * fraction, digits)} %"
 
 
+def every(periods: int) -> str:
+    """How often something comes that comes once in so many load periods.
+
+    Examples
+    --------
+    >>> every(1), every(3)
+    ('every load period', 'in 3 load periods')
+    """
+    return "every load period" if periods == 1 else f"in {periods} load periods"
+
+
+def rhythm(label: str, blow: str = "blow") -> str:
+    """What a label z=p/n says.
+
+    Examples
+    --------
+    >>> rhythm("z=1/2"), rhythm("z=3/1")
+    ('one blow in 2 load periods', '3 blows every load period')
+    """
+    impacts, periods = (int(part) for part in label.removeprefix("z=").split("/"))
+    return f"{f'one {blow}' if impacts == 1 else f'{impacts} {blow}s'} {every(periods)}"
+
+
 def ordinal(value: int) -> str:
     """The place of a thing in its row.
 

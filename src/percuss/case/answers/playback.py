@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
-from percuss.case.answers.facts import Teller
+from percuss.case.answers.facts import Fact, Teller, flat_of
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.numerals import counted, json_number, plain
@@ -24,7 +24,7 @@ from percuss.model.checks import Array, count
 from percuss.simulate import Start, Stop, run
 from percuss.simulate.events import IMPACT
 from percuss.stability import orbit_multipliers
-from percuss.steady import PeriodicOrbit, orbit_near, steady_states
+from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, steady_states
 from percuss.steady.resting.rest_cycles import cycle_through
 
 if TYPE_CHECKING:
@@ -52,17 +52,7 @@ _NEAR = 1e-5
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a motion, which may be told several times over: one that repeats is simulated for few cycles.
-
-    Attributes
-    ----------
-    motion
-        Of which it is.
-    begin, end
-        The part of the simulation that it shows, in rad.
-    copies
-        How often.
-    """
+    """A stretch of a motion, `begin` to `end` (rad), told `copies` times over, as what repeats is simulated once."""
 
     motion: Trajectory
     begin: float
@@ -243,30 +233,20 @@ def orbit_frames(
     ]
     header = _header(system, motion.modes, motion.phase, motion.phase + cycles * motion.period, motion.period)
     about: dict[str, Any] = {"source": "orbit", "label": f"z=1/{periods}", "outcome": None, "summary": None}
-    about["blows"] = _blows(system, rows)
+    about["blows"] = [flat_of(row, BLOW, Teller.of(system)) for row in rows]
     return Frames({**about, **header}, arrays)
 
 
-def motion_frames(
-    motion: Trajectory,
-    *,
-    settled: bool = True,
-    cycles: int = 1,
-    frames: int = 240,
-    places: int = 33,
-    points: int = 2000,
-    window: Sequence[float] | None = None,
-) -> Frames:
+def motion_frames(motion: Trajectory, *, settled: bool = True, cycles: int = 1, **sizes: Any) -> Frames:
     """The first or the last load periods of a simulated motion; of a periodic one whole cycles, from an impact on.
 
     Of what a motion settles on nothing of the way there is shown: a cycle that was followed only a few times is told
-    again. The window counts from the beginning of the stretch.
+    again. The window counts from the beginning of the stretch; `sizes` are those of `stretch_frames`.
     """
     period = None if motion.cycle is None else motion.cycle.periods * _TURN
     about: dict[str, Any] = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
     about["summary"] = plain(asdict(motion.summary))
-    stretch = stretch_of(motion, settled, cycles)
-    return stretch_frames(stretch, about, period, frames=frames, places=places, points=points, window=window)
+    return stretch_frames(stretch_of(motion, settled, cycles), about, period, **sizes)
 
 
 def stretch_frames(
@@ -312,7 +292,7 @@ def stretch_frames(
         for i, time in stretch.events()[-_MOST_BLOWS:]
     ]
     header = _header(motion.system, motion.modes, stretch.begin, stretch.begin + stretch.length, period)
-    return Frames({**about, **header, "blows": _blows(motion.system, rows)}, arrays)
+    return Frames({**about, **header, "blows": [flat_of(row, BLOW, Teller.of(motion.system)) for row in rows]}, arrays)
 
 
 def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
@@ -360,25 +340,15 @@ def _header(system: System, modes: int, begin: float, end: float, period: float 
     }
 
 
-def _blows(system: System, rows: list[tuple[str, float, float, float, float, float]]) -> list[dict[str, Any]]:
-    si = system.is_si
-    time, energy, speed = (
-        (system.time_scale, system.energy_scale, system.speed_scale) if si else (math.nan, math.nan, math.nan)
-    )
-    return [
-        {
-            "kind": kind,
-            "time": json_number(at),
-            "time_s": json_number(at * time),
-            "phase": json_number(phase),
-            "impact_velocity": json_number(impact),
-            "rebound_velocity": json_number(rebound),
-            "energy": json_number(lost),
-            "energy_J": json_number(lost * energy),
-            "impact_velocity_m_s": json_number(impact * speed),
-        }
-        for kind, at, phase, impact, rebound, lost in rows
-    ]
+BLOW: tuple[Fact[Any], ...] = (
+    Fact("kind", "", "as an event of a simulation", "", lambda row: row[0]),
+    Fact("time time_s", "", "after the beginning of the stretch", "time", lambda row: row[1]),
+    Fact("phase", "", "of the load", "", lambda row: row[2]),
+    Fact("impact_velocity impact_velocity_m_s", "", "speed of the striking end before", "speed", lambda row: row[3]),
+    Fact("rebound_velocity", "", "and after", "speed", lambda row: row[4]),
+    Fact("energy energy_J", "", "what the blow takes from the bar", "energy", lambda row: row[5]),
+)
+"""What the page tells of a blow."""
 
 
 # ---- A motion of a branch as pictures in time: one cycle of it, simulated from an impact or a release and told again
@@ -393,73 +363,41 @@ def branch_frames(
     case: Case,
     name: str,
     value: float,
-    times: Sequence[float],
+    at: Sequence[float] | float,
     periods: int,
     *,
     unit: str = "",
     modes: int = 32,
     cycles: int = 1,
-    frames: int = 240,
-    places: int = 33,
-    points: int = 2000,
+    **sizes: Any,
 ) -> Frames:
-    """Whole cycles of the orbit near given times of impacts (rad, increasing), at another value of a parameter.
+    """Whole cycles of a motion at another value of a parameter, simulated once and told again and again.
 
-    One cycle is simulated and told again and again, so that an unstable orbit stays what it is. Besides what a
-    simulated motion has there is the orbit in the header, and the load over its period in ``load``.
+    `at`: times near those of the impacts of the orbit (rad, increasing), or a phase near that at which a cycle with
+    rest leaves the wall. So an unstable orbit stays what it is. The motion is in the header, and the load over its
+    period in ``load``.
     """
     system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
-    orbit = orbit_near(system, times, periods, modes=modes)
-    if orbit is None:
-        raise ParameterError("times", list(times), f"times near those of an orbit z={len(times)}/{periods}")
-    motion = _one_cycle(orbit)
+    found: PeriodicOrbit | RestCycle | None
+    if isinstance(at, int | float):
+        found, _, _ = cycle_through(system, at, modes=modes, most=periods)
+        if found is None or found.periods != periods:
+            raise ParameterError("release", at, f"a phase near that at which a cycle of {periods} load periods leaves")
+        start, told = Start.rigid(0.0, 0.0, found.release_phase), rest_cycle_dict(found)
+        stop = Stop(_MOST_IMPACTS, time=found.period, periodic=False)
+    else:
+        found = orbit_near(system, at, periods, modes=modes)
+        if found is None:
+            raise ParameterError("times", list(at), f"times near those of an orbit z={len(at)}/{periods}")
+        start, told = Start.orbit(found), orbit_dict(found, orbit_multipliers(found).values)
+        stop = Stop(found.impacts, time=1.5 * found.period, periodic=False)
+    motion = run(system, start, modes=found.modes, stop=stop)
     struck = motion.events.time
-    end = float(struck[-1]) if struck.size else motion.end_time
-    stretch = Stretch(motion, motion.begin_time, end, cycles)
-    about = {"label": orbit.label, "orbit": orbit_dict(orbit, orbit_multipliers(orbit).values)}
-    return _framed(stretch, about, orbit.period, frames=frames, places=places, points=points)
-
-
-def rest_branch_frames(
-    case: Case,
-    name: str,
-    value: float,
-    release: float,
-    periods: int,
-    *,
-    unit: str = "",
-    modes: int = 32,
-    cycles: int = 1,
-    frames: int = 240,
-    places: int = 33,
-    points: int = 2000,
-) -> Frames:
-    """Whole cycles of the cycle with rest that leaves the wall near a phase, at another value of a parameter."""
-    system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
-    cycle, _, _ = cycle_through(system, release, modes=modes, most=periods)
-    if cycle is None or cycle.periods != periods:
-        raise ParameterError("release", release, f"a phase near that at which a cycle of {periods} load periods leaves")
-    stop = Stop(_MOST_IMPACTS, time=cycle.period, periodic=False)
-    motion = run(system, Start.rigid(0.0, 0.0, cycle.release_phase), modes=modes, stop=stop)
-    stretch = Stretch(motion, motion.begin_time, motion.end_time, cycles)
-    about = {"label": cycle.label, "orbit": rest_cycle_dict(cycle)}
-    return _framed(stretch, about, cycle.period, frames=frames, places=places, points=points)
-
-
-def _framed(stretch: Stretch, about: dict[str, Any], period: float, **sizes: Any) -> Frames:
-    """A cycle again and again, with the load that drives it."""
-    header: dict[str, Any] = {"source": "branch", "outcome": None, "summary": None, **about}
-    found = stretch_frames(stretch, header, period, **sizes)
-    return Frames(found.header, {**found.arrays, "load": _load(stretch.motion.system)})
-
-
-def _one_cycle(orbit: PeriodicOrbit) -> Trajectory:
-    stop = Stop(orbit.impacts, time=1.5 * orbit.period, periodic=False)
-    return run(orbit.system, Start.orbit(orbit), modes=orbit.modes, stop=stop)
-
-
-def _load(system: System) -> np.ndarray:
-    return np.asarray(system.load.value(np.linspace(0.0, 2.0 * np.pi, _LOOKS)))
+    end = float(struck[-1]) if struck.size and isinstance(found, PeriodicOrbit) else motion.end_time
+    about = {"source": "branch", "outcome": None, "summary": None, "label": found.label, "orbit": told}
+    framed = stretch_frames(Stretch(motion, motion.begin_time, end, cycles), about, found.period, **sizes)
+    load = system.load.value(np.linspace(0.0, _TURN, _LOOKS))
+    return Frames(framed.header, {**framed.arrays, "load": np.asarray(load)})
 
 
 # ---- A machine over its cycle

@@ -13,9 +13,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from percuss.case.answers.exploring.orbits_answer import orbit_dict
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section, Teller
-from percuss.case.answers.heading import clock_in_short, heading_dict, machine_section, supply_pressure, system_section
-from percuss.case.answers.numerals import counted, json_number, number, numbers, picked, plain, quantity
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, flat_of
+from percuss.case.answers.heading import (
+    clock_in_short,
+    figures_in_short,
+    heading_dict,
+    machine_section,
+    supply_pressure,
+    system_section,
+)
+from percuss.case.answers.numerals import counted, json_number, number, numbers, picked, plain, rhythm
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, positive
@@ -29,7 +36,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Event, Progress, Summary
+    from percuss.simulate import Event, Events, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
@@ -139,12 +146,11 @@ class SimulationAnswer(ToldMotion):
         return tuple(_warnings(self.motion))
 
     def _told(self, last: int | None) -> dict[str, Any]:
-        motion, events, held = self.motion, self.motion.events, self.motion.events.held_down
-        first = 0 if last is None else max(len(events) - last, 0)
+        motion, held = self.motion, self.motion.events.held_down
         both = {
             **picked(motion, "outcome label modes begin_time end_time"),
             "held_down": {"rests": int(held.size), "greatest_share": json_number(held.max())} if held.size else None,
-            "events": [self._event(event) for event in events[first:]],
+            "events": [self._event(event) for event in last_of(motion.events, last)],
         }
         if not motion.is_clocked:
             cycle = None if motion.cycle is None else plain(asdict(motion.cycle))
@@ -163,12 +169,37 @@ class SimulationAnswer(ToldMotion):
         }
 
     def _event(self, event: Event) -> dict[str, Any]:
-        hammer = self.motion.hammer
-        seconds = {"time_s": json_number(event.time * hammer.time_scale) if hammer.is_si else None}
-        if self.motion.is_clocked:
-            return picked(event, "kind time phase impact_velocity rebound_velocity energy_lost resolved") | seconds
-        told = picked(event, "kind time rebound_velocity energy_lost kinetic_energy port resolved")
-        return {**told, **seconds, "speed": json_number(event.impact_velocity), "to": event.state}
+        return flat_of(event, EVENT if self.motion.is_clocked else MACHINE_EVENT, Teller.of(self.motion.hammer))
+
+
+_BOTH: tuple[Fact[Event], ...] = (
+    Fact("rebound_velocity", "", "speed of the striking end after the event, away from the wall", "speed",
+         "rebound_velocity"),
+    Fact("energy_lost", "", "energy that the event takes from the bar", "energy", "energy_lost"),
+    Fact("resolved", "", "for a chatter, the number of its impacts that are listed one by one before it, starting with "
+         "the main blow; 0 otherwise", "", "resolved"),
+)  # fmt: skip
+EVENT: tuple[Fact[Event], ...] = (
+    Fact("kind", "", '`"impact"`, `"grazing"`, `"chatter"`, `"rest"` or `"release"`', "", "kind"),
+    Fact("time time_s", "", "$2\\pi$ times the number of completed load periods, plus `phase`; in seconds null for a "
+         "dimensionless case", "time", "time"),
+    Fact("phase", "", "load phase, in $[0, 2\\pi)$", "", "phase"),
+    Fact("impact_velocity", "", "$u_t(1)$ of the striking end before", "speed", "impact_velocity"),
+    *_BOTH,
+)  # fmt: skip
+"""What is told of an event under a clock."""
+
+MACHINE_EVENT: tuple[Fact[Event], ...] = (
+    Fact("kind", "", 'also `"port"`, which demands a state, and `"valve"`, where the state changes', "",
+         "kind"),
+    Fact("time time_s", "", "from the start; in seconds null for a dimensionless case", "time", "time"),
+    Fact("speed", "", "toward the wall, at a port of what it reads", "speed", "impact_velocity"),
+    Fact("kinetic_energy", "", "of an impact: that of the bar before it", "energy", "kinetic_energy"),
+    Fact("port", "", "which port demands a state", "", "port"),
+    Fact("to", "", "the state of the valve after the event", "", "state"),
+    *_BOTH,
+)  # fmt: skip
+"""What is told of an event of a machine that switches its own valve."""
 
 
 def _pressure(motion: Trajectory) -> dict[str, Any] | None:
@@ -324,17 +355,17 @@ def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
 def _summary(answer: SimulationAnswer) -> tuple[str, str]:
     motion = answer.motion
     text = f"{label_in_words(motion)} ({motion.label})"
-    figures, si = motion.summary, motion.summary.si
+    figures, tell, system = motion.summary, Teller.of(motion.system), motion.system
     if motion.label in ("rest", "departed") or figures.main_blow_rate is None:
         return f"{text}.", BAD if motion.label in ("rest", "departed") else PLAIN
-    if si is not None and si.main_blow_rate_Hz is not None and si.blow_energy_J is not None:
+    if tell.is_si and system.frequency is not None and figures.blow_energy is not None:
         blows = "main blows/s" if _chatters(figures) else "Hz"
         speeds, energies = (
-            each if each and len(each) <= _FEW else None for each in (si.cycle_velocities_m_s, si.cycle_energies_J)
+            each if each and len(each) <= _FEW else None for each in (figures.cycle_velocities, figures.cycle_energies)
         )
-        speed = _values(si.impact_velocity_m_s or 0.0, speeds, lambda v: f"{number(v)} m/s")
-        energy = _values(si.blow_energy_J, energies, lambda e: quantity(e, "J"))
-        text += f": {energy} at {number(si.main_blow_rate_Hz)} {blows}, {speed}"
+        speed = _values(figures.impact_velocity or 0.0, speeds, lambda v: tell(v, "speed"))
+        energy = _values(figures.blow_energy, energies, lambda e: tell(e, "energy"))
+        text += f": {energy} at {number(figures.main_blow_rate * system.frequency)} {blows}, {speed}"
     elif figures.impact_velocity is not None:
         text += f": mean striking speed {number(figures.impact_velocity)}"
     settled = motion.label.startswith("z=")
@@ -347,16 +378,14 @@ def label_in_words(motion: Trajectory) -> str:
     system = motion.system
     who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")
     if name == "z":
-        p, n = (int(x) for x in numbers.split("/"))
-        blows = f"one {blow}" if p == 1 else f"{p} {blow}s"
-        return f"{who} settles on {blows} {_in_periods(n)}"
+        return f"{who} settles on {rhythm(motion.label, blow)}"
     if motion.period_unresolved:
         return f"{who} rests on the wall again and again from the same release on, but how soon depends on rounding"
     if name in ("chatter", "rest") and numbers:
         how = "chatters to rest on the wall" if name == "chatter" else "comes to rest on the wall"
-        return (
-            f"{who} settles on a cycle {_of_periods(int(numbers))}: it {how}, until {_what_pulls(system)} pulls it off"
-        )
+        pull = "the load" if system.body.is_free else "the force of load and spring"
+        periods = "one load period" if numbers == "1" else f"{numbers} load periods"
+        return f"{who} settles on a cycle of {periods}: it {how}, until {pull} pulls it off"
     if name == "rest" and not rests(system, motion.modes):
         return "The wall stops the contact, and the structure goes on in ways that are not simulated"
     if name == "rest":
@@ -366,18 +395,6 @@ def label_in_words(motion: Trajectory) -> str:
     if name == "aperiodic":
         return f"{who} finds no rhythm: its last impacts do not return to any earlier state"
     return "No periodic motion has been found so far"
-
-
-def _what_pulls(system: System) -> str:
-    return "the load" if system.body.is_free else "the force of load and spring"
-
-
-def _in_periods(n: int) -> str:
-    return "every load period" if n == 1 else f"in {n} load periods"
-
-
-def _of_periods(n: int) -> str:
-    return "of one load period" if n == 1 else f"of {n} load periods"
 
 
 def _chatters(figures: Summary) -> bool:
@@ -495,29 +512,33 @@ def _interval(tell: Teller, figures: Summary) -> str:
     return f"{tell(mean, 'time', plain=6)} (mean), {tell(std, 'time', plain=6)} (standard deviation)"
 
 
+def last_of(events: Events, last: int | None) -> Events:
+    """So many last events, or all of them."""
+    return events if last is None else events[max(len(events) - last, 0) :]
+
+
 # -- events ---------------------------------------------------------------------------------------------------------
 
 
 def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
     events, si = answer.motion.events, answer.system.is_si
-    part = events if last is None else events[max(len(events) - last, 0) :]
+    part = last_of(events, last)
     shown = f"all {len(events)}" if len(part) == len(events) else f"last {len(part)} of {len(events)}"
     time, speed, energy = ("time [s]", "before [m/s]", "lost [J]") if si else ("time [rad]", "before", "lost")
     columns = ("kind", time, "phase [rad]", speed, speed.replace("before", "after"), energy)
-    return Grid(f"Events ({shown})", columns, tuple(_row(answer, event) for event in part))
-
-
-def _row(answer: SimulationAnswer, event: Event) -> tuple[str, ...]:
-    time, speed, energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
-    kind = f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind
-    return (
-        kind,
-        f"{event.time * time:.6f}",
-        f"{event.phase:.6f}",
-        f"{event.impact_velocity * speed:.5g}",
-        f"{event.rebound_velocity * speed:.5g}",
-        f"{event.energy_lost * energy:.4g}",
+    to_time, to_speed, to_energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
+    rows = (
+        (
+            f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind,
+            f"{event.time * to_time:.6f}",
+            f"{event.phase:.6f}",
+            f"{event.impact_velocity * to_speed:.5g}",
+            f"{event.rebound_velocity * to_speed:.5g}",
+            f"{event.energy_lost * to_energy:.4g}",
+        )
+        for event in part
     )
+    return Grid(f"Events ({shown})", columns, tuple(rows))
 
 
 # ---- The orbit that a simulated motion has settled on, in a line
@@ -544,14 +565,9 @@ def from_this_start(answer: SimulationAnswer) -> str:
     text = f"From this start the machine {_in_words(motion.label)}"
     if cycle is None or not motion.impacts:
         return f"{text}."
-    if not machine.is_si:
-        return f"{text}: strongest blow {number(cycle.blow_speed)}, period {number(cycle.period)}."
-    rate = cycle.impacts / (cycle.period * machine.time_scale)
-    energy = float(motion.blow_energies[-max(cycle.impacts, 1) :].max()) * machine.energy_scale
-    return (
-        f"{text}: {quantity(energy, 'J')} at {number(rate)} Hz ({number(60.0 * rate)} blows/min), "
-        f"{number(cycle.blow_speed * machine.speed_scale)} m/s, after {counted(cycle.first, 'impact')}."
-    )
+    energy = float(motion.blow_energies[-max(cycle.impacts, 1) :].max())
+    told = figures_in_short(machine, energy, cycle.blow_speed, cycle.impacts, cycle.period)
+    return f"{text}: {told}, after {counted(cycle.first, 'impact')}."
 
 
 def _in_words(label: str) -> str:
@@ -593,15 +609,10 @@ def _pressures(motion: Trajectory) -> str:
 
 def _motion_events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
     """The last events, one a line."""
-    events, tell = list(answer.motion.events), Teller.of(answer.machine)
-    shown = events if last is None else events[max(len(events) - last, 0) :]
-    rows = []
+    events, tell = answer.motion.events, Teller.of(answer.machine)
+    shown, rows = last_of(events, last), []
     for event in shown:
-        what = event.kind
-        if event.kind == "port":
-            what = f"ports[{event.port}] demands"
-        if event.kind == "valve":
-            what = f"valve: {event.state}"
+        what = {"port": f"ports[{event.port}] demands", "valve": f"valve: {event.state}"}.get(event.kind, event.kind)
         rows.append((what, tell(event.time, "time"), tell(event.impact_velocity, "speed")))
     heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
     return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, json_of
+from percuss.case.answers.facts import Fact, Teller, figures, json_of, plain_of
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
 from percuss.case.answers.numerals import json_number, number, picked, plain, plain_value
 from percuss.case.case import checked_case
@@ -21,7 +21,6 @@ from percuss.shown import Shown
 from percuss.stability import floquet_multipliers, stability_of, timed_stability
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
-from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Ensemble
-    from percuss.stability import Multipliers, Reduced, Stability, TimedStability, Waveform
+    from percuss.stability import Multipliers, Reduced, Stability, TimedStability
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates, TimedOrbit, TimedStates
 
 
@@ -51,19 +50,7 @@ _EVALUATIONS = 200  # for every impact; machines need fewer than 50, a bar that 
 
 @dataclass(frozen=True)
 class End:
-    """One of the motions in which starts end.
-
-    Attributes
-    ----------
-    label
-        As `percuss.simulate.Trajectory.label`.
-    starts
-        How many end in it.
-    blow_rate
-        Main blows per load period, a completed chatter counted once; None where nothing strikes any more.
-    delivered_power
-        What the impacts take, per radian of the load; dimensionless; None where nothing strikes any more.
-    """
+    """One of the motions in which starts end; `END` says what its figures are, None where nothing strikes any more."""
 
     label: str
     starts: int
@@ -73,18 +60,9 @@ class End:
 
 @dataclass(frozen=True)
 class Ends:
-    """Where random starts end.
+    """Where random starts end: the most frequent motion first.
 
-    Attributes
-    ----------
-    followed
-        How many starts.
-    modes, impacts
-        Elastic modes, and the most impacts of a start.
-    ends
-        The most frequent first.
-    note
-        Why none were followed, or some not to their end; else "".
+    `note` says why none were followed, or some not to their end.
     """
 
     followed: int
@@ -106,11 +84,11 @@ class Ends:
 
 
 END: tuple[Fact[End], ...] = (
-    Fact("label", "motion", "what they settle on", "", lambda end: end.label),
-    Fact("starts", "starts", "how many", "", lambda end: end.starts),
-    Fact("blow_rate blow_rate_Hz", "main blows", "main blows per second", "cycles", lambda end: end.blow_rate),
+    Fact("label", "motion", "what they settle on", "", "label"),
+    Fact("starts", "starts", "how many", "", "starts"),
+    Fact("blow_rate blow_rate_Hz", "main blows", "main blows per second", "cycles", "blow_rate"),
     Fact("delivered_power delivered_power_kW", "power", "power that the impacts take", "power",
-         lambda end: end.delivered_power),
+         "delivered_power"),
 )  # fmt: skip
 """What one of the ends is."""
 
@@ -278,20 +256,13 @@ class TimedAnswer(Shown):
 
     def to_json_dict(self, judged: Stability | None = None) -> dict[str, Any]:
         """The motion in plain values; with the verdict on the motion of B77's law, if it continues one."""
-        orbit, violation = self.orbit, self.orbit.violation
-        return {
-            **picked(
-                orbit,
-                "phase phase_b77 phase_shift rigid_velocity contact_velocity impulse blow_energy energy_change "
-                "delivered_energy ringing_energy advance ringing_left admissible warnings",
-            ),
-            "contact_start": json_number(orbit.contact[0]),
-            "contact_end": json_number(orbit.contact[1]),
-            "passage_time": None if violation is None else json_number(violation.time),
-            "passage_depth": None if violation is None else json_number(violation.depth),
-            **picked(self.stability, "stable reason margin multipliers"),
-            "margin_b77": None if judged is None else json_number(judged.margin_rhythm),
+        start, end = self.orbit.contact
+        told = {
+            "contact_start": start,
+            "contact_end": end,
+            "margin_b77": None if judged is None else judged.margin_rhythm,
         }
+        return plain_of(self, TIMED) | plain(told)
 
     @property
     def in_orbit(self) -> dict[str, Any]:
@@ -321,15 +292,42 @@ class TimedPeriod(Shown):
 
     def to_json_dict(self, judged: Mapping[float, Stability]) -> dict[str, Any]:
         """Level, existence and motions; with the verdicts on the motions of B77's law by their phases."""
-        return {
-            "level": json_number(self.states.level),
-            "level_max": json_number(self.states.level_max),
-            "exists": self.states.exists,
-            "orbits": [
-                one.to_json_dict(None if one.orbit.phase_b77 is None else judged[one.orbit.phase_b77])
-                for one in self.orbits
-            ],
-        }
+        verdicts = (None if one.orbit.b77 is None else judged[one.orbit.b77.phase] for one in self.orbits)
+        orbits = [one.to_json_dict(verdict) for one, verdict in zip(self.orbits, verdicts, strict=True)]
+        return plain_of(self.states, TIMED_PERIOD) | {"orbits": orbits}
+
+
+TIMED_PERIOD = figures(r"""
+level | the right side of the condition on the phase, $c - a/T$ without damping
+level_max | $\max (v_f - e\,p)$
+exists | whether a steady state exists under the law
+orbits | the motions of the law in order of phase, see below |
+""")
+TIMED = figures(r"""
+phase | $\varphi$, load phase at the centroid of the force, in $[0, 2\pi)$ | orbit.phase
+phase_b77 | the impact phase of the motion of B77's law that it continues; null if it continues none | orbit.phase_b77
+phase_shift | how much later than by B77's law the force is centred, in radians; null without one | orbit.phase_shift
+rigid_velocity | $V$, the mean velocity of the bar at the force's centroid without the blow | orbit.rigid_velocity
+contact_velocity | the mean velocity at the start of the contact; not positive: no blow | orbit.contact_velocity
+impulse | $J$ | orbit.impulse
+blow_energy | $\frac12 V^2$ | orbit.blow_energy
+energy_change | by how much that is greater than $\frac12 w_0^2$ of B77's motion; null without one | orbit.energy_change
+delivered_energy | what of `blow_energy` goes through the face into what is struck | orbit.delivered_energy
+ringing_energy | what of it rings on in the bar | orbit.ringing_energy
+advance | $a$ | orbit.advance
+contact_start | start of the contact, in radians after the centroid of the force |
+contact_end | its end |
+ringing_left | speed of the ringing at the next blow, over that of the blow | orbit.ringing_left
+admissible | whether the bar strikes, and stays clear of the plane of impact between the blows | orbit.admissible
+passage_time | when it first passes that plane, in radians after the centroid; null if never | orbit.violation.time
+passage_depth | how far it passes it | orbit.violation.depth
+stable | the verdict | stability.stable
+reason | the verdict in words | stability.reason
+margin | 1 minus the larger modulus of the two multipliers | stability.margin
+margin_b77 | the `margin_rhythm` of B77's motion; null without one |
+multipliers | both multipliers as pairs `[re, im]`, the larger modulus first | stability.multipliers
+warnings | a list of texts: which assumptions of the law this motion does not keep | orbit.warnings
+""")
 
 
 def timed_period(system: System, law: Timed, periods: int, modes: int | None) -> TimedPeriod:
@@ -376,39 +374,83 @@ def rest_note(rest: Rest, contact: Contact) -> str:
     )
 
 
-def rest_dict(rest: Rest, contact: Contact) -> dict[str, Any]:
-    """Whether the bar can lie on the wall for all time."""
-    told = picked(rest, "possible least_contact_force phase quasi_static lifted_by_waves held_by_waves")
-    return {**told, "note": rest_note(rest, contact)}
-
-
-def period_dict(states: SteadyStates, orbits: list[dict[str, Any]], greatest_drag: float | None) -> dict[str, Any]:
-    """What exists with one impact in so many load periods, with the orbits as `orbit_dict` has them."""
-    nearest = states.nearest
-    return {
-        "m": int(states.periods),
-        **picked(states, "level level_max exists note"),
-        "orbits": orbits,
-        "nearest": None
-        if nearest is None
-        else {**picked(nearest, "load_factor restitution"), "d": json_number(greatest_drag)},
-    }
-
-
-def orbit_dict(orbit: Orbit, judged: Stability, drag: Drag, si: SIReport | None) -> dict[str, Any]:
-    """One steady motion: the orbit, its stability, its drag and, for a case in SI, its figures."""
-    return {
-        **plain({name: FIGURES[name].value(orbit) for name in ("phase", "impact_velocity", "rigid_velocity")}),
-        **picked(orbit, "modes error_bound proven admissible warnings"),
-        "violation": None if orbit.violation is None else picked(orbit.violation, "time depth"),
-        **picked(judged, "stable reason margin margin_rhythm margin_ringing disagreement"),
-        "reduced": reduced_dict(judged.reduced),
-        "multipliers": picked(judged.multipliers, "modes largest moduli dominant_mode rigid ringing_mode"),
-        "waveform": waveform_dict(judged.waveform),
-        "energy": picked(orbit.energy, "input damping impact imbalance"),
-        "drag": plain(asdict(drag)),
-        "si": None if si is None else plain(asdict(si)),
-    }
+REST = figures(r"""
+possible | the verdict by `least_contact_force`: true if the contact never has to pull
+least_contact_force | the smallest contact force with every wave in the bar; null in resonance
+phase | the load phase at which that force occurs
+quasi_static | the smallest value of the load itself: the contact force without waves, which a simulation uses
+lifted_by_waves | true if rest is not possible although the load never pulls: waves lift the end off for moments
+held_by_waves | true if rest is possible although the load pulls at times; a simulation then releases the bar
+note | what a motion that falls onto the wall may do instead of coming to rest; empty if there is nothing to add |
+""")
+PERIOD = figures(r"""
+m | load periods per impact | periods
+level | $c$ (B77 14)
+level_max | $\max v_f$
+exists | whether a steady state exists, `level` ≤ `level_max`
+orbits | a list in order of phase, empty if none exists |
+note | a remark on the roots of B77 (14), such as a continuum of motions; otherwise an empty text
+nearest | null, or the nearest parameters at which a steady state exists, see below |
+""")
+ORBIT = figures(r"""
+phase | $\varphi$, load phase at the impact, in $[0, 2\pi)$ | orbit.phase
+impact_velocity | $u_t(1, 0^-)$ of the striking end; negative: it would leave the wall, no blow | orbit.impact_velocity
+rigid_velocity | $w_0$, the same of the rigid motion | orbit.rigid_velocity
+modes | elastic modes used | orbit.modes
+error_bound | how much the omitted modes could change the end's motion; under steps an estimate | orbit.error_bound
+admissible | whether the end strikes, and stays clear of the wall between impacts | orbit.admissible
+proven | whether `admissible` and `violation` are proved, and not left open by ringing or error bound | orbit.proven
+violation | null, or the first passage through the wall, see below |
+stable | the verdict | stability.stable
+reason | the verdict in words | stability.reason
+margin | 1 minus the largest modulus of the multipliers; the smaller of the next two | stability.margin
+margin_rhythm | the same for the two multipliers of the rigid motion: how fast blows find back | stability.margin_rhythm
+margin_ringing | the same for the others: how fast the ringing dies; null without modes | stability.margin_ringing
+reduced | the reduced criterion (B77 29–32), see below |
+multipliers | the exact multipliers, see below |
+disagreement | null, or how the reduced criterion and the exact multipliers differ | stability.disagreement
+waveform | the waveform criterion, see below |
+energy | over one period, see below |
+drag | the drag of the damping on the bar as a whole, see below |
+si | null for a dimensionless case, otherwise see below |
+warnings | a list of texts | orbit.warnings
+""")
+REDUCED = figures(r"""
+sigma | $\sigma$
+a | $[a_0, a_1, a_2]$
+schur | $[\lvert a_0/a_2\rvert, \lvert a_1/(a_0+a_2)\rvert]$, both less than 1 when stable
+moduli | moduli of the two roots
+stable | the verdict of this criterion
+""")
+MULTIPLIERS = figures(r"""
+modes | elastic modes used in the multipliers
+largest | the largest modulus
+moduli | the moduli, from the largest down
+dominant_mode | the mode with the greatest share in the first multiplier; 0 is the rigid motion
+rigid | indices in `moduli`, from 0, of the two multipliers in which the rigid motion takes part most
+ringing_mode | the mode with the greatest share in the largest of the others; 0 without elastic modes
+""")
+WAVEFORM = figures(r"""
+ratio | $p(\varphi)/p_0$
+lower | the band of `ratio` in which the motion is stable begins here
+upper | and ends here
+stable | the verdict of this criterion
+force | `ratio` as a force
+force_lower | `lower` as a force
+force_upper | `upper` as a force
+restitution_needed | the restitution below which a motion with this force would be stable, or null
+""")
+ENERGY = figures(r"""
+input | work of the load
+damping | energy that damping takes
+impact | energy that the impact takes
+imbalance | what is left of the balance; 0 if it closes
+""")
+DRAG = figures(r"""
+force | $d\,w_0$, the drag on the rigid motion at its striking speed
+of_mean | the same over the mean load
+of_input | energy that damping takes, over the work of the load; null if the load does no work
+""")
 
 
 def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]:
@@ -418,14 +460,9 @@ def with_blow(told: dict[str, Any], timed: TimedAnswer | None) -> dict[str, Any]
     return {**told, "phase": phase, "phase_b77": told["phase"], **blow}
 
 
-def waveform_dict(waveform: Waveform) -> dict[str, Any]:
-    """The waveform criterion (theory §11)."""
-    return picked(waveform, "ratio lower upper stable force force_lower force_upper restitution_needed")
-
-
 def reduced_dict(reduced: Reduced) -> dict[str, Any]:
     """B77's reduced criterion, with the other side of a jump of the load where there is one."""
-    found, other = picked(reduced, "sigma a schur moduli stable"), reduced.other_side
+    found, other = plain_of(reduced, REDUCED), reduced.other_side
     return found if other is None else {**found, "other_side": reduced_dict(other)}
 
 
@@ -465,7 +502,16 @@ class OrbitAnswer(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The motion in plain values."""
-        told = orbit_dict(self.orbit, self.stability, self.drag, self.si)
+        orbit, judged = self.orbit, self.stability
+        told = plain_of(self, ORBIT) | {
+            "violation": None if orbit.violation is None else picked(orbit.violation, "time depth"),
+            "reduced": reduced_dict(judged.reduced),
+            "multipliers": plain_of(judged.multipliers, MULTIPLIERS),
+            "waveform": plain_of(judged.waveform, WAVEFORM),
+            "energy": plain_of(orbit.energy, ENERGY),
+            "drag": plain_of(self.drag, DRAG),
+            "si": None if self.si is None else plain(asdict(self.si)),
+        }
         return with_blow(told, self.timed) if self.ended or self.timed is not None else told
 
 
@@ -484,10 +530,13 @@ class PeriodAnswer(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The motions in plain values."""
-        told = period_dict(self.states, [answer.to_json_dict() for answer in self.orbits], self.greatest_drag)
-        if self.timed is None:
-            return told
-        return {**told, "blow": self.timed.to_json_dict({one.orbit.phase: one.stability for one in self.orbits})}
+        told, nearest = plain_of(self.states, PERIOD), self.states.nearest
+        told["orbits"] = [one.to_json_dict() for one in self.orbits]
+        if nearest is not None:
+            told["nearest"] = {**picked(nearest, "load_factor restitution"), "d": json_number(self.greatest_drag)}
+        if self.timed is not None:
+            told["blow"] = self.timed.to_json_dict({one.orbit.phase: one.stability for one in self.orbits})
+        return told
 
 
 @dataclass(frozen=True)
@@ -556,7 +605,7 @@ class SteadyAnswer(Shown):
             **self._blow(),
             "clocked": None if self.clocked is None else {"because": self.clocked, "note": CLOCKED},
             "periods": [period.to_json_dict() for period in self.periods],
-            "rest": rest_dict(self.rest, self.system.contact),
+            "rest": plain_of(self.rest, REST) | {"note": rest_note(self.rest, self.system.contact)},
             "starts": plain(self.starts.to_json_dict(self.system)),
             "reach": None if self.reach is None else [one.to_json_dict() for one in self.reach],
         }

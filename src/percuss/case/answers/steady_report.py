@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.facts import BAD, GOOD, Fact, Report, Section, Teller, rows_of
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
-from percuss.case.answers.numerals import as_typed, counted, number, percent
+from percuss.case.answers.numerals import as_typed, counted, every, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
 from percuss.steady.figures import FIGURES
 from percuss.steady.orbit import Reason
 
 if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import (
+        CaseReach,
         End,
         Ends,
         OrbitAnswer,
@@ -39,6 +40,7 @@ def ends_sentence(ends: Ends, running: set[str], system: System) -> str:
         return ""
     there = sum(end.starts for end in ends.ends if end.label in running)
     others = [end for end in ends.ends if end.label not in running]
+    starts = counted(ends.followed, "random start")
     many = "The random start" if ends.followed == 1 else f"All {ends.followed} random starts"
     where = "in this motion" if len(running) == 1 else "in one of these motions"
     if running and not others:
@@ -46,21 +48,12 @@ def ends_sentence(ends: Ends, running: set[str], system: System) -> str:
     told = [f"{end.starts} {does(end.label, end.starts, _delivered(end, system))}" for end in others]
     if running:
         there_first = [f"{there or 'none'} {'ends' if there == 1 else 'end'} {where}"]
-        return f"Of {_starts(ends.followed)}, {', '.join([*there_first, *told])}."
-    found = f"Of {_starts(ends.followed)}, {', '.join(told)}."
+        return f"Of {starts}, {', '.join([*there_first, *told])}."
+    found = f"Of {starts}, {', '.join(told)}."
     if len(others) == 1:
-        found = f"{many} {does(others[0].label, ends.followed)}"
-        return f"{found}{_with_power(others[0], system)}."
+        taken = power(others[0], system)
+        return f"{many} {does(others[0].label, ends.followed)}{f': {taken}' if taken else ''}."
     return found
-
-
-def _starts(size: int) -> str:
-    return counted(size, "random start")
-
-
-def _with_power(end: End, system: System) -> str:
-    text = power(end, system)
-    return f": {text}" if text else ""
 
 
 def power(end: End, system: System) -> str:
@@ -84,12 +77,10 @@ def does(label: str, many: int, more: str = "") -> str:
     named = f"({label}, {more})" if more else f"({label})"
     name, _, numbers = label.replace("z=", "z/", 1).partition("/")
     if name == "z":
-        p, n = (int(x) for x in numbers.split("/"))
-        blows = "one blow" if p == 1 else f"{p} blows"
-        return f"settle{s} on {blows} {_in_periods(n)} {named}"
+        return f"settle{s} on {rhythm(label)} {named}"
     if name in ("chatter", "rest") and numbers:
         how = f"chatter{s} to rest" if name == "chatter" else f"strike{s} and come{s} to rest"
-        return f"{how} once {_in_periods(int(numbers))} {named}" if numbers != "?" else f"{how} again and again {named}"
+        return f"{how} once {every(int(numbers))} {named}" if numbers != "?" else f"{how} again and again {named}"
     return {
         "rest": f"come{s} to rest on the wall for good",
         "departed": f"leave{s} the wall for good",
@@ -97,26 +88,12 @@ def does(label: str, many: int, more: str = "") -> str:
     }.get(label, f"{'has' if many == 1 else 'have'} not settled {named}")
 
 
-def _in_periods(n: int) -> str:
-    return "every load period" if n == 1 else f"in {n} load periods"
-
-
 # ---- The first lines of an answer: one home of its sentences, for the terminal and for the report as a file
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What is said first of an answer.
-
-    Attributes
-    ----------
-    headline
-        Whether the hammer can run with one blow in so many load periods, and how.
-    more
-        What else it can do, where random starts end, and of the load's clock; or "".
-    runs
-        Whether it can.
-    """
+    """What is said first of an answer: whether the hammer can run, and how; what else it can do, and of its load."""
 
     headline: str
     more: str
@@ -211,11 +188,6 @@ def name_of(answer: SteadyAnswer, found: OrbitAnswer) -> str:
     """``orbit 2`` as the cards are numbered."""
     number_of = {id(one): i + 1 for period in answer.periods for i, one in enumerate(period.orbits)}
     return f"orbit {number_of[id(found)]}, m = {found.orbit.periods}"
-
-
-def every(m: int) -> str:
-    """``every load period``, ``in 3 load periods``."""
-    return "every load period" if m == 1 else f"in {m} load periods"
 
 
 # ---- A law that knows the duration of the blow, and its motions beside those of B77's law, in words
@@ -538,7 +510,9 @@ def steady_report(answer: SteadyAnswer) -> Report:
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
         sections += alone_sections(period)
     if answer.reach is not None:
-        sections.append(_reach_section(answer))
+        law = "" if answer.law is None else ", by B77's law"
+        motion = "" if answer.chosen is None else f"{name_of(answer, answer.chosen)}{law}"
+        sections.append(_reach_section(answer.reach, motion))
     sections.append(_rest_section(answer))
     sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
@@ -594,15 +568,11 @@ def _less_damping(system: System, d: float) -> str:
     return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
 
 
-def _reach_section(answer: SteadyAnswer) -> Section:
-    """How far parameters may move before the motion is lost."""
-    heading = "How far parameters may move"
-    chosen = answer.chosen
-    if not answer.reach or chosen is None:
-        return Section(heading, (("reach", "no stable motion to follow"),))
-    law = "" if answer.law is None else ", by B77's law"
-    rows = [("motion", f"{name_of(answer, chosen)}{law}")] + [(row.label, row.words) for row in answer.reach]
-    return Section(heading, tuple(rows))
+def _reach_section(reach: tuple[CaseReach, ...], motion: str) -> Section:
+    """How far parameters may move before a motion is lost; `motion`: which one, "" where there is but one."""
+    rows = [("motion", motion)] if motion and reach else []
+    rows += [(row.label, row.words) for row in reach] or [("reach", "no stable motion to follow")]
+    return Section("How far parameters may move", tuple(rows))
 
 
 def _rest_section(answer: SteadyAnswer) -> Section:
@@ -648,16 +618,11 @@ def structure_report(answer: StructureAnswer) -> Report:
         for i, one in enumerate(motions):
             sections.append(_motion(one, f"Orbit {i + 1} of {len(motions)}, m = {states.periods}"))
     if answer.reach is not None:
-        sections.append(_reach(answer))
+        sections.append(_reach_section(answer.reach, ""))
     number_of = sum(len(motions) for motions in answer.motions)
     stable = sum(one.stable and one.orbit.admissible for motions in answer.motions for one in motions)
     text = f"{counted(number_of, 'steady motion')} with one impact, {stable} of them possible and stable."
     return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
-
-
-def _reach(answer: StructureAnswer) -> Section:
-    rows = tuple((row.label, row.words) for row in answer.reach or ())
-    return Section("How far parameters may move", rows or (("reach", "no stable motion to follow"),))
 
 
 def _existence(states: SteadyStates) -> Section:

@@ -22,6 +22,7 @@ from percuss.case.answers.numerals import (
     plain,
     plain_value,
     quantity,
+    rhythm,
 )
 from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion
 from percuss.case.case import checked_case
@@ -69,24 +70,24 @@ def _settled(motion: WaveMotion) -> dict[str, Any]:
 
 
 SETTLED: tuple[Fact[WaveMotion], ...] = (
-    Fact("impacts", "", "how many", "", lambda one: one.settled.size),
-    Fact("phases", "", "load phase at the centroid of the contact force", "", lambda one: one.settled.phase),
+    Fact("impacts", "", "how many", "", "settled.size"),
+    Fact("phases", "", "load phase at the centroid of the contact force", "", "settled.phase"),
     Fact("velocities velocities_m_s", "", "of each impact the speed of the rigid motion there", "speed",
-         lambda one: one.settled.velocity),
-    Fact("restitutions", "", "impulse over mass and speed, less 1", "", lambda one: one.settled.restitution),
+         "settled.velocity"),
+    Fact("restitutions", "", "impulse over mass and speed, less 1", "", "settled.restitution"),
     Fact("ringing_shares", "", "elastic energy after the impact over the energy before it", "",
-         lambda one: one.settled.ringing_share),
-    Fact("durations_s", "", "of each impact", "time", lambda one: one.settled.duration),
-    Fact("peak_forces_N", "", "the greatest contact force of each impact", "force", lambda one: one.settled.peak_force),
-    Fact("given_J", "", "of each impact the work done on what is struck", "energy", lambda one: one.settled.given),
-    Fact("rock_work_J", "", "of each impact what the rock keeps", "energy", lambda one: one.settled.rock_work),
-    Fact("fed_m", "", "how far the tool is fed after each impact", "length", lambda one: one.settled.fed),
-    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, or per second", "cycles", lambda one: one.blow_rate),
+         "settled.ringing_share"),
+    Fact("durations_s", "", "of each impact", "time", "settled.duration"),
+    Fact("peak_forces_N", "", "the greatest contact force of each impact", "force", "settled.peak_force"),
+    Fact("given_J", "", "of each impact the work done on what is struck", "energy", "settled.given"),
+    Fact("rock_work_J", "", "of each impact what the rock keeps", "energy", "settled.rock_work"),
+    Fact("fed_m", "", "how far the tool is fed after each impact", "length", "settled.fed"),
+    Fact("blow_rate blow_rate_Hz", "", "impacts per load period, or per second", "cycles", "blow_rate"),
     Fact("impulse_per_period", "", "sum of the impulses per load period; null if not periodic", "",
-         lambda one: one.impulse_per_period),
+         "impulse_per_period"),
     Fact("delivered_power delivered_power_kW", "", "work done on what is struck per radian, or per second", "power",
-         lambda one: one.delivered_power),
-    Fact("rock_power", "", "what the rock keeps of it", "power", lambda one: one.rock_power),
+         "delivered_power"),
+    Fact("rock_power", "", "what the rock keeps of it", "power", "rock_power"),
 )  # fmt: skip
 """What a cycle by waves is."""
 
@@ -214,20 +215,10 @@ def _restitution(motion: WaveMotion) -> list[str]:
 
 @dataclass(frozen=True)
 class Beside(Shown):
-    """A settled motion by another law, beside the one by waves.
+    """A settled motion by another law, beside the one by waves: radians, and speeds of the rigid motion, dimensionless.
 
-    Attributes
-    ----------
-    law
-        Its name.
-    label
-        What it settles on, or None of a steady motion that is computed as such.
-    phases, velocities
-        Of its impacts in a cycle; radians, and speeds of the rigid motion, dimensionless.
-    blow_rate
-        Impacts per load period, or None.
-    phase_difference, velocity_difference
-        Of the motion by waves against it, in radians and relative; None where the two are not of one kind.
+    `label` is None of a steady motion that is computed as such. The differences are those of the motion by waves
+    against it, in radians and relative; None where the two are not of one kind.
     """
 
     law: str
@@ -434,10 +425,7 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
         return "By waves the hammer strikes nothing (none).", BAD
     if motion.cycle is None:
         return "By waves no periodic motion has been found (irregular).", PLAIN
-    p, n = motion.cycle.impacts, motion.cycle.periods
-    blows = "one blow" if p == 1 else f"{p} blows"
-    periods = "every load period" if n == 1 else f"in {n} load periods"
-    text = f"By waves the hammer settles on {blows} {periods} ({motion.label})"
+    text = f"By waves the hammer settles on {rhythm(motion.label)} ({motion.label})"
     first = answer.beside[0]
     return f"{text}; by the law {first.law}: {first.label}.", GOOD
 

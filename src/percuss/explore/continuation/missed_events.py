@@ -17,7 +17,6 @@ from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where
 from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
 from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.mechanics.flow import propagator
-from percuss.model import System
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
 from percuss.steady.periodic.search import COALESCED
@@ -86,20 +85,18 @@ def crossings(
     places inside more may happen than the ends show. CorrectorFailed where these are not on one sheet of the branch.
     """
     points = [(first, segment.at(first))]
+
+    def signs(point: CurvePoint) -> list[bool]:
+        return [number > 0.0 for number in segment.curve.motion(point.x).singular()]
+
     for place, point in narrow:
-        if first < place < last and _signs(segment, point) != _signs(segment, points[-1][1]):
+        if first < place < last and signs(point) != signs(points[-1][1]):
             points.append((place, point))
     points.append((last, segment.at(last)))
     found = []
     for start, stop in pairwise(points):
         found += _between(segment, start, stop, fresh and start[0] == first)
     return sorted(found, key=lambda one: one.place)
-
-
-def _signs(segment: CurveSegment, point: CurvePoint) -> tuple[bool, bool]:
-    """The signs of det K(1) and det K(−1)."""
-    fold, flip = segment.curve.motion(point.x).singular()
-    return fold > 0.0, flip > 0.0
 
 
 def _between(
@@ -169,7 +166,10 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     if not beyond.size:
         return []
     seen = left = complex(beyond[np.argmin(np.abs(beyond))])
-    circle = 1.0 + (BEYOND if _keeps_its_energy(curve.motion(segment.start.x).system, curve.modes) else 0.0)
+    system = curve.motion(segment.start.x).system
+    damping = system.body.modes(curve.modes, system.load.at).damping
+    # without losses a pair is on the circle up to where it meets another one, and leaves it then like a square root
+    circle = 1.0 + (BEYOND if system.contact.is_lossless and system.d == 0.0 and not np.any(damping) else 0.0)
 
     def tracked(place: float) -> complex:
         values = multipliers(curve.motion(segment.at(place).x))
@@ -189,12 +189,6 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
         if abs(modulus(segment.at(place))) < BEYOND:
             here = place
     return [segment.event(BranchEvent.NEIMARK_SACKER, here)]
-
-
-def _keeps_its_energy(system: System, modes: int) -> bool:
-    """Whether a pair is on the circle up to where it meets another one, and leaves it then like a square root."""
-    damping = system.body.modes(modes, system.load.at).damping
-    return system.contact.is_lossless and system.d == 0.0 and not np.any(damping)
 
 
 def nearest(values: ComplexArray, to: complex) -> complex:
@@ -347,15 +341,10 @@ def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: Percus
         kind = refused(refusal)
     elif (death := dying_impact(curve, points)) is not None:
         return death
-    elif _is_halved(curve, points[-1]):
-        kind = BranchEvent.HALVING
+    elif curve.impacts % 2 == curve.periods % 2 == 0:  # where the halves meet a step of the load, not at their flip
+        apart = halves(points[-1], curve.impacts, curve.periods)[1]
+        kind = BranchEvent.HALVING if float(np.abs(apart).max()) < _SAME else kind
     return LocatedEvent(kind, 0.0, points[-1])
-
-
-def _is_halved(curve: SolutionCurve, point: CurvePoint) -> bool:
-    """Whether both halves of a cycle are one orbit: where that meets a step of the load, not at its flip."""
-    p, n = curve.impacts, curve.periods
-    return p % 2 == n % 2 == 0 and float(np.abs(halves(point, p, n)[1]).max()) < _SAME
 
 
 def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedEvent | None:
@@ -404,22 +393,10 @@ def narrow_end(segment: CurveSegment, points: Sequence[tuple[float, CurvePoint]]
 
 
 class ModeMaps(NamedTuple):
-    """M_n of every elastic mode along x(place) = x + place rate + place² bend.
+    """M_n of every elastic mode along x(place) = x + place rate + place² bend, of which the times come first.
 
-    Parameters
-    ----------
-    x, rate, bend
-        Of the times of the impacts, and whatever follows them; shape (m,) each.
-    omega, damping
-        Frequencies and damping at place 0; shape (N,) each.
-    faster, duller
-        How they change with the place.
-    kept, turned
-        What an impact makes of the strain and of the velocity of a mode: factors.
-    period
-        T.
-    impacts
-        p.
+    `omega` and `damping` are those at place 0, `faster` and `duller` how they change with the place; `kept` and
+    `turned` what an impact multiplies the strain and the velocity of a mode by.
     """
 
     x: Array

@@ -39,15 +39,7 @@ class ParameterRows:
 
     Most parameters move these numbers evenly: then a row and one rate tell all systems near, to rounding, and Newton's
     method need not make a system at each of its steps. Whether it is so is looked at again wherever it ends.
-
-    Parameters
-    ----------
-    system
-        The system at a value of the parameter.
-    modes
-        N.
-    unit
-        By how much the parameter is changed to find out.
+    To find out, the parameter is changed by its `unit`.
     """
 
     def __init__(self, system: Callable[[float], System], modes: int, unit: float) -> None:
@@ -138,6 +130,11 @@ class OrbitProblem(Problem):
     @property
     def places(self) -> tuple[int, ...]:
         return tuple(range(self.impacts + 1, self.impacts + 1 + len(self.names)))
+
+    @property
+    def label(self) -> str:
+        """z=p/n."""
+        return f"z={self.impacts}/{self.periods}"
 
     @cached_property
     def _motions(self) -> dict[bytes, PeriodicOrbit]:
@@ -251,7 +248,7 @@ class SolutionCurve(OrbitProblem):
                 base, numbers, rate = self.rows.near(self.value(x))
                 ended, taken = orbit_kernels().corrected(
                     numbers.row, rate, base, self.unit, self._room(numbers), 2.0 * math.pi * self.periods,
-                    x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), False, derivative, tangent,
+                    x, normal, way, (_MOST_STEPS, _CLOSE, _LONGEST), derivative, tangent,
                 )  # fmt: skip
                 if ended != _FOUND:
                     raise CorrectorFailed(_WORDS[ended])

@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.errors import Interrupted, LoadError, ParameterError, PercussError
+from percuss.errors import LoadError, ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, finite, numbers
+from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.states import check_pushes
 
 # ---- What is varied: the systems, and of each parameter its value at first, its range, and what counts as a step
@@ -219,7 +220,11 @@ class Problem(ABC):
 
     def matrix(self, x: Array) -> Array:
         """The derivatives of the equations by the unknowns, by central differences; on one side where a range ends."""
-        return np.stack([_slope(self.residual, x, step) for step in self.difference * np.eye(x.size)], axis=1)
+
+        def moved(way: Array) -> Callable[[float], Array]:
+            return lambda by: self.residual(x + by * way)
+
+        return np.stack([slope(moved(way), self.difference, CorrectorFailed) for way in np.eye(x.size)], axis=1)
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """The point of the curve in a plane with a normal, from a place of it near a point of the curve.
@@ -249,20 +254,3 @@ class Problem(ABC):
         except (PercussError, np.linalg.LinAlgError, FloatingPointError) as error:
             raise CorrectorFailed(str(error)) from None
         raise CorrectorFailed("no convergence")
-
-
-def _slope(function: Callable[[Array], Array], x: Array, step: Array) -> Array:
-    """The derivative of a function along a step, by what can be evaluated of both sides."""
-    length = 2.0 * float(np.abs(step).max())
-    try:
-        forward, inner = function(x + step), step
-    except Interrupted:
-        raise
-    except (PercussError, CorrectorFailed):
-        forward, inner, length = function(x - step), -step, -length
-    try:
-        return (forward - function(x - inner)) / length
-    except Interrupted:
-        raise
-    except (PercussError, CorrectorFailed):
-        return (4.0 * forward - function(x + 2.0 * inner) - 3.0 * function(x)) / length

@@ -34,14 +34,6 @@ def without_release(cycle: RestCycle) -> str:
     return f"the load never turns from push to pull: the {_who(cycle)} rests on the wall for good"
 
 
-def after_grazing(cycle: RestCycle, touch: bool) -> str:
-    """Beyond a touch, or the death of an impact."""
-    told = f"the {_who(cycle)} touches the wall in a flight, and strikes it there beyond" if touch else "an impact dies"
-    elastic = cycle.modes > 0 and cycle.system.body.is_free
-    then = "what follows jumps" if elastic else "what follows changes as the root of the distance from here"
-    return f"{told}: {then}"
-
-
 def after_onset(cycle: RestCycle) -> str:
     """Beyond an onset."""
     what = "the end of the chatter" if cycle.chatters else "the impact before the rest"
@@ -51,11 +43,6 @@ def after_onset(cycle: RestCycle) -> str:
     if cycle.chatters and cycle.system.contact.keeps_strain:
         told += f"; beyond, motions z=p/{cycle.periods} have p growing without bound as this point is approached"
     return told
-
-
-def another_rest(cycle: RestCycle) -> str:
-    """Beyond the place at which a rest more begins."""
-    return f"the {_who(cycle)} comes to rest once more: just before another release, which an impact meets here"
 
 
 def after_change(cycle: RestCycle, chains: Sequence[Chain]) -> str:
@@ -77,21 +64,26 @@ _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> BranchPoint:
     """What ends the branch between a cycle and what was followed just beyond."""
-    if not is_system:
-        return BranchPoint(BranchEvent.NO_SYSTEM, (value,), cycle, "there is no such system")
-    if not chains:
-        return BranchPoint(BranchEvent.RELEASE_LOST, (value,), cycle, without_release(cycle))
-    other = _first_other(cycle.chains, chains)
-    if other is not None:
-        kind, phase, impact = other
-        beyond = after_grazing(cycle, kind is BranchEvent.TOUCH)
-        return BranchPoint(kind, (value,), cycle, beyond, impact=impact, touch_phase=phase)
-    if float(cycle.rest_times.min()) < short_rest(cycle):
-        return BranchPoint(BranchEvent.ONSET, (value,), cycle, after_onset(cycle))
+    phase = impact = None
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
-    if waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
-        return BranchPoint(BranchEvent.ONSET, (value,), cycle, another_rest(cycle))
-    return BranchPoint(BranchEvent.CHANGE, (value,), cycle, after_change(cycle, chains))
+    if not is_system:
+        kind, beyond = BranchEvent.NO_SYSTEM, "there is no such system"
+    elif not chains:
+        kind, beyond = BranchEvent.RELEASE_LOST, without_release(cycle)
+    elif (other := _first_other(cycle.chains, chains)) is not None:
+        kind, phase, impact = other
+        touches = f"the {_who(cycle)} touches the wall in a flight, and strikes it there beyond"
+        jumps = cycle.modes > 0 and cycle.system.body.is_free
+        beyond = f"{touches if kind is BranchEvent.TOUCH else 'an impact dies'}: what follows "
+        beyond += "jumps" if jumps else "changes as the root of the distance from here"
+    elif float(cycle.rest_times.min()) < short_rest(cycle):
+        kind, beyond = BranchEvent.ONSET, after_onset(cycle)
+    elif waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
+        what = "comes to rest once more: just before another release, which an impact meets here"
+        kind, beyond = BranchEvent.ONSET, f"the {_who(cycle)} {what}"
+    else:
+        kind, beyond = BranchEvent.CHANGE, after_change(cycle, chains)
+    return BranchPoint(kind, (value,), cycle, beyond, impact=impact, touch_phase=phase)
 
 
 def short_rest(cycle: RestCycle) -> float:

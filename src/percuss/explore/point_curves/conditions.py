@@ -121,14 +121,9 @@ _VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 @dataclass(frozen=True)
 class Multiplier(Condition):
-    """A multiplier 1, a fold, or −1, a flip.
+    """A multiplier ξ = 1, a fold, or −1, a flip.
 
-    Parameters
-    ----------
-    xi
-        1 or −1.
-    border
-        Left and right singular vector of K(ξ) with its rows taken by their lengths, and these.
+    `border` is the left and the right singular vector of K(ξ) with its rows taken by their lengths, and these.
     """
 
     xi: float

@@ -47,7 +47,7 @@ class Rebound:
 
     def __init__(self, leg: Leg) -> None:
         swing, load = leg.swing, leg.swing.system.load
-        self.time, self.rebound = leg.time, -leg.rate
+        self.time, self.rebound = leg.time, -leg.start.rate
         whole = 1.0 if swing.system.body.is_free else 0.0
         self.push = leg.acceleration - (swing.system.d if whole else float(swing.known.damping[0])) * self.rebound
         k = swing.harmonics
@@ -72,20 +72,19 @@ def near(phase: float, place: float) -> float:
     return place + math.remainder(phase - place, TURN)
 
 
+def _release_near(system: System, time: float) -> float:
+    """The release nearest to a time; CorrectorFailed where the load lets go nowhere."""
+    phases = release_phases(system.load)
+    if not phases.size:
+        raise CorrectorFailed("no release")
+    return min((near(float(phase), time) for phase in phases), key=lambda one: abs(one - time))
+
+
 @dataclass(frozen=True)
 class RestWay:
-    """A bar let go at a release phase, and its first impacts.
+    """A bar let go at a release phase and followed for so many load periods, and its first impacts.
 
-    Parameters
-    ----------
-    modes
-        N.
-    release
-        When it is let go.
-    impacts
-        Those that it has then; at another system as many, of about these times and speeds.
-    periods
-        Load periods for which it is followed.
+    At another system these are as many, of about the same times and speeds.
     """
 
     modes: int
@@ -95,10 +94,7 @@ class RestWay:
 
     def released(self, system: System) -> float:
         """When it is let go; CorrectorFailed where the load lets go nowhere."""
-        phases = release_phases(system.load)
-        if not phases.size:
-            raise CorrectorFailed("no release")
-        return min((near(float(phase), self.release) for phase in phases), key=lambda time: abs(time - self.release))
+        return _release_near(system, self.release)
 
     def course(self, system: System) -> Course:
         """The bar just after the last of these impacts; Unlike where they are others."""
@@ -148,14 +144,7 @@ class RestCondition(ABC):
 class Grazing(RestCondition):
     """The bar just reaches the wall in the flight after the impacts of the way: a touch, or an impact without speed.
 
-    Parameters
-    ----------
-    way
-        Up to the impact before.
-    kind
-        A touch or a death.
-    time
-        When it does, after the release.
+    `time` is when it does, after the release.
     """
 
     way: RestWay
@@ -313,7 +302,7 @@ class Vanishing(RestCondition):
         """When the load lets go."""
         course = self.way.course(system)
         here = Rebound(course.leg)
-        return _release_after(system, here.time + max(here.push / here.fall, 0.0))
+        return _release_near(system, here.time + max(here.push / here.fall, 0.0))
 
 
 def _followed(course: Course, first: Rebound, limit: FallingPush) -> Iterator[tuple[float, float, Rebound]]:
@@ -356,7 +345,7 @@ class Late(RestCondition):
     def number(self, system: System) -> float:
         """The time from the rest to the release."""
         rest, _ = self._rest(system)
-        return _release_after(system, rest) - rest
+        return _release_near(system, rest) - rest
 
     def renewed(self, system: System) -> Late:
         """With the impacts of here."""
@@ -364,7 +353,7 @@ class Late(RestCondition):
 
     def phase(self, system: System) -> float:
         """When the load lets go."""
-        return _release_after(system, self._rest(system)[0])
+        return _release_near(system, self._rest(system)[0])
 
 
 @dataclass(frozen=True)
@@ -394,14 +383,6 @@ class Held(Vanishing):
         return Held(super().renewed(system).way)
 
 
-def _release_after(system: System, time: float) -> float:
-    """The release nearest to a time."""
-    phases = release_phases(system.load)
-    if not phases.size:
-        raise CorrectorFailed("no release")
-    return min((near(float(phase), time) for phase in phases), key=lambda one: abs(one - time))
-
-
 # ---- What ends a branch of cycles with rest at one of its points, as a condition on the way of the bar
 
 REST_FOLLOWED = (BranchEvent.ONSET, BranchEvent.TOUCH, BranchEvent.DEATH, BranchEvent.RELEASE_LOST)
@@ -415,10 +396,7 @@ _RELEASE = 1e-6
 def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
     """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch.
 
-    Raises
-    ------
-    ParameterError
-        For a point of another kind, and for one after a bar was let go at no release phase.
+    ParameterError for a point of another kind, and for one after a bar was let go at no release phase.
     """
     cycle = point.cycle
     if point.kind is BranchEvent.RELEASE_LOST:
@@ -434,11 +412,7 @@ def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
 def _way(point: BranchPoint, chain: Chain, number: int) -> RestWay:
     """The way of a chain up to an impact."""
     cycle = point.cycle
-    off = [
-        abs(math.remainder(float(phase) - chain.release, TURN))
-        for phase in release_phases(wall_load(cycle.system, cycle.modes))
-    ]
-    if min(off, default=math.inf) > _RELEASE:
+    if _off_release(cycle, chain.release) > _RELEASE:
         raise ParameterError(
             "point", str(point), "one after a release where the load begins to pull", "this bar was laid down later"
         )
@@ -474,9 +448,9 @@ def _onset(point: BranchPoint) -> RestCondition:
 
 
 def _off_release(cycle: RestCycle, time: float) -> float:
-    return min(
-        abs(math.remainder(time - float(phase), TURN)) for phase in release_phases(wall_load(cycle.system, cycle.modes))
-    )
+    """How far a time is from the nearest release; infinite where there is none."""
+    phases = release_phases(wall_load(cycle.system, cycle.modes))
+    return min((abs(math.remainder(time - float(phase), TURN)) for phase in phases), default=math.inf)
 
 
 def _left(cycle: RestCycle, chain: Chain) -> list[Rebound]:

@@ -9,7 +9,6 @@ the load has steps the derivative is the set of all that it has in the box, for 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -113,28 +112,6 @@ class Forced(NamedTuple):
     slope: Ball
 
 
-class Forcing(ABC):
-    """The forced motion of one system as a whole.
-
-    Parameters
-    ----------
-    mean
-        Mean load, enclosed.
-    """
-
-    def __init__(self, mean: Ball) -> None:
-        self.mean = mean
-
-    @abstractmethod
-    def over(self, time: Ball) -> Forced:
-        """What it is at all times of a ball."""
-
-
-def forcing_of(system: System) -> Forcing:
-    """The forcing of a system: by its steps, or by its harmonics."""
-    return _Steps(system) if system.load.is_piecewise else _Waves(system)
-
-
 def advances(d: float, h: Ball) -> tuple[Ball, Ball, Ball]:
     """E = e^{−dh}, (1 − E)/d and its integral over the flight, for all durations h ≥ 0 of a ball."""
     ends = np.stack([np.maximum(h.mid - h.rad, 0.0) * (1.0 - UNIT), (h.mid + h.rad) * (1.0 + UNIT)])
@@ -144,11 +121,11 @@ def advances(d: float, h: Ball) -> tuple[Ball, Ball, Ball]:
     return kept, once, again
 
 
-class _Waves(Forcing):
-    """Σ of harmonics."""
+class _Waves:
+    """Σ of harmonics; `mean` is the mean load, enclosed."""
 
     def __init__(self, system: System) -> None:
-        super().__init__(exactly(system.load.mean))
+        self.mean = exactly(system.load.mean)
         self.k = system.load.harmonics.astype(float)
         self.factor = system.load.coefficients[system.load.harmonics] / (system.d + 1j * self.k)
         size = np.abs(self.factor)
@@ -170,7 +147,7 @@ class _Waves(Forcing):
         )
 
 
-class _Steps(Forcing):
+class _Steps:
     """Constant between breaks: closed form on each piece from the state that comes back after a turn."""
 
     def __init__(self, system: System) -> None:
@@ -179,7 +156,7 @@ class _Steps(Forcing):
         lengths = np.diff(self.breaks, append=self.breaks[0] + _TURN)
         self.lengths = Ball(lengths, 4.0 * UNIT * np.full(lengths.shape, _TURN))
         values = exactly(load.values)
-        super().__init__(_total(values * self.lengths).over(Ball(np.array(_TURN), np.array(8.0 * UNIT))))
+        self.mean = _total(values * self.lengths).over(Ball(np.array(_TURN), np.array(8.0 * UNIT)))
         self.force = values - self.mean
         self.kept, self.once, self.again = advances(self.d, self.lengths)
         self.rates, self.places = self._at_breaks()
@@ -280,18 +257,10 @@ class Pairs(NamedTuple):
 
 
 class PairEquations:
-    """The equations of z=2/n.
-
-    Parameters
-    ----------
-    system
-        The bar; its elastic modes are left out.
-    periods
-        n.
-    """
+    """The equations of z=2/n, of the bar without its elastic modes."""
 
     def __init__(self, system: System, periods: int) -> None:
-        self.forcing, self.d = forcing_of(system), system.d
+        self.forcing, self.d = _Steps(system) if system.load.is_piecewise else _Waves(system), system.d
         self.beta = float(system.contact.velocity_factor)
         length = 2.0 * math.pi * periods
         self.period = Ball(np.array(length), np.array(UNIT * length))
@@ -382,22 +351,11 @@ class _Enclosed(NamedTuple):
 
 
 def proved_pairs(system: System, periods: int, turn: float) -> Array | None:
-    """The times of all pairs of impacts that solve the equations, each once; None where that is not proved.
+    """The times t_1 and t_2 of all pairs of impacts that solve the equations, each once, to 1e-9; shape (K, 2).
 
-    It is not where a root is degenerate, as at a fold or at a step of the load, where the rigid velocity does not
-    follow from the times (R = 1 without drag), and where it would take millions of boxes.
-
-    Parameters
-    ----------
-    system, periods
-        The rigid bar, and n; of a body that is held nothing is proved.
-    turn
-        After how long the load repeats.
-
-    Returns
-    -------
-    numpy.ndarray
-        t_1 and t_2, shape (K, 2): to 1e-9.
+    None where that is not proved: where a root is degenerate, as at a fold or at a step of the load, where the rigid
+    velocity does not follow from the times (R = 1 without drag), where it would take millions of boxes, and of a body
+    that is held. `turn` is after how long the load repeats.
     """
     if not system.body.is_free:
         return None

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
@@ -441,6 +441,26 @@ def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
 _STEP = 1e-6  # of the parameter, relative where that is large
 
 
+def slope(function: Callable[[float], Array], step: float, refusal: type[Exception] = PercussError) -> Array:
+    """The derivative at 0 by central differences; to one side where the function refuses, as the range ends there."""
+
+    def at(place: float) -> Array | None:
+        try:
+            return function(place)
+        except Interrupted:
+            raise
+        except (PercussError, refusal):
+            return None
+
+    forward, inner = at(step), step
+    if forward is None:
+        forward, inner = function(-step), -step
+    back = at(-inner)
+    if back is not None:
+        return np.asarray((forward - back) / (2.0 * inner))
+    return np.asarray((4.0 * forward - function(2.0 * inner) - 3.0 * function(0.0)) / (2.0 * inner))
+
+
 def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:
     """∂F/∂λ at fixed times of the impacts, by central differences: exact to 1e-10 of F, and of the load to rounding.
 
@@ -479,19 +499,11 @@ def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], va
     here = finite("value", value)
     if not callable(family) or isinstance(family, type):
         raise ParameterError("family", family, "a function from a number to a System")
-    step = _STEP * max(1.0, abs(here))
 
     def off(by: float) -> Array:
         return orbit.off(instance("family", family(here + by), System))
 
-    try:
-        forward, inner = off(step), step
-    except PercussError:  # the range of the parameter ends here
-        forward, inner = off(-step), -step
-    try:
-        return np.asarray((forward - off(-inner)) / (2.0 * inner))
-    except PercussError:
-        return np.asarray((4.0 * forward - off(2.0 * inner) - 3.0 * off(0.0)) / (2.0 * inner))
+    return slope(off, _STEP * max(1.0, abs(here)))
 
 
 def time_rates(orbit: PeriodicOrbit, family: Callable[[float], System], value: float) -> Array:

@@ -44,13 +44,7 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Swing:
-    """What the load does to a bar of modes 0 … N, whatever its motion; or to the one mode of a structure at its wall.
-
-    Parameters
-    ----------
-    system, modes
-        The system, and N.
-    """
+    """What the load does to a bar of modes 0 … N, whatever its motion; or the one mode of a structure at its wall."""
 
     system: System
     modes: int
@@ -107,17 +101,7 @@ class Swing:
 
 @dataclass(frozen=True)
 class Leg:
-    """A flight from a time on, under a load without jumps.
-
-    Parameters
-    ----------
-    swing
-        The system.
-    time
-        When it starts, in rad of the load.
-    start
-        The motion then.
-    """
+    """A flight from a time on, in rad of the load, and a motion then, under a load without jumps."""
 
     swing: Swing
     time: float
@@ -151,11 +135,6 @@ class Leg:
     def drift(self) -> float:
         """Velocity of the bar as a whole at the start, but for what the harmonics make of it."""
         return self.start.rigid - float((self.swing.rigid * self.turned).real.sum())
-
-    @property
-    def rate(self) -> float:
-        """Velocity of the striking end at the start."""
-        return self.start.rate
 
     @cached_property
     def acceleration(self) -> float:
@@ -203,12 +182,8 @@ class Leg:
         if swing.modes:
             known, (z, rate), time = swing.known, self.free, t[:, None]
             step, half = propagator(known.omega, known.damping, time), 0.5 * known.damping
-            lost = np.expm1(-half * time) - step.versine
-            y = (
-                y
-                + ((lost + half * step.b) * z + beyond_time(known.omega, known.damping, step.b, time) * rate)
-                @ known.gamma
-            )
+            lost, late = np.expm1(-half * time) - step.versine, beyond_time(known.omega, known.damping, step.b, time)
+            y = y + ((lost + half * step.b) * z + late * rate) @ known.gamma
             v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
         return np.asarray(self.start.gap + y), np.asarray(v)
 
@@ -221,8 +196,8 @@ class Leg:
         look()
         fade, bend = (t, 0.5 * t * t) if d == 0.0 else (t * float(phi1(d * t)), t**2 * float(phi2(d * t)))
         force = self.push - d * self.drift
-        height, speed = self.rate * t + force * bend, self.rate + force * fade
-        for k, amplitude in self._waves:
+        height, speed = self.start.rate * t + force * bend, self.start.rate + force * fade
+        for k, amplitude in zip(swing.harmonics.tolist(), self._amplitudes, strict=True):
             angle = k * t
             even = 2.0 * math.sin(0.5 * angle) ** 2
             height -= amplitude.imag * excess(angle) + amplitude.real * even
@@ -230,8 +205,8 @@ class Leg:
         return self.start.gap + height, speed
 
     @cached_property
-    def _waves(self) -> list[tuple[float, complex]]:
-        return list(zip(self.swing.harmonics.tolist(), (self.swing.end * self.turned).tolist(), strict=True))
+    def _amplitudes(self) -> list[complex]:
+        return list((self.swing.end * self.turned).tolist())
 
     def at(self, t: float) -> Motion:
         """The motion a time after the start."""
@@ -270,14 +245,8 @@ def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
     """The first time in [begin, end) at which the striking end reaches the wall; None when there is none.
 
     Cells are dropped only where y + |y'| h + sup|y''| h²/2 < 0 at their middles; the first that is left has a contact
-    when y' exceeds what sup|y''| can take back within twice its width, and y then grows beyond 0.
-
-    Parameters
-    ----------
-    leg
-        The flight.
-    begin, end
-        Between which times, since the start of the leg. The gap at `begin` is negative, or 0 and falling.
+    when y' exceeds what sup|y''| can take back within twice its width, and y then grows beyond 0. Times are since the
+    start of the leg; the gap at `begin` is negative, or 0 and falling.
     """
     low, width = begin, _first_window(leg, begin)
     while low < end:
@@ -291,7 +260,7 @@ def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
 
 def _first_window(leg: Leg, begin: float) -> float:
     """Some times the flight to be expected of a bar that has just struck, and not longer than y'' stays the same."""
-    speed, force, jerk = -leg.rate, leg.acceleration, sum(leg.jerks)
+    speed, force, jerk = -leg.start.rate, leg.acceleration, sum(leg.jerks)
     if leg.start.gap == 0.0 and speed <= 0.0 and begin > 0.0:
         return min(begin, _WIDEST)  # let go: as long as the load has pulled
     if leg.start.gap < 0.0 or speed <= 0.0 or jerk == 0.0:
@@ -300,9 +269,21 @@ def _first_window(leg: Leg, begin: float) -> float:
     return min(6.0 * speed / force if force > 0.0 else _WIDEST, steady, _WIDEST)
 
 
+def _safe(leg: Leg) -> float:
+    """A time up to which the bar surely flies: by its speed, or by its acceleration where it has none."""
+    if leg.start.gap < 0.0:
+        return 0.0
+    if leg.start.rate < 0.0 and leg.bend > 0.0:
+        return -1.5 * leg.start.rate / leg.bend
+    if leg.acceleration >= 0.0:
+        return 0.0
+    jerk = sum(leg.jerks)
+    return -2.5 * leg.acceleration / jerk if jerk > 0.0 else math.inf
+
+
 def _within(leg: Leg, low: float, high: float) -> Contact | None:
     bend, half = min(leg.bend, abs(leg.acceleration) + sum(leg.jerks) * high), 0.5 * (high - low) / _CELLS
-    touch = _TOUCH * min(1.0, abs(leg.start.gap) + (abs(leg.rate) + bend * high) * high)
+    touch = _TOUCH * min(1.0, abs(leg.start.gap) + (abs(leg.start.rate) + bend * high) * high)
     narrow = max(float(np.spacing(high)), 0.1 * math.sqrt(touch / bend) if bend > 0.0 else 0.0)
     centres: Array = np.asarray(low + half * (2.0 * np.arange(_CELLS) + 1.0), dtype=float)
     while centres.size:
@@ -388,14 +369,8 @@ def pull_lasts(load: Load, phase: float) -> float:
 def time_to_release(load: Load, phases: Array, time: float) -> tuple[float, int]:
     """How long the load holds a bar that lies on the wall at a time, and the number of the release phase then.
 
-    A bar that the load pulls already is let go at once; its number is −1 unless that is a release phase.
-
-    Parameters
-    ----------
-    load, phases
-        The load, and its release phases: at least one.
-    time
-        When the bar comes to rest.
+    A bar that the load pulls already is let go at once; its number is −1 unless that is a release phase. There is at
+    least one.
     """
     ahead = np.mod(phases - time, TURN)
     ahead = np.where(TURN - ahead <= 4.0 * np.spacing(max(abs(time), TURN)), 0.0, ahead)
@@ -423,20 +398,10 @@ class Impact(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """A bar that is let go, from there to its next rest.
+    """A bar that is let go at `release`, in rad of the load, from there to its next rest; None for none until `stop`.
 
-    Parameters
-    ----------
-    release
-        When it is let go, in rad of the load.
-    impacts
-        Its impacts; of a chatter those that were followed one by one, with the others summed.
-    rest
-        When it comes to rest; None when it did not until `stop`.
-    chatters
-        Whether it rests because its impacts have piled up.
-    stop
-        Up to when it was followed.
+    Of a chatter, infinitely many impacts that pile up, the impacts that were followed one by one, with the others
+    summed.
     """
 
     release: float
@@ -447,82 +412,42 @@ class Chain:
 
 
 def chatter_left(leg: Leg, factor: float) -> float | None:
-    """How long it takes until the impacts after this one have piled up; None where that is not certain, or not known.
+    """How long until the impacts after this one have piled up; None where that is not certain, or not known.
 
     Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to
     T = 2w/((1 − R)P), and to first order in j and d to T(1 − dT/6 − jT/(3P)). What changes the acceleration otherwise,
-    the elastic modes above all, is part of what is not known.
-
-    Parameters
-    ----------
-    leg
-        The flight after an impact.
-    factor
-        −R, by which the law multiplies velocities; between -1 and 0.
+    the elastic modes above all, is part of what is not known; of one mode, y'' = P − d y' − ω² y, only the second order
+    in time. `factor` is −R, by which the law multiplies velocities, between −1 and 0.
     """
-    swing, w, d = leg.swing, -leg.rate, leg.swing.system.d
-    if not swing.system.body.is_free:
-        return _left_of_a_mode(leg, factor)
+    swing, w, free, k = leg.swing, -leg.start.rate, leg.swing.system.body.is_free, leg.swing.harmonics
+    d = swing.system.d if free else float(swing.known.damping[0])
     push = leg.acceleration - d * w
     if push <= 0.0:
         return None
     left = 2.0 * w / ((1.0 + factor) * push)
     if left > _LONGEST:
         return None
-    smooth, elastic = leg.jerks
-    known, unknown = (smooth + d * leg.bend) * left / push + d * left, elastic * left / push
-    if d != 0.0 or swing.known.is_damped:
-        z, rate = leg.free
-        other = np.abs(swing.known.gamma * (swing.known.damping - d))
-        unknown += float(other @ np.hypot(swing.known.omega * z, rate)) / push
-    if known + unknown > 0.1 or (known**2 + unknown) * left > _ERROR:
+    if free:
+        smooth, elastic = leg.jerks
+        known, unknown = (smooth + d * leg.bend) * left / push + d * left, elastic * left / push
+        if d != 0.0 or swing.known.is_damped:
+            z, rate = leg.free
+            other = np.abs(swing.known.gamma * (swing.known.damping - d))
+            unknown += float(other @ np.hypot(swing.known.omega * z, rate)) / push
+        most, waves = known + unknown, swing.end * (-1j * k**3 - d * k**2)
+    else:
+        waves = float(swing.known.gamma[0]) * 1j * k * swing.system.load.coefficients[k.astype(int)]
+        most = known = float(np.abs(waves).sum()) * left / push + d * left
+        unknown = (float(k @ np.abs(waves)) / push + float(swing.known.omega[0]) ** 2) * left**2
+    if most > 0.1 or (known**2 + unknown) * left > _ERROR:
         return None
-    k = swing.harmonics
-    waves = (swing.end * leg.turned * (-1j * k**3 - d * k**2)).real.sum()
-    return float(left * (1.0 - d * left / 6.0 - waves * left / (3.0 * push)))
-
-
-def _left_of_a_mode(leg: Leg, factor: float) -> float | None:
-    """The same of one mode, y'' = P − d y' − ω² y: only the second order in time is not known."""
-    known, load, w, k = leg.swing.known, leg.swing.system.load, -leg.rate, leg.swing.harmonics
-    d, gamma = float(known.damping[0]), float(known.gamma[0])
-    push = leg.acceleration - d * w
-    if push <= 0.0:
-        return None
-    left = 2.0 * w / ((1.0 + factor) * push)
-    if left > _LONGEST:
-        return None
-    forces = gamma * load.coefficients[k.astype(int)]
-    first = float(k @ np.abs(forces)) * left / push + d * left
-    second = (float(k**2 @ np.abs(forces)) / push + float(known.omega[0]) ** 2) * left**2
-    if first > 0.1 or (first**2 + second) * left > _ERROR:
-        return None
-    rate = float((1j * k * forces * leg.turned).real.sum())
-    return left * (1.0 - d * left / 6.0 - rate * left / (3.0 * push))
-
-
-def chain_from(swing: Swing, release: float, stop: float) -> Chain:
-    """Follow a bar that is let go at a phase of the load.
-
-    Parameters
-    ----------
-    swing
-        The system.
-    release, stop
-        When it is let go, and when to give up; in rad of the load.
-    """
-    return Course(swing, release, stop).chain()
+    return float(left * (1.0 - d * left / 6.0 - (waves * leg.turned).real.sum() * left / (3.0 * push)))
 
 
 class Course:
-    """A bar that is let go, as it is followed from impact to impact.
+    """A bar that is let go at a time in rad of the load, as it is followed from impact to impact until `stop`.
 
-    Attributes
-    ----------
-    leg
-        The flight that begins: after the release, then after the last impact or jump of the load.
-    impacts
-        Those that were followed.
+    `leg` is the flight that begins: after the release, then after the last impact or jump of the load.
     """
 
     def __init__(self, swing: Swing, release: float, stop: float) -> None:
@@ -581,7 +506,7 @@ class Course:
             return None
         if begin > 0.0 or not self.impacts:
             return self._let_go(leg, max(begin, 0.0), end)
-        safe = self._safe(leg)
+        safe = _safe(leg)
         return first_contact(leg, safe, end) if safe < end else None
 
     def _let_go(self, leg: Leg, begin: float, end: float) -> Contact | None:
@@ -600,18 +525,6 @@ class Course:
                 return Contact(at, max(v, 0.0))
         return None
 
-    @staticmethod
-    def _safe(leg: Leg) -> float:
-        """A time up to which the bar surely flies: by its speed, or by its acceleration where it has none."""
-        if leg.start.gap < 0.0:
-            return 0.0
-        if leg.rate < 0.0 and leg.bend > 0.0:
-            return -1.5 * leg.rate / leg.bend
-        if leg.acceleration >= 0.0:
-            return 0.0
-        jerk = sum(leg.jerks)
-        return -2.5 * leg.acceleration / jerk if jerk > 0.0 else math.inf
-
     # -- rest --
 
     def _rests(self, speed: float) -> tuple[float | None, bool]:
@@ -619,22 +532,17 @@ class Course:
         leg, factor = self.leg, self.law.velocity_factor
         push = float(self.swing.system.load.value(leg.time))
         scale = abs(leg.drift) + float(np.abs(self.swing.end) @ self.swing.harmonics) + speed
-        if -leg.rate <= _STILL * scale:
+        if -leg.start.rate <= _STILL * scale:
             held = (factor == 0.0 and push > 0.0) or leg.acceleration >= 0.0
             return (0.0 if held else None), factor < 0.0 and len(self.impacts) > 1
-        if self._is_held(push):
-            return 0.0, factor < 0.0 and len(self.impacts) > 1
         if not -1.0 < factor < 0.0:
             return None, False
+        system, contact = self.swing.system, 2.0 * self.swing.system.body.transit_time
+        # a law that turns the strain over: the load holds the bar for less than a contact
+        held = self.flight < contact and 0.0 <= -2.0 * leg.start.rigid <= push * contact
+        if held and not system.contact.keeps_strain:
+            return 0.0, len(self.impacts) > 1
         left = chatter_left(leg, factor)
         if left is None or 2.0 * left > self.swing.breaks_after(leg.time) - leg.time:
             return None, False
         return left, True
-
-    def _is_held(self, push: float) -> bool:
-        """Whether the load holds the bar, by a law that turns the strain over, for less than a contact."""
-        system = self.swing.system
-        if system.contact.keeps_strain or not -1.0 < self.law.velocity_factor < 0.0:
-            return False
-        contact = 2.0 * system.body.transit_time
-        return self.flight < contact and 0.0 <= -2.0 * self.leg.start.rigid <= push * contact

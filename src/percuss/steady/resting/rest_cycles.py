@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from percuss.model import HeldBody, System
 from percuss.model.checks import Array, ComplexArray, count, instance, text
 from percuss.model.system import set_at_wall
 from percuss.shown import Shown
-from percuss.steady.resting.flight_chain import Chain, Swing, chain_from, release_phases, time_to_release
+from percuss.steady.resting.flight_chain import Chain, Course, Swing, release_phases, time_to_release
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -181,50 +182,41 @@ _LATER = 1e-13  # rad, by which rounding may be late
 _SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
 
 
-class Way:
+class Way(NamedTuple):
     """What a bar that is let go at one of the release phases does until it is let go at one of them again.
 
-    Attributes
-    ----------
-    chains
-        One, or several where a bar that is laid down while the load pulls is let go at once.
-    next
-        Number of the release phase at its end; −1 where there is none.
-    end
-        When it is let go there.
+    Several chains where a bar that is laid down while the load pulls is let go at once; the number of the release phase
+    at its end, −1 where there is none, and when it is let go there.
     """
 
-    def __init__(self, swing: Swing, releases: tuple[float, ...], first: float, most: float) -> None:
-        self.chains: list[Chain] = []
-        self.next, self.end = -1, math.inf
-        phases = np.asarray(releases)
-        time: float = first
-        while time < first + most and len(self.chains) < _MOST_RELEASES:
-            chain = chain_from(swing, time, first + most)
-            self.chains.append(chain)
-            if chain.rest is None:
-                return
-            wait, number = time_to_release(swing.system.load, phases, chain.rest)
-            time = chain.rest + wait
-            if number >= 0:
-                turns = round((time - releases[number]) / TURN)
-                self.next, self.end = number, releases[number] + TURN * turns
-                return
+    chains: list[Chain]
+    next: int = -1
+    end: float = math.inf
 
 
-def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
+def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float, late: float = 0.0) -> Way:
     """The way from a release phase to the next; `most`: rad after which it is given up."""
-    return Way(swing, releases, releases[number], most)
+    chains: list[Chain] = []
+    time = first = releases[number] + late
+    while time < first + most and len(chains) < _MOST_RELEASES:
+        chain = Course(swing, time, first + most).chain()
+        chains.append(chain)
+        if chain.rest is None:
+            break
+        wait, following = time_to_release(swing.system.load, np.asarray(releases), chain.rest)
+        time = chain.rest + wait
+        if following >= 0:
+            turns = round((time - releases[following]) / TURN)
+            return Way(chains, following, releases[following] + TURN * turns)
+    return Way(chains)
 
 
 def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
     """… which is no return where a bar that is let go hardly later comes back at another time."""
     way = way_from(swing, releases, number, most)
-    if way.next < 0 or way.end - releases[number] < _SHORT:
-        return way
-    other = Way(swing, releases, releases[number] + _LATER, most)
-    if (other.next, other.end) != (way.next, way.end):
-        way.next = -1
+    if way.next >= 0 and way.end - releases[number] < _SHORT:
+        other = way_from(swing, releases, number, most, _LATER)
+        return way if (other.next, other.end) == (way.next, way.end) else Way(way.chains, -1, way.end)
     return way
 
 
@@ -315,31 +307,17 @@ def _cycle(
 
 def _later(chain: Chain, by: float) -> Chain:
     """A chain some load periods later."""
-    if by == 0.0:
-        return chain
     moved = tuple(impact._replace(time=impact.time + by) for impact in chain.impacts)
-    return Chain(chain.release + by, moved, None if chain.rest is None else chain.rest + by, chain.chatters,
-                 chain.stop + by)  # fmt: skip
+    rest = None if chain.rest is None else chain.rest + by
+    return replace(chain, release=chain.release + by, impacts=moved, rest=rest, stop=chain.stop + by)
 
 
 def cycle_through(
     system: System, release: float, *, modes: int, most: int
 ) -> tuple[RestCycle | None, tuple[Chain, ...], float | None]:
-    """The cycle through the release phase nearest to one that is given.
+    """The cycle through the release phase nearest to one that is given; None for no return within `most` periods.
 
-    Parameters
-    ----------
-    system, modes
-        The system and N.
-    release
-        About when the bar is let go, in rad of the load.
-    most
-        Load periods after which a return is given up.
-
-    Returns
-    -------
-    tuple
-        The cycle, or None; all chains that were followed; the release phase, None where the load lets go nowhere.
+    Besides all chains that were followed, and the release phase, None where the load lets go nowhere.
     """
     swing = Swing(set_at_wall(system, modes), modes)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))

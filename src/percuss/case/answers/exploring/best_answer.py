@@ -6,8 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.best import FIGURES
+from percuss.blow.best import FIGURES, OBJECTIVES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.numerals import number, percent
 from percuss.case.case import checked_case
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.reading import value_at
@@ -282,3 +284,53 @@ def _own(case: Case, key: str, unit: str) -> float | None:
         return value * unit_scale(own, DIMENSIONS, key)[0] / unit_scale(unit, DIMENSIONS, key)[0]
     except PercussError:
         return None
+
+
+# ---- The report: the best sizes and what they change, against the case as it is
+
+_OF_UNITS = {"J": "energy", "Pa": "stress", "s": "time"}
+
+
+def best_report(answer: BestAnswer) -> Report:
+    """What `percuss blow --best` prints."""
+    searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
+    for span in answer.spans:
+        searched.append(("range", f"{span.name} from {number(span.low)} to {number(span.high)} {span.unit}".rstrip()))
+    sizes = []
+    for span, own, best in zip(answer.spans, answer.own_values, answer.values, strict=True):
+        unit = f" {span.unit}" if span.unit else ""
+        end = {span.low: ", at the lower limit", span.high: ", at the upper limit"}.get(best, "")
+        was = "-" if own is None else f"{number(own, 6)}{unit}"
+        sizes.append((span.name, was, f"{number(best, 6)}{unit}{end}", _change(own, best)))
+    figures = {
+        name: (FIGURES[name].label, *(_figure(answer, name, value) for value in values), _change(*values))
+        for name, values in answer.figures.items()
+        if values != (None, None)
+    }
+    limit = "" if answer.below is None else answer.own.tell(answer.below, "stress")
+    label, before, after, _ = figures[OBJECTIVES[answer.objective][0]]
+    summary = f"The best blow found: {label} {after}; the case as it is: {before}."
+    summary += f" No stress is above {limit}." if limit else ""
+    if not answer.allowed:
+        summary = f"No blow within these ranges keeps its stresses below {limit}; this one has the least."
+    if not answer.complete:
+        summary += " The search was interrupted: this is the best so far."
+    sections = (
+        Section("The search", tuple(searched)),
+        Grid("Sizes", ("key", "the case", "best", "change"), tuple(sizes)),
+        Grid("The blow", ("figure", "the case", "best", "change"), tuple(figures.values())),
+    )
+    tone = BAD if not answer.allowed else GOOD if answer.complete else PLAIN
+    return Report(answer.own.title, summary, tone, sections)
+
+
+def _figure(answer: BestAnswer, name: str, value: float | None) -> str:
+    if value is None:
+        return "-"
+    if name in ("rock_efficiency", "ringing"):
+        return percent(value)
+    return answer.own.tell(value, _OF_UNITS.get(FIGURES[name].unit, ""))
+
+
+def _change(own: float | None, best: float | None) -> str:
+    return "" if not own or best is None else f"{100.0 * (best / own - 1.0):+.1f} %"

@@ -173,21 +173,11 @@ FRESH, GIVEN_UP = -1, -2
 
 @entry
 def search(system, room, period, turn, neutral, known, most, times, rebound, settling, outcome):
-    """Follow starts, the rows of `times`, by so many steps at most, in place.
+    """Follow starts, the rows of `times`, by so many steps at most, in place, away from `known` roots (0 or more, p).
 
-    Parameters
-    ----------
-    system, room, period
-        As for `passed`; T.
-    turn, neutral
-        After how long the load repeats, and whether the mean velocity is an unknown of its own.
-    known, most
-        Roots to keep away from, (0 or more, p); steps.
-    times, rebound
-        (B, p), and the mean velocity after the first impact (B,).
-    settling, outcome
-        How many steps were short by now, `FRESH` for a start that has not begun, `GIVEN_UP` for one that is lost;
-        how it ended.
+    `rebound` has the mean velocity after the first impact, an unknown of its own where it is `neutral`; `settling` how
+    many steps were short by now, `FRESH` for a start that has not begun, `GIVEN_UP` for one that is lost; `outcome` how
+    it ended. The load repeats after `turn`.
     """
     prepared(system, room)
     for row in range(times.shape[0]):
@@ -317,38 +307,22 @@ def derivatives(system, rate, here, unit, room, period, x, derivative):
 
 
 @entry
-def corrected(system, rate, base, unit, room, period, x, normal, along, limits, column, derivative, tangent):
+def corrected(system, rate, base, unit, room, period, x, normal, along, limits, derivative, tangent):
     """The point of the curve in a plane, from `x` on and into it, by a system whose numbers are even in the parameter.
 
-    Parameters
-    ----------
-    system, rate, base
-        Its numbers where the parameter is `base`, and how they change with it.
-    unit, period
-        Of the parameter; T.
-    normal, along
-        Of the plane; which way the tangent points.
-    limits
-        Most steps, after how long a step there is none, which step is too long.
-    column
-        Whether the column of the parameter that is in `derivative` stays.
-    derivative, tangent
-        (p + 1, p + 3) with the equations last, and (p + 2,).
-
-    Returns
-    -------
-    tuple
-        How it ended, and the steps.
+    Those are `system` where the parameter, which is counted in `unit`, is `base`, and change by `rate`. `normal` is
+    that of the plane, `along` which way the tangent points; `limits`: most steps, after how long a step there is none,
+    which step is too long. Into `derivative` (p + 1, p + 3) with the equations last, and `tangent` (p + 2,); how it
+    ended, and the steps.
     """
-    p, last, known = room.impacts.shape[1], math.inf, column
+    p, last = room.impacts.shape[1], math.inf
     most, close, longest = limits
     for step in range(1, most + 1):
         here = x[p + 1] * unit
         for i in range(system.shape[0]):
             room.now[i] = system[i] + (here - base) * rate[i]
-        if not known or (not column and last > COLUMN):
+        if last > COLUMN:
             by_parameter(room.now, rate, here, unit, room, period, x, derivative)
-            known = True
         prepared(room.now, room)
         passed(room, x, period, GIVEN, x[p])
         by_times(room, derivative)

@@ -260,79 +260,6 @@ class TimedRoot(NamedTuple):
     force: float
 
 
-@dataclass(frozen=True)
-class TimedCondition:
-    """The curve v_f − e p and the level that it meets at the impact phases.
-
-    Parameters
-    ----------
-    system, law
-        The bar, its load, and the law of its blow.
-    level
-        The right-hand side above.
-    """
-
-    system: System
-    law: Timed
-    level: float
-
-    def curve(self, theta: Array) -> Array:
-        """v_f − e p, right-sided at a jump of the load; shape of `theta`."""
-        return forced_response(self.system).rigid_velocity(theta) - self.law.arm * self.system.load.value(theta)
-
-    @property
-    def highest(self) -> float:
-        """The greatest v_f − e p: motions exist while the level is not above it."""
-        if self._stepwise:
-            arcs, lifted = self._arcs, self.law.arm * np.asarray(self.system.load.values)
-            return float(max((arcs.velocities[:-1] - lifted).max(), (arcs.velocities[1:] - lifted).max()))
-        return self._arcs.highest - self.law.arm * self.system.load.mean
-
-    @cached_property
-    def roots(self) -> tuple[TimedRoot, ...]:
-        """All impact phases, increasing."""
-        if self._stepwise:
-            return self._among_steps()
-        phases, folds = self._arcs.roots(self.level + self.law.arm * self.system.load.mean)
-        forces = self.system.load.value(phases)
-        return tuple(TimedRoot(*one) for one in zip(phases.tolist(), folds.tolist(), forces.tolist(), strict=True))
-
-    @property
-    def _stepwise(self) -> bool:
-        """Whether the curve jumps."""
-        return self.system.load.is_piecewise and self.law.arm != 0.0
-
-    @cached_property
-    def _arcs(self) -> Arcs:
-        arm = self.law.arm if not self.system.load.is_piecewise else 0.0
-        return Arcs.of(forced_response(self.system) if arm == 0.0 else _armed(self.system, arm))
-
-    def _among_steps(self) -> tuple[TimedRoot, ...]:
-        """On the pieces, where v_f meets the level raised by e p_i, and at the breaks between them."""
-        arcs, forces = self._arcs, np.asarray(self.system.load.values)
-        raised = self.level + self.law.arm * forces
-        noise = arcs.tolerance + 8.0 * np.finfo(float).eps * abs(self.law.arm) * float(np.abs(forces).max())
-        start, end = arcs.velocities[:-1] - raised, arcs.velocities[1:] - raised
-        flat = arcs.response.flat & (np.abs(start) <= noise)
-        start, end = (np.where(np.abs(x) <= noise, 0.0, x) for x in (start, end))
-        found = [
-            TimedRoot(0.5 * float(arcs.ends[i] + arcs.ends[i + 1]), True, float(forces[i]))
-            for i in np.flatnonzero(flat)
-        ]
-        inside = np.flatnonzero(start * end < 0.0)
-        phases = arcs.invert(inside, raised[inside])
-        found += [TimedRoot(float(x), False, float(forces[i])) for x, i in zip(phases, inside, strict=True)]
-        for i in range(forces.size):
-            before, after = float(end[i - 1]), float(start[i])
-            if before * after > 0.0 or flat[i] or flat[i - 1]:
-                continue
-            # just before the break the curve comes from the end of its piece, or from its start where that is the level
-            comes, goes = before or float(start[i - 1]), after or float(end[i])
-            force = (float(arcs.velocities[i]) - self.level) / self.law.arm
-            found.append(TimedRoot(float(arcs.ends[i]), comes * goes > 0.0, force))
-        return tuple(sorted(TimedRoot(float(on_circle(np.array(x))), fold, force) for x, fold, force in found))
-
-
 @lru_cache(maxsize=32)
 def _armed(system: System, arm: float) -> HarmonicResponse:
     """The response with v_f − e p in place of v_f, for `Arcs`; without the mean load."""
@@ -340,29 +267,13 @@ def _armed(system: System, arm: float) -> HarmonicResponse:
     return response.meeting(response.rigid_factor - arm * response.p)
 
 
-def timed_condition(system: System, law: Timed, periods: int) -> TimedCondition:
-    """The condition for impacts once in `periods` load periods."""
-    period, d, mean = 2.0 * math.pi * periods, system.d, system.load.mean
-    impulse = law.steady_impulse(mean, period, d)
-    weight = math.exp(-d * period) / (period * float(phi1(d * period)))
-    slower = law.velocity(mean * period, 0.0) - law.velocity(impulse, 0.0, d)  # by the drag; 0 without it
-    lowered = law.advance_per_impulse * impulse * weight + slower
-    return TimedCondition(system, law, float(level_at(mean, d, impedance_ratio(law.restitution), period)) - lowered)
-
-
-def matched_roots(phases: Array, phases_b77: Array, curve: Array, curve_b77: Array) -> list[int | None]:
+def _matched(phases: Array, phases_b77: Array, curve: Array, curve_b77: Array) -> list[int | None]:
     """Of each root of one curve the root of the other one that it continues, or None.
 
     Between the two laws the condition moves in proportion: (1 − ε) of the one plus ε of the other. A root of the one
     goes over to a root of the other, without meeting a fold that ends it, exactly if both curves pass their levels in
-    the same direction there and neither has another root between the two.
-
-    Parameters
-    ----------
-    phases, phases_b77
-        Roots in [0, 2π), increasing.
-    curve, curve_b77
-        Each curve less its level in the middle between each root and the one after it; shapes of the roots.
+    the same direction there and neither has another root between the two. The curves, less their levels, are told in
+    the middle between each root and the one after it.
     """
     rises, rises_b77 = _directions(curve), _directions(curve_b77)
     found: list[int | None] = []
@@ -409,30 +320,79 @@ class TimedStates(Shown):
     b77: SteadyStates
 
     @cached_property
-    def _condition(self) -> TimedCondition:
-        return timed_condition(self.system, self.law, self.periods)
-
-    @property
     def level(self) -> float:
         """What v_f − e p meets at the phases: c − a/T without drag."""
-        return self._condition.level
+        law, period, d, mean = self.law, 2.0 * math.pi * self.periods, self.system.d, self.system.load.mean
+        impulse = law.steady_impulse(mean, period, d)
+        weight = math.exp(-d * period) / (period * float(phi1(d * period)))
+        slower = law.velocity(mean * period, 0.0) - law.velocity(impulse, 0.0, d)  # by the drag; 0 without it
+        lowered = law.advance_per_impulse * impulse * weight + slower
+        return float(level_at(mean, d, impedance_ratio(law.restitution), period)) - lowered
 
     @property
     def level_max(self) -> float:
         """max (v_f − e p): motions exist while level ≤ level_max."""
-        return self._condition.highest
+        if self._stepwise:
+            arcs, lifted = self._arcs, self.law.arm * np.asarray(self.system.load.values)
+            return float(max((arcs.velocities[:-1] - lifted).max(), (arcs.velocities[1:] - lifted).max()))
+        return self._arcs.highest - self.law.arm * self.system.load.mean
 
     def curve(self, phase: npt.ArrayLike) -> Array:
         """v_f − e p at the given load phases (rad), right-sided at a jump of the load."""
-        return self._condition.curve(numbers("phase", phase))
+        theta = numbers("phase", phase)
+        return forced_response(self.system).rigid_velocity(theta) - self.law.arm * self.system.load.value(theta)
+
+    @property
+    def _stepwise(self) -> bool:
+        """Whether the curve jumps."""
+        return self.system.load.is_piecewise and self.law.arm != 0.0
+
+    @cached_property
+    def _roots(self) -> tuple[TimedRoot, ...]:
+        """All impact phases, increasing."""
+        if self._stepwise:
+            return self._among_steps()
+        phases, folds = self._arcs.roots(self.level + self.law.arm * self.system.load.mean)
+        forces = self.system.load.value(phases)
+        return tuple(TimedRoot(*one) for one in zip(phases.tolist(), folds.tolist(), forces.tolist(), strict=True))
+
+    @cached_property
+    def _arcs(self) -> Arcs:
+        arm = self.law.arm if not self.system.load.is_piecewise else 0.0
+        return Arcs.of(forced_response(self.system) if arm == 0.0 else _armed(self.system, arm))
+
+    def _among_steps(self) -> tuple[TimedRoot, ...]:
+        """On the pieces, where v_f meets the level raised by e p_i, and at the breaks between them."""
+        arcs, forces = self._arcs, np.asarray(self.system.load.values)
+        raised = self.level + self.law.arm * forces
+        noise = arcs.tolerance + 8.0 * np.finfo(float).eps * abs(self.law.arm) * float(np.abs(forces).max())
+        start, end = arcs.velocities[:-1] - raised, arcs.velocities[1:] - raised
+        flat = arcs.response.flat & (np.abs(start) <= noise)
+        start, end = (np.where(np.abs(x) <= noise, 0.0, x) for x in (start, end))
+        found = [
+            TimedRoot(0.5 * float(arcs.ends[i] + arcs.ends[i + 1]), True, float(forces[i]))
+            for i in np.flatnonzero(flat)
+        ]
+        inside = np.flatnonzero(start * end < 0.0)
+        phases = arcs.invert(inside, raised[inside])
+        found += [TimedRoot(float(x), False, float(forces[i])) for x, i in zip(phases, inside, strict=True)]
+        for i in range(forces.size):
+            before, after = float(end[i - 1]), float(start[i])
+            if before * after > 0.0 or flat[i] or flat[i - 1]:
+                continue
+            # just before the break the curve comes from the end of its piece, or from its start where that is the level
+            comes, goes = before or float(start[i - 1]), after or float(end[i])
+            force = (float(arcs.velocities[i]) - self.level) / self.law.arm
+            found.append(TimedRoot(float(arcs.ends[i]), comes * goes > 0.0, force))
+        return tuple(sorted(TimedRoot(float(on_circle(np.array(x))), fold, force) for x, fold, force in found))
 
     @cached_property
     def orbits(self) -> tuple[TimedOrbit, ...]:
         """Every motion in order of phase, physically possible or not."""
-        roots = self._condition.roots
+        roots = self._roots
         kept = self.b77.orbits
         phases, phases_b77 = np.array([root.phase for root in roots]), np.array([orbit.phase for orbit in kept])
-        partners = matched_roots(
+        partners = _matched(
             phases,
             phases_b77,
             self.curve(_middles(phases)) - self.level,
@@ -452,7 +412,7 @@ class TimedStates(Shown):
     @property
     def exists(self) -> bool:
         """Whether any motion of this kind exists."""
-        return bool(self._condition.roots)
+        return bool(self._roots)
 
     def __str__(self) -> str:
         head = f"z=1/{self.periods}, {self.law.law}: level {self.level:.6g}, max {self.level_max:.6g}, "
