@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hammers import HAMMERS
-from percuss import Bar, Kept, Load, Stop, System
+from percuss import Bar, Kept, Load, Stop, System, run
 from percuss.case import load_case, sweep_job_of
 from percuss.errors import Interrupted
 from percuss.explore import MACHINE_QUANTITIES, QUANTITIES, Archive, Axis, Basins, Experiment, carry_out
@@ -111,6 +111,21 @@ def test_interrupted_kept_and_gone_on_with(
     else:
         for name in set(again.quantities) & set(whole):
             assert again[name].tobytes() == whole[name].tobytes(), name
+
+
+@pytest.mark.parametrize("name", [name for name in JOBS if "map" not in name])
+def test_every_start_ends_as_its_own_motion(name: str) -> None:
+    job = JOBS[name]()
+    found = (Experiment if job.ask["kind"] == "experiment" else Basins).of(job, job.compute(0, job.size, NEVER))
+    labels, starts = found.label.ravel().tolist(), job.starts(0, job.size)
+    for i in range(0, job.size, 2):
+        motion = run(job.system, starts[i], modes=job.modes, stop=STOP)
+        assert (labels[i], found.columns["impacts"][i]) == (motion.label, motion.impacts)
+        if "period" in found.columns:
+            period = np.nan if motion.cycle is None else motion.cycle.period
+            assert np.array_equal(found.columns["period"][i], period, equal_nan=True)
+    names = np.array([attractor.label for attractor in found.attractors])
+    assert names[found.numbers].tolist() == labels
 
 
 def test_processes_and_questions_of_their_own() -> None:
