@@ -111,8 +111,18 @@ def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]
 class Basins(StartsFollowed):
     """Which attractor every start of a plane leads to; made by `basins`.
 
-    `x`, `y`: names and values of the axes; dimensionless, times in radians. `at`: what all starts have in common.
-    `columns` has one row for each start, row by row of the image; those not done have the code −1.
+    Parameters
+    ----------
+    system, modes, stop
+        What was followed.
+    x, y
+        Names and values of the axes; dimensionless, times in radians.
+    at
+        What all starts have in common.
+    columns
+        One row for each start, row by row of the image; those not done have the code −1.
+    distance
+        What tells attractors of one label apart.
     """
 
     system: System | Machine

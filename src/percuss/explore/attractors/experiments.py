@@ -216,7 +216,15 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 @dataclass(frozen=True)
 class Share(Shown):
-    """The share of the starts that ends in an attractor: the part, and Wilson's interval of 95 % of its probability."""
+    """The share of the starts that ends in an attractor.
+
+    Parameters
+    ----------
+    attractor
+        Which.
+    share, low, high
+        The part, and Wilson's interval of 95 % of its probability.
+    """
 
     attractor: Attractor
     share: float
@@ -340,7 +348,16 @@ class StartsFollowed(Shown):
 class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
 
-    `columns` has one row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
+    Parameters
+    ----------
+    system, modes, stop
+        What was followed.
+    distribution, seed
+        What the starts were drawn from, and with.
+    columns
+        One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
+    distance
+        What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
     system: System | Machine
