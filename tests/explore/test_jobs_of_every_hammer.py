@@ -24,8 +24,6 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 
 NEVER = lambda: False  # noqa: E731
 STOP = Stop(impacts=200)
-ALONE = {"machine on its pump"}
-"""What is followed one by one only."""
 PLACES = ("position", -1.5, -0.1, 7), ("velocity", -2.0, -0.1, 5)
 SEVERAL = System(s=8.0, d=0.3, restitution=0.2, load=Load.fourier([0.3, *(1.0 / k for k in range(1, 13))]))
 ROOTS = ["phase", "reduced_margin", "margin", "phases"]
@@ -44,12 +42,10 @@ JOBS: dict[str, Callable[..., Any]] = {
     **{
         f"experiment of {name}": partial(experiment_job, what, 40, "field", 2, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
-        if name not in ALONE
     },
     **{
         f"basins of {name}": partial(basins_job, what, *PLACES, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
-        if name not in ALONE
     },
     **{f"map of {name}": partial(mapped, name) for name in HAMMERS},
     "map of roots": partial(sweep_job, SEVERAL, "load_factor=0.05:1.2:20", "restitution=0:0.9:5", quantities=ROOTS),

@@ -257,7 +257,7 @@ def _error(growth: Array, weight: Array) -> float:
 def _growths(motion: Trajectory, first: int) -> Array:
     """Logarithm of the growth from impact to impact, after event number `first`."""
     from percuss.explore.tangent import Elastic, Impact, Passage, log_growths  # only here is the compiler needed
-    from percuss.simulate.tables import prepared
+    from percuss.simulate.engine import prepared
 
     e, load, n = motion.events[first:], motion.system.load, motion.modes
     spectrum, table = prepared(motion.system, n)
