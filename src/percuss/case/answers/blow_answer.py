@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-import xarray
 
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, figures, plain_of, rows_of
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
@@ -23,6 +22,8 @@ from percuss.model.checks import Array, choice, flag, instance, non_negative, po
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
+    import xarray
+
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
     from percuss.blow.gauges import RecordFit
     from percuss.blow.question import Field

@@ -12,7 +12,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.exploring.orbits_answer import orbit_dict
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, flat_of
 from percuss.case.answers.heading import (
     clock_in_short,
@@ -158,6 +157,8 @@ class SimulationAnswer(ToldMotion):
                 cycle |= {"blows": cycle.pop("impacts"), "valve_cycles": cycle.pop("periods")}
             about = {"case": self.name, "title": self.title, "notes": list(self.notes)}
             return {**about, **both, "cycle": cycle, "pressure": _pressure(motion)}
+        from percuss.case.answers.exploring.orbits_answer import orbit_dict  # which loads what follows branches
+
         found = self.orbit
         return {
             **heading_dict(self.name, self.title, self.system, self.notes),
