@@ -13,7 +13,7 @@ import pytest
 from percuss import Bar, Kept, Load, System, si_report, steady_states
 from percuss.case import Case, load_case, steady_answer
 from percuss.case.answers.heading import CLOCKED, clock_in_short, clock_note, clocked_because
-from percuss.case.answers.steady_answer import Ends, ends_of
+from percuss.case.answers.steady_answer import End, Ends, ends_of
 from percuss.case.answers.steady_report import ends_section, ends_sentence, steady_report
 from percuss.cli import main
 from percuss.model.machine import switching_of
@@ -191,8 +191,6 @@ def test_json_follows_only_when_asked(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_the_command_that_follows_more_can_be_typed() -> None:
-    from percuss.case.answers.steady_report import ends_section
-
     ends, system = Ends(1, 0, 100, ()), plain(0.3, 0.5).system()
     for name, typed in (("<stdin>", "-"), ("my case.toml", "'my case.toml'"), ("mini-breaker", "mini-breaker")):
         assert f"'percuss experiment {typed}' follows more" in ends_section(ends, name, system).rows[0][1]
@@ -208,8 +206,6 @@ def test_the_command_that_follows_more_can_be_typed() -> None:
     ],
 )
 def test_ends_in_words(label: str, words: str) -> None:
-    from percuss.case.answers.steady_answer import End
-
     ends = Ends(2, 0, 100, (End(label, 2, None, None),))
     assert ends_sentence(ends, set(), plain(0.3, 0.5).system()) == words
 
@@ -560,8 +556,6 @@ def test_what_is_said_of_rest_agrees_with_where_starts_end(mean: float, d: float
 
 def test_the_report_of_the_command_line_stands_by_itself(tmp_path, capsys) -> None:
     """One HTML file: nothing is fetched, no scripts, the figures of the answer in it."""
-    import re
-
     target = tmp_path / "breaker.html"
     assert main(["steady", "mini-breaker", "--starts", "6", "--report", str(target)]) == 0
     assert f"report: {target}" in capsys.readouterr().out
@@ -636,26 +630,3 @@ def test_a_title_steers_neither_a_picture_nor_a_page() -> None:
     text = report_html(case, answer, simulation)
     assert not set(text) & {"\x1b", "\u202e"}
     assert r"mine\u001b[2J \u202eand $x$" in text
-
-
-def test_the_report_is_that_of_the_workbench() -> None:
-    """One maker for both: the workbench's own, from the same answer."""
-    from percuss.html_report import report_html
-    from percuss.web import case_routes
-
-    assert case_routes.report_html is report_html
-
-
-def test_a_report_that_cannot_be_written_is_refused_before_anything_is_computed(tmp_path, capsys) -> None:
-    from percuss.errors import PercussError
-    from percuss.whole_file import write_whole
-
-    for target, said in (
-        (tmp_path / "none" / "a.html", "there is no folder"),
-        (tmp_path / "a.pdf", "must end in .html"),
-    ):
-        assert main(["steady", "mini-breaker", "--report", str(target)]) == 2
-        assert said in capsys.readouterr().err
-    with pytest.raises(PercussError, match="cannot be written"):
-        write_whole(tmp_path / "none" / "a.html", "x")
-    assert not list(tmp_path.iterdir())

@@ -12,7 +12,6 @@ from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.answers.steady_report import steady_report, summary_of
-from percuss.cli import main
 from percuss.html_report import report_html
 
 PLAIN = """
@@ -132,11 +131,9 @@ def test_the_report_as_a_file_has_both() -> None:
     assert "b77-tau: restitution 0.6" in text and "rad later than B77&#x27;s impact" in text
 
 
-def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Any) -> None:
-    path = tmp_path / "tau.toml"
-    path.write_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0), encoding="utf-8")
-    assert main(["steady", str(path), "--json", "--periods", "1,2"]) == 0
-    told = json.loads(capsys.readouterr().out)
+def test_only_one_blow_a_period_exists() -> None:
+    case = Case.from_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0))
+    told = steady_answer(case, (1, 2)).to_json_dict()
     assert told["blow"]["contact_duration"] == 0.1
     assert [period["blow"]["exists"] for period in told["periods"]] == [True, False]
     assert load_case("mini-breaker").timed_law() is None

@@ -28,7 +28,8 @@ def test_the_report_of_the_breaker(percuss):
 
 
 def test_elastic_modes_stand_beside_the_rigid_piston(percuss):
-    done = percuss("machine", "valve-drifter", "--modes", "2")
+    done = percuss("steady", "valve-drifter", "--modes", "2")  # the same answer by its other name
+    assert done.out == percuss("machine", "valve-drifter", "--modes", "2").out
     done.told("Cycle, 1 blow in it (2 elastic modes)", "rigid piston    301.1 J, 10.92 m/s, 3672 blows/min")
 
 

@@ -48,7 +48,8 @@ steady .                                                | .: is a directory | ca
 steady ''                                               | no such file
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
-steady valve-breaker                                    | 'percuss machine' answers for a valve that the piston switches
+steady valve-breaker --reach                            | not for a hammer whose piston switches its own valve
+steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve
 machines all                                            | one argument too many: 'all'
 new                                                     | MACHINE
 new drifter                                             | no machine of this name | did you mean 'valve-drifter'?

@@ -36,3 +36,14 @@ def test_a_corner_is_turned_however_sharp(c: float) -> None:
     points = np.array([point.x for point in walk.points])
     assert points[-1] == pytest.approx((c / 2.1, 2.1), rel=0, abs=1e-12)
     assert points.prod(axis=1) == pytest.approx(c, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("place", "which", "value"), [((1.0, 0.4), 0, 0.5), ((0.8, 1.6), 1, 0.5), ((0.4, -2.0), 1, -1.0)]
+)
+def test_of_two_ranges_that_a_step_leaves_the_first_one_counts(
+    place: tuple[float, float], which: int, value: float
+) -> None:
+    limit = Hyperbola(0.1).limit(np.zeros(2), np.array(place), ((-0.5, 0.5), (-1.0, 0.3 if which == 0 else 0.5)))
+    assert limit is not None
+    assert (limit.unknown, limit.value, limit.kind) == (which, value, BranchEvent.LIMIT)

@@ -15,6 +15,7 @@ from percuss import Load, System, steady_states
 from percuss.errors import ParameterError
 from percuss.steady import PeriodicOrbit, Reason, orbit_near, orbits, parameter_column, time_rates
 from percuss.steady.periodic.impact_chain import ImpactChain
+from percuss.steady.periodic.periodic_orbit import slope
 from strategies import Drawn, fourier_systems, resonant, square_systems
 
 TURN = 2.0 * math.pi
@@ -245,6 +246,16 @@ def test_times_move_with_a_parameter_as_the_column_says(parameter: str, modes: i
     assert time_rates(orbit, family, here) == pytest.approx(moved, rel=1e-5, abs=1e-6)
     assert parameter_column(orbit, family, here)[-1] == pytest.approx(0.0, abs=1e-8)
     assert orbit.off(family(here)) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("end", [1.0, -1.0])
+def test_at_the_end_of_a_range_the_derivative_is_taken_from_inside(end: float) -> None:
+    def function(x: float) -> np.ndarray:
+        if end * x > 0.0:
+            raise ParameterError("x", x, "no more")
+        return np.array([x + 3.0 * x**2])
+
+    assert slope(function, 1e-3) == pytest.approx([1.0], rel=1e-12)
 
 
 # -- what is refused --------------------------------------------------------------------------------------------------

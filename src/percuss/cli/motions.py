@@ -37,7 +37,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.case import Case, RecordedAnswer
+    from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
 
@@ -48,7 +48,8 @@ MAX_STARTS = 1000
     """\
 Every steady motion with one impact per m load periods: whether it is possible, whether it is stable and by what
 margin, and what it means in joules, hertz, metres per second and megapascals. After Ctrl-C while --reach moves the
-parameters, the answer has those that are done.""",
+parameters, the answer has those that are done. A hammer whose piston switches its own valve is answered for as by
+'percuss machine'.""",
     """\
   percuss steady hydraulic-drifter
   percuss steady case.toml --periods 1..3 --plot case.png
@@ -78,13 +79,22 @@ parameters, the answer has those that are done.""",
     made("--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")),
 )
 def steady(parser: Parser, options: argparse.Namespace) -> int:
-    """Answer for one case; a structure that is held has an answer of its own."""
+    """Answer for one case; a structure that is held, and a machine that switches itself, have answers of their own."""
     from percuss import plot
     from percuss.case.answers.steady_report import steady_report, structure_report
     from percuss.cli.report_printing import answered
 
     case, cut = named_case(options.case), ""
     reaches = options.reach or options.reach_of is not None
+    if case.is_machine:
+        from percuss.case import machine_answer
+
+        asked = {"periods": options.periods != (1,), "starts": options.starts, "reach": options.reach}
+        asked |= {"reach-of": options.reach_of is not None, "report": options.report is not None}
+        for name in (name for name, given in asked.items() if given):
+            parser.error(f"argument --{name}: not for a hammer whose piston switches its own valve")
+        with of_file(case):
+            return _told_machine(options, machine_answer(case, options.modes))
     if case.tables.body is not None:
         from percuss.case import structure_answer
 
@@ -205,11 +215,7 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
 )
 def machine(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one machine."""
-    from percuss import plot
     from percuss.case import machine_answer
-    from percuss.case.answers.machine_answer import machine_report
-    from percuss.case.answers.recorded_answer import recorded_report
-    from percuss.cli.report_printing import answered
 
     case, record = named_case(options.case), None
     with of_file(case):
@@ -222,19 +228,31 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
         else:
             record = read_record(case, options)
             answer = record.answer
+    return _told_machine(options, answer, record, options.output)
+
+
+def _told_machine(
+    options: argparse.Namespace, answer: MachineAnswer, record: RecordedAnswer | None = None, output: str | None = None
+) -> int:
+    """The answer for a machine, or for a record that was read as one, written and printed."""
+    from percuss import plot
+    from percuss.case.answers.machine_answer import machine_report
+    from percuss.case.answers.recorded_answer import recorded_report
+    from percuss.cli.report_printing import answered
+
     for warning in answer.warnings:
         print(f"percuss: warning: {warning}", file=sys.stderr)
-    if options.output is not None:
+    if output is not None:
         if answer.cycle is None:
             raise PercussError(f"{answer.name}: there is no cycle to write", "see the report without -o")
         from percuss.case.answers.machine_figures import cycle_table
         from percuss.whole_file import write_whole
 
-        write_whole(options.output, cycle_table(answer.machine, answer.cycle))
+        write_whole(output, cycle_table(answer.machine, answer.cycle))
     return answered(
         options, (record or answer).to_json_dict,
         lambda: machine_report(answer) if record is None else recorded_report(record), lambda: plot.machine(answer),
-        indent=1, table=options.output,
+        indent=1, table=output,
     )  # fmt: skip
 
 

@@ -66,16 +66,9 @@ def clocked_because(
     """Why the verdict on a load turns on its clock; None where it does not.
 
     It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
-    switches as a valve does also when another possible motion is unstable, as that one may be the machine's.
-
-    Parameters
-    ----------
-    load
-        What drives the hammer.
-    levels
-        Of each number of load periods the level and the greatest v_f, which a motion needs to be no less.
-    motions
-        Of each motion whether it is possible, and whether it is stable.
+    switches as a valve does also when another possible motion is unstable, as that one may be the machine's. `levels`
+    has of each number of load periods the level and the greatest v_f, `motions` of each motion whether it is possible,
+    and whether it is stable.
     """
     if load.report is None and not load.is_piecewise:
         return None

@@ -137,18 +137,11 @@ _CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """How energy and rate follow one parameter.
+    """How energy and rate follow one parameter, such as "pressure", "flow", "restitution" or "ports[0].behind".
 
-    Attributes
-    ----------
-    parameter
-        "pressure", or "flow" and "accumulator" of a supply, "restitution", or a key of a port such as
-        "ports[0].behind".
-    energy, rate
-        Relative change of the blow energy and of the blow rate for +10 % of the parameter: half the difference between
-        +10 % and −10 %, or the difference to the one at which the machine runs; None when it runs at neither.
-    stops
-        What the machine does at −10 % and at +10 % when it does not run there, in words; None where it runs.
+    Relative changes of the blow energy and the blow rate for +10 %: half the difference between +10 % and −10 %, or the
+    difference to the one at which the machine runs; None when it runs at neither. `stops`: what it does at −10 % and at
+    +10 % when it does not run there; None where it runs.
     """
 
     parameter: str
@@ -241,21 +234,10 @@ def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Course:
-    """A cycle over time, in the units of the machine.
+    """A cycle over time, in the units of the machine: each change of the state stands there twice.
 
-    Attributes
-    ----------
-    times
-        Increasing, from 0 to the period; each change of the state stands there twice.
-    striking_end, centre
-        Displacement, 0 at the wall and negative behind it.
-    force
-        On the bar, with that of the chamber, positive toward the wall.
-    states
-        The state of the valve at each time.
-    pressure
-        Of a supply that follows the piston, as a multiple of the one for which the forces of the states hold; None
-        where it is constant.
+    Displacements are 0 at the wall and negative behind it, the force has that of the chamber and is positive toward the
+    wall; the pressure is that of a supply that follows the piston, a multiple of that of the states, else None.
     """
 
     times: Array
@@ -326,17 +308,7 @@ _ASSUMED = 0.02  # m: in which the cushion stops the piston that a case without 
 
 @dataclass(frozen=True)
 class ToldBlank(Shown):
-    """What a machine does that finds no tool.
-
-    Attributes
-    ----------
-    machine
-        The machine.
-    found
-        The blank blow of its rigid piston.
-    assumed
-        Whether the cushion is one that was assumed.
-    """
+    """What a machine does that finds no tool, from its rigid piston; in the cushion of its case, or an assumed one."""
 
     machine: Machine
     found: BlankBlow

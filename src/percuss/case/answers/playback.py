@@ -52,17 +52,7 @@ _NEAR = 1e-5
 
 @dataclass(frozen=True)
 class Stretch:
-    """A stretch of a motion, which may be told several times over: one that repeats is simulated for few cycles.
-
-    Attributes
-    ----------
-    motion
-        Of which it is.
-    begin, end
-        The part of the simulation that it shows, in rad.
-    copies
-        How often.
-    """
+    """A stretch of a motion, `begin` to `end` (rad), told `copies` times over, as what repeats is simulated once."""
 
     motion: Trajectory
     begin: float

@@ -34,17 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ByClock(Shown):
-    """What B77's clock says of the recorded motion.
-
-    Attributes
-    ----------
-    exists
-        Whether a motion with the blow at the recorded phase is possible.
-    stable
-        Whether it is stable; None without one.
-    multiplier
-        The greatest multiplier of its rhythm; None without one.
-    """
+    """What B77's clock says of the recorded motion: whether it exists, is stable, and its multiplier."""
 
     exists: bool
     stable: bool | None
@@ -91,56 +81,49 @@ def _recorded_dict(answer: RecordedAnswer) -> dict[str, Any]:
     In SI positions are in m, times in s, speeds in m/s and forces in N; else they are dimensionless.
     """
     read, scale = answer.read, Teller.of(answer.read.machine).scale
+    slope = scale("force") / scale("length")
     return {
         **(whole := answer.answer.to_json_dict()),
         "warnings": [*answer.warnings, *whole["warnings"]],
         "clock": picked(answer.clock, "exists stable multiplier"),
         "recorded": {
-            **picked(read, "phase phases restitution opposing_share"),
+            **picked(read, "phase phases restitution opposing_share cycles"),
             "period": json_number(read.period * scale("time")),
             "speed": json_number(read.speed * scale("speed")),
             "stroke": json_number(read.stroke * scale("length")),
-            "cycles": int(read.cycles),
-            "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
+            "stiffness": numbers(k * slope for k in read.stiffness),
             "switches": [_switch(switch, scale) for switch in read.switches],
-            "least_delays": _reading_dict(read.by_ports),
-            "longest_delays": _reading_dict(read.by_delays),
+            "least_delays": _reading_dict(read.by_ports, scale),
+            "longest_delays": _reading_dict(read.by_delays, scale),
         },
     }
 
 
 def _switch(switch: RecordedSwitch, scale: Callable[[str], float]) -> dict[str, Any]:
-    found = switch.found
+    intervals = {
+        "time": (switch.time, "time"), "behind": (switch.behind, "length"), "velocity": (switch.velocity, "speed"),
+        "port": (switch.found.port, "length"), "delay": (switch.found.delay, "time"),
+    }  # fmt: skip
     return {
         **picked(switch, "to side by_blow"),
-        "time": numbers(t * scale("time") for t in switch.time),
-        "behind": numbers(x * scale("length") for x in switch.behind),
-        "velocity": numbers(v * scale("speed") for v in switch.velocity),
-        "told_apart": bool(found.told_apart),
-        "port": numbers(x * scale("length") for x in found.port),
-        "delay": numbers(t * scale("time") for t in found.delay),
+        "told_apart": bool(switch.found.told_apart),
+        **{name: numbers(x * scale(dimension) for x in values) for name, (values, dimension) in intervals.items()},
     }
 
 
-def _reading_dict(reading: Reading) -> dict[str, Any]:
+def _reading_dict(reading: Reading, scale: Callable[[str], float]) -> dict[str, Any]:
     """One of the extreme readings: its ports, and whether and how it runs."""
-    machine, cycle = reading.machine, reading.cycle
-    length, time = map(Teller.of(machine).scale, ("length", "time"))
+    length, time = scale("length"), scale("time")
+    sizes = (
+        (None if port.behind is None else port.behind * length, port.delay * time)
+        for port in reading.machine.valve.ports
+    )
     ports = [
-        {
-            "to": port.to,
-            "behind": None if port.behind is None else json_number(port.behind * length),
-            "side": port.side,
-            "delay": json_number(port.delay * time),
-            "on": port.on,
-        }
-        for port in machine.valve.ports
+        {**picked(port, "to side on"), "behind": json_number(behind), "delay": json_number(delay)}
+        for port, (behind, delay) in zip(reading.machine.valve.ports, sizes, strict=True)
     ]
-    return {
-        "ports": ports,
-        "runs": bool(reading.runs),
-        "multiplier": None if cycle is None else json_number(abs(cycle.multiplier)),
-    }
+    multiplier = None if reading.cycle is None else json_number(abs(reading.cycle.multiplier))
+    return {"ports": ports, "runs": bool(reading.runs), "multiplier": multiplier}
 
 
 # ---- The dispatcher's answer for a recorded load: the machine that may have made it, beside the verdict under a clock

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
     from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Event, Progress, Summary
+    from percuss.simulate import Event, Events, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
@@ -146,12 +146,11 @@ class SimulationAnswer(ToldMotion):
         return tuple(_warnings(self.motion))
 
     def _told(self, last: int | None) -> dict[str, Any]:
-        motion, events, held = self.motion, self.motion.events, self.motion.events.held_down
-        first = 0 if last is None else max(len(events) - last, 0)
+        motion, held = self.motion, self.motion.events.held_down
         both = {
             **picked(motion, "outcome label modes begin_time end_time"),
             "held_down": {"rests": int(held.size), "greatest_share": json_number(held.max())} if held.size else None,
-            "events": [self._event(event) for event in events[first:]],
+            "events": [self._event(event) for event in last_of(motion.events, last)],
         }
         if not motion.is_clocked:
             cycle = None if motion.cycle is None else plain(asdict(motion.cycle))
@@ -513,29 +512,33 @@ def _interval(tell: Teller, figures: Summary) -> str:
     return f"{tell(mean, 'time', plain=6)} (mean), {tell(std, 'time', plain=6)} (standard deviation)"
 
 
+def last_of(events: Events, last: int | None) -> Events:
+    """So many last events, or all of them."""
+    return events if last is None else events[max(len(events) - last, 0) :]
+
+
 # -- events ---------------------------------------------------------------------------------------------------------
 
 
 def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
     events, si = answer.motion.events, answer.system.is_si
-    part = events if last is None else events[max(len(events) - last, 0) :]
+    part = last_of(events, last)
     shown = f"all {len(events)}" if len(part) == len(events) else f"last {len(part)} of {len(events)}"
     time, speed, energy = ("time [s]", "before [m/s]", "lost [J]") if si else ("time [rad]", "before", "lost")
     columns = ("kind", time, "phase [rad]", speed, speed.replace("before", "after"), energy)
-    return Grid(f"Events ({shown})", columns, tuple(_row(answer, event) for event in part))
-
-
-def _row(answer: SimulationAnswer, event: Event) -> tuple[str, ...]:
-    time, speed, energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
-    kind = f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind
-    return (
-        kind,
-        f"{event.time * time:.6f}",
-        f"{event.phase:.6f}",
-        f"{event.impact_velocity * speed:.5g}",
-        f"{event.rebound_velocity * speed:.5g}",
-        f"{event.energy_lost * energy:.4g}",
+    to_time, to_speed, to_energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
+    rows = (
+        (
+            f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind,
+            f"{event.time * to_time:.6f}",
+            f"{event.phase:.6f}",
+            f"{event.impact_velocity * to_speed:.5g}",
+            f"{event.rebound_velocity * to_speed:.5g}",
+            f"{event.energy_lost * to_energy:.4g}",
+        )
+        for event in part
     )
+    return Grid(f"Events ({shown})", columns, tuple(rows))
 
 
 # ---- The orbit that a simulated motion has settled on, in a line
@@ -606,15 +609,10 @@ def _pressures(motion: Trajectory) -> str:
 
 def _motion_events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
     """The last events, one a line."""
-    events, tell = list(answer.motion.events), Teller.of(answer.machine)
-    shown = events if last is None else events[max(len(events) - last, 0) :]
-    rows = []
+    events, tell = answer.motion.events, Teller.of(answer.machine)
+    shown, rows = last_of(events, last), []
     for event in shown:
-        what = event.kind
-        if event.kind == "port":
-            what = f"ports[{event.port}] demands"
-        if event.kind == "valve":
-            what = f"valve: {event.state}"
+        what = {"port": f"ports[{event.port}] demands", "valve": f"valve: {event.state}"}.get(event.kind, event.kind)
         rows.append((what, tell(event.time, "time"), tell(event.impact_velocity, "speed")))
     heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
     return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

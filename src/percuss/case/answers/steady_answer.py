@@ -50,19 +50,7 @@ _EVALUATIONS = 200  # for every impact; machines need fewer than 50, a bar that 
 
 @dataclass(frozen=True)
 class End:
-    """One of the motions in which starts end.
-
-    Attributes
-    ----------
-    label
-        As `percuss.simulate.Trajectory.label`.
-    starts
-        How many end in it.
-    blow_rate
-        Main blows per load period, a completed chatter counted once; None where nothing strikes any more.
-    delivered_power
-        What the impacts take, per radian of the load; dimensionless; None where nothing strikes any more.
-    """
+    """One of the motions in which starts end; `END` says what its figures are, None where nothing strikes any more."""
 
     label: str
     starts: int
@@ -72,18 +60,9 @@ class End:
 
 @dataclass(frozen=True)
 class Ends:
-    """Where random starts end.
+    """Where random starts end: the most frequent motion first.
 
-    Attributes
-    ----------
-    followed
-        How many starts.
-    modes, impacts
-        Elastic modes, and the most impacts of a start.
-    ends
-        The most frequent first.
-    note
-        Why none were followed, or some not to their end; else "".
+    `note` says why none were followed, or some not to their end.
     """
 
     followed: int

@@ -215,20 +215,10 @@ def _restitution(motion: WaveMotion) -> list[str]:
 
 @dataclass(frozen=True)
 class Beside(Shown):
-    """A settled motion by another law, beside the one by waves.
+    """A settled motion by another law, beside the one by waves: radians, and speeds of the rigid motion, dimensionless.
 
-    Attributes
-    ----------
-    law
-        Its name.
-    label
-        What it settles on, or None of a steady motion that is computed as such.
-    phases, velocities
-        Of its impacts in a cycle; radians, and speeds of the rigid motion, dimensionless.
-    blow_rate
-        Impacts per load period, or None.
-    phase_difference, velocity_difference
-        Of the motion by waves against it, in radians and relative; None where the two are not of one kind.
+    `label` is None of a steady motion that is computed as such. The differences are those of the motion by waves
+    against it, in radians and relative; None where the two are not of one kind.
     """
 
     law: str

@@ -91,9 +91,9 @@ _NEAR = 0.5  # share of the nearest of three heights below the wall
 _GOLDEN, _LOOKS = 0.6180339887498949, 8
 
 
-def _height(segment: CurveSegment, place: float) -> float:
-    """The greatest maximum of the gap function inside the flights, at a place; −1 for none."""
-    return float(max(segment.curve.motion(segment.at(place).x).sampled.height, -1.0))
+def _top(segment: CurveSegment) -> Number:
+    """The greatest maximum of the gap function inside the flights, at a point; −1 for none."""
+    return lambda point: max(float(segment.curve.motion(point.x).sampled.height), -1.0)
 
 
 def inner_touch(segment: CurveSegment, last: float) -> float | None:
@@ -101,7 +101,8 @@ def inner_touch(segment: CurveSegment, last: float) -> float | None:
 
     Looked for where three values let a maximum be expected that is nearer to 0 than they are.
     """
-    low, middle, high = (_height(segment, share * last) for share in (0.0, 0.5, 1.0))
+    height = _top(segment)
+    low, middle, high = (height(segment.at(share * last)) for share in (0.0, 0.5, 1.0))
     if middle > 0.0:
         return 0.5 * last
     bend, slope = 2.0 * (low - 2.0 * middle + high), 4.0 * middle - 3.0 * low - high
@@ -110,7 +111,7 @@ def inner_touch(segment: CurveSegment, last: float) -> float | None:
     first, second = 0.0, last
     for _ in range(_LOOKS):  # golden section
         inner, outer = (second - _GOLDEN * (second - first), first + _GOLDEN * (second - first))
-        heights = _height(segment, inner), _height(segment, outer)
+        heights = height(segment.at(inner)), height(segment.at(outer))
         if max(heights) > 0.0:
             return inner if heights[0] > 0.0 else outer
         first, second = (first, outer) if heights[0] > heights[1] else (inner, second)
@@ -180,14 +181,11 @@ def _contact(segment: CurveSegment, beyond: PeriodicOrbit, last: float) -> Locat
     """Where the bar first touches the wall between two impacts, or stays on it after one."""
     curve, found = segment.curve, []
 
-    def top(point: CurvePoint) -> float:
-        return float(max(curve.motion(point.x).sampled.height, -1.0))
-
     def pressed(point: CurvePoint) -> float:
         return press(curve.motion(point.x))[0]
 
     if beyond.sampled.height > 0.0:
-        place = segment.root(top, 0.0, last)
+        place = segment.root(_top(segment), 0.0, last)
         found.append(segment.event(BranchEvent.TOUCH, place))
     if not beyond.system.contact.rebounds and press(beyond)[0] >= 0.0:
         place = segment.root(pressed, 0.0, last)

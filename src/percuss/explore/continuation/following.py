@@ -106,7 +106,7 @@ def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusa
     """What lies beyond; `impact`: the number, from 1 on, of that which it happens to, `refusal`: why it ends."""
     kind, name = one.kind, curve.name
     if kind is BranchEvent.FOLD:
-        return f"the branch turns back; beyond {name} = {_number(curve, one.point)} neither of its two orbits exists"
+        return f"the branch turns back; beyond {name} = {curve.value(one.point.x):.9g} neither of its two orbits exists"
     if kind is BranchEvent.FLIP:
         return _flip(curve, one.point)
     if kind is BranchEvent.NEIMARK_SACKER:
@@ -141,14 +141,6 @@ _PLAIN = {
     BranchEvent.STOPPED: "the branch goes on",
     BranchEvent.LOST: "Newton's method finds no further point, however short the step",
 }
-
-
-def _number(curve: SolutionCurve, point: CurvePoint) -> str:
-    return f"{curve.value(point.x):.9g}"
-
-
-def _label(curve: SolutionCurve) -> str:
-    return f"z={curve.impacts}/{curve.periods}"
 
 
 def _told(curve: SolutionCurve, side: Side | None) -> str:
@@ -194,7 +186,7 @@ def _flip(curve: SolutionCurve, point: CurvePoint) -> str:
     if side is None or side.stable is None:
         tried = _into(partner)
         side = tried if side is None else Side(side.greater, None if tried is None else tried.stable)
-    return f"{_label(partner[0])} begins{_told(curve, side)}"
+    return f"{partner[0].label} begins{_told(curve, side)}"
 
 
 def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
@@ -435,7 +427,7 @@ class _Tracer:
             if one.kind in _GIVEN_BACK:
                 self._is_new(curve.impacts, curve.periods, point)
         return Branch(
-            parameters=(curve.name,), label=_label(curve), modes=curve.modes,
+            parameters=(curve.name,), label=curve.label, modes=curve.modes,
             values=np.array([curve.value(point.x) for point in points]),
             times=np.array([motion.times for motion in motions]),
             speeds=np.array([motion.speeds for motion in motions]),

@@ -131,6 +131,11 @@ class OrbitProblem(Problem):
     def places(self) -> tuple[int, ...]:
         return tuple(range(self.impacts + 1, self.impacts + 1 + len(self.names)))
 
+    @property
+    def label(self) -> str:
+        """z=p/n."""
+        return f"z={self.impacts}/{self.periods}"
+
     @cached_property
     def _motions(self) -> dict[bytes, PeriodicOrbit]:
         return {}

@@ -155,7 +155,7 @@ def follow_point(
     points, marks, happened = joined(walks)
     rows = np.array([point.x for point in points])
     return PointCurve(
-        event=curve.condition.kind, label=f"z={curve.impacts}/{curve.periods}", modes=curve.modes,
+        event=curve.condition.kind, label=curve.label, modes=curve.modes,
         parameters=curve.names, values=np.array([curve.values(x) for x in rows]),
         times=np.array([curve.motion(x).times for x in rows]),
         is_orbit=np.array(marks, dtype=bool), angles=_angles(curve, rows), units=over.shown_units,

@@ -65,16 +65,14 @@ def without_what_follows(found: list[LocatedEvent], condition: Condition, alike:
     grazing = isinstance(condition, Death | Touch)
     sign = BranchEvent.RESONANT_GRAZING if grazing else BranchEvent.WITH_DEATH
     for one in [one for one in found if one.kind is sign]:
-        here = [other for other in found if other.kind in _FOLLOW and _is_near(other.place, [one.place], alike)]
+        here = [other for other in found if other.kind in _FOLLOW and abs(other.place - one.place) < alike]
         if here:
             found = [other for other in found if not any(other is gone for gone in (one, *here))]
             found.append(one._replace(kind=BranchEvent.RESONANT_GRAZING))
     corners = [one.place for one in found if one.kind is BranchEvent.WITH_CORNER]  # where K(ξ) jumps
-    return [one for one in found if one.kind not in _FOLLOW or not _is_near(one.place, corners, alike)]
-
-
-def _is_near(place: float, others: list[float], alike: float) -> bool:
-    return any(abs(place - other) < alike for other in others)
+    return [
+        one for one in found if one.kind not in _FOLLOW or all(abs(one.place - corner) >= alike for corner in corners)
+    ]
 
 
 # ---- Whether a motion that fulfils a condition is an orbit otherwise: its impacts strike, and it stays off the wall
@@ -170,15 +168,18 @@ def tests_of(curve: ExtendedCurve, first: CurvePoint) -> Tests:
         bent = BranchEvent.GENERALIZED_FLIP, of_orbit(lambda orbit, _: FlipForm.of(orbit).bend)
         return [fold, bent, (BranchEvent.RESONANCE_2, of_orbit(lambda orbit, _: double(orbit, condition)))]
     if isinstance(condition, Pair):
-        turns = (
-            (BranchEvent.RESONANCE_1, 0), (BranchEvent.RESONANCE_4, 90),
-            (BranchEvent.RESONANCE_3, 120), (BranchEvent.RESONANCE_2, 180),
-        )  # fmt: skip
-        others = (
+        others = [
             (BranchEvent.WITH_FOLD, of_orbit(lambda orbit, extra: orbit.singular()[0] * (1.0 - extra[0]))),
             (BranchEvent.WITH_FLIP, of_orbit(lambda orbit, extra: orbit.singular()[1] * (1.0 + extra[0]))),
-        )  # without the pair itself, where that comes to 1 or −1
-        return [*others, *((kind, of_orbit(_turn(degrees))) for kind, degrees in turns)]
+        ]  # without the pair itself, where that comes to 1 or −1
+        resonances = (
+            (BranchEvent.RESONANCE_1, 1.0), (BranchEvent.RESONANCE_4, 0.0),
+            (BranchEvent.RESONANCE_3, -0.5), (BranchEvent.RESONANCE_2, -1.0),
+        )  # fmt: skip
+        return others + [
+            (kind, of_orbit(lambda _, extra, cosine=cosine: float(extra[0]) - cosine))  # type: ignore[misc]
+            for kind, cosine in resonances
+        ]
     if isinstance(condition, Corner):
         sides: tuple[Side, Side] = ("left", "right")
         return [
@@ -186,27 +187,18 @@ def tests_of(curve: ExtendedCurve, first: CurvePoint) -> Tests:
             for which, kind in enumerate((BranchEvent.WITH_FOLD, BranchEvent.WITH_FLIP))
             for side in sides
         ]
+
+    def resonant(orbit: PeriodicOrbit, extra: Array) -> float:
+        if isinstance(condition, Touch):
+            if orbit.modes + orbit.system.body.is_free != 1:
+                return 1.0  # where several modes move no impact begins at a touch
+            i = condition.flight
+            times = (*orbit.times[: i + 1], orbit.times[i] + float(extra[0]), *orbit.times[i + 1 :])
+            orbit = PeriodicOrbit(orbit.system, orbit.periods, times, orbit.modes, orbit.rigid_rebounds[0])
+        return growing(orbit)
+
     flat = BranchEvent.FLAT_GRAZING, of_orbit(lambda orbit, extra: curvature(orbit, condition, extra))
-    return [fold, flip, flat, *_resonant(condition, of_orbit)]
-
-
-def _turn(degrees: int) -> Callable[[PeriodicOrbit, Array], float]:
-    cosine = round(math.cos(math.radians(degrees)), 12)
-    return lambda _, extra: float(extra[0]) - cosine
-
-
-def _resonant(condition: Condition, of_orbit: Callable[..., Number]) -> Tests:
-    def number(orbit: PeriodicOrbit, extra: Array) -> float:
-        if isinstance(condition, Death):
-            return growing(orbit)
-        assert isinstance(condition, Touch)
-        number = condition.flight + 1
-        times = np.insert(np.array(orbit.times), number, orbit.times[condition.flight] + extra[0])
-        wide = PeriodicOrbit(orbit.system, orbit.periods, tuple(times.tolist()), orbit.modes, orbit.rigid_rebounds[0])
-        alone = orbit.modes + orbit.system.body.is_free == 1
-        return growing(wide) if alone else 1.0  # where several modes move no impact begins at a touch
-
-    return [(BranchEvent.RESONANT_GRAZING, of_orbit(number))]
+    return [fold, flip, flat, (BranchEvent.RESONANT_GRAZING, of_orbit(resonant))]
 
 
 def double(orbit: PeriodicOrbit, condition: Multiplier) -> float:

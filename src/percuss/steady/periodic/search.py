@@ -327,17 +327,14 @@ _LATEST = 1e12  # rad
 
 def given_rows(near: object, impacts: int, periods: int) -> dict[str, Array]:
     """Rows of times to start from, by where they come from, each of the shape (K, p); they may be none."""
-    if near is None:
-        return {}
-    if not isinstance(near, Mapping):
+    if near is not None and not isinstance(near, Mapping):
         raise ParameterError("near", near, 'rows of times by their source, as {"a guess": [[0.4, 2.3]]}, or None')
-    return {_source(name): _rows(f"near[{name!r}]", rows, impacts, periods) for name, rows in near.items()}
-
-
-def _source(name: object) -> str:
-    if not isinstance(name, str) or not name or name == RANDOM:
-        raise ParameterError("near", name, "words for where the starts come from")
-    return name
+    found = {}
+    for name, rows in (near or {}).items():
+        if not isinstance(name, str) or not name or name == RANDOM:
+            raise ParameterError("near", name, "words for where the starts come from")
+        found[name] = _rows(f"near[{name!r}]", rows, impacts, periods)
+    return found
 
 
 def _rows(name: str, rows: object, impacts: int, periods: int) -> Array:

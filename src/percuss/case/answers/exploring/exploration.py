@@ -311,19 +311,7 @@ _MOST_SHARES = 16
 
 @dataclass(frozen=True)
 class Watched:
-    """How far an experiment is.
-
-    Attributes
-    ----------
-    done, size
-        Starts that are followed, of how many.
-    rate
-        Starts per second.
-    shares
-        Of the labels found so far, the most frequent first: share and interval of 95 %.
-    found
-        The experiment as far as it has come: its first `done` starts.
-    """
+    """How far an experiment is: starts done, of how many, per second; shares with intervals of 95 %; what was found."""
 
     done: int
     size: int

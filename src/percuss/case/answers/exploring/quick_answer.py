@@ -85,25 +85,21 @@ def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[st
         if orbit.fold or not np.isfinite(exact.multiplier[at]):
             found.append(_by_multipliers(orbit, modes))
             continue
+        told = {"modes": modes, "largest": exact.largest[at], "dominant_mode": exact.mode[at]}
         found.append(
             {
-                "stable": bool(exact.stable[at]),
-                "margin": json_number(exact.margin[at]),
-                "margin_rhythm": None,
-                "margin_ringing": None,
-                "reason": None,
+                **_UNKNOWN,
+                **plain({"stable": exact.stable[at], "margin": exact.margin[at]}),
                 "reduced": reduced_dict(reduced_criterion(orbit)),
                 "waveform": plain_of(waveform_criterion(orbit), WAVEFORM),
-                "multipliers": {
-                    "modes": modes,
-                    "largest": json_number(exact.largest[at]),
-                    "dominant_mode": int(exact.mode[at]),
-                    "rigid": None,
-                    "values": None,
-                },
+                "multipliers": plain({**told, "rigid": None, "values": None}),
             }
         )
     return found
+
+
+_UNKNOWN = dict.fromkeys(("margin_rhythm", "margin_ringing", "reason", "reduced", "waveform"))
+"""What the page is told of a motion only where it is known."""
 
 
 def _exact(states: SteadyStates, modes: int) -> ExactPlane:
@@ -195,19 +191,13 @@ def _motion(one: StructureMotion) -> dict[str, Any]:
     told = one.to_json_dict()
     si = {name: told.get(name) for name in ("impact_velocity_m_s", "blow_energy_J")} if orbit.system.is_si else None
     words = "stable" if one.stable else f"unstable: largest multiplier {found.largest:.3g}"
+    told_multipliers = {**picked(found, "modes largest dominant_mode"), "rigid": None}
     return {
         **{name: told[name] for name in ("phase", "impact_velocity", "blow_energy", "fold", "stable")},
+        **_UNKNOWN,
         "margin": json_number(1.0 - found.largest),
-        "margin_rhythm": None,
-        "margin_ringing": None,
         "reason": words,
-        "reduced": None,
-        "waveform": None,
-        "multipliers": {
-            **picked(found, "modes largest dominant_mode"),
-            "rigid": None,
-            "values": told["multipliers"],
-        },
+        "multipliers": {**told_multipliers, "values": told["multipliers"]},
         "si": si,
     }
 
