@@ -1,23 +1,40 @@
-"""A second program for the rigid piston, whether its pressure follows a supply: integration, and the rules again."""
+"""A second program for a piston, rigid or not, whether its pressure follows a supply: integration, and the rules."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from percuss.model import Valve
+from percuss.model import Machine, Valve
 from percuss.model.load.valve import Orders
+
+
+class Piston(NamedTuple):
+    """Frequencies of its motions of modal mass 1, of which the first moves it as a whole, and their ends; (N+1,)."""
+
+    omega: np.ndarray
+    end: np.ndarray
+    driven: np.ndarray
+
+
+RIGID = Piston(np.zeros(1), np.ones(1), np.ones(1))
+
+
+def piston(machine: Machine, modes: int) -> Piston:
+    own = machine.body.modes(modes, machine.at)
+    return Piston(np.append(0.0, own.omega), np.append(1.0, own.end), np.append(1.0, own.end * own.at_load))
 
 
 @dataclass
 class Fed:
     """Where the piston is, its valve and its supply; `pumped` is the work of the pump, `dragged` what the drag took."""
 
-    u: float
-    v: float
+    u: np.ndarray
+    v: np.ndarray
     pressure: float
     state: str
     orders: Orders
@@ -29,9 +46,10 @@ class Fed:
     ending: str = ""
 
 
-def begun(valve: Valve, u: float, v: float, pressure: float = 1.0) -> Fed:
-    """A start, where ports whose region is occupied demand at once."""
-    now = Fed(u, v, pressure, valve.start, Orders(valve.start))
+def begun(valve: Valve, u: float, v: float, pressure: float = 1.0, modes: int = 0) -> Fed:
+    """An undeformed start, where ports whose region is occupied demand at once."""
+    one = np.eye(1, modes + 1)[0]
+    now = Fed(u * one, v * one, pressure, valve.start, Orders(valve.start))
     for i, port in enumerate(valve.ports):
         if port.on == "entering" and (u < -port.behind if port.side == "back" else u > -port.behind):
             demand(now, valve, i)
@@ -52,17 +70,28 @@ def carry_out(now: Fed) -> None:
         now.events.append((now.time, "valve", now.state))
 
 
-def strike(now: Fed, valve: Valve, R: float) -> None:
-    """A blow, and what it demands."""
-    now.events.append((now.time, "impact", now.v))
-    now.u, now.v = 0.0, -R * now.v
+def strike(now: Fed, valve: Valve, R: float, bar: Piston, turned: bool) -> None:
+    """A blow, and what it demands; `turned`: the strain as well."""
+    now.events.append((now.time, "impact", float(bar.end @ now.v)))
+    now.u[0] = -float(bar.end[1:] @ now.u[1:])
+    now.u, now.v = (-R * now.u if turned else now.u), -R * now.v
     for i, port in enumerate(valve.ports):
         if port.on == "impact":
             demand(now, valve, i)
 
 
-def follow(now: Fed, valve: Valve, R: float, d: float, blows: float, until: float = math.inf) -> Fed:
+def follow(
+    now: Fed,
+    valve: Valve,
+    R: float,
+    d: float,
+    blows: float,
+    until: float = math.inf,
+    bar: Piston = RIGID,
+    turned: bool = False,
+) -> Fed:
     """On for so many blows, by plain integration."""
+    n = bar.omega.size
     forces, gas, kappa = dict(valve.states), valve.chamber.force, valve.chamber.stiffness
     q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
     left, longest = blows, 0.25 * math.sqrt(min(p.behind or 1.0 for p in valve.ports))
@@ -71,7 +100,7 @@ def follow(now: Fed, valve: Valve, R: float, d: float, blows: float, until: floa
         p = forces[now.state]
         due = now.orders.pending[0][0] if now.orders.pending else math.inf
         push = p * now.pressure + gas
-        if now.u == 0.0 and now.v == 0.0 and push > 0.0:
+        if not now.u.any() and not now.v.any() and push > 0.0:
             rises = math.inf if p >= 0.0 or q == 0.0 else (-gas / p - now.pressure) * c / q
             stop = min(due, now.time + rises, until)
             if stop == math.inf:
@@ -86,11 +115,13 @@ def follow(now: Fed, valve: Valve, R: float, d: float, blows: float, until: floa
             continue
 
         def rates(_t, z, p=p):
-            u, v, pi, _, _ = z
-            return [v, p * pi + gas - kappa * u - d * v, (q - p * v) / c, q * pi, d * v * v]
+            u, v, pi = z[:n], z[n : 2 * n], z[2 * n]
+            push = p * pi + gas - kappa * (bar.driven @ u)
+            drawn = (q - p * (bar.driven @ v)) / c
+            return np.concatenate([v, bar.driven * push - bar.omega**2 * u - d * v, [drawn, q * pi, d * v @ v]])
 
         def wall(_t, z):
-            return z[0]
+            return bar.end @ z[:n]
 
         wall.direction, wall.terminal = 1.0, True
         watched, numbers = [wall], [-1]
@@ -103,59 +134,57 @@ def follow(now: Fed, valve: Valve, R: float, d: float, blows: float, until: floa
                 edge.direction, edge.terminal = (-1.0 if port.side == "back" else 1.0), True
                 watched.append(edge)
                 numbers.append(i)
-        start = [now.u, now.v, now.pressure, 0.0, 0.0]
-        stop = min(due, until, now.time + longest)
+        start = np.concatenate([now.u, now.v, [now.pressure, 0.0, 0.0]])
+        stop, step = min(due, until, now.time + longest), 0.05 * longest
+        if n > 1:
+            step = min(step, 0.3 / bar.omega[-1])  # no event between two steps
         found = solve_ivp(
-            rates, (now.time, stop), start, "DOP853", events=watched, rtol=1e-12, atol=1e-14, max_step=0.05 * longest
+            rates, (now.time, stop), start, "DOP853", events=watched, rtol=1e-12, atol=1e-14, max_step=step
         )
-        now.least = min(now.least, float(found.y[2].min()))
+        now.least = min(now.least, float(found.y[2 * n].min()))
         which = [i for i, times in enumerate(found.t_events) if times.size]
         now.time = float(found.t[-1])
-        now.u, now.v, now.pressure = map(float, found.y[:3, -1])
-        now.pumped += float(found.y[3, -1])
-        now.dragged += float(found.y[4, -1])
+        now.u, now.v, now.pressure = found.y[:n, -1], found.y[n : 2 * n, -1], float(found.y[2 * n, -1])
+        now.pumped += float(found.y[2 * n + 1, -1])
+        now.dragged += float(found.y[2 * n + 2, -1])
         if due <= now.time:
             now.time = due
         if which:
             first = min(which, key=lambda i: found.t_events[i][0])
             if numbers[first] < 0:
                 left -= 1
-                strike(now, valve, R)
+                strike(now, valve, R, bar, turned)
             else:
                 demand(now, valve, numbers[first])
-                nudge(now, valve, d)
+                nudge(now, valve, d, bar)
         if now.pressure < 0.0:
             now.ending = "no pressure"
             return now
     return now
 
 
-def nudge(now: Fed, valve: Valve, d: float) -> None:
+def nudge(now: Fed, valve: Valve, d: float, bar: Piston) -> None:
     """Off the edge of a port, whose function is 0 there, by a flight so short that its series has three terms."""
     q, c = (valve.supply.flow, valve.supply.compliance) if valve.supply else (0.0, math.inf)
-    force = dict(valve.states)[now.state]
+    force, gas = dict(valve.states)[now.state], valve.chamber
     step = min([1e-8, *(due - now.time for due, _ in now.orders.pending)])
-    push = force * now.pressure + valve.chamber.force - valve.chamber.stiffness * now.u - d * now.v
+    push = bar.driven * (force * now.pressure + gas.force - gas.stiffness * (bar.driven @ now.u))
+    push = push - bar.omega**2 * now.u - d * now.v
+    way = (now.v + 0.5 * push * step) * step
     now.pumped += q * now.pressure * step
-    now.pressure += (q - force * (now.v + 0.5 * push * step)) * step / c
-    now.dragged += d * now.v**2 * step
-    now.u, now.v, now.time = now.u + (now.v + 0.5 * push * step) * step, now.v + push * step, now.time + step
-
-
-def stored(now: Fed, valve: Valve) -> float:
-    """Energy of the piston, of the gas and of the accumulator."""
-    gas = 0.5 * valve.chamber.stiffness * now.u**2 - valve.chamber.force * now.u
-    return 0.5 * now.v**2 + gas + 0.5 * valve.supply.compliance * now.pressure**2
+    now.pressure += (q * step - force * (bar.driven @ way)) / c
+    now.dragged += d * float(now.v @ now.v) * step
+    now.u, now.v, now.time = now.u + way, now.v + push * step, now.time + step
 
 
 def after_cycle(valve: Valve, R: float, d: float, numbers: np.ndarray, state: str, orders: Orders) -> np.ndarray:
     """Speed, times of the pending orders and pressure just after the next blow, from those after one."""
     speed, *dues, pressure = numbers.tolist()
     pending = tuple((due, to) for due, (_, to) in zip(dues, orders.pending, strict=True))
-    now = Fed(0.0, -speed, pressure, state, Orders(orders.last, pending))
+    now = Fed(np.zeros(1), np.array([-speed]), pressure, state, Orders(orders.last, pending))
     for i, port in enumerate(valve.ports):
         if port.on == "impact":
             demand(now, valve, i)
     entering = tuple(port for port in valve.ports if port.on != "impact")  # what the blow demands is the next cycle's
     ends = follow(now, replace(valve, ports=entering), R, d, 1)
-    return np.array([-ends.v, *(due - ends.time for due, _ in ends.orders.pending), ends.pressure])
+    return np.array([-ends.v[0], *(due - ends.time for due, _ in ends.orders.pending), ends.pressure])

@@ -172,7 +172,7 @@ def test_the_kernels_are_known_to_be_compiled() -> None:
     import sys
 
     ends_of(load_case("mini-breaker"), 1)
-    code = "import sys; from percuss.simulate.running import compiled; sys.exit(not compiled())"
+    code = "import sys; from percuss.simulate.trajectory import compiled; sys.exit(not compiled())"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     elsewhere = {**os.environ, "NUMBA_CACHE_DIR": os.path.join(os.path.dirname(__file__), "no-such-cache")}
     assert subprocess.run([sys.executable, "-c", code], check=False, env=elsewhere).returncode == 1

@@ -46,6 +46,17 @@ def only(found: Boundaries, kind: str) -> BoundaryCurve:
     return curve
 
 
+def beside(
+    curve: BoundaryCurve, system: System, name: str, step: float = 0.0, i: int = 0, m: int = 1, **asked
+) -> Orbit:
+    """The steady motion nearest in phase to point `i` of a curve, where y is a step more."""
+    here = vary(system, {name: float(curve.y[i]) + step})
+    phase = float(curve.phase[i])
+    return min(
+        steady_states(here, m, **asked).orbits, key=lambda o: abs(math.remainder(o.phase - phase, 2.0 * math.pi))
+    )
+
+
 def error(found: object, expected: object) -> float:
     return float(np.max(np.abs(np.asarray(found) / np.asarray(expected) - 1.0)))
 
@@ -108,10 +119,8 @@ def test_spiral_of_the_reduced_criterion():
     curve = only(
         boundaries(system, ("s", [0.42]), ("load_factor", 0.0, 5.0), kinds=("neimark-sacker",)), "neimark-sacker"
     )
-    moduli = []
-    for step in (-1e-9, 0.0, 1e-9):
-        orbits = steady_states(vary(system, {"load_factor": float(curve.y[0]) + step})).orbits
-        moduli.append(reduced_criterion(min(orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))).moduli)
+    sides = [beside(curve, system, "load_factor", step) for step in (-1e-9, 0.0, 1e-9)]
+    moduli = [reduced_criterion(orbit).moduli for orbit in sides]
     assert moduli[1] == pytest.approx((1.0, 1.0), abs=1e-12)
     assert (moduli[0][0] - 1.0) * (moduli[2][0] - 1.0) < 0.0
     assert 0.0 < float(curve.angle[0]) < math.pi
@@ -184,15 +193,6 @@ def test_every_fold_of_a_general_load_changes_the_number_of_motions():
             assert abs(below - above) == 2
 
 
-def side_of_flip(system: System, curve: BoundaryCurve, i: int, y_name: str, step: float, m: int = 1) -> float:
-    """a_2 − a_1 + a_0 of the motion nearest in phase, beside the i-th point of a curve."""
-    here = vary(system, {y_name: float(curve.y[i]) + step})
-    orbits = steady_states(here, m).orbits
-    nearest = min(orbits, key=lambda o: abs(math.remainder(o.phase - float(curve.phase[i]), 2 * math.pi)))
-    a_0, a_1, a_2 = reduced_criterion(nearest).a
-    return a_2 - a_1 + a_0
-
-
 @pytest.mark.parametrize(
     ("system", "x", "y"),
     [
@@ -216,7 +216,10 @@ def test_flips_have_a_sign_on_either_side(system, x, y):
         assert np.nanmax(curve.residual) < 1e-10
         for i in np.flatnonzero(curve.found):
             base = vary(system, {x[0]: float(curve.x[i])})
-            sides = [side_of_flip(base, curve, i, y[0], step) for step in (-1e-9, 1e-9)]
+            sides = []
+            for step in (-1e-9, 1e-9):
+                a_0, a_1, a_2 = reduced_criterion(beside(curve, base, y[0], step, i)).a
+                sides.append(a_2 - a_1 + a_0)
             assert sides[0] * sides[1] < 0.0, (curve.kind, curve.x[i], curve.y[i], sides)
             points += 1
     assert points > 0
@@ -262,13 +265,11 @@ def test_exact_crossings_in_fifty_digits(s, d, m):
         assert np.min(np.abs(values - wanted)) < 1e-8
         assert curve.residual[0] < 1e-11
 
-        def size(step: float, curve: BoundaryCurve = curve, wanted: complex = wanted) -> float:
-            beside = vary(system, {"load_factor": float(curve.y[0]) + step})
-            orbit = min(steady_states(beside, m, modes=5).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
-            near = floquet_multipliers(orbit, 5).values
-            return float(np.abs(near[np.argmin(np.abs(near - wanted))])) - 1.0
-
-        assert size(-1e-6) * size(1e-6) < 0.0
+        sizes = []
+        for step in (-1e-6, 1e-6):
+            near = floquet_multipliers(beside(curve, system, "load_factor", step, m=m, modes=5), 5).values
+            sizes.append(float(np.abs(near[np.argmin(np.abs(near - wanted))])) - 1.0)
+        assert sizes[0] * sizes[1] < 0.0
 
 
 def test_exact_and_reduced_flips_meet_for_stiff_bars():
@@ -396,14 +397,13 @@ def test_what_stops_the_caller_stops_the_boundaries():
 # ---------------------------------------------------------------- grazing
 
 
-def deepest(system: System, phase: float) -> float:
+def deepest(orbit: Orbit, looks: int, finer: int) -> float:
     """The greatest gap between the impacts, all modes at very many times."""
-    orbit = Orbit(system, 1, phase, tolerance=1e-11)
-    t = np.linspace(0.0, orbit.period, 2001)[1:-1]
+    t = np.linspace(0.0, orbit.period, looks)[1:-1]
     for _ in range(4):
         y = orbit.end_motion(t, orbit.modes)[0]
         best = int(np.argmax(y))
-        t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], 401)
+        t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], finer)
     return float(y[best])
 
 
@@ -411,16 +411,11 @@ def test_grazing_of_a_bar_that_rings():
     """To 1e-10, where 1300 modes take part; halves of a step, each with a proof, came to 1e-8."""
     system = pneumatic(20.0, 0.005, 0.5)
     curve = only(boundaries(system, ("restitution", [0.5]), ("load_factor", 0.0, 2.0), kinds=("grazing",)), "grazing")
-    y = float(curve.y[0])
-    stroke = Orbit(system, 1, float(curve.phase[0])).rigid_stroke
-    depths = []
-    for step in (-1e-6, 0.0, 1e-6):
-        here = vary(system, {"load_factor": y + step})
-        orbit = min(steady_states(here).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
-        depths.append(deepest(here, orbit.phase))
+    orbits = [beside(curve, system, "load_factor", step) for step in (-1e-6, 0.0, 1e-6)]
+    depths = [deepest(Orbit(orbit.system, 1, orbit.phase, tolerance=1e-11), 2001, 401) for orbit in orbits]
     assert depths[0] > 0.0 > depths[2]
     assert abs(depths[1] / (depths[2] - depths[0]) * 2e-6) < 1e-10
-    assert abs(depths[1]) < 1e-10 * stroke
+    assert abs(depths[1]) < 1e-10 * orbits[1].rigid_stroke
 
 
 def test_grazing_proves_few_motions(monkeypatch):
@@ -454,18 +449,10 @@ def test_grazing_under_steps_by_slow_looks_on_both_sides():
     found = boundaries(square_loaded(), *plane, kinds=("grazing",), samples=33)
     assert len(found.curves) >= 2
     for curve in found.curves:
-        depths = []
-        for step in (-1e-6, 0.0, 1e-6):
-            here = vary(square_loaded(), {"kappa": float(curve.y[0]) + step})
-            orbit = min(steady_states(here).orbits, key=lambda o: abs(o.phase - float(curve.phase[0])))
-            t = np.linspace(0.0, orbit.period, 50_001)[1:-1]
-            for _ in range(4):
-                y = orbit.end_motion(t, orbit.modes)[0]
-                best = int(np.argmax(y))
-                t = np.linspace(t[max(best - 1, 0)], t[min(best + 1, t.size - 1)], 101)
-            depths.append(float(y[best]))
+        orbits = [beside(curve, square_loaded(), "kappa", step) for step in (-1e-6, 0.0, 1e-6)]
+        depths = [deepest(orbit, 50_001, 101) for orbit in orbits]
         assert min(depths[0], depths[2]) < 0.0 < max(depths[0], depths[2])
-        assert abs(depths[1]) < 1e-10 * orbit.rigid_stroke
+        assert abs(depths[1]) < 1e-10 * orbits[1].rigid_stroke
 
 
 def test_a_short_proof_says_what_the_long_one_says():
@@ -529,12 +516,11 @@ def test_elastic_grazing_has_a_verdict_on_either_side(system, modes):
     )
     assert found.curves
     for curve in found.curves:
-        verdicts = []
-        for step in (-1e-8, 1e-8):
-            here = vary(system, {"load_factor": float(curve.y[0]) + step})
-            orbits = steady_states(here, modes=modes, tolerance=1e-12).orbits
-            verdicts.append(min(orbits, key=lambda o: abs(o.phase - float(curve.phase[0]))).admissible)
-        assert verdicts[0] != verdicts[1]
+        sides = [
+            beside(curve, system, "load_factor", step, modes=modes, tolerance=1e-12).admissible
+            for step in (-1e-8, 1e-8)
+        ]
+        assert sides[0] != sides[1]
 
 
 # ---------------------------------------------------------------- simulation on both sides
@@ -571,26 +557,23 @@ def test_inadmissible_motions_are_not_found_by_simulation():
 # ---------------------------------------------------------------- what is refused, what is left out
 
 
-def test_refusals():
-    system, x, y = pneumatic(), ("restitution", [0.5]), ("load_factor", 0.0, 1.0)
-    with pytest.raises(ParameterError, match="lower to a higher"):
-        boundaries(system, x, ("load_factor", 1.0, 1.0))
-    with pytest.raises(ParameterError, match="beside"):
-        boundaries(system, x, ("restitution", 0.0, 1.0))
-    with pytest.raises(ParameterError, match="beside"):
-        boundaries(system, ("mean", [1.0]), y)
-    with pytest.raises(ParameterError, match="restitution, load_factor"):
-        boundaries(system, ("hardness", [1.0]), y)
-    with pytest.raises(ParameterError, match="square load"):
-        boundaries(system, x, ("kappa", 1.1, 1.9))
-    with pytest.raises(ParameterError, match="reduced, exact"):
-        boundaries(system, x, y, criterion="best")
-    with pytest.raises(ParameterError, match="fold, flip"):
-        boundaries(system, x, y, kinds=("folds",))
-    with pytest.raises(ParameterError, match="whole number"):
-        boundaries(system, ("m", [1.5]), y)
-    with pytest.raises(ParameterError, match="whole number"):
-        boundaries(system, x, ("m", 1.0, 3.0))
+@pytest.mark.parametrize(
+    ("x", "y", "asked", "says"),
+    [
+        (None, ("load_factor", 1.0, 1.0), {}, "lower to a higher"),
+        (None, ("restitution", 0.0, 1.0), {}, "beside"),
+        (("mean", [1.0]), None, {}, "beside"),
+        (("hardness", [1.0]), None, {}, "restitution, load_factor"),
+        (None, ("kappa", 1.1, 1.9), {}, "square load"),
+        (None, None, {"criterion": "best"}, "reduced, exact"),
+        (None, None, {"kinds": ("folds",)}, "fold, flip"),
+        (("m", [1.5]), None, {}, "whole number"),
+        (None, ("m", 1.0, 3.0), {}, "whole number"),
+    ],
+)
+def test_refusals(x, y, asked, says):
+    with pytest.raises(ParameterError, match=says):
+        boundaries(pneumatic(), x or ("restitution", [0.5]), y or ("load_factor", 0.0, 1.0), **asked)
 
 
 def test_a_value_that_fails_leaves_nan_and_says_why():

@@ -1,4 +1,4 @@
-"""Experiments: starts, shares and their intervals, attractors told apart, the same bits however the work is cut."""
+"""Experiments and basins: starts, shares and intervals, attractors told apart, by energy and by single motions."""
 
 import json
 
@@ -8,20 +8,40 @@ from scipy import stats
 
 from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError, PercussError, ResonanceError
-from percuss.explore import Axis, sweep
-from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own
-from percuss.explore.attractors.experiments import Experiment, experiment, experiment_job, wilson
-from percuss.explore.attractors.hammers import ClockedHammer, invariants_of
-from percuss.explore.jobs.archive import Archive
+from percuss.explore import Archive, Axis, Basins, Experiment, basins, experiment, sweep
+from percuss.explore.attractors.basin import basins_job
+from percuss.explore.attractors.drawn_starts import BLOCK, DISTRIBUTIONS, drawn, named, own, speed_scale
+from percuss.explore.attractors.experiments import experiment_job, wilson
+from percuss.explore.attractors.hammers import MACHINE_COLUMNS, ClockedHammer, invariants_of
 from percuss.explore.jobs.carrying_out import carry_out
+from percuss.model import Chamber, Machine, Port, Reversed, UniformBar, Valve
+from percuss.simulate import STALLS
 
 TURN = 2.0 * np.pi
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
 # two stable motions z=1/1, of one striking speed, at different phases
 TWINS = System(s=1e6, d=0.0, restitution=0.6, load=Load.fourier([0.6, 1.0, np.exp(1.0j)]))
+ELASTIC = System(s=3.0, d=0.05, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+BAR = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
+IN_SI = System.from_si(BAR, Load.harmonic(5e3, 6e3, frequency=60.0), Kept(restitution=0.6))
+PORTS = (Port("power", behind=1.0, side="back"), Port("return", on="impact"))
 
 
-# -- intervals ------------------------------------------------------------------------------------------------------
+def machine(stiffness, contact=None, ports=PORTS, body=None):
+    valve = Valve({"return": -0.3, "power": 1.0}, ports, chamber=Chamber(0.0, stiffness))
+    return Machine(UniformBar(20.0) if body is None else body, valve, Kept(0.5) if contact is None else contact)
+
+
+GAS = machine(1.2)
+
+
+def same(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        assert one[name].dtype == other[name].dtype and one[name].tobytes() == other[name].tobytes(), name
+
+
+# -- intervals --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("n", [1, 7, 100, 12345, 10**6])
@@ -42,7 +62,7 @@ def test_wilson_at_its_ends():
         wilson(1, 3, 1.0)
 
 
-# -- starts ---------------------------------------------------------------------------------------------------------
+# -- starts -----------------------------------------------------------------------------------------------------------
 
 
 def test_the_named_distributions():
@@ -66,36 +86,59 @@ def test_the_named_distributions():
         assert abs(np.corrcoef(phase, speed)[0, 1]) < 0.01
 
 
+@pytest.mark.parametrize("hammer", [PNEUMATIC, GAS], ids=["system", "machine"])
 @pytest.mark.parametrize("name", DISTRIBUTIONS)
-def test_starts_are_those_of_the_seed(name):
-    one, more, other = (named(PNEUMATIC, name, n, seed) for n, seed in ((50, 3), (500, 3), (50, 4)))
-    for field in ("displacement", "velocity", "gap", "time"):
-        assert np.array_equal(getattr(one, field), getattr(more, field)[:50])
-    assert not np.array_equal(one.time, other.time)
-
-
-@pytest.mark.parametrize("name", DISTRIBUTIONS)
-def test_portions_of_starts_are_those_of_the_whole(name):
-    whole = named(PNEUMATIC, name, 2 * BLOCK + 10, 3)
-    for first, last in ((0, 1), (BLOCK - 3, BLOCK + 3), (BLOCK, 2 * BLOCK), (10, 2 * BLOCK + 10)):
-        part = named(PNEUMATIC, name, last - first, 3, first)
-        for field in ("displacement", "velocity", "gap", "time"):
+def test_starts_are_those_of_the_seed_in_any_portions(hammer, name):
+    whole, other = named(hammer, name, 2 * BLOCK + 10, 3), named(hammer, name, 50, 4)
+    fields = ("displacement", "velocity", "gap", *(("time",) if hammer is PNEUMATIC else ("state",)))
+    for first, last in ((0, 50), (BLOCK - 3, BLOCK + 3), (BLOCK, 2 * BLOCK), (10, 2 * BLOCK + 10)):
+        part = named(hammer, name, last - first, 3, first)
+        for field in fields:
             assert np.array_equal(getattr(part, field), getattr(whole, field)[first:last])
-    assert not np.array_equal(whole.time[:BLOCK], whole.time[BLOCK : 2 * BLOCK])
-    assert np.unique(whole.time).size == len(whole)
+    chance = whole.time if hammer is PNEUMATIC else whole.velocity[:, 0]
+    assert not np.array_equal(other.velocity, whole.velocity[:50]) or not np.array_equal(other.time, whole.time[:50])
+    assert not np.array_equal(chance[:BLOCK], chance[BLOCK : 2 * BLOCK]) and np.unique(chance).size == len(whole)
 
 
-def test_a_portion_of_very_many_starts_is_drawn_alone():
-    """10¹² of them would take 30 TB."""
-    n = 10**12
+@pytest.mark.parametrize("name", DISTRIBUTIONS)
+def test_starts_of_machines_have_its_scale(name):
+    whole = named(GAS, name, BLOCK, 5)
+    assert abs(whole.state.mean() - 0.5) < 0.01 and not whole.time.any()
+    speed, place = whole.velocity[:, 0] / np.sqrt(2.6), whole.gap
+    assert speed_scale(GAS) == pytest.approx(np.sqrt(2.6))
+    if name == "field":
+        assert -2.0 <= place.min() < -1.99 and place.max() <= 0.0 and abs(speed.std() - 1.0) < 0.02
+    else:
+        assert not place.any() and speed.max() < 0.0
+        assert -speed.min() <= 0.05 if name == "gentle" else abs((speed**2).mean() - 1.0) < 0.03
+
+
+def test_a_longer_stroke_and_a_stronger_valve_draw_alike():
+    """Starts keep their place among the ports and their energy beside the work of the valve."""
+    scaled = GAS.with_valve(GAS.valve.scaled(4.0, 0.25))
+    for name in DISTRIBUTIONS:
+        one, other = (named(which, name, 100, 1) for which in (GAS, scaled))
+        assert np.allclose(0.25 * one.gap, other.gap) and np.allclose(one.velocity, other.velocity)
+
+
+def test_a_portion_of_very_many_starts_is_made_alone():
+    """10¹² of them would take 30 TB, a plane of 10¹⁰ 400 GB."""
+    n, stop = 10**12, Stop(impacts=50)
     for job in (
-        experiment_job(PNEUMATIC, n, "wall", 1, stop=Stop(impacts=50)),
-        experiment_job(PNEUMATIC, n, Starts.rigid(-1.0, 0.0, [0.0, 1.0, 2.0]), 1, stop=Stop(impacts=50)),
+        experiment_job(PNEUMATIC, n, "wall", 1, stop=stop),
+        experiment_job(PNEUMATIC, n, Starts.rigid(-1.0, 0.0, [0.0, 1.0, 2.0]), 1, stop=stop),
     ):
         last = job.compute(n - 5, n, lambda: False)
         same(job.compute(n - 2, n, lambda: False), {name: values[3:] for name, values in last.items()})
-    with pytest.raises(PercussError, match="memory"):
-        carry_out(job, workers=1)
+    n = 100_000
+    plane = basins_job(ELASTIC, ("time", 0.0, 6.0, n), ("u_2", -0.1, 0.1, n), at={"position": -1.0}, modes=2)
+    part = plane.starts(n * n - n - 2, n * n - n + 2)
+    assert part.time.tolist() == [plane.x[1][-2], 6.0, 0.0, plane.x[1][1]]
+    assert part.displacement[:, 2].tolist() == [plane.y[1][-2]] * 2 + [0.1] * 2
+    assert np.allclose(part.displacement @ [1.0, -2.0, 2.0], -1.0)
+    for many in (job, plane):
+        with pytest.raises(PercussError, match="memory"):
+            carry_out(many, workers=1)
 
 
 def test_drawing_with_replacement_does_not_depend_on_how_many():
@@ -104,13 +147,6 @@ def test_drawing_with_replacement_does_not_depend_on_how_many():
     assert np.array_equal(drawn(rows, 50, 4).time, whole.time[:50])
     assert np.array_equal(drawn(rows, 60, 4, BLOCK - 30).time, whole.time[BLOCK - 30 : BLOCK + 30])
     assert stats.chisquare(np.bincount(whole.time.astype(int))).pvalue > 1e-3
-
-
-def test_wall_needs_a_load_that_pushes():
-    pulled = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(-0.1, 1.0))
-    with pytest.raises(ParameterError, match="pushes"):
-        named(pulled, "wall", 10)
-    assert len(named(pulled, "field", 10)) == 10
 
 
 def test_files_of_starts(tmp_path):
@@ -141,57 +177,49 @@ def test_files_of_starts(tmp_path):
     assert ringing.columns["start_displacement"].shape == (2, 3) and len(ringing.shares) >= 1
 
 
+def test_files_of_starts_of_machines(tmp_path):
+    (tmp_path / "a.csv").write_text("position,velocity,state\n-0.5,0.1,power\n-0.2,0,return\n0,-1,1\n")
+    starts = own(GAS, tmp_path / "a.csv", 0)
+    assert starts.state.tolist() == [1, 0, 1] and starts.gap.tolist() == [-0.5, -0.2, 0.0]
+    np.savez(tmp_path / "m.npz", u_0=[-1.0, -1.0], u_2=[0.1, 0.0], state=[1, 0])
+    ringing = own(GAS, tmp_path / "m.npz", 0)
+    assert np.allclose(ringing.gap, [-0.8, -1.0]) and ringing.state.tolist() == [1, 0]
+    found = experiment(GAS, None, tmp_path / "m.npz", modes=3, workers=1)
+    assert len(found) == 2 and found.columns["start_displacement"].shape == (2, 3)
+    assert [start.valve_state for start in found.starts] == ["power", "return"]
+    usual = own(GAS, Starts.rigid([-0.5, -0.1]), 0)
+    assert usual.state.tolist() == [0, 0]
+    assert own(GAS, lambda seed: starts, 0) is starts
+    many = experiment(GAS, 50, tmp_path / "a.csv", seed=1, workers=1)
+    assert set(many.columns["position"]) == {-0.5, -0.2, 0.0} and many.distribution == "a.csv"
+
+
 @pytest.mark.parametrize(
-    ("text", "word"),
+    ("hammer", "text", "word"),
     [
-        ("position,velocity,time\n-1,0,0\n-1,x,0\n", "line 3"),
-        ("position,velocity,time\n-1,0\n", "3 numbers"),
-        ("place,velocity\n-1,0\n", "place"),
-        ("position,u_0\n-1,0\n", "both"),
-        ("time\n1\n", "no column"),
-        ("position\n0.5\n", "wall"),
-        ("u_0,u_1\n0,-1\n", "wall"),
-        ("position\nnan\n", "finite"),
-        ("position\n", "row"),
-        ("", "row"),
-        ("position,position\n-1,-1\n", "once"),
+        (PNEUMATIC, "position,velocity,time\n-1,0,0\n-1,x,0\n", "line 3"),
+        (PNEUMATIC, "position,velocity,time\n-1,0\n", "3 numbers"),
+        (PNEUMATIC, "place,velocity\n-1,0\n", "place"),
+        (PNEUMATIC, "position,u_0\n-1,0\n", "both"),
+        (PNEUMATIC, "time\n1\n", "no column"),
+        (PNEUMATIC, "position\n0.5\n", "wall"),
+        (PNEUMATIC, "u_0,u_1\n0,-1\n", "wall"),
+        (PNEUMATIC, "position\nnan\n", "finite"),
+        (PNEUMATIC, "position\n", "row"),
+        (PNEUMATIC, "", "row"),
+        (PNEUMATIC, "position,position\n-1,-1\n", "once"),
+        (GAS, "position,state\n-1,closed\n", "line 2"),
+        (GAS, "position,state\n-1,2\n", "'return', 'power'"),
+        (GAS, "position,state\n-1,0.5\n", "row 1"),
+        (GAS, "position,time\n-1,0\n", "no clock"),
+        (GAS, "position,phase\n-1,0\n", "state"),
+        (GAS, "state\n0\n", "no column"),
     ],
 )
-def test_bad_files(tmp_path, text, word):
-    path = tmp_path / "starts.csv"
-    path.write_text(text)
+def test_tables_that_are_no_starts(tmp_path, hammer, text, word):
+    (tmp_path / "starts.csv").write_text(text)
     with pytest.raises(ParameterError, match=word):
-        own(PNEUMATIC, path)
-
-
-def test_no_such_distribution(tmp_path):
-    with pytest.raises(ParameterError, match="wall, field, gentle"):
-        experiment(PNEUMATIC, 10, "walls", workers=1)
-    with pytest.raises(ParameterError, match="regular"):
-        own(PNEUMATIC, tmp_path)
-    (tmp_path / "x.npz").write_bytes(b"no archive")
-    (tmp_path / "x.nc").write_bytes(b"no archive")
-    for name in ("x.npz", "x.nc"):
-        with pytest.raises(ParameterError, match="file of numbers"):
-            own(PNEUMATIC, tmp_path / name)
-    with pytest.raises(ParameterError, match="Starts"):
-        own(PNEUMATIC, lambda seed: seed)
-    for wrong in (
-        {"starts": 0}, {"seed": -1}, {"modes": -1}, {"stop": 3}, {"distance": "x"}, {"stop": Stop(impacts=0)}
-    ):  # fmt: skip
-        with pytest.raises(ParameterError):
-            experiment(PNEUMATIC, **{"starts": 10, **wrong}, workers=1)
-
-
-def test_what_cannot_be_followed_is_refused_at_once():
-    resonant = System(s=1.0 / np.pi, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0))
-    with pytest.raises(ResonanceError):
-        experiment_job(resonant, 10, modes=3)
-    assert experiment_job(resonant, 10, modes=0).size == 10
-    ringing = Starts.random(PNEUMATIC, 5, distribution="ringing", modes=4)
-    with pytest.raises(ParameterError, match="more modes"):
-        experiment_job(PNEUMATIC, None, ringing, modes=3)
-    assert experiment_job(PNEUMATIC, None, ringing, modes=4).size == 5
+        experiment_job(hammer, None, tmp_path / "starts.csv")
 
 
 def test_a_function_of_the_seed():
@@ -205,7 +233,86 @@ def test_a_function_of_the_seed():
     assert not np.array_equal(same.velocity, drawn(close(3), 100, 9).velocity)
 
 
-# -- attractors -----------------------------------------------------------------------------------------------------
+# -- what is refused --------------------------------------------------------------------------------------------------
+
+
+PULLED = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(-0.1, 1.0))
+RESONANT = System(s=1.0 / np.pi, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0))
+LEVEL = GAS.with_valve(Valve({"a": 1.0, "b": 1.0}, [Port("b", on="impact")]))
+RINGING = Starts.random(PNEUMATIC, 5, distribution="ringing", modes=4)
+VELOCITY = ("velocity", -1.0, 1.0, 3)
+
+
+@pytest.mark.parametrize(
+    ("hammer", "asked", "word"),
+    [
+        (PNEUMATIC, {"distribution": "walls"}, "wall, field, gentle"),
+        (GAS, {"distribution": "wide"}, "wall, field, gentle"),
+        (PNEUMATIC, {"distribution": lambda seed: seed}, "Starts"),
+        (GAS, {"distribution": Starts.rigid(-1.0).with_valve(0, ("return", "shut"))}, "states return, shut"),
+        (GAS.valve, {}, "Machine"),
+        (PULLED, {}, "pushes"),
+        (LEVEL, {}, "different forces"),
+        (RESONANT, {"modes": 3}, "mode"),
+        (PNEUMATIC, {"distribution": RINGING, "modes": 3}, "more modes"),
+        *((PNEUMATIC, {name: wrong}, name) for name, wrong in (
+            ("starts", 0), ("seed", -1), ("modes", -1), ("stop", 3),
+        )),
+        (PNEUMATIC, {"stop": Stop(impacts=0)}, "impacts"),
+    ],
+)  # fmt: skip
+def test_experiments_that_are_none(hammer, asked, word):
+    with pytest.raises((ParameterError, ResonanceError), match=word):
+        experiment_job(hammer, **{"starts": 10, **asked})
+
+
+def test_what_has_no_wall_may_have_a_field():
+    assert len(named(PULLED, "field", 10)) == experiment_job(LEVEL, 10, "field").size == 10
+    assert experiment_job(RESONANT, 10, modes=0).size == 10
+    assert experiment_job(PNEUMATIC, None, RINGING, modes=4).size == 5
+    with pytest.raises(ParameterError):
+        experiment(PNEUMATIC, 10, distance="x", workers=1)
+    for state in (2, -1, 0.5, [0, 1]):
+        with pytest.raises(ParameterError):
+            Starts.rigid(-1.0).with_valve(state, ("return", "power"))
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(ParameterError, match="regular"):
+        own(PNEUMATIC, tmp_path)
+    for name in ("x.npz", "x.nc"):
+        (tmp_path / name).write_bytes(b"no archive")
+        with pytest.raises(ParameterError, match="file of numbers"):
+            own(PNEUMATIC, tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("hammer", "asked", "word"),
+    [
+        (ELASTIC, {"x": ("speed", 0, 1, 3)}, "position, velocity, time"),
+        (ELASTIC, {"x": ("velocity", 0, 1, 3)}, "another"),
+        (ELASTIC, {"x": ("position", -1.0, 0.5, 3)}, "wall"),
+        (ELASTIC, {"x": ("u_3", -1.0, 0.5, 3)}, "modes"),
+        (ELASTIC, {"x": ("u_0", -1.0, 0.5, 3)}, "u_1"),
+        (ELASTIC, {"x": "time"}, "name, first"),
+        (ELASTIC, {"at": {"velocity": 1.0}}, "not on an axis"),
+        (ELASTIC, {"at": {"place": 1.0}}, "position, velocity, time"),
+        (ELASTIC, {"at": {"position": 1.0}}, "wall"),
+        (ELASTIC, {"modes": -1}, "modes"),
+        (ELASTIC, {"x": Axis.linear("time", 0.0, 6.0, 3, "ms")}, "dimensionless"),
+        (ELASTIC, {"stop": Stop(impacts=0)}, "impacts"),
+        (GAS, {"x": ("time", 0.0, 1.0, 3), "y": VELOCITY}, "no clock"),
+        (GAS, {"x": ("position", -1.0, 0.5, 3), "y": VELOCITY}, "wall"),
+        (GAS, {"x": ("position", -1.0, 0.0, 3), "y": VELOCITY, "at": {"state": "shut"}}, "'return', 'power'"),
+        (GAS, {"x": ("position", -1.0, 0.0, 3), "y": VELOCITY, "at": {"state": 2}}, "'return', 'power'"),
+    ],
+)
+def test_planes_that_are_none(hammer, asked, word):
+    with pytest.raises(ParameterError, match=word):
+        basins_job(hammer, **{"x": ("time", 0.0, 6.0, 3), "y": ("velocity", -1.0, 0.0, 3), "modes": 2, **asked})
+
+
+# -- attractors of systems --------------------------------------------------------------------------------------------
 
 
 def test_two_motions_of_one_label_are_told_apart():
@@ -323,15 +430,6 @@ def test_the_numbers_of_an_attractor_are_those_of_its_motion():
     assert share.impact_velocities[0] == pytest.approx(max(share.impact_velocities))
 
 
-# -- the same bits --------------------------------------------------------------------------------------------------
-
-
-def same(one, other):
-    assert one.keys() == other.keys()
-    for name in one:
-        assert one[name].dtype == other[name].dtype and one[name].tobytes() == other[name].tobytes(), name
-
-
 def test_what_is_no_longer_wanted_ends_early():
     job = experiment_job(PNEUMATIC, 200_000, "wall", 1, stop=Stop(impacts=10**6, periodic=False))
     calls = []
@@ -365,7 +463,134 @@ def test_the_ask_tells_all_that_matters():
     assert experiment_job(PNEUMATIC, 10, threads=2).ask == asks[0]
 
 
-# -- what is told ---------------------------------------------------------------------------------------------------
+def test_motions_that_do_not_repeat_have_no_phases():
+    resting = System(s=1e6, d=0.0, restitution=0.5, load=Load.harmonic(1.2, 1.0))
+    found = experiment(resting, 50, "gentle", 1, workers=1)
+    assert found.to_json_dict()["shares"][0]["label"] == "rest"
+    assert found.shares[0].phases == () and found.shares[0].share == 1.0
+    steps = System(s=1e6, d=0.0, restitution=0.8, load=Load.square(1.0, 1.3))
+    lost = experiment(steps, 20, "field", 1, stop=Stop(impacts=200), workers=1)
+    assert {"aperiodic"} <= set(lost.label) and lost.shares[0].phases == ()
+
+
+def test_a_cycle_with_rest_of_open_length_has_one_name_in_shares_and_maps():
+    """p = 0.34688 + cos t, R = 0.6: released again at the same phase, but rounding decides after how many periods."""
+    system = System(20.0, 1e-9, 0.6, Load.harmonic(0.34688, 1.0))
+    assert [share.label for share in experiment(system, 3, modes=0).shares] == ["chatter/?"]
+    found = sweep(system, Axis("restitution", np.array([0.6, 0.6 + 1e-15])), quantities=["label"], modes=0)
+    assert found["label"].tolist() == ["chatter/?", "chatter/?"]
+
+
+# -- machines: which run ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffness", [0.9, 1.2, 1.5])
+def test_starts_on_the_wall_run_when_their_energy_takes_them_to_the_port(stiffness):
+    """Without drag: v² + 2 a_r S > κS² in the state of return; in that of power the blow comes first, and leaves R²v².
+
+    What has reached the port once gets (a_r + a_p)S there and runs on, if the machine can run at all: at the blow of
+    its cycle, w = 2 (a_r + a_p)S/(1 − R²), the same must hold of R²w.
+    """
+    found = experiment(machine(stiffness), 2000, "wall", seed=3, workers=1)
+    speed, state = found.columns["velocity"], found.columns["state"]
+    left = speed**2 * np.where(state == 0, 1.0, 0.25)
+    can = stiffness < 0.25 * 2.6 / 0.75 + 0.6
+    # a start that passes the port strikes with w_1 = v² + 2.6, and that must do for the next stroke too
+    expected = (left + 0.6 > stiffness) & can
+    runs = np.char.startswith(found.label, "runs")
+    edge = np.abs(left + 0.6 - stiffness) < 1e-9
+    assert np.array_equal(runs[~edge], expected[~edge])
+    assert np.all(np.char.startswith(found.label[~runs], "stalls"))
+    if can:
+        share, low, high = found.labels["runs 1/1"]
+        assert (low, high) == wilson(int(runs.sum()), 2000) and share == runs.mean()
+        attractor = next(one for one in found.attractors if one.label == "runs 1/1")
+        assert attractor.figures["impact_velocities"] == pytest.approx([np.sqrt(2.6 / 0.75)], rel=1e-7)
+        assert attractor.figures["blow_energies"] == pytest.approx([1.3 / 0.75], rel=1e-7)
+        assert attractor.figures["energy_lost"] == pytest.approx(1.3, rel=1e-7)
+
+
+def test_members_of_an_attractor_have_its_label_and_its_period():
+    """A machine with long delays has several motions beside each other."""
+    late = (Port("power", behind=1.0, side="back", delay=0.9), Port("return", behind=0.1, side="front", delay=0.9))
+    twin = Machine(UniformBar(20.0), Valve({"return": -0.3, "power": 1.0}, late), Kept(0.8))
+    found = experiment(twin, 300, "field", seed=1, workers=1)
+    for attractor in found.attractors:
+        members = found.attractor == attractor.number
+        assert len(set(found.label[members].tolist())) == 1 and members.sum() == attractor.members
+        if (period := attractor.figures["period"]) is not None:
+            assert np.ptp(found.columns["period"][members]) < 1e-3 * period
+    assert sum(one.members for one in found.attractors) == 300
+
+
+def test_bounces_that_a_turned_strain_holds_come_to_rest():
+    """A bar whose law turns the strain is laid down where a contact would not have ended before the next begins."""
+    front = (Port("power", behind=1.0, side="back"), Port("return", behind=0.1, side="front", delay=0.01))
+    pressed = machine(0.0, Reversed(0.15), front, UniformBar(20.0))
+    start = Start.rigid(0.0, -1e-3).with_valve("power")
+    motion = run(pressed, start, modes=0, stop=Stop(impacts=50))
+    assert motion.impacts < 50 and len(motion.events.of("rest")) and motion.label.startswith("runs")
+
+
+# -- planes -----------------------------------------------------------------------------------------------------------
+
+
+def test_the_shares_of_a_box_are_those_of_random_starts_in_it():
+    """As many random starts from the box as the image has points: the parts agree within the intervals."""
+    n = 70
+    grid = basins(
+        TWINS,
+        ("time", TURN / (2 * n), TURN * (1 - 1 / (2 * n)), n),
+        ("velocity", -5.0 * (1 - 1 / (2 * n)), -5.0 / (2 * n), n),
+        workers=1,
+    )
+
+    def uniform(seed):
+        draw = np.random.default_rng(seed)
+        return Starts.rigid(0.0, -5.0 * draw.random(n * n), TURN * draw.random(n * n))
+
+    random = experiment(TWINS, None, uniform, seed=1, workers=1)
+    assert [a.label for a in grid.attractors[:2]] == ["z=1/1", "z=1/1"]
+    for share in grid.shares[:2]:
+        twin = min((s for s in random.shares if s.label == "z=1/1"), key=lambda s: abs(s.phases[0] - share.phases[0]))
+        assert twin.phases == pytest.approx(share.phases, abs=1e-6)
+        middle, half = twin.share, 0.5 * (twin.high - twin.low)
+        assert abs(share.share - middle) < 2.0 * half
+    assert sum(attractor.members for attractor in grid.attractors) == n * n
+
+
+def test_modal_amplitudes():
+    found = basins(ELASTIC, ("u_1", -0.3, 0.3, 3), Axis.linear("v_2", -0.2, 0.2, 2), at={"position": -1.0}, modes=2)
+    for i, v in enumerate((-0.2, 0.2)):
+        for j, u in enumerate((-0.3, 0.0, 0.3)):
+            start = Start.modal([-1.0 + 2.0 * u, u, 0.0], [0.0, 0.0, v])
+            assert found.label[i, j] == run(ELASTIC, start, modes=2).label
+    assert found.columns["start_displacement"].shape == (6, 3)
+    assert np.allclose(found.columns["position"], -1.0)
+
+
+def test_what_is_not_done_has_no_number():
+    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
+    found.columns["code"][:7] = -1
+    part = Basins(found.system, 0, found.stop, found.x, found.y, (), found.columns)
+    assert (part.image.reshape(-1)[:7] == -1).all() and (part.image.reshape(-1)[7:] >= 0).all()
+    assert (part.label.reshape(-1)[:7] == "").all() and sum(a.members for a in part.attractors) == 13
+
+
+def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
+    plane, place = (("position", -1.5, -0.1, 5), ("velocity", -2.0, 2.0, 4)), tmp_path / "b.zarr"
+    found = basins(GAS, *plane, at={"state": "power"}, workers=1, archive=place)
+    for i, j in np.ndindex(4, 5):
+        start = Start.rigid(found.x[1][j], found.y[1][i]).with_valve("power")
+        assert found.label[i, j] == run(GAS, start, modes=0).label
+    again = Basins.from_archive(Archive.open(place))
+    assert again.at == (("state", 1.0),) and np.array_equal(again.image, found.image)
+    assert found.dataset["state"].values.tolist() == np.ones((4, 5), dtype=int).tolist()
+    usual = basins(GAS, ("position", [-0.9]), ("velocity", [0.0]), workers=1)
+    assert usual.columns["state"].tolist() == [0]
+
+
+# -- what is told -----------------------------------------------------------------------------------------------------
 
 
 def test_json():
@@ -381,16 +606,6 @@ def test_json():
     assert parts == sorted(parts, reverse=True) and sum(parts) == pytest.approx(1.0)
 
 
-def test_motions_that_do_not_repeat_have_no_phases():
-    resting = System(s=1e6, d=0.0, restitution=0.5, load=Load.harmonic(1.2, 1.0))
-    found = experiment(resting, 50, "gentle", 1, workers=1)
-    assert found.to_json_dict()["shares"][0]["label"] == "rest"
-    assert found.shares[0].phases == () and found.shares[0].share == 1.0
-    steps = System(s=1e6, d=0.0, restitution=0.8, load=Load.square(1.0, 1.3))
-    lost = experiment(steps, 20, "field", 1, stop=Stop(impacts=200), workers=1)
-    assert {"aperiodic"} <= set(lost.label) and lost.shares[0].phases == ()
-
-
 def test_dataset():
     found = experiment(PNEUMATIC, 60, "wall", 1, workers=1)
     data = found.dataset
@@ -402,16 +617,24 @@ def test_dataset():
     assert "Experiment: 60 starts" in str(found) and "%" in str(found)
 
 
+def test_dataset_of_a_plane():
+    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1)
+    data = found.dataset
+    assert data["attractor_number"].dims == ("velocity", "time") and data["attractor_number"].shape == (4, 5)
+    assert data["time"].attrs["units"] == "rad" and data.attrs["at_position"] == -0.1
+    assert data["invariants"].dims == ("velocity", "time", "invariant")
+    assert np.array_equal(data["attractor_number"], found.image)
+    assert "Basins: 5 × 4 starts" in str(found)
+
+
 def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
-    bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)
-    system = System.from_si(bar, Load.harmonic(5e3, 6e3, frequency=60.0), Kept(restitution=0.6))
-    experiment(system, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr")
+    experiment(IN_SI, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr")
     data = Experiment.from_archive(Archive.open(tmp_path / "e.zarr")).dataset
     for name, scale, unit in (
-        ("impact_velocity", system.speed_scale, "m/s"),
-        ("blow_energy", system.energy_scale, "J"),
-        ("position", system.length_scale, "m"),
-        ("interval_mean", system.time_scale, "s"),
+        ("impact_velocity", IN_SI.speed_scale, "m/s"),
+        ("blow_energy", IN_SI.energy_scale, "J"),
+        ("position", IN_SI.length_scale, "m"),
+        ("interval_mean", IN_SI.time_scale, "s"),
     ):
         assert data[name].attrs["si_scale"] == pytest.approx(scale) and data[name].attrs["si_units"] == unit
     assert data["impact_velocity"].attrs["units"] == "1"
@@ -420,18 +643,38 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     plain = experiment(PNEUMATIC, 30, "wall", 1, workers=1).dataset
     assert plain["blow_energy"].attrs["comment"] == "dimensionless" and "si_scale" not in plain["blow_energy"].attrs
     assert "frequency_Hz" not in plain.attrs
+    data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).dataset
+    assert data["time"].attrs == {"units": "rad", "si_scale": IN_SI.time_scale, "si_units": "s"}
+    assert data["velocity"].attrs["si_scale"] == IN_SI.speed_scale
+    assert data.attrs["scaling"].startswith("dimensionless")
 
 
-def test_shares_beside_single_motions():
-    starts = named(PNEUMATIC, "wall", 40, 9)
-    found = experiment(PNEUMATIC, 40, "wall", 9, workers=1)
-    alone = [run(PNEUMATIC, Start.rigid(0.0, s.velocity[0], s.time), modes=0).label for s in starts]
-    assert found.label.tolist() == alone
+def test_the_table_has_words_units_and_scales():
+    from percuss.case import load_case
+
+    found = experiment(load_case("valve-drifter").machine(), 20, "wall", seed=1, stop=Stop(impacts=100), workers=1)
+    data = found.dataset
+    assert set(MACHINE_COLUMNS) <= set(data) and data.attrs["machine"].startswith("Machine")
+    assert data["state"].attrs["words"] == "return, power" and data["stall"].attrs["words"] == ", ".join(STALLS)
+    assert data["velocity"].attrs["si_units"] == "m/s" and data["period"].attrs["si_units"] == "s"
+    assert data["velocity"].attrs["si_scale"] == pytest.approx(found.system.length_scale)
+    first = found.shares[0]
+    assert first.label == "runs 1/1" and first.attractor.figures["period"] == pytest.approx(1.0 / 61.2, rel=2e-3)
+    assert first.impact_velocities[0] * found.system.speed_scale == pytest.approx(10.92, rel=1e-3)
+    json.dumps(found.to_json_dict(), allow_nan=False)
 
 
-def test_a_cycle_with_rest_of_open_length_has_one_name_in_shares_and_maps():
-    """p = 0.34688 + cos t, R = 0.6: released again at the same phase, but rounding decides after how many periods."""
-    system = System(20.0, 1e-9, 0.6, Load.harmonic(0.34688, 1.0))
-    assert [share.label for share in experiment(system, 3, modes=0).shares] == ["chatter/?"]
-    found = sweep(system, Axis("restitution", np.array([0.6, 0.6 + 1e-15])), quantities=["label"], modes=0)
-    assert found["label"].tolist() == ["chatter/?", "chatter/?"]
+def test_pictures_of_a_case_in_si_have_axes_in_si():
+    from percuss import plot
+
+    bar = Bar(length=0.09, diameter=0.06)
+    system = System.from_si(bar, Load.harmonic(mean=900.0, amplitude=1200.0, frequency=33.0), Kept(restitution=0.3))
+    speed = 8.0 / system.speed_scale
+    found = basins(system, ("time", 0.1, 6.2, 6), ("velocity", -speed, -0.1 * speed, 5), modes=0, workers=1)
+    panel = plot.basins(found).axes[0]
+    assert panel.get_xlabel().endswith("[ms]") and panel.get_ylabel() == "velocity of the start [m/s]"
+    assert panel.get_ylim()[0] == pytest.approx(-8.9) and 30.0 < panel.get_xlim()[1] < 34.0
+    starts = plot.experiment(experiment(system, 40, modes=0, workers=1)).axes[1]
+    assert starts.get_xlabel().endswith("[ms]") and "[m/s]" in starts.get_ylabel()
+    plain = plot.basins(basins(ELASTIC, ("time", 0.1, 6.2, 4), ("position", -3.0, -0.1, 3), modes=0, workers=1)).axes[0]
+    assert plain.get_xlabel() == "load phase of the start [rad]" and "[bar lengths]" in plain.get_ylabel()

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from hammers import HAMMERS
-from percuss import Bar, Kept, Load, Stop, System
+from percuss import Bar, Kept, Load, Stop, System, run
 from percuss.case import load_case, sweep_job_of
 from percuss.errors import Interrupted
 from percuss.explore import MACHINE_QUANTITIES, QUANTITIES, Archive, Axis, Basins, Experiment, carry_out
@@ -24,8 +24,6 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 
 NEVER = lambda: False  # noqa: E731
 STOP = Stop(impacts=200)
-ALONE = {"machine on its pump"}
-"""What is followed one by one only."""
 PLACES = ("position", -1.5, -0.1, 7), ("velocity", -2.0, -0.1, 5)
 SEVERAL = System(s=8.0, d=0.3, restitution=0.2, load=Load.fourier([0.3, *(1.0 / k for k in range(1, 13))]))
 ROOTS = ["phase", "reduced_margin", "margin", "phases"]
@@ -44,12 +42,10 @@ JOBS: dict[str, Callable[..., Any]] = {
     **{
         f"experiment of {name}": partial(experiment_job, what, 40, "field", 2, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
-        if name not in ALONE
     },
     **{
         f"basins of {name}": partial(basins_job, what, *PLACES, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
-        if name not in ALONE
     },
     **{f"map of {name}": partial(mapped, name) for name in HAMMERS},
     "map of roots": partial(sweep_job, SEVERAL, "load_factor=0.05:1.2:20", "restitution=0:0.9:5", quantities=ROOTS),
@@ -111,6 +107,21 @@ def test_interrupted_kept_and_gone_on_with(
     else:
         for name in set(again.quantities) & set(whole):
             assert again[name].tobytes() == whole[name].tobytes(), name
+
+
+@pytest.mark.parametrize("name", [name for name in JOBS if "map" not in name])
+def test_every_start_ends_as_its_own_motion(name: str) -> None:
+    job = JOBS[name]()
+    found = (Experiment if job.ask["kind"] == "experiment" else Basins).of(job, job.compute(0, job.size, NEVER))
+    labels, starts = found.label.ravel().tolist(), job.starts(0, job.size)
+    for i in range(0, job.size, 2):
+        motion = run(job.system, starts[i], modes=job.modes, stop=STOP)
+        assert (labels[i], found.columns["impacts"][i]) == (motion.label, motion.impacts)
+        if "period" in found.columns:
+            period = np.nan if motion.cycle is None else motion.cycle.period
+            assert np.array_equal(found.columns["period"][i], period, equal_nan=True)
+    names = np.array([attractor.label for attractor in found.attractors])
+    assert names[found.numbers].tolist() == labels
 
 
 def test_processes_and_questions_of_their_own() -> None:

@@ -12,7 +12,6 @@ from percuss.explore import (
     Sweep,
     SystemFamily,
     carry_out,
-    parameters_of,
     sweep,
     vary,
 )
@@ -176,18 +175,6 @@ def test_functions_of_machines_are_quantities_of_their_own():
     found = sweep(MACHINE, "s=5,10", functions={"twice": double_speed}, modes=0, workers=1)
     assert found["twice"].tolist() == [10.0, 20.0] and found.quantities[0] == "stall"
     assert found.dataset["stall"].attrs["words"].startswith("runs, ") and found.words["stall"] == STALLS
-
-
-def test_every_parameter_is_read_and_put():
-    for name, parameter in parameters_of(MACHINE).items():
-        try:
-            parameter.check(MACHINE)
-        except ParameterError:
-            continue
-        value = parameter.get(MACHINE)
-        assert vary(MACHINE, {name: value}) == MACHINE, name
-        if name != "pressure":
-            assert parameter.get(vary(MACHINE, {name: value + 0.25})) == value + 0.25, name
 
 
 def test_what_machines_do_not_have_is_refused():

@@ -12,11 +12,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hammers import HAMMERS
 from percuss import Load, System
 from percuss.errors import ParameterError
-from percuss.explore import PARAMETERS, SystemFamily, vary
+from percuss.explore import PARAMETERS, BranchEvent, SystemFamily, follow, parameters_of, sweep, vary
 from percuss.explore.parameters import PERIODS, label_of
-from percuss.model import Kept
+from percuss.model import Kept, Machine
 from percuss.model.body import (
     BODIES,
     DAMPINGS,
@@ -33,6 +34,7 @@ from percuss.model.body import (
 from percuss.model.checks import Array
 from percuss.model.contact import LAWS
 from percuss.model.parameter import Parameter
+from percuss.steady import orbits
 
 LOADS = {
     "harmonic": Load.harmonic(0.9, 1.0),
@@ -100,6 +102,8 @@ def test_every_number_of_bodies_and_dampings_is_in_the_table() -> None:
         assert parameter.name == name and parameter.label == label_of(name) and parameter.meaning
         assert parameter.span is None or parameter.span[0] < parameter.span[1]
     assert label_of(PERIODS) == "load periods m" and label_of("bar.length") == "bar.length"
+    assert label_of("phase2") == "phase of harmonic 2"
+    assert PARAMETERS["break2"].meaning == "phase in rad at which the load's step 2 begins"
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -126,6 +130,22 @@ def test_what_is_put_comes_back_and_all_else_stays(load: str, damping: str, law:
         of_load = {"load_factor", "kappa", "mean", "amplitude"}
         for other in set(VALUES) - {name} - (of_load if name in of_load else set()):
             assert PARAMETERS[other].get(moved) == had[other], (name, other)
+
+
+@pytest.mark.parametrize("what", [one.what for one in HAMMERS.values()], ids=HAMMERS)
+def test_every_parameter_of_a_hammer_is_read_and_put(what: System | Machine) -> None:
+    for name, parameter in parameters_of(what).items():
+        try:
+            parameter.check(what)
+        except ParameterError:
+            continue
+        value = parameter.get(what)
+        if math.isinf(value):  # s of a mass that does not ring
+            continue
+        again = vary(what, {name: value})
+        assert again == what or (parameter.sets == "damping" and again.body.damping.is_zero), name
+        if name not in ("pressure", "restitution"):
+            assert parameter.get(vary(what, {name: value + 0.25})) == pytest.approx(value + 0.25, rel=1e-15), name
 
 
 @given(st.permutations(["restitution", "load_factor", "s", "amplitude", "damping_ratio"]))
@@ -166,3 +186,79 @@ def test_kappa_keeps_the_place_of_the_load_and_its_sign() -> None:
 def test_the_manual_names_every_parameter() -> None:
     manual = (Path(__file__).parents[2] / "docs" / "maps.md").read_text(encoding="utf-8")
     assert [name for name in (*PARAMETERS, PERIODS) if f"`{name}`" not in manual] == []
+
+
+# -- of one harmonic or step of a load: put, swept and followed --------------------------------------------------------
+
+FOURIER = System(s=5.0, d=0.02, restitution=0.5, load=Load.fourier([0.6, 1.0, 0.3j]))
+SQUARE = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))
+STEPS = System(s=5.0, d=0.0, restitution=0.5, load=Load.steps([0.2, 1.0, 3.0], [1.5, -0.3, 0.1]))
+
+
+@given(st.integers(1, 2), st.floats(1e-3, 5.0), st.floats(-3.1, 3.1))
+def test_amplitude_and_phase_of_a_harmonic_come_back(number: int, amplitude: float, phase: float) -> None:
+    names = f"amplitude{number}", f"phase{number}"
+    system = vary(FOURIER, {names[1]: phase, names[0]: amplitude})
+    assert PARAMETERS[names[0]].get(system) == pytest.approx(amplitude, rel=1e-14)
+    assert PARAMETERS[names[1]].get(system) == pytest.approx(phase, abs=1e-14)
+    t = np.linspace(0.0, 6.0, 7)
+    change = amplitude * np.cos(number * t + phase) - np.real(
+        FOURIER.load.coefficients[number] * np.exp(1j * number * t)
+    )
+    assert system.load.value(t) == pytest.approx(FOURIER.load.value(t) + change, abs=1e-13)
+
+
+@given(st.floats(-5.0, 5.0), st.floats(0.21, 2.9))
+def test_steps_and_breaks_come_back(value: float, place: float) -> None:
+    system = vary(STEPS, {"step3": value, "break2": place})
+    assert system.load.values == (1.5, -0.3, value)
+    assert system.load.breaks == (0.2, place, 3.0)
+    assert system.load.at == STEPS.load.at
+
+
+@pytest.mark.parametrize("name", ["amplitude3", "phase3", "step1", "break1"])
+def test_a_load_without_it_is_refused(name: str) -> None:
+    assert PARAMETERS[name].get(FOURIER) is None
+    with pytest.raises(ParameterError, match=name):
+        vary(FOURIER, {name: 0.1})
+    with pytest.raises(ParameterError, match=name):
+        SystemFamily(FOURIER).check({name: ""})
+
+
+@pytest.mark.parametrize("place", [0.2, 3.0, -1.0])
+def test_a_break_stays_between_its_neighbours(place: float) -> None:
+    with pytest.raises(ParameterError, match="break2"):
+        vary(STEPS, {"break2": place})
+
+
+@pytest.mark.parametrize("name", ["amplitude0", "phase", "amplitude01", "step-1", "Amplitude1"])
+def test_other_names_are_none(name: str) -> None:
+    assert name not in PARAMETERS
+    with pytest.raises(KeyError):
+        PARAMETERS[name]
+
+
+def test_an_orbit_moves_with_the_phase_of_the_only_harmonic() -> None:
+    """Nothing else happens: the whole load is shifted."""
+    system = System(s=5.0, d=0.02, restitution=0.5, load=Load.harmonic(0.8, 1.0))
+    branch = follow(orbits(system, 1, 1, modes=2).orbits[-1], "phase1", (-0.5, 0.5))
+    assert [point.kind for point in branch.points] == [BranchEvent.LIMIT] * 2
+    shifted = branch.times[:, 0] + branch.values
+    assert shifted == pytest.approx(np.full(shifted.shape, shifted[0]), abs=1e-12)
+
+
+def test_a_break_is_kappa() -> None:
+    start = orbits(SQUARE, 1, 1, modes=0).orbits[-1]
+    by_kappa, by_break = follow(start, "kappa", (1.64, 1.75)), follow(start, "break2", (1.64 * math.pi, 1.75 * math.pi))
+    assert [point.kind for point in by_break.points] == [point.kind for point in by_kappa.points]
+    expected = [math.pi * point.value for point in by_kappa.points]
+    assert [point.value for point in by_break.points] == pytest.approx(expected, rel=0, abs=1e-10)
+
+
+def test_an_amplitude_is_followed_and_swept() -> None:
+    start = orbits(FOURIER, 1, 1, modes=0).orbits[-1]
+    branch = follow(start, "amplitude2", (0.1, 0.5))
+    assert branch.values.max() <= 0.5
+    found = sweep(FOURIER, "amplitude2=0.1,0.3", quantities=["phase"], workers=1)
+    at_start = found["phase"][1]
+    assert np.mod(np.mod(at_start, 2.0 * math.pi) - start.phase + 1.0, 2.0 * math.pi) == pytest.approx(1.0, abs=1e-9)

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from machine_strategies import random_supplied
 from percuss.errors import ParameterError, PercussError
-from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
+from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, Supply, UniformBar, Valve
+from percuss.model.body import KelvinVoigt, Ratio
 from percuss.simulate import Start, Stop, Trajectory, run, simulate_many
 from percuss.steady import self_excited_motion
-from supply_oracle import begun, follow
+from supply_oracle import begun, follow, piston
 
 PORTS = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
 
@@ -56,16 +57,6 @@ def _grazes(motion: Trajectory, time: float) -> list[float]:
     u, v = at.displacement, at.velocity
     places = [0.0, *(port.behind for port in motion.machine.valve.ports if port.behind)]
     return [float(np.min(np.abs(u[0] + place) + v[0] ** 2)) for place in places]
-
-
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=8)
-def test_energy_closes(seed: int) -> None:
-    made, start = random_supplied(np.random.default_rng(seed))
-    motion = run(made, start, modes=0, stop=Stop(impacts=8, time=40.0))
-    balance = motion.energy_balance()
-    size = max(abs(balance.input), abs(balance.impacts), abs(balance.stored), float(motion.energy(0.0)[0]))
-    assert abs(balance.imbalance) <= 1e-10 * size
 
 
 def test_the_motion_settles_on_the_steady_cycle() -> None:
@@ -138,12 +129,55 @@ def test_a_great_accumulator_is_a_constant_pressure() -> None:
     assert fed.blow_speeds == pytest.approx(plain.blow_speeds, rel=1e-7)
 
 
-def test_elastic_modes_are_refused() -> None:
+@pytest.mark.parametrize("law", [Kept, Reversed])
+@pytest.mark.parametrize("compliance", [1.5, 6.0])
+def test_elastic_motions_are_those_of_plain_integration(law: type[Kept | Reversed], compliance: float) -> None:
+    """Bars that ring while the pressure follows the place where it acts; the drag is that of all modes."""
+    valve = two_force(Supply(0.9, compliance), chamber=Chamber(0.05, 0.3))
+    made, modes = Machine(UniformBar(6.0, External(0.1)), valve, law(0.3)), 3
+    motion = run(made, Start.rigid(-0.3, 0.2), modes=modes, stop=Stop(impacts=5, periodic=False))
+    now = begun(valve, -0.3, 0.2, 1.0, modes)
+    follow(now, valve, 0.3, 0.1, 5, bar=piston(made, modes), turned=law is Reversed)
+    own = [event for event in motion.events if event.kind in ("impact", "port", "valve")]
+    for event, (time, kind, detail) in zip(own, now.events, strict=False):
+        assert (event.kind, event.time) == (kind, pytest.approx(time, abs=1e-7))
+        if kind == "impact":
+            assert event.impact_velocity == pytest.approx(detail, rel=1e-6)
+    assert motion.impacts == 5 and abs(len(own) - len(now.events)) <= 2
+    assert motion.pressure([motion.blow_times[-1]])[0] == pytest.approx(now.pressure, rel=1e-7)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=16)
+def test_energy_closes(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    (made, start), modes = random_supplied(rng), int(rng.integers(0, 6))
+    if modes:
+        damping = [External(0.0), Ratio(0.3), KelvinVoigt(0.01), External(3.0)][int(rng.integers(4))]
+        law = (Kept, Reversed)[int(rng.integers(2))](made.contact.restitution)
+        made = replace(made, body=UniformBar(float(rng.uniform(3.0, 20.0)), damping), contact=law)
+    motion = run(made, start, modes=modes, stop=Stop(impacts=8, time=40.0))
+    balance = motion.energy_balance()
+    size = max(abs(balance.input), abs(balance.impacts), abs(balance.stored), float(motion.energy(0.0)[0]))
+    assert abs(balance.imbalance) <= 1e-10 * size
+
+
+@pytest.mark.parametrize("modes", [0, 4])
+def test_ensembles_are_single_motions(modes: int) -> None:
+    made = Machine(UniformBar(20.0, External(0.05)), two_force(Supply(1.0, 5.0), chamber=Chamber(0.05, 0.1)), Kept(0.4))
+    empty = replace(made, valve=two_force(Supply(0.02, 0.2)))
+    starts, stop = [Start.rigid(-0.2), Start.rigid(-0.7, 0.3)], Stop(tolerance=1e-8)
+    many = simulate_many([made, empty], starts, modes=modes, stop=stop)
+    for i, (machine_of, start) in enumerate(zip([made, empty], starts, strict=True)):
+        motion = run(machine_of, start, modes=modes, stop=stop)
+        assert (many.label[i], many.outcome[i], many.impacts[i]) == (motion.label, motion.outcome, motion.impacts)
+        period = math.nan if motion.cycle is None else motion.cycle.period
+        assert many.period[i] == pytest.approx(period, rel=0.0, abs=0.0, nan_ok=True)
+    assert many.label[0].startswith("runs 1/1") and many.label[1] == "stalls (without pressure)"
+
+
+def test_refusals() -> None:
     made = machine(two_force(Supply(1.0, 5.0)))
-    with pytest.raises(ParameterError, match="rigid piston"):
-        run(made)
-    with pytest.raises(ParameterError, match="supply"):
-        simulate_many(made, [Start.rigid(-0.2)], modes=0)
     with pytest.raises(PercussError, match="without a supply"):
         run(machine(Valve({"return": -0.4, "power": 1.8}, PORTS)), modes=0, stop=Stop(impacts=1)).pressure([0.0])
     with pytest.raises(ParameterError):

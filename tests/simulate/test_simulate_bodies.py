@@ -14,10 +14,10 @@ from scipy.integrate import solve_ivp
 from percuss import Load, Start, Stop, System, run
 from percuss.model.body import Bar, Body, Damping, External, KelvinVoigt, Ratio, Shape, SteppedBar, Table, UniformBar
 from percuss.model.contact import Kept, Reversed
+from percuss.simulate.engine import desk_for, table_of
 from percuss.simulate.kernels.modes import damped_phasors
 from percuss.simulate.kernels.motion_records import POWERS, RATIO, SINGLY
 from percuss.simulate.start import modal_parts
-from percuss.simulate.tables import desk_for, table_of
 from percuss.steady import si_report, steady_states
 
 LOAD = Load.fourier([0.7, 1.0, 0.3j])

@@ -284,6 +284,10 @@ HAMMERS = {
     "pump": switched(Valve(STATES, PORTS, supply=Supply(1.0, 5.0)), 0.3, 0),
     "pump with gas": switched(Valve(STATES, PORTS, chamber=Chamber(0.1, 0.1), supply=Supply(1.0, 5.0)), 0.3, 0),
     "pump from no pressure": switched(Valve(STATES, PORTS, supply=Supply(0.8, 3.0, 0.0)), 0.4, 0),
+    "elastic bar on a pump": switched(Valve(STATES, PORTS, supply=Supply(1.0, 5.0)), 0.3, 4),
+    "elastic bar on a pump, with gas": switched(
+        Valve(STATES, PORTS, chamber=Chamber(0.1, 0.1), supply=Supply(1.0, 5.0)), 0.3, 3
+    ),
 }
 
 

@@ -195,15 +195,6 @@ def parabolas(breaks, values, time, position, velocity):
     return LIMIT
 
 
-def around_breaks(breaks):
-    """Doubles some ulps before, at and after each break, in turns before and after 0, up to very many of them."""
-    for turn in (-(10**6), -40, -3, -1, 0, 1, 2, 17, 1000, 10**7):
-        for b in breaks:
-            time = b + turn * 2.0 * np.pi
-            ulps = np.array([-40, -13, -12, -9, -5, -2, -1, 0, 1, 2, 7, 13, 40])
-            yield from (time + ulps * np.spacing(max(abs(time), 2.0 * np.pi))).tolist()
-
-
 def near_steps(breaks, ulps):
     """Doubles so many ulps beside each break, in turns before and after 0 up to very many; and the break."""
     for turn in (-(10**6), -40, -3, -1, 0, 1, 2, 17, 1000, 10**7):

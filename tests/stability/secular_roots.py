@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from percuss.stability import LinearMap
 from percuss.stability import secular_kernels as kn
@@ -18,7 +19,7 @@ Complex = NDArray[np.complex128]
 def _found(count: int, flat: bool, work: Any, state: Any) -> bool:
     live = kn.joined(count, work) if flat else kn.joined_in_plane(count, work)
     strong = kn.beside_poles(live, work, state) if flat else kn.beside_complex_poles(live, work, state)
-    return bool(kn.all_together(live, strong, flat, work, state))
+    return bool(kn.all_together(live, strong, work, state))
 
 
 def roots_of_poles(poles: NDArray[Any], residues: NDArray[Any]) -> Complex:
@@ -39,3 +40,11 @@ def secular_roots(matrix: LinearMap) -> Complex:
     factors = matrix.velocity_factor, matrix.strain_factor
     assert kn.all_multipliers(*factors, matrix.speed, np.stack(matrix.blocks), work, state) == 2 * n
     return np.asarray(work[kn.RE] + 1j * work[kn.IM])
+
+
+def farthest(ours: NDArray[Any], theirs: NDArray[Any]) -> float:
+    """The largest distance of two multisets of complex numbers under their best matching."""
+    assert len(ours) == len(theirs)
+    distance = np.abs(np.asarray(ours)[:, None] - np.asarray(theirs)[None, :])
+    rows, columns = linear_sum_assignment(distance**2)
+    return float(distance[rows, columns].max())

@@ -14,7 +14,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.optimize import linear_sum_assignment
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.errors import ParameterError
@@ -34,7 +33,7 @@ from percuss.stability.multipliers import map_at_impact
 from percuss.stability.plane import OUTCOMES
 from percuss.stability.verdict import elastic_feedback, quadratic_coefficients
 from percuss.steady import Orbit
-from secular_roots import roots_of_poles, secular_roots
+from secular_roots import farthest, roots_of_poles, secular_roots
 
 Array = NDArray[np.float64]
 CASES = json.loads((Path(__file__).parent.parent / "data" / "blow.json").read_text(encoding="utf-8"))
@@ -71,14 +70,6 @@ class Drawn(UniformBar):
         there = np.resize(self.coupling, count) * self.inertia(count)
         rows = np.where(np.asarray(x)[:, None] == 0.0, there, 1.0)
         return Shape(rows, np.zeros_like(rows))
-
-
-def farthest(ours: NDArray[Any], theirs: NDArray[Any]) -> float:
-    """The largest distance of two multisets of complex numbers under their best matching."""
-    assert len(ours) == len(theirs)
-    distance = np.abs(np.asarray(ours)[:, None] - np.asarray(theirs)[None, :])
-    rows, columns = linear_sum_assignment(distance**2)
-    return float(distance[rows, columns].max())
 
 
 def system_of(damping: Damping, contact: Contact, s: float = 1.3, load: Load | None = None) -> System:

@@ -24,7 +24,7 @@ from percuss.stability import (
 )
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
-from secular_roots import roots_of_poles, secular_roots
+from secular_roots import farthest, roots_of_poles, secular_roots
 from strategies import Drawn, fourier_systems, oracle, square_systems
 
 ENTRIES = naive.reference()
@@ -35,14 +35,6 @@ def orbit_of(entry: dict[str, Any], i: int, modes: int | None = None) -> Orbit:
     load = Load.fourier(entry["load"]["coefficients"])
     system = System(s=entry["s"], d=entry["d"], restitution=entry["R"], load=load)
     return steady_states(system, entry["m"], modes=modes).orbits[i]
-
-
-def farthest(ours: NDArray[Any], theirs: NDArray[Any]) -> float:
-    """The largest distance of two multisets of complex numbers under their best matching."""
-    assert len(ours) == len(theirs)
-    distance = np.abs(np.asarray(ours)[:, None] - np.asarray(theirs)[None, :])
-    rows, columns = linear_sum_assignment(distance**2)
-    return float(distance[rows, columns].max())
 
 
 def orbit_at(s: float, d: float, r: float, m: int, load: Load, i: int = -1) -> Orbit:

@@ -21,7 +21,7 @@ from percuss.steady import (
     valve_margins,
 )
 from percuss.steady.self_excited.piston import continued, under_pressure
-from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing
+from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing, next_turn
 from supply_oracle import after_cycle
 
 MASS = 88.8
@@ -153,6 +153,15 @@ def test_far_passages_are_found_without_looking_at_every_swing() -> None:
     assert 1e-4 * time == pytest.approx(3.0 - 2.5, rel=0.01)
     time, place, way = first_crossing(flight._replace(ramp=-1.0), [[3.1], [1.0]], math.inf)
     assert (place, way) == (0.0, -1) and 1e-4 * time == pytest.approx(2.0 - 0.5, rel=0.01)
+
+
+@pytest.mark.parametrize("drag", [0.0, 1e-9, 0.3])
+def test_a_piston_that_a_growing_pressure_lifts_does_not_turn(drag: float) -> None:
+    """From rest without any force its velocity comes back to 0 again and again at most, and does not pass it."""
+    flight = Flight(0.0, 4.0, drag, 0.0, 0.0, 0.5)
+    time, place, way = first_crossing(flight, [[1.0], [1.0]], math.inf)
+    assert (place, way) == (1.0, 1) and at(flight, time)[0] == pytest.approx(1.0)
+    assert next_turn(flight, 0.0)[0] > 0.99 * math.pi
 
 
 def test_a_small_accumulator_is_emptied() -> None:

@@ -61,23 +61,27 @@ def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: P
         desk.context.close()
 
 
-def test_a_value_typed_into_the_case_changes_the_answer(desk: Desk) -> None:
+def test_what_is_typed_changes_the_answer_or_is_told_beside_its_field(
+    desk: Desk, request: pytest.FixtureRequest
+) -> None:
+    request.node.expected_words = ("422",)  # the browser itself remarks on a refused request
     page = desk.open("machine=mini-breaker")
     page.fill("#field-bar-length", "640 mm")
     expect(page.locator("#headline .figures").locator("dd").first).not_to_have_text("180J")
     until(page, "location.hash.includes('bar.length=640+mm')")
-
-
-def test_a_wrong_value_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
-    request.node.expected_words = ("422",)  # the browser itself remarks on a refused request
-    page = desk.open("machine=mini-breaker")
-    page.fill("#field-bar-length", "34 kg")
-    expect(page.locator("#field-bar-length-problem")).to_contain_text("length")
-    expect(page.locator("#field-bar-length")).to_have_attribute("aria-invalid", "true")
-    expect(page.locator("#verdict")).to_have_text("No answer")
-    page.fill("#field-bar-length", "320 mm")
-    expect(page.locator("#field-bar-length-problem")).to_have_text("")
-    expect(page.locator("#verdict")).to_have_text("Stable")
+    for wrong in ("34 kg", "1e400"):
+        page.fill("#field-bar-length", wrong)
+        expect(page.locator("#field-bar-length-problem")).to_contain_text("expected a length")
+        expect(page.locator("#field-bar-length")).to_have_attribute("aria-invalid", "true")
+        expect(page.locator("#verdict")).to_have_text("No answer")
+        page.fill("#field-bar-length", "320 mm")
+        expect(page.locator("#field-bar-length-problem")).to_have_text("")
+        expect(page.locator("#verdict")).to_have_text("Stable")
+    page.fill("#periods", "0")
+    expect(page.locator("#periods")).to_have_attribute("aria-invalid", "true")
+    page.keyboard.press("Tab")
+    expect(page.locator("#periods")).to_have_value("1")
+    assert page.locator("#periods").get_attribute("aria-invalid") is None
 
 
 def test_a_machine_is_picked_and_shown_in_plain_numbers_and_back(desk: Desk) -> None:
@@ -110,7 +114,7 @@ def test_a_case_goes_out_as_toml_and_comes_back(desk: Desk, tmp_path: Path) -> N
     expect(page.locator("#field-contact-restitution")).to_have_value(moved)
 
 
-def test_a_wrong_case_file_is_refused_beside_the_field(
+def test_wrong_files_are_refused_beside_their_fields(
     desk: Desk, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     request.node.expected_words = ("422",)
@@ -123,13 +127,6 @@ def test_a_wrong_case_file_is_refused_beside_the_field(
     expect(page.locator("#field-bar-length")).to_have_value("320 mm")
     page.fill("#field-bar-length", "330 mm")
     expect(page.locator("#field-bar-length-problem")).to_have_text("")
-
-
-def test_a_wrong_recording_is_refused_beside_its_field(
-    desk: Desk, tmp_path: Path, request: pytest.FixtureRequest
-) -> None:
-    request.node.expected_words = ("422",)
-    page = desk.open("machine=mini-breaker")
     path = tmp_path / "short.csv"
     path.write_text("time [s],force [N]\n0,1\n0.001,2\n", encoding="utf-8")
     page.set_input_files("#upload-history", path)
@@ -240,33 +237,15 @@ def test_a_slider_moved_before_the_unit_is_known_keeps_its_own(desk: Desk) -> No
     expect(page.locator("#slide-bar-length")).to_have_attribute("aria-valuetext", re.compile("^329"))
 
 
-def test_a_slider_of_the_blow_goes_on_from_another_unit(desk: Desk) -> None:
-    page = desk.open("panel=blow&machine=mini-breaker")
-    blown(page)
-    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
-    settled(page)
-    page.focus("#blow-slide-bar-length")
-    page.keyboard.press("ArrowRight")
-    settled(page)
-    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.32, rel=0.01)
-
-
-def test_a_range_in_another_unit_is_not_taken_for_one_in_this(desk: Desk) -> None:
+def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow(desk: Desk) -> None:
     page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=300:340 mm")
     expect(page.locator("#map-x-from")).to_have_value("300")
     page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
     settled(page, "map", "boundaries")
     assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
-
-
-def test_a_number_beyond_all_bounds_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
-    request.node.expected_words = ("422",)
-    page = desk.open("machine=mini-breaker")
-    page.fill("#field-bar-length", "1e400")
-    expect(page.locator("#field-bar-length-problem")).to_contain_text("expected a length")
-    page.fill("#field-bar-length", "320 mm")
-    page.fill("#periods", "0")
-    expect(page.locator("#periods")).to_have_attribute("aria-invalid", "true")
-    page.keyboard.press("Tab")
-    expect(page.locator("#periods")).to_have_value("1")
-    assert page.locator("#periods").get_attribute("aria-invalid") is None
+    page.click("#tab-blow")
+    blown(page)
+    page.focus("#blow-slide-bar-length")
+    page.keyboard.press("ArrowRight")
+    settled(page, "map", "boundaries")
+    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.32, rel=0.01)

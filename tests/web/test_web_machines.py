@@ -89,25 +89,20 @@ def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Des
     expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
 
 
-def test_the_tool_of_a_machine_comes_back_after_a_wall(desk: Desk) -> None:
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+def test_the_tool_comes_back_after_a_wall_and_the_blow_stays_in_sight_of_its_sliders(desk: Desk) -> None:
     page = desk.open("panel=blow&machine=stepped-drifter")
     before = blown(page)
-    for struck, words in (("infinite", "into the rod"), ("wall", "to the wall"), ("rock", "into the rock")):
-        page.select_option("#blow-struck", struck)
-        expect(page.locator("#blow-sentence")).to_contain_text(words)
-    assert page.locator("#blow-sentence").inner_text() == before
-
-
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
-def test_the_blow_is_in_sight_while_its_sliders_are_moved(desk: Desk) -> None:
-    page = desk.open("panel=blow&machine=stepped-drifter")
-    blown(page)
     slider = page.locator("#blow-sliders input").last
     slider.focus()
     box, picture = slider.bounding_box(), page.locator("#blow-stage").bounding_box()
     assert box is not None and picture is not None
     assert picture["y"] >= 0.0 and picture["y"] + picture["height"] <= box["y"]
     assert box["y"] + box["height"] <= 900.0
+    for struck, words in (("infinite", "into the rod"), ("wall", "to the wall"), ("rock", "into the rock")):
+        page.select_option("#blow-struck", struck)
+        expect(page.locator("#blow-sentence")).to_contain_text(words)
+    assert page.locator("#blow-sentence").inner_text() == before
 
 
 def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest.FixtureRequest) -> None:

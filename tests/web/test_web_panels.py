@@ -161,7 +161,7 @@ def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, pla
     assert canvas.get_attribute(f"data-{place}") == before
 
 
-def test_a_slow_answer_never_stands_at_another_place(desk: Desk) -> None:
+def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
     page = desk.open("panel=map&machine=mini-breaker")
     settled(page)
     readout = page.locator("#map-readout")
@@ -170,21 +170,15 @@ def test_a_slow_answer_never_stands_at_another_place(desk: Desk) -> None:
     slide(page, "load_factor", 1.1)
     came(page, late)
     settled(page, "quick")
-    expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: …")
+    expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: …")  # never an answer at another place
     let_go(page, "quick", late)
     settled(page)
     expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: no steady motion")
-
-
-def test_a_late_map_of_another_quantity_is_taken_for_what_it_is(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
-    settled(page)
     maps = held(page, "map")
     page.select_option("#map-q", "power")
     came(page, maps)
     page.select_option("#map-q", "margin")
-    late = maps.pop()
-    late.continue_()
+    maps.pop().continue_()  # a map of the quantity before
     came(page, maps)
     settled(page, "map")
     assert page.locator("#map-status .problem").count() == 0
@@ -475,16 +469,12 @@ def test_a_structure_leaves_nothing_on_the_orbits_of_a_bar(desk: Desk) -> None:
     expect(page.locator("#orbit-table tbody tr")).to_have_count(2)
 
 
-def test_choosing_the_other_motion_changes_the_headline(desk: Desk) -> None:
+def test_choosing_the_other_motion_changes_the_headline_and_a_chart_can_be_enlarged(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
     expect(page.locator("#verdict")).to_have_text("Stable")
     page.locator("#orbit-table tbody button").first.click()
     expect(page.locator("#verdict")).to_have_text("Not possible")
     expect(page.locator("#orbit-about")).to_contain_text("Motion 1")
-
-
-def test_a_chart_can_be_enlarged(desk: Desk) -> None:
-    page = desk.open("panel=orbits&machine=mini-breaker")
     page.get_by_role("button", name="Enlarge: The load").click()
     expect(page.locator("#zoom .main-svg").first).to_be_visible()
     page.keyboard.press("Escape")

@@ -173,7 +173,7 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
     starts = 0 if options.json and options.starts is None else options.starts
     if starts == 0:
         return not_followed("none were asked for")
-    from percuss.simulate.running import compiled  # loads the compiler
+    from percuss.simulate.trajectory import compiled  # loads the compiler
 
     if not compiled():
         if starts is None:

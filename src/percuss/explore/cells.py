@@ -412,7 +412,7 @@ def _simulated(
 
 def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
     """Whether the cell has no bounded motion; its outcome then says so."""
-    from percuss.simulate.tables import table_of
+    from percuss.simulate.engine import table_of
 
     try:
         if not system.body.modes(modes, system.load.at).is_damped:

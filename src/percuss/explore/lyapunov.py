@@ -93,15 +93,11 @@ class LyapunovMany(Shown):
         return int(self.code.size)
 
     def __getitem__(self, i: int) -> Lyapunov:
-        return Lyapunov(
-            float(self.exponent[i]),
-            float(self.per_period[i]),
-            float(self.error[i]),
-            int(self.impacts[i]),
-            LYAPUNOV_OUTCOMES[self.code[i]],
-        )
+        figures = {name: getattr(self, name)[i].item() for name in _FIGURES}
+        return Lyapunov(**figures, outcome=LYAPUNOV_OUTCOMES[self.code[i]])
 
 
+_FIGURES = ("exponent", "per_period", "error", "impacts")
 _EXPONENT = "the Lyapunov exponent"
 
 
@@ -214,13 +210,9 @@ def lyapunov_many(
             except BaseException:
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
-    return LyapunovMany(
-        np.array([f.exponent for f in found]),
-        np.array([f.per_period for f in found]),
-        np.array([f.error for f in found]),
-        np.array([f.impacts for f in found], dtype=np.int64),
-        np.array([LYAPUNOV_OUTCOMES.index(f.outcome) for f in found], dtype=np.int8),
-    )
+    figures = {name: np.array([getattr(one, name) for one in found]) for name in _FIGURES}
+    code = np.array([LYAPUNOV_OUTCOMES.index(one.outcome) for one in found], dtype=np.int8)
+    return LyapunovMany(**figures, code=code)
 
 
 def _numbers(impacts: int, discard: int) -> tuple[int, int]:
@@ -265,7 +257,7 @@ def _error(growth: Array, weight: Array) -> float:
 def _growths(motion: Trajectory, first: int) -> Array:
     """Logarithm of the growth from impact to impact, after event number `first`."""
     from percuss.explore.tangent import Elastic, Impact, Passage, log_growths  # only here is the compiler needed
-    from percuss.simulate.tables import prepared
+    from percuss.simulate.engine import prepared
 
     e, load, n = motion.events[first:], motion.system.load, motion.modes
     spectrum, table = prepared(motion.system, n)

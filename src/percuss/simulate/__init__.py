@@ -11,11 +11,10 @@ if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
     from percuss.simulate.events import STALLS, Cycle, Event, Events, SISummary, Summary
-    from percuss.simulate.running import run
     from percuss.simulate.simulated_motion import EnergyBalance
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.trajectory import Trajectory
+    from percuss.simulate.trajectory import Trajectory, run
 
 ensure_cache()  # before anything here is compiled
 
@@ -57,7 +56,7 @@ _HOME = {
     "Stop": "stop",
     "Summary": "events",
     "Trajectory": "trajectory",
-    "run": "running",
+    "run": "trajectory",
     "simulate_many": "ensemble",
 }
 

@@ -20,7 +20,20 @@ from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.model.system import rests
 from percuss.shown import Shown, watched
-from percuss.simulate.engine import ENDS, followed
+from percuss.simulate.engine import (
+    ENDS,
+    NO_LOG,
+    Snapshot,
+    begin,
+    begins,
+    begun,
+    clocks,
+    desk_for,
+    followed,
+    prepared,
+    table_of,
+    to_change,
+)
 from percuss.simulate.events import IMPACT, STALLS, Cycle, label_of, machine_label
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
@@ -36,27 +49,14 @@ from percuss.simulate.kernels.motion_records import (
     Table,
 )
 from percuss.simulate.kernels.statistics import conclude
-from percuss.simulate.running import run
 from percuss.simulate.spectrum import shifted, state_of
 from percuss.simulate.start import Start, Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
-from percuss.simulate.tables import (
-    NO_LOG,
-    Snapshot,
-    begin,
-    begins,
-    begun,
-    clocks,
-    desk_for,
-    prepared,
-    table_of,
-    to_change,
-)
+from percuss.simulate.trajectory import Trajectory, run
 
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.simulate.trajectory import Trajectory
     from percuss.simulate.valve import SelfSwitching
 
 _MOST_TOLD = 5
@@ -230,7 +230,7 @@ def simulate_many(
     Parameters
     ----------
     systems, starts
-        One of them for all members, or as many as members; systems, or machines without a supply.
+        One of them for all members, or as many as members; systems, or machines.
     modes
         N, the elastic modes kept; 0 is the rigid bar.
     stop
@@ -519,9 +519,6 @@ class _Machines(_Job):
 
     def __init__(self, machines: Any, starts: Any, modes: int, stop: Stop) -> None:
         super().__init__(machines, starts, modes, stop, Machine)
-        for machine in self.hammers:
-            if machine.valve.supply is not None:
-                raise ParameterError("systems", str(machine), "machines without a supply", "follow one with run")
         whole, n = np.zeros((5, self.members), dtype=np.int64), self.members
         self.found: dict[str, Any] = {
             "code": np.full(n, _CANCELLED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),

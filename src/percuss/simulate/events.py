@@ -281,18 +281,8 @@ OPEN_CYCLES = ("", "rest/?", "chatter/?")
 def label_of(outcome: str, cycle: Cycle | None, wanders: bool, kind: int = 0) -> str:
     """The motion's name: ``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``.
 
-    A cycle with rest whose number of load periods hangs on rounding is ``rest/?`` or ``chatter/?``.
-
-    Parameters
-    ----------
-    outcome
-        How the simulation ended.
-    cycle
-        The periodic motion, when one was found.
-    wanders
-        Whether the last impacts do not come near any of the ones before.
-    kind
-        Of such a cycle with rest: 1, or 2 with chatter; else 0.
+    A cycle with rest whose number of load periods hangs on rounding, of `kind` 1 or with chatter 2, is ``rest/?`` or
+    ``chatter/?``. `wanders`: whether the last impacts do not come near any of the ones before.
     """
     if outcome in ("rest", "departed"):
         return outcome
@@ -422,20 +412,11 @@ of its supply falls to 0. Each is proved."""
 
 
 def machine_label(ended: str, cycle: Cycle | None, wanders: bool) -> str:
-    """The motion's name.
+    """The motion's name, of one that `ended` so, one of `STALLS` among them.
 
     ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of 2
-    or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular``, or
-    ``undecided`` where too little was followed to tell.
-
-    Parameters
-    ----------
-    ended
-        How the simulation ended, one of `STALLS` among them.
-    cycle
-        The periodic motion, when one was found.
-    wanders
-        Whether the last changes of the valve do not come near any of the ones before.
+    or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular`` when the last
+    changes of the valve come near none of the ones before, or ``undecided`` where too little was followed to tell.
     """
     if ended in STALLS:
         return f"stalls ({ended})"

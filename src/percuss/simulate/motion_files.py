@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -17,37 +16,28 @@ import numpy.typing as npt
 from percuss._version import __version__
 from percuss.errors import HistoryError, MissingExtraError, PercussError
 from percuss.model import Machine, System
-from percuss.model.checks import count, finite
+from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
 from percuss.recordings.netcdf_file import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
 from percuss.shown import watched
-from percuss.simulate.events import IMPACT, KINDS, Cycle, Events, joined
-from percuss.simulate.flights import Anchor
+from percuss.simulate.events import KINDS, Cycle, Events, joined
 from percuss.simulate.kernels.motion_records import (
-    COUNT,
-    GRAZED,
-    LOST_CYCLE,
-    NOW,
-    PAST,
-    SUMS,
     TURNING,
     VALVE_NOW,
-    WINDOW,
 )
-from percuss.simulate.plausible import numbers, shaped, true, within
 from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
+from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, kept, kept_valve, sound, width
+from percuss.simulate.spectrum import Anchor
+from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
-    from percuss.simulate.supply import Fed
-    from percuss.simulate.tables import Snapshot
     from percuss.simulate.valve import SelfSwitching
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
@@ -58,13 +48,7 @@ _DESCRIBED = ("system", "machine")  # of which a file has one
 
 
 def opened(path: str | os.PathLike[str]) -> tuple[str, xarray.Dataset]:
-    """The name of a file and its content, of any format.
-
-    Raises
-    ------
-    PercussError
-        When there is no such file, or it is none that can be read.
-    """
+    """The name of a file and its content, of any format; PercussError when it cannot be read."""
     name = checked_path("path", path)
     xarray_package()
     try:
@@ -114,13 +98,7 @@ def _number_of(kind: np.dtype[Any]) -> np.dtype[Any]:
 
 
 def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]]) -> npt.NDArray[Any]:
-    """The records again; `kinds`: the types of those arrays that hold records.
-
-    Raises
-    ------
-    ValueError
-        When the columns are not the ones that this version knows.
-    """
+    """The records again, of the types `kinds`; ValueError when the columns are not the ones that this version knows."""
     values = np.ascontiguousarray(data.values)
     if name not in kinds:
         return values
@@ -136,13 +114,7 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
 
 
 def xarray_package() -> Any:
-    """The package xarray.
-
-    Raises
-    ------
-    MissingExtraError
-        When it is not installed.
-    """
+    """The package xarray; MissingExtraError when it is not installed."""
     try:
         import xarray
     except ImportError:
@@ -152,32 +124,24 @@ def xarray_package() -> Any:
 
 # ---- The state that a motion goes on from, looked at before it is given to the kernels: they check no bound themselves
 
-_MOST_WORK = 2**62
-
-_ENDLESS = ("hold", "last_flight", "since", "pushes")
-"""Times among the numbers of the anchor: infinite when nothing bounds them."""
-
-RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums": (SUMS, 2)}
-"""Type and number of the records of a snapshot."""
-
 
 def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
-    machine = motion.hammer if isinstance(motion.hammer, Machine) else None
-    moved: Clocked | SelfSwitching | Fed
-    if machine is None:
-        from percuss.simulate.engine import Clocked
-        from percuss.simulate.tables import prepared
+    moved: Clocked | SelfSwitching
+    try:
+        (kept if motion.is_clocked else kept_valve)(motion)
+    except ValueError as error:
+        told = f"the state to continue from is damaged: {error}"
+        raise PercussError(told, "use a copy of its file, or simulate again") from None
+    if motion.is_clocked:
+        from percuss.simulate.engine import Clocked, Snapshot, prepared
 
-        moved = Clocked(*prepared(motion.system, motion.modes), restored(motion))
-    elif machine.valve.supply is None:
+        arrays = {name: np.ascontiguousarray(motion.snapshot[name]) for name in OF_SNAPSHOT}
+        moved = Clocked(*prepared(motion.system, motion.modes), Snapshot(**arrays))
+    else:
         from percuss.simulate.valve import SelfSwitching
 
         moved = SelfSwitching.restored(motion.mechanism, motion.snapshot, stop)
-    else:
-        from percuss.simulate.supply import Fed
-
-        moved = Fed.restored(machine, motion.snapshot)
     with watched(progress) as watch:
         made = moved.followed(stop, motion.begin_time, watch)
     made["events"] = joined([motion.events, made["events"]])
@@ -185,79 +149,12 @@ def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress]
     return made | {"stop": stop}
 
 
-def restored(motion: SimulatedMotion) -> Snapshot:
-    """The state at the end of a motion, in arrays as the kernels want them.
-
-    Raises
-    ------
-    PercussError
-        When a simulation cannot have left it: it comes from a file that was changed, or made up.
-    """
-    from percuss.simulate.tables import Snapshot  # the compiled room, which nobody needs who only reads a file
-
-    try:
-        _check(motion)
-    except ValueError as error:
-        told = f"the state to continue from is damaged: {error}"
-        raise PercussError(told, "use a copy of its file, or simulate again") from None
-    names = ("z", "now", "count", "cycle", "past", "sums")
-    return Snapshot(**{name: np.ascontiguousarray(motion.snapshot[name]) for name in names})
-
-
-def _check(motion: SimulatedMotion) -> None:
-    snapshot, system, modes = motion.snapshot, motion.system, motion.modes
-    for name in ("z", "now", "count", "cycle", "past", "sums"):
-        if name not in snapshot:
-            raise ValueError(f"there is no engine_{name}")
-    for name in ("z", "cycle"):
-        numbers(f"engine_{name}", snapshot[name], (2, modes))
-    for name, (kind, size) in RECORDS.items():
-        shaped(f"engine_{name}", snapshot[name], kind, (size,))
-    for name in ("past", "sums"):
-        values = snapshot[name].view(np.float64)
-        numbers(f"engine_{name}", values, values.shape)
-    _now(snapshot["now"])
-    _counts(snapshot["count"], max(len(system.load.values), 1), motion.impacts, len(motion.events))
-    from percuss.simulate.remembered import remembered
-
-    remembered(motion)
-
-
-def _now(now: npt.NDArray[Any]) -> None:
-    bounded = now.copy()
-    for name in _ENDLESS:
-        bounded[name] = np.where(np.isposinf(now[name]), 0.0, now[name])
-    values = bounded.view(np.float64)
-    numbers("engine_now", values, values.shape)
-    phase = float(now["phase"][0])
-    within("engine_now", phase, 0.0, TURN)
-    # else the load that the kernels see is another one than the phase says
-    for name, exact in (("cosine", math.cos(phase)), ("sine", math.sin(phase))):
-        within("engine_now", now[name], exact - 1e-9, exact + 1e-9)
-
-
-def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> None:
-    most = dict.fromkeys(COUNT.names or (), _MOST_WORK)
-    least = dict.fromkeys(most, 0)
-    for name in ("period", "anchor_period", "release_period", "mark_period", "cycle_periods"):
-        least[name], most[name] = -MOST_PERIODS, MOST_PERIODS
-    least["cycle_periods"] = 0
-    most["piece"], most["mode"], most["cycle_kind"] = pieces - 1, GRAZED, 2
-    least["impacts"] = most["impacts"] = impacts  # as many as are recorded
-    most |= dict.fromkeys(("run", "anchor", "cycle_impacts", "confirmed", "found_at", "mark"), impacts)
-    most |= dict.fromkeys(("rests", "chatters", "mark_releases", "mark_chatters"), events)
-    most |= dict.fromkeys(("patience", "mark_patience"), 2 * events + 1)  # doubled when so many have gone by
-    most["verdict"], most["events"] = LOST_CYCLE, 0
-    for name in most:
-        true(least[name] <= whole[name][0] <= most[name], f"{name} of engine_count")
-
-
 # ---- A trajectory as an xarray dataset and as a NetCDF file
 
 Kind = TypeVar("Kind", bound=SimulatedMotion)
 
 FORMAT = "percuss trajectory 4"
-_READ = ("percuss trajectory 3", "percuss machine trajectory 1")  # older ones that are still read
+_READ = "percuss trajectory 3"  # an older one that is still read
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
 _KINDS = {name: kind for name, (kind, _) in RECORDS.items()} | {"valve_now": VALVE_NOW, "valve_past": TURNING}
 _CLOCKED = {"speed": "bar lengths per rad", "energy": "M L^3 Omega^2", "phase": "rad", "period": "load periods"}
@@ -344,31 +241,18 @@ def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         written = str(dataset.attrs.get("percuss_version", "unknown"))[:80]
         reason = f"{name}: written by percuss {written}, whose motions this version cannot continue ('{found}')"
         raise PercussError(reason, "simulate the motion again from its start and save it again")
-    if found not in (FORMAT, *_READ):
+    if found not in (FORMAT, _READ):
         raise PercussError(f"{name}: {found}", f"this version reads '{FORMAT}'")
     try:
         if dataset.attrs["sha256"] == digest(dataset):
-            motion = _from_dataset(dataset if found == FORMAT else _in_this_format(dataset), kind)
-            sound(motion)
+            if found == _READ:  # which knew no ports
+                dataset = dataset.assign(port=("event", np.full(dataset["code"].size, -1)))
+            motion = _from_dataset(dataset, kind)
+            sound(motion, {column: kind for column, (kind, _, _) in _COLUMNS.items()})
             return motion
     except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         raise damaged(name, str(error)[:200]) from None
     raise damaged(name, "its numbers are not the ones that were written")
-
-
-def _in_this_format(dataset: xarray.Dataset) -> xarray.Dataset:
-    """What an older version wrote, as this one would: without ports; or of a machine under other names."""
-    none = np.zeros(dataset["code"].size, dtype=np.int64)
-    if "machine" not in dataset.attrs:
-        return dataset.assign(port=("event", none - 1))
-    about, rows = json.loads(dataset.attrs["description"]), dataset["bar_state"].values
-    about |= {"start_phase": about["begin_time"], "start_piece": about["first_state"]}
-    if about["cycle"] is not None:
-        about["cycle"] |= {"impacts": about["cycle"].pop("blows"), "periods": about["cycle"].pop("valve_cycles")}
-    named = dataset.drop_vars("bar_state").rename({"velocity": "impact_velocity", "state": "piece", "time": "phase"})
-    return named.assign(
-        period=("event", none), state=(("event", "state_number"), rows[1:]), start_state=("state_number", rows[0])
-    ).assign_attrs(description=json.dumps(about))
 
 
 def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
@@ -382,7 +266,7 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         hammer=hammer,
         modes=modes,
         events=Events(**{name: dataset[name].values for name in _COLUMNS}, states=states),
-        states=dataset["state"].values.reshape(-1, _width(hammer, modes)),
+        states=dataset["state"].values.reshape(-1, width(hammer, modes)),
         start=Anchor(about["start_phase"], about["start_piece"], dataset["start_state"].values),
         resting=about["resting"],
         snapshot={name: records(name, dataset[f"engine_{name}"], _KINDS) for name in engine},
@@ -393,98 +277,3 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         begin_time=about["begin_time"],
         end_time=about["end_time"],
     )
-
-
-def _width(hammer: System | Machine, modes: int) -> int:
-    """Numbers of a state."""
-    return 3 if isinstance(hammer, Machine) and hammer.valve.supply is not None else 2 * modes + 2
-
-
-# ---- What a saved motion must be before anything is made of it
-#
-# A file may be cut short, changed by a bad disk, or made by somebody who means harm. Shapes and types follow from the
-# number of modes; whole numbers that are used as places in an array must be places in it; all others must be finite,
-# and where they count something, no less than 0. Impacts must obey the impact law.
-
-MOST_PERIODS = 2**53
-_ROUNDING = 1e-9
-TURN = 2.0 * math.pi
-
-
-def sound(motion: SimulatedMotion) -> None:
-    """Refuse a motion of which not all can be what a simulation has left.
-
-    Raises
-    ------
-    ValueError
-        Which says what cannot be.
-    """
-    modes = count("modes", motion.modes, least=0, most=MAX_MODES)
-    true(motion.outcome in OUTCOMES, f"outcome {str(motion.outcome)[:40]!r}")
-    true(isinstance(motion.label, str) and len(motion.label) <= 100, "label")
-    true(isinstance(motion.resting, bool), "resting")
-    begin, end = finite("begin_time", motion.begin_time), finite("end_time", motion.end_time)
-    true(begin <= end, "end_time")
-    hammer = motion.hammer
-    pieces = max(len(hammer.load.values), 1) if isinstance(hammer, System) else len(hammer.valve.pairs)
-    within(
-        "start_phase", finite("start_phase", motion.start.phase), *((0.0, TURN) if motion.is_clocked else (begin,) * 2)
-    )
-    count("start_piece", motion.start.piece, least=0, most=pieces - 1)
-    width = _width(hammer, modes)
-    numbers("start_state", motion.start.row, (width,))
-    _events(motion.events, pieces, 0 if isinstance(hammer, System) else len(hammer.valve.ports))
-    numbers("state", motion.states, (len(motion.events), width))
-    _impacts(motion)
-    _cycle(motion.cycle, motion.impacts)
-
-
-def _events(events: Events, pieces: int, ports: int) -> None:
-    shape = np.shape(events.code)
-    true(len(shape) == 1, "the shape of code")
-    for name, (kind, _, _) in _COLUMNS.items():
-        if kind == "float64":
-            numbers(name, getattr(events, name), shape)
-        else:
-            shaped(name, getattr(events, name), kind, shape)
-    within("code", events.code, 0, len(KINDS) - 1 if events.states else KINDS.index("port") - 1)
-    if events.states:
-        true(not events.period.any(), "a value of period")
-    else:
-        within("period", events.period, -MOST_PERIODS, MOST_PERIODS)
-        within("phase", events.phase, 0.0, TURN)
-    within("resolved", events.resolved, 0, MOST_IMPACTS)
-    within("piece", events.piece, 0, pieces - 1)
-    within("port", events.port, -1, ports - 1)
-    true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
-
-
-def _impacts(motion: SimulatedMotion) -> None:
-    """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
-    contact, events, at = motion.hammer.contact, motion.events, motion.events.code == IMPACT
-    beta = contact.velocity_factor
-    speed, blow, most = events.impact_velocity[at], events.kinetic_energy[at], 1.0 + _ROUNDING
-    true(np.all(speed >= 0.0) and np.all(blow >= 0.0), "the speed of an impact")
-    true(np.all(np.abs(events.rebound_velocity[at] - beta * speed) <= _ROUNDING * speed), "the rebound of an impact")
-    taken = (
-        events.energy_lost[at] - contact.energy_taken(1.0, 0.0) * blow
-    )  # by the strain, where the impact turns it over
-    true(np.all((-np.abs(taken) if contact.keeps_strain else taken) >= -_ROUNDING * blow), "what an impact takes")
-    true(np.all(events.energy_lost >= 0.0) and not np.any(events.kinetic_energy[~at]), "the energy of an event")
-    if not motion.is_clocked:
-        return
-    place, rigid = motion.states[:, 0], motion.states[:, 1]
-    noise = _ROUNDING * np.abs(motion.states).max(initial=0.0)
-    true(not np.any(place[at]) and np.all(place <= noise), "the place of an event")
-    true(np.all(np.abs(rigid[at]) <= most * abs(beta) * np.sqrt(2.0 * blow)), "the mean velocity after an impact")
-
-
-def _cycle(cycle: Cycle | None, impacts: int) -> None:
-    if cycle is None:
-        return
-    count("first", cycle.first, least=0, most=impacts)
-    count("impacts", cycle.impacts, least=0, most=max(impacts, 1))
-    count("periods", cycle.periods, least=0, most=MOST_PERIODS)
-    count("kind", cycle.kind, least=0, most=2)
-    for name in ("period", "energy_lost", "blow_speed"):
-        true(finite(name, getattr(cycle, name)) >= 0.0, name)

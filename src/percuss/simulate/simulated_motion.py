@@ -27,8 +27,7 @@ from percuss.simulate.events import (
     summary_of,
     unresolved,
 )
-from percuss.simulate.flights import Anchor, ClockedFlights, Flights, Modes, panels
-from percuss.simulate.spectrum import Spectrum
+from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels
 from percuss.simulate.start import still
 from percuss.simulate.stop import Stop
 
@@ -96,26 +95,14 @@ class SimulatedMotion(Shown):
 
     @property
     def system(self) -> System:
-        """The system that moved.
-
-        Raises
-        ------
-        PercussError
-            When it was a machine.
-        """
+        """The system that moved; PercussError when it was a machine."""
         if not isinstance(self.hammer, System):
             raise PercussError("a machine that switches its own valve is no system under a clock", "ask for machine")
         return self.hammer
 
     @property
     def machine(self) -> Machine:
-        """The machine that moved.
-
-        Raises
-        ------
-        PercussError
-            When it was a system under a clock.
-        """
+        """The machine that moved; PercussError when it was a system under a clock."""
         if not isinstance(self.hammer, Machine):
             raise PercussError("a system under a clock is no machine that switches its own valve", "ask for system")
         return self.hammer
@@ -128,16 +115,12 @@ class SimulatedMotion(Shown):
     @cached_property
     def mechanism(self) -> Mechanism:
         """The numbers of a machine."""
-        if self.machine.valve.supply is not None:
-            from percuss.simulate.supply import Supplied
-
-            return Supplied(self.machine, 0)
         from percuss.simulate.valve import mechanism
 
         return mechanism(self.machine, self.modes)
 
     @cached_property
-    def _flights(self) -> Flights:
+    def _flights(self) -> ClockedFlights | Mechanism:
         if isinstance(self.hammer, System):
             return ClockedFlights(self.spectrum)
         return self.mechanism
@@ -220,7 +203,7 @@ class SimulatedMotion(Shown):
         """u_n' after each event, n = 0 … N; shape (events, N+1)."""
         return self._modal_states[1]
 
-    def modal(self, t: npt.ArrayLike, side: Side = "right") -> Modes:
+    def modal(self, t: npt.ArrayLike, side: Side = "right") -> ModalMotion:
         """u_n(t) and u_n'(t), each of shape (N+1, len(t)).
 
         Parameters
@@ -245,16 +228,16 @@ class SimulatedMotion(Shown):
             here = np.flatnonzero(last == i)
             part = self._between(int(i), ordered[here])
             u[:, order[here]], v[:, order[here]] = part.displacement, part.velocity
-        return Modes(u, v)
+        return ModalMotion(u, v)
 
-    def _between(self, i: int, times: Array) -> Modes:
+    def _between(self, i: int, times: Array) -> ModalMotion:
         nothing = np.zeros((self.modes + 1, times.size))
         lies = self._lies[i + 1]
         if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
-            return Modes(nothing, nothing)
+            return ModalMotion(nothing, nothing)
         # a structure rests as it was struck last; infinitely many bounces of less than 1e-9 are none
         if lies or (i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER):
-            return Modes(self._at(i)[:, None] + nothing, nothing)
+            return ModalMotion(self._at(i)[:, None] + nothing, nothing)
         if i >= 0:
             periods, phase = self.events.period[i], self.events.phase[i]
         else:
@@ -275,6 +258,17 @@ class SimulatedMotion(Shown):
         load = self.hammer.load
         return np.asarray(load.piece(times) if load.is_piecewise else np.zeros(times.size), dtype=np.int64)
 
+    def _moment(self, t: Array, side: Side = "right") -> Moment:
+        modes, piece = self.modal(t, side), self.state(t)
+        fed = isinstance(self.hammer, Machine) and self.hammer.valve.supply is not None
+        return Moment(t, modes, piece, self._pressure(t, modes, piece) if fed else None)
+
+    def _pressure(self, t: Array, modes: ModalMotion, piece: npt.NDArray[np.int64]) -> Array:
+        last = self._last(t)
+        since = np.maximum(t - np.append(self.events.time, self.begin_time)[last], 0.0)
+        charge = np.append(self.states[:, -1], self.start.row[-1])[last]
+        return self.mechanism.pressure(piece, charge, since, modes.displacement)
+
     def pressure(self, t: npt.ArrayLike) -> Array:
         """The pressure of a supply, as a multiple of that for which the forces of the states hold; shape (len(t),).
 
@@ -285,16 +279,10 @@ class SimulatedMotion(Shown):
         PercussError
             When a pump and an accumulator do not feed it.
         """
-        supply = self.machine.valve.supply
-        if supply is None:
+        if self.machine.valve.supply is None:
             raise PercussError("the pressure of a machine without a supply does not change", "ask for force")
         times = array("t", t, -np.inf, np.inf)
-        last = self._last(times)
-        since = times - np.append(self.events.time, self.begin_time)[last]
-        u, _, pressure = np.vstack([self.states, self.start.row])[last].T
-        force = np.array([force for _, force in self.machine.valve.pairs])[self.state(times)]
-        moved = self.modal(times).displacement[0] - u
-        return np.asarray(pressure + (supply.flow * np.maximum(since, 0.0) - force * moved) / supply.compliance)
+        return self._pressure(times, self.modal(times), self.state(times))
 
     # -- fields --
 
@@ -338,18 +326,18 @@ class SimulatedMotion(Shown):
 
     def force(self, t: npt.ArrayLike) -> Array:
         """Force on the driven end: the load or, of a machine, p_k − κu(0, t) with that of the chamber; (len(t),)."""
-        return self._flights.force(self, array("t", t, -np.inf, np.inf))
+        return self._flights.force(self._moment(array("t", t, -np.inf, np.inf)))
 
     def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
         """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),).
 
         Of a machine that of its chamber besides, ½κu(0, t)², and of an accumulator, ½cπ².
         """
-        at = self.modal(t, side)
+        at = self._moment(array("t", t, -np.inf, np.inf), side)
         weight = np.append(0.5, 0.5 * self.spectrum.weight)
         stiffness = 0.5 * self.spectrum.weight * self.spectrum.omega**2
-        bar = weight @ at.velocity**2 + stiffness @ at.displacement[1:] ** 2
-        return np.asarray(bar + self._flights.stored(self, array("t", t, -np.inf, np.inf), at.displacement))
+        bar = weight @ at.modes.velocity**2 + stiffness @ at.modes.displacement[1:] ** 2
+        return np.asarray(bar + self._flights.stored(at))
 
     def contact_force(self, t: npt.ArrayLike) -> Array:
         """Force p(t) with which a bar that rests presses on the wall, quasi-static; 0 elsewhere. Shape (len(t),)."""
@@ -384,9 +372,9 @@ class SimulatedMotion(Shown):
             if b - a <= 1e-14 * max(abs(a), abs(self.end_time - self.begin_time) if not self.is_clocked else 1.0):
                 continue
             t, w = panels(a, b, *flights.rates)
-            velocity = self.modal(t).velocity
-            put_in += float(w @ flights.put_in(self, t, velocity))
-            lost += float(w @ flights.lost(velocity))
+            at = self._moment(t)
+            put_in += float(w @ flights.put_in(at))
+            lost += float(w @ flights.lost(at))
         lost_at = self.events.energy_lost
         lying = inside & np.isin(self.events.code, (CHATTER, REST))
         stored = self.energy(np.array([begin, end]))

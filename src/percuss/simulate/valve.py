@@ -4,20 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import PercussError
-from percuss.model import Machine
+from percuss.mechanics.flow import propagator, series
+from percuss.model import Machine, Supply
 from percuss.model.checks import Array
-from percuss.model.machine import MachineModes
-from percuss.simulate.engine import STRIDE, Progress, gathered
+from percuss.model.machine import MachineModes, machine_modes
+from percuss.simulate.engine import (
+    NO_LOG,
+    STRIDE,
+    Progress,
+    Snapshot,
+    bar_of,
+    desk_for,
+    gathered,
+    tabled_modes,
+    to_change,
+)
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
-from percuss.simulate.flights import Anchor, Modes, Moved, free_motion, sway
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -25,10 +34,13 @@ from percuss.simulate.kernels.motion_records import (
     BY_WORK,
     CROWDED,
     DEPARTED,
+    EMPTY,
     EVENT,
-    GRAZED,
+    FLYING,
+    HANDED,
     IN_CHAMBER,
     ON_PORT,
+    ON_WALL,
     PERIODIC,
     RESTING,
     STATE_NUMBERS,
@@ -43,11 +55,9 @@ from percuss.simulate.kernels.motion_records import (
     Table,
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
-from percuss.simulate.plausible import true, within
-from percuss.simulate.spectrum import DampedModes
+from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
-from percuss.simulate.tables import NO_LOG, Snapshot, bar_of, desk_for, tabled_modes, to_change
 
 # ---- The numbers of a machine as the kernels want them, in a unit of time of its own
 
@@ -57,15 +67,7 @@ _SOFTEST = 1e-100  # frequency of a chamber that is none
 
 @dataclass(frozen=True)
 class Elastic(DampedModes):
-    """The elastic modes of a machine as q_i, what m_i moves the striking end by; each array of shape (N,).
-
-    Parameters
-    ----------
-    omega, damping
-        ω_i and d_i.
-    end, driven
-        As of `MachineModes`.
-    """
+    """The elastic modes of a machine as q_i, what m_i moves the striking end by; fields as of `MachineModes`."""
 
     omega: Array
     damping: Array
@@ -90,20 +92,23 @@ class Elastic(DampedModes):
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A machine cut at mode N, in the units of the kernels; made by `mechanism`.
+    """A machine cut at mode N in one state of its valve, in the units of the kernels; made by `mechanism`.
 
-    Their unit of time is a power of two, so that only exponents differ: `Valve.time_unit`.
-
-    Parameters
-    ----------
-    machine, modes
-        What moves, and N.
+    Their unit of time is a power of two, see `Valve.time_unit`, so that only exponents differ. With a supply,
+    c π' = q − p u', the force π p is p/c times the charge c π + p u, which grows with the flow q alone, less a spring
+    of p²/c. So each state has modes of its own.
     """
 
     machine: Machine
     modes: int
+    piece: int = 0
 
-    @property
+    @cached_property
+    def states_of(self) -> list[Mechanism]:
+        """The machine in each state."""
+        return [replace(self, piece=i) if i != self.piece else self for i in range(len(self.names))]
+
+    @cached_property
     def unit(self) -> float:
         """The unit of time, in that of the machine."""
         return self.machine.valve.time_unit
@@ -126,12 +131,32 @@ class Mechanism:
         return [name for name, _ in self.machine.valve.pairs]
 
     @property
+    def supply(self) -> Supply | None:
+        """What feeds the valve; None at a constant pressure."""
+        return self.machine.valve.supply
+
+    @cached_property
+    def fed(self) -> tuple[float, float, float]:
+        """q, p of the state and p/c of a supply, in the unit of the machine; 0 without one."""
+        if self.supply is None:
+            return 0.0, 0.0, 0.0
+        draw = self.machine.valve.pairs[self.piece][1]
+        return self.supply.flow, draw, draw / self.supply.compliance
+
+    @cached_property
+    def ramp(self) -> float:
+        """What a flow adds to the force in a unit of time."""
+        flow, _, slope = self.fed
+        return slope * flow
+
+    @cached_property
     def _own(self) -> MachineModes:
-        return self.machine.modes(self.modes)
+        machine, (_, draw, slope) = self.machine, self.fed
+        return machine_modes(machine.body, machine.at, machine.valve.chamber.stiffness + draw * slope, self.modes)
 
     @property
     def spring(self) -> float:
-        """ω_0 on the gas of the chamber; 0 without one."""
+        """ω_0 on the gas of the chamber, and on the oil of an accumulator; 0 without them."""
         found = float(self._own.omega[0])
         return found if found * self.unit > _SOFTEST else 0.0
 
@@ -160,6 +185,8 @@ class Mechanism:
         bar["strain"] = machine.contact.strain_factor
         bar["force"] = float(np.abs(self.forces).max()) * unit**2
         bar["pushing"] = np.inf
+        bar["ramp"] = self.ramp * unit**3
+        bar["lift"], bar["climb"] = self.gear.gain * bar["ramp"], bar["ramp"] * elastic.statics.sum()
         none = np.empty(0)
         return Table(
             bar,
@@ -175,14 +202,16 @@ class Mechanism:
     def gear(self) -> Gear:
         """The kernels' table of the valve."""
         machine, unit, ports = self.machine, self.unit, self.machine.valve.ports
-        own, names = self._own, self.names
+        own, names, (flow, draw, slope) = self._own, self.names, self.fed
         rows = [
             own.centre if port.reads == "centre" else own.at(machine.body, np.array([port.reads]))[0] for port in ports
         ]
-        ratio = np.array(rows, dtype=float).reshape(len(ports), self.modes + 1) / self.end
+        rows += [own.driven] if flow else []
+        ratio = np.array(rows, dtype=float).reshape(len(rows), self.modes + 1) / self.end
         sides = {"back": -1.0, "front": 1.0, None: 0.0}
+        held = self.forces if self.supply is None else np.full(len(names), machine.valve.chamber.force)
         return Gear(
-            forces=self.forces * unit**2,
+            forces=held * unit**2,
             to=np.array([names.index(port.to) for port in ports], dtype=np.int64),
             edge=np.array([port.behind or 0.0 for port in ports]),
             side=np.array([sides[port.side] for port in ports]),
@@ -190,12 +219,16 @@ class Mechanism:
             ratio=ratio,
             rigid=np.array([not row[1:].any() for row in ratio], dtype=np.int64),
             gain=float(self.end[0] * own.driven[0]),
+            bend=ratio[:, 1:] @ self.elastic(unit).statics,
+            flow=flow * unit**3,
+            draw=draw * unit**2,
+            slope=slope,
             **self._reaches(ratio * self.end),
         )
 
     def _reaches(self, weights: Array) -> dict[str, Array]:
         """Of what the ports read: its place under a unit force, and how far a unit of energy drives it from there."""
-        own, unit = self.machine.modes(self.modes), self.unit
+        own, unit = self._own, self.unit
         if self.spring == 0.0:
             return {"still": np.zeros(len(weights)), "sway": np.full(len(weights), np.inf)}
         soft = weights / (own.omega * unit) ** 2
@@ -207,8 +240,6 @@ class Mechanism:
     @cached_property
     def own_units(self) -> Array:
         """What B77's u_n = 1 is in the body's coordinates of modal mass 1, shape (N+1,)."""
-        from percuss.simulate.spectrum import units
-
         own = self.machine.body.modes(self.modes, self.machine.at)
         return np.concatenate([[1.0], units(own) / own.end])
 
@@ -220,80 +251,139 @@ class Mechanism:
         """B77's u_n of q_i; both of shape (N+1, …)."""
         return np.asarray(((self._own.mixing @ (ends.T / self.end).T).T / self.own_units).T)
 
-    def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-        """See `Flights`; `rows` are states that the kernels have left."""
-        q, rate = self._placed(rows, piece)
-        return self.bars(q.T).T, self.bars(rate.T).T
-
-    def _placed(self, rows: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
-        """q_i and q_i' in the machine's unit of time; each of shape (states, N+1)."""
-        n, e, unit = self.modes, self.slow, self.unit
-        z0, z1 = rows[:, 2 : 2 + n], rows[:, 2 + n :]
-        q = z0 + self.forces[piece][:, None] * e.statics
-        rate = np.where(e.creeps, z1 / unit, -e.lam * z1 - 0.5 * e.damping * z0)
-        first = rows[:, 0] - q.sum(axis=1)
-        return np.column_stack([first, q]), np.column_stack([rows[:, 1] / unit, rate])
-
-    def after(self, anchor: Anchor, tau: Array) -> Modes:
-        """See `Flights`."""
-        (place,), (speed,) = self._placed(anchor.row[None], np.array([anchor.piece]))
-        elastic, force, w, d = self.slow, float(self.forces[anchor.piece]), self.spring, self.machine.drag
-        pull = self.gear.gain * force - w * w * place[0]
-        h, integral = sway(d, w, tau)
-        left, answer, answer_rate = free_motion(elastic, tau)
-        rest = force * elastic.statics[:, None]
-        z, v = place[1:, None] - rest, speed[1:, None]
-        q = rest + z * left + v * answer
-        rate = v * answer_rate - z * (elastic.omega[:, None] ** 2 * answer)
-        q0 = place[0] + speed[0] * h + pull * integral
-        rate0 = speed[0] * (1.0 - d * h - w * w * integral) + pull * h
-        return Modes(self.bars(np.vstack([q0, q])), self.bars(np.vstack([rate0, rate])))
-
-    def force(self, motion: Moved, t: Array) -> Array:
-        """See `Flights`."""
-        chamber = self.machine.valve.chamber
-        return np.asarray(self.forces[motion.state(t)] - chamber.stiffness * self._driven(motion.modal(t).displacement))
-
-    def _driven(self, modes: Array) -> Array:
-        """What the driven place moves, of the motions of the modes."""
-        return np.asarray((self.own_units * self._own_at_load) @ modes)
+    def freed(self, q: Array, rate: Array, force: float, z: Array) -> None:
+        """The kernels' amplitudes z, (2, N), of q_i and q_i', (N+1,) each, in their unit, under a force."""
+        modes, ramp = self.tables[0].modes, self.ramp * self.unit**3
+        z[0] = q[1:] - modes.statics * force
+        z[1] = rate[1:]
+        if ramp:
+            z[0] += ramp * self._late
+            z[1] -= ramp * modes.statics
+        if modes.creeping.size < self.modes:
+            z[1] = np.where(modes.oscillates > 0.0, -modes.inverse * (z[1] + modes.half * z[0]), z[1])
 
     @cached_property
-    def _own_at_load(self) -> Array:
-        return np.asarray(self._own.mixing @ self._own.driven)
+    def _late(self) -> Array:
+        """How far q_i, (N,), stays behind its place at rest under a unit ramp of the force."""
+        modes = self.tables[0].modes
+        return np.asarray(modes.statics * modes.damping / modes.omega**2)
 
-    def put_in(self, motion: Moved, t: Array, velocity: Array) -> Array:
-        """See `Flights`."""
-        return np.asarray(self.forces[motion.state(t)] * self._driven(velocity))
+    def bound(self, rows: Array) -> tuple[Array, Array]:
+        """q_i and q_i' of states that the kernels have left, in their unit; each of shape (states, N+1)."""
+        n, modes, ramp = self.modes, self.tables[0].modes, self.ramp * self.unit**3
+        z0, z1 = rows[:, 2 : 2 + n], rows[:, 2 + n : 2 + 2 * n]
+        q, rate = np.empty((2, len(rows), n + 1))
+        q[:, 1:] = z0 + self.force_of(rows)[:, None] * modes.statics
+        rate[:, 1:] = (1.0 - modes.oscillates) * z1 - modes.lam * z1 - modes.half * z0
+        if ramp:
+            q[:, 1:] -= ramp * self._late
+            rate[:, 1:] += ramp * modes.statics
+        q[:, 0], rate[:, 0] = rows[:, 0] - q[:, 1:].sum(axis=1), rows[:, 1]
+        return q, rate
 
-    def stored(self, motion: Moved, t: Array, displacement: Array) -> Array | float:
-        """See `Flights`."""
-        stiffness = self.machine.valve.chamber.stiffness
-        return 0.5 * stiffness * self._driven(displacement) ** 2 if stiffness else 0.0
+    def force_of(self, rows: Array) -> Array:
+        """What pushes the modes in states that the kernels have left, in their unit."""
+        held = float(self.gear.forces[self.piece])
+        return held + self.fed[2] * rows[:, -1] if self.supply is not None else np.full(len(rows), held)
 
-    def lost(self, velocity: Array) -> Array:
-        """See `Flights`."""
-        return np.asarray(self._own.damping @ (self._own.mixing.T @ (self.own_units * velocity.T).T) ** 2)
+    def turned(self, to: Mechanism) -> Array:
+        """What makes q_i of another state's modes of those of this one's, shape (N+1, N+1)."""
+        if to.piece not in self._turned:
+            self._turned[to.piece] = to.end[:, None] * (to._own.mixing.T @ self._own.mixing) / self.end
+        return self._turned[to.piece]
+
+    @cached_property
+    def _turned(self) -> dict[int, Array]:
+        return {}
+
+    def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
+        """See `ClockedFlights`; `rows` are states that the kernels have left."""
+        found = np.empty((2, len(rows), self.modes + 1))
+        for i in np.unique(piece):
+            own, here = self.states_of[i], piece == i
+            q, rate = own.bound(rows[here])
+            found[0, here], found[1, here] = own.bars(q.T).T, own.bars(rate.T).T / self.unit
+        return found[0], found[1]
+
+    def after(self, anchor: Anchor, tau: Array) -> ModalMotion:
+        """See `ClockedFlights`."""
+        own, row, unit = self.states_of[anchor.piece], anchor.row[None], self.unit
+        (place,), (speed,), force = *own.bound(row), float(own.force_of(row)[0]) / unit**2
+        speed = speed / unit
+        elastic, w, d, gain = own.slow, own.spring, self.machine.drag, own.gear.gain
+        pull, lift = gain * force - w * w * place[0], gain * own.ramp
+        slope, h, integral, twice = series(tau, float(tau.max(initial=0.0)), w * w, d)
+        step = propagator(elastic.omega[:, None], elastic.damping[:, None], tau)
+        climb = own.ramp * elastic.statics[:, None]
+        rest = force * elastic.statics[:, None] - own.ramp * unit**3 * own._late[:, None]
+        z, v = place[1:, None] - rest, speed[1:, None] - climb
+        q = rest + climb * tau + z * step.a + v * step.b
+        rate = climb + z * step.c + v * step.e
+        q0 = place[0] + speed[0] * h + pull * integral + lift * twice
+        rate0 = speed[0] * slope + pull * h + lift * integral
+        return ModalMotion(own.bars(np.vstack([q0, q])), own.bars(np.vstack([rate0, rate])))
+
+    def force(self, at: Moment) -> Array:
+        """See `ClockedFlights`."""
+        chamber, pushed = self.machine.valve.chamber, self.forces[at.piece]
+        if at.pressure is not None:
+            pushed = (pushed - chamber.force) * at.pressure + chamber.force
+        return np.asarray(pushed - chamber.stiffness * self.driven(at.modes.displacement))
+
+    def driven(self, modes: Array) -> Array:
+        """What the driven place moves, of the motions of the modes."""
+        return np.asarray((self.own_units * (self._own.mixing @ self._own.driven)) @ modes)
+
+    def pressure(self, piece: npt.NDArray[np.int64], charge: Array, since: Array, displacement: Array) -> Array:
+        """π of a supply in states of the valve, from the charge at the last event and the modes."""
+        supply = self.supply
+        assert supply is not None
+        draw = np.array([force for _, force in self.machine.valve.pairs])[piece]
+        full = charge / self.unit**2 + supply.flow * since
+        return np.asarray((full - draw * self.driven(displacement)) / supply.compliance)
+
+    def put_in(self, at: Moment) -> Array:
+        """See `ClockedFlights`: by the valve; or by the pump, and the constant part of the chamber's force."""
+        speed = self.driven(at.modes.velocity)
+        if self.supply is None or at.pressure is None:
+            return np.asarray(self.forces[at.piece] * speed)
+        return np.asarray(self.supply.flow * at.pressure + self.machine.valve.chamber.force * speed)
+
+    def stored(self, at: Moment) -> Array | float:
+        """See `ClockedFlights`: in the gas and in an accumulator."""
+        gas = 0.5 * self.machine.valve.chamber.stiffness * self.driven(at.modes.displacement) ** 2
+        if self.supply is None or at.pressure is None:
+            return gas
+        return np.asarray(gas + 0.5 * self.supply.compliance * at.pressure**2)
+
+    def lost(self, at: Moment) -> Array:
+        """See `ClockedFlights`."""
+        found = np.empty(at.time.size)
+        for i in np.unique(at.piece):
+            own, here = self.states_of[i]._own, at.piece == i
+            found[here] = own.damping @ (own.mixing.T @ (self.own_units * at.modes.velocity[:, here].T).T) ** 2
+        return found
 
     @property
     def rates(self) -> tuple[float, float]:
-        """See `Flights`."""
-        return max(float(self._own.omega.max()), 1e-300), float(self._own.damping.max())
+        """See `ClockedFlights`."""
+        own = [one._own for one in self.states_of]
+        return max(1e-300, *(float(o.omega.max()) for o in own)), max(float(o.damping.max()) for o in own)
 
     def breaks(self, begin: float, end: float) -> Array:
-        """See `Flights`."""
+        """See `ClockedFlights`."""
         return np.empty(0)
 
 
 @lru_cache(maxsize=16)
 def mechanism(machine: Machine, modes: int) -> Mechanism:
-    """The numbers of a machine without a supply, kept for the next motion of it."""
+    """The numbers of a machine, kept for the next motion of it."""
     return Mechanism(machine, modes)
 
 
 # ---- The memory that the kernels work in: the whole state of a motion between two events, kept and put back
 
-_QUEUE = 256  # orders that wait for which there is room at first
+ROOM = 256  # orders that wait for which there is room at first
 _WINDOW = 64  # last changes of the valve that are kept
 
 
@@ -302,9 +392,9 @@ Kept = dict[str, npt.NDArray[Any]]
 _OF_MOTION = ("z", "now", "count", "anchor", "past", "sums")
 
 
-def unmoved(mechanism: Mechanism, queue: int = _QUEUE) -> Kept:
+def unmoved(mechanism: Mechanism, queue: int = ROOM) -> Kept:
     """All that the next event depends on, by name, of a motion not begun, with room for orders that wait."""
-    ports, states, n = mechanism.gear.to.size, mechanism.gear.forces.size, mechanism.modes
+    ports, states, n = len(mechanism.gear.ratio), mechanism.gear.forces.size, mechanism.modes
     bar, whole = Snapshot.empty(n, 1), np.int64
     valve = Controls(
         np.zeros(1, VALVE_NOW), np.zeros(states), np.zeros(ports), np.zeros(queue), np.zeros(queue, whole),
@@ -322,7 +412,7 @@ def kept(plant: Plant) -> Kept:
 
 
 def plant_of(mechanism: Mechanism, arrays: Kept) -> Plant:
-    """A machine whose motion stands there: the same memory; nothing else of it is shared."""
+    """A machine in a state whose motion stands there: the same memory; nothing else of it is shared."""
     table, alone = map(to_change, mechanism.tables)
     motion = Snapshot(*(arrays[name] for name in _OF_MOTION)).motion
     now, *rest = (arrays[f"valve_{name}"] for name in Controls._fields)
@@ -346,41 +436,6 @@ def roomier(plant: Plant) -> Plant:
     )
 
 
-def put_back(snapshot: Kept, mechanism: Mechanism) -> Plant:
-    """A machine whose motion stands where a snapshot was taken.
-
-    Raises
-    ------
-    PercussError
-        When a simulation cannot have left it: it comes from a file that was changed, or made up.
-    """
-    try:
-        for name, room in unmoved(mechanism, max(np.size(snapshot.get("valve_due", ())), _QUEUE)).items():
-            true(name in snapshot, f"that there is no engine_{name}")
-            given = snapshot[name]
-            true(given.dtype == room.dtype and given.shape == room.shape, f"the type or shape of engine_{name}")
-        plant = plant_of(mechanism, {name: np.array(values) for name, values in snapshot.items()})
-        _check(plant, len(mechanism.names))
-    except ValueError as error:
-        told = f"the state to continue from is damaged: {error}"
-        raise PercussError(told, "use a copy of its file, or simulate again") from None
-    return plant
-
-
-def _check(plant: Plant, states: int) -> None:
-    """Whole numbers that the kernels use as places in arrays are places in them."""
-    valve, controls, count = plant.controls.now, plant.controls, plant.motion.count
-    for name in ("state", "last", "memo_state", "memo_last"):
-        within(name, valve[name], 0, states - 1)
-    for name in ("waiting", "memo_waiting"):
-        within(name, valve[name], 0, controls.due.size)
-    within("order", controls.order, 0, states - 1)
-    within("mode", count["mode"], 0, GRAZED)
-    true(count["events"] == 0, "a number of events")
-    within("changes", valve["changes"], 0, 2**62)
-    true(bool(np.isfinite(plant.motion.z).all()) and np.isfinite(plant.motion.now["gap"]), "a number of the state")
-
-
 # ---- The loop around the kernels of a machine
 
 _MANY_STRIDES = 4096  # … of a motion that is not recorded
@@ -395,6 +450,7 @@ ENDS = {
     IN_CHAMBER: "in the chamber",
     ON_PORT: "on a port",
     DEPARTED: "leaves",
+    EMPTY: "without pressure",
 }
 """What the kernels' ends are called; of a stall, where."""
 
@@ -406,6 +462,7 @@ class SelfSwitching:
     mechanism: Mechanism
     plant: Plant
     log: Log = NO_LOG
+    tables: dict[int, tuple[Table, ...]] = field(default_factory=dict)
 
     @property
     def modes(self) -> int:
@@ -414,48 +471,50 @@ class SelfSwitching:
 
     @classmethod
     def begun(cls, mechanism: Mechanism, start: Start, stop: Stop | None = None) -> tuple[SelfSwitching, Anchor, bool]:
-        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded.
-
-        Raises
-        ------
-        ParameterError
-            For a state that the valve does not have, a start beyond the wall, or one with more modes.
-        """
+        """A motion put at a start, the state there, and whether it rests on the wall; without `stop` not recorded."""
         machine, unit, names = mechanism.machine, mechanism.unit, mechanism.names
         state, orders = start.valve_of(machine)
         u, v, gap = start.state(mechanism.modes, machine)
-        queue = _QUEUE
+        queue = ROOM
         while queue < len(orders.pending) + mechanism.gear.to.size:
             queue *= 2
-        moved = cls(mechanism, plant_of(mechanism, unmoved(mechanism, queue)))
+        own = mechanism.states_of[names.index(state)]
+        moved = cls(mechanism, plant_of(own, unmoved(mechanism, queue)))
         if stop is not None:
             moved.log = moved._room(stop)
         plant = moved.plant
-        controls, valve = plant.controls, plant.controls.now
-        valve["state"], valve["last"], valve["waiting"] = (
-            names.index(state),
-            names.index(orders.last),
-            len(orders.pending),
-        )
+        motion, controls, valve = plant.motion, plant.controls, plant.controls.now
+        now, count = motion.now, motion.count
+        valve["state"], valve["last"], valve["waiting"] = own.piece, names.index(orders.last), len(orders.pending)
         for i, (time, to) in enumerate(orders.pending):
             controls.due[i], controls.order[i] = time / unit, names.index(to)
-        resting = gap == 0.0 and not v.any() and not u.any()
-        displacement, rate = mechanism.ends(u), mechanism.ends(v) * unit
-        begin_valve(plant, displacement, rate, resting, gap == 0.0, start.orders is None, moved.log)
-        now = plant.motion.now
-        row = np.concatenate([[now["gap"], now["rigid_rate"]], plant.motion.z.reshape(-1)])
-        return moved, Anchor(start.time, int(valve["state"]), row), bool(plant.motion.count["mode"] == RESTING)
+        q, rate = own.ends(u), own.ends(v) * unit
+        if own.supply is not None:
+            valve["charge"] = (own.supply.compliance * own.supply.start + own.fed[1] * float(own.driven(u))) * unit**2
+        valve["force"] = own.gear.forces[own.piece] + own.fed[2] * valve["charge"]
+        own.freed(q, rate, float(valve["force"]), motion.z)
+        now["gap"], now["gap_rate"], now["rigid_rate"] = 0.0 if gap == 0.0 else q.sum(), rate.sum(), rate[0]
+        now["last_flight"] = -1.0
+        count["mode"] = ON_WALL if gap == 0.0 else FLYING
+        if gap == 0.0 and not v.any() and not u.any():
+            count["mode"] = RESTING
+        row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
+        begin_valve(plant, start.orders is None, moved.log)
+        anchor = Anchor(start.time, own.piece, np.array(row))
+        return moved, anchor, bool(count["mode"] == RESTING)
 
     @classmethod
     def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
-        """A motion that goes on."""
-        moved = cls(mechanism, put_back(snapshot, mechanism))
+        """A motion that goes on from a snapshot that is sound."""
+        own = mechanism.states_of[int(snapshot["valve_now"]["state"][0])]
+        moved = cls(mechanism, plant_of(own, {name: np.array(values) for name, values in snapshot.items()}))
         moved.log = moved._room(stop)
         return moved
 
     def _room(self, stop: Stop) -> Log:
         """Room for the record of a whole motion, or a stretch: memory that nothing is written into costs nothing."""
         width, ports = 2 * self.modes + STATE_NUMBERS, self.mechanism.gear.to.size
+        width += self.mechanism.supply is not None
         rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
         return Log(np.empty(rows, EVENT), np.empty((rows, width)))
 
@@ -478,9 +537,10 @@ class SelfSwitching:
         told, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
         events = self._in_units(told, begin_time)
         stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
-        known, over = float(valve["time"]) * unit, ended in STALLS
-        if over and self.mechanism.spring > 0.0:
-            known += 2.0 * math.pi / self.mechanism.spring  # it goes on for ever
+        known, over = float(valve["time"]) * unit, ended in STALLS and ended != ENDS[EMPTY]
+        spring = float(self.plant.table.bar["spring"]) / unit
+        if over and spring > 0.0:
+            known += 2.0 * math.pi / spring  # it goes on for ever
         if stop.time is not None and (ended == "time" or over):
             known = stop.time
         last, cycle = float(events.time[-1]) if len(events) else begin_time, self.cycle
@@ -509,10 +569,32 @@ class SelfSwitching:
         time = np.inf if stop.time is None else stop.time / self.mechanism.unit
         rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
         code = follow_valve(self.plant, rules, self.log)
-        while code == CROWDED:
-            self.plant = roomier(self.plant)
+        while code in (CROWDED, HANDED):
+            self.plant = roomier(self.plant) if code == CROWDED else self._handed()
             code = follow_valve(self.plant, rules, self.log)
         return int(code)
+
+    def _handed(self) -> Plant:
+        """The machine with the modes of the state that its valve now has: pressure and place stay."""
+        motion, valve = self.plant.motion, self.plant.controls.now
+        before, own = (self.mechanism.states_of[valve[name]] for name in ("before", "state"))
+        if before is own:
+            return self.plant
+        now = motion.now
+        row = np.concatenate([[now["gap"], now["rigid_rate"]], motion.z.reshape(-1), [valve["charge"]]])
+        q, rate = (ends[0] for ends in before.bound(row[None]))
+        if motion.count["mode"] == RESTING:  # undeformed, whatever was kept when it came to rest
+            q[:] = rate[:] = 0.0
+        valve["charge"] += (own.gear.draw - before.gear.draw) * float(before.gear.ratio[-1] @ q)
+        valve["force"] = own.gear.forces[own.piece] + own.gear.slope * valve["charge"]
+        turn = before.turned(own)
+        rate = turn @ rate
+        own.freed(turn @ q, rate, float(valve["force"]), motion.z)
+        now["rigid_rate"] = rate[0]
+        if own.piece not in self.tables:
+            self.tables[own.piece] = tuple(map(to_change, own.tables))
+        table, alone = self.tables[own.piece]
+        return self.plant._replace(table=table, alone=alone, gear=own.gear)
 
     @property
     def cycle(self) -> Cycle | None:

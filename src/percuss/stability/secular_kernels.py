@@ -104,27 +104,8 @@ def real_sums(x, live, work):
 
 
 @summed
-def complex_sums(x, y, live, work):
-    """Σ w/(z − ξ), its derivative, and Σ 1/(z − ξ) − Σ 1/(z − root), at z = x + iy; real and imaginary parts."""
-    sr, si, dr, di, pr, pi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(live):
-        off = x - work[POLE, j]
-        inverse = 1.0 / (off * off + y * y)
-        a, b, w = off * inverse, y * inverse, work[RESIDUE, j]
-        sr += w * a
-        si -= w * b
-        dr -= w * (a * a - b * b)
-        di += w * (a * b)
-        gap, rise = x - work[RE, j], y - work[IM, j]
-        inverse = 1.0 / (gap * gap + rise * rise)
-        pr += a - gap * inverse
-        pi += rise * inverse - b
-    return sr, si, dr, 2.0 * di, pr, pi
-
-
-@summed
 def sums_in_plane(x, y, live, work):
-    """The same where poles and residues are complex."""
+    """Σ w/(z − ξ), its derivative, and Σ 1/(z − ξ) − Σ 1/(z − root), at z = x + iy; real and imaginary parts."""
     sr, si, dr, di, pr, pi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(live):
         off, up = x - work[POLE, j], y - work[POLE_IM, j]
@@ -194,8 +175,8 @@ def beside_poles(live, work, state):
 
 
 @inner
-def all_together(live, strong, flat, work, state):
-    """Ehrlich's and Aberth's method for the roots in `state`; whether all settled. `flat`: all poles are real."""
+def all_together(live, strong, work, state):
+    """Ehrlich's and Aberth's method for the roots in `state`; whether all settled."""
     for i in range(strong):
         state[STALLED, i] = 0
         work[BEST, i] = math.inf
@@ -208,12 +189,9 @@ def all_together(live, strong, flat, work, state):
             x, y = work[RE, j], work[IM, j]
             pole, residue = complex(work[POLE, j], work[POLE_IM, j]), complex(work[RESIDUE, j], work[RESIDUE_IM, j])
             work[POLE, j], work[RESIDUE, j], work[RE, j], work[IM, j] = OUT, 0.0, OUT, 0.0
-            if flat:
-                sr, si, dr, di, pr, pi = complex_sums(x, y, live, work)
-            else:
-                work[RESIDUE_IM, j] = 0.0
-                sr, si, dr, di, pr, pi = sums_in_plane(x, y, live, work)
-                work[RESIDUE_IM, j] = residue.imag
+            work[RESIDUE_IM, j] = 0.0
+            sr, si, dr, di, pr, pi = sums_in_plane(x, y, live, work)
+            work[RESIDUE_IM, j] = residue.imag
             away = complex(x, y) - pole
             one, slope, pull = complex(1.0 + sr, si), complex(dr, di), complex(pr, pi)
             newton = (away * one + residue) / (one + away * slope)
@@ -428,7 +406,7 @@ def solved(beta, alpha, speed, bar, work, state):
         count = complex_fractions(beta, alpha, speed, bar, work)
         live = joined_in_plane(count, work)
         strong = beside_complex_poles(live, work, state)
-    return count if all_together(live, strong, flat, work, state) and fits(count, trace, square, work) else 0
+    return count if all_together(live, strong, work, state) and fits(count, trace, square, work) else 0
 
 
 @entry

@@ -148,33 +148,20 @@ def refuse_resonance(system: System) -> None:
     """ResonanceError when an undamped mode is driven at its own frequency; for a uniform bar s = k/(nπ).
 
     A load of steps contains harmonics without end: all up to 4096 are looked at, and those that the first 4096 modes
-    could meet. That the load may act at a node of the mode is not looked at.
+    could meet, or all of a structure. That the load may act at a node of the mode is not looked at.
     """
     body, load = system.body, system.load
     if system.d > 0.0 or load.is_constant:
         return
-    if isinstance(body, HeldBody):
-        return _refuse_held(body, load)
     if load.is_piecewise:
-        k, exact = _of_steps(body.modes(_MODES).omega)
+        k, exact = _of_steps(body.frequencies(body.most_modes if isinstance(body, HeldBody) else _MODES))
     else:
         k, exact = load.harmonics, np.full(load.harmonics.shape, _EXACT)
     n = body.nearest(k)
     for i in _met(k, body.frequency(n), exact):
         driven = not load.is_piecewise or _contains(load, float(k[i]))
-        if driven and body.modes(int(n[i])).damping[-1] == 0.0:
+        if driven and body.dampings(int(n[i]))[-1] == 0.0:
             raise ResonanceError(int(k[i]), int(n[i]))
-
-
-def _refuse_held(body: HeldBody, load: Load) -> None:
-    """The same for a structure: of steps all harmonics up to its highest frequency are looked at."""
-    omega = body.frequencies(body.most_modes)
-    free = np.flatnonzero(body.dampings(body.most_modes) == 0.0)
-    k = np.rint(omega[free]).astype(np.int64) if load.is_piecewise else load.harmonics
-    for n in free:
-        for i in _met(k, np.full(k.shape, omega[n]), np.full(k.shape, _EXACT)):
-            if k[i] >= 1 and (not load.is_piecewise or _contains(load, float(k[i]))):
-                raise ResonanceError(int(k[i]), int(n) + 1)
 
 
 def held_resonance(load: Load, fundamental: float) -> bool:

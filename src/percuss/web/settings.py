@@ -12,6 +12,8 @@ from typing import Any
 class Limits:
     """The most that one request may ask for; beyond is refused and not computed.
 
+    What no server changes, such as the frames of a motion, is bounded by the questions themselves.
+
     Attributes
     ----------
     json_bytes, upload_bytes, depth
@@ -27,20 +29,18 @@ class Limits:
         After which a connection without a request is closed, and one whose client does not read.
     connections, connections_per_address
         At once in one worker, and of one address.
-    modes, simulation_modes, harmonics
-        Elastic modes of a steady answer and of a simulation; the highest harmonic of a load.
+    simulation_modes, harmonics
+        Elastic modes of a simulation; the highest harmonic of a load.
     steady_work
         Harmonics × (modes + 1) × load periods of a steady answer, all its numbers of periods together.
-    impacts, periods, m
-        Impacts of a simulation; numbers of load periods per impact in one request, and the greatest of them.
+    impacts
+        Of a simulation.
     cells, slow_cells, boundary_points
         Of a map by arrays and cell by cell; values of x along which boundaries are solved for.
     starts, start_work
         Of an experiment, and starts × impacts × (modes + 1).
     pieces
         Of the waves of a blow, after which it is followed no further.
-    frames, places, end_points
-        Of a motion's fields.
     seconds, experiment_seconds, body_seconds
         After which a computation, an experiment, a body that still comes in is given up.
     quick, heavy, experiments, quick_waiting, heavy_waiting
@@ -60,22 +60,16 @@ class Limits:
     write_seconds: float = 15.0
     connections: int = 512
     connections_per_address: int = 128
-    modes: int = 256
     simulation_modes: int = 256
     harmonics: int = 1024
     steady_work: float = 2e6
     impacts: int = 20_000
-    periods: int = 8
-    m: int = 100
     cells: int = 40_000
     slow_cells: int = 2_500
     boundary_points: int = 200
     starts: int = 100_000
     start_work: float = 2e9
     pieces: int = 400_000
-    frames: int = 2_000
-    places: int = 129
-    end_points: int = 20_000
     seconds: float = 30.0
     experiment_seconds: float = 600.0
     body_seconds: float = 30.0

@@ -18,16 +18,6 @@ from percuss.units import si
 if TYPE_CHECKING:
     from percuss.steady import Orbit
 
-__all__ = [
-    "DEFAULT_MODES",
-    "MAX_MODES",
-    "Simulation",
-    "checked_simulation",
-    "checked_start",
-    "simulation_of",
-    "start_of",
-]
-
 DEFAULT_MODES = 32
 """Elastic modes of a simulation that asks for no number of them."""
 
@@ -98,12 +88,8 @@ def checked_start(table: StartTable) -> None:
     """Refuse a table that describes no start."""
     kind = _kind(table)
     with _by_its_key(table):
-        if kind in ("rigid", "modal"):
-            _start(table, kind, _Scales())
-        if kind == "orbit":
-            displacement, velocity = _disturbance(table, _Scales())
-            Start.modal(displacement, velocity)
-            Start.rigid(displacement[0] if table.position is not None else 0.0)
+        if kind != "random":
+            _start(table, _Scales(), 0.0 if kind == "orbit" else -1.0)
     if table.orbit is not None:
         count("orbit", table.orbit)
         count("periods", 1 if table.periods is None else table.periods, most=1000)
@@ -152,7 +138,7 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
             name, accepted = "displacement", f"{accepted}; it is at {error.value}"
         if name not in ("displacement", "velocity"):
             raise
-        if table.modal_displacement is not None or table.modal_velocity is not None:
+        if _is_modal(table):
             name = f"modal_{name}"
         elif name == "displacement":
             name = "position"
@@ -162,33 +148,30 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
 def _made(table: StartTable, kind: str, system: System | Machine, orbit: Orbit | None) -> Start:
     """The start of a kind; `orbit` is the motion that one on a steady motion begins on."""
     if orbit is not None:
-        return Start.orbit(orbit, *_disturbance(table, _Scales.of(system)))
+        return Start.orbit(orbit, *_vectors(table, _Scales.of(system), 0.0))
     if kind == "random":
         assert table.random is not None and isinstance(system, System)  # checked before
         start = Start.random(system, seed=table.seed or 0, distribution=table.random)
         return start if table.time is None else start.at(_Scales.of(system).number(table.time, "time", "time"))
-    return _start(table, kind, _Scales.of(system), _place_without(system))
+    return _start(table, _Scales.of(system), _place_without(system))
 
 
-def _start(table: StartTable, kind: str, scales: _Scales, place: float = -1.0) -> Start:
-    time = scales.number(table.time, "time", "time")
-    if kind == "rigid":
-        position = scales.number(table.position, "length", "position", place)
-        return Start.rigid(position, scales.number(table.velocity, "velocity", "velocity"), time)
-    return Start.modal(*_vectors(table), time)
+def _start(table: StartTable, scales: _Scales, place: float) -> Start:
+    """The start at the vectors of a table; beside `orbit` it stands for the disturbance."""
+    (u, v), time = _vectors(table, scales, place), scales.number(table.time, "time", "time")
+    return Start.modal(u, v, time) if _is_modal(table) else Start.rigid(u[0], v[0], time)
 
 
-def _vectors(table: StartTable) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The modal vectors of a table; one that is left out is 0."""
-    displacement, velocity = tuple(table.modal_displacement or ()), tuple(table.modal_velocity or ())
-    return displacement or (0.0,) * len(velocity), velocity or (0.0,) * len(displacement)
+def _is_modal(table: StartTable) -> bool:
+    return table.modal_displacement is not None or table.modal_velocity is not None
 
 
-def _disturbance(table: StartTable, scales: _Scales) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """What a table with `orbit` adds to the motion's u_n and u_n'."""
-    if table.modal_displacement is not None or table.modal_velocity is not None:
-        return _vectors(table)
-    position = scales.number(table.position, "length", "position")
+def _vectors(table: StartTable, scales: _Scales, place: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The u_n and u_n' of a table; what is left out is 0, but `place` for the position."""
+    if _is_modal(table):
+        displacement, velocity = tuple(table.modal_displacement or ()), tuple(table.modal_velocity or ())
+        return displacement or (0.0,) * len(velocity), velocity or (0.0,) * len(displacement)
+    position = scales.number(table.position, "length", "position", place)
     return (position,), (scales.number(table.velocity, "velocity", "velocity"),)
 
 

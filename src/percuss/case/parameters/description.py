@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
@@ -30,7 +30,7 @@ from percuss.model.body import HeldBody, Mounted
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import Load, Port, SizedBody, System
+    from percuss.model import Load, SizedBody, System
     from percuss.model.body import Body
     from percuss.model.parameter import Parameter
 
@@ -50,23 +50,31 @@ def parameters(case: Case) -> list[dict[str, Any]]:
 
 
 def _dimensionless(case: Case) -> list[dict[str, Any]]:
-    system, keys = case.system(), varied_keys(case)
-    found = []
-    for name, parameter in PARAMETERS.items():
-        if _has(parameter, system) and f"bar.{name}" not in keys:
-            found.append(_row_of(parameter, case, system))
-    square = any(row["name"] == "kappa" for row in found)
-    for row in found:
-        row["slides"] = row["movable"] and _slides(row["name"], case.is_si, square)
+    system, keys, found = case.system(), varied_keys(case), []
+    offered = [own for name, own in PARAMETERS.items() if _has(own, system) and f"bar.{name}" not in keys]
+    square = any(own.name == "kappa" for own in offered)
+    for own in offered:
+        name, value = own.name, own.get(system)
+        low, high = own.span or _around(value)
+        if name == "load_factor" and value is not None:
+            high = max(high, 1.25 * value)
+        movable = name in MOVES and can_move(name, case, system)
+        if name in _SLIDES:
+            slides = not (square and name == "load_factor")  # the mean of a square load follows from κ
+        else:
+            slides = not case.is_si and name not in ("mean", "amplitude")  # those of the bar follow from its sizes
+        row = _row(name, own.label, own.meaning, "", value, low, high, movable, movable and slides)
+        found.append(row | {"dimensionless": True, "plane": name in AXES})
     return found
 
 
 def _has(parameter: Parameter[System], system: System) -> bool:
     """Whether a map of the system is offered the parameter: of all laws of damping only that of the body."""
-    own = system.body.damping.parameter
+    body, own = system.body, system.body.damping.parameter
     if parameter.sets == "damping" and (own is None or own.name != parameter.name):
         return False
-    if parameter.name in ("s", "d") and _is_without_waves(system):
+    has_waves = not isinstance(body, HeldBody) or (isinstance(body, Mounted) and not body.is_rigid)
+    if parameter.name in ("s", "d") and not has_waves:
         return False
     try:
         parameter.check(system)
@@ -75,50 +83,25 @@ def _has(parameter: Parameter[System], system: System) -> bool:
     return True
 
 
-def _is_without_waves(system: System) -> bool:
-    """Whether it is a structure told by its modes, or a rigid mass."""
-    body = system.body
-    return isinstance(body, HeldBody) and (not isinstance(body, Mounted) or body.is_rigid)
-
-
-def _slides(name: str, si: bool, square: bool) -> bool:
-    """In SI the numbers of the bar follow from its sizes; the mean of a square load follows from κ."""
-    of_bar = name not in _SLIDES and name not in ("mean", "amplitude")
-    return (of_bar and not si) or (name in _SLIDES and not (square and name == "load_factor"))
-
-
-def _row_of(parameter: Parameter[System], case: Case, system: System) -> dict[str, Any]:
-    value = parameter.get(system)
-    low, high = parameter.span or _around(value)
-    if parameter.name == "load_factor" and value is not None:
-        high = max(high, 1.25 * value)
-    row = _row(parameter.name, "", value, low, high)
-    movable = parameter.name in MOVES and can_move(parameter.name, case, system)
-    words = {"label": parameter.label, "meaning": parameter.meaning, "plane": parameter.name in AXES}
-    return row | words | {"dimensionless": True, "movable": movable}
-
-
 def _keys(case: Case) -> list[dict[str, Any]]:
-    found = []
-    names = varied_keys(case)
+    found, names = [], varied_keys(case)
     none = {LOAD_SCALE} if case.is_machine and LOAD_PRESSURE in names else set()  # the pressure is the same
     for name in names:
         table, _, key = name.partition(".")
         if name in none or table == "blow" or (table in ("tool", "rock") and not case.is_from_blow):
             continue  # the motion does not depend on it
-        about = key_of(name)
-        plain = not case.is_si and not case.is_machine
+        about, plain = key_of(name), not case.is_si and not case.is_machine
         if plain and (table == "system" or key in PARAMETERS or about.sets in PARAMETERS):
             continue  # a dimensionless parameter is the same
         value, unit = (1.0, "") if name == LOAD_SCALE else quantity_of(case, name)
         if value is None:
             continue
-        label = about.label or valve_label(case.tables.load, name)
-        row = _row(name, unit, value, *(_span(case, key) or _around(value)))
+        span = PARAMETERS[key].span if case.is_machine and key == "restitution" else None
         kept = name == FREQUENCY and isinstance(case.tables.load, HistoryLoad)  # there it says where cycles are cut
-        row |= {"label": label, "meaning": about.meaning, "slides": about.slides and not kept}
-        row["movable"] = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
-        found.append(row)
+        movable = not (kept or (case.is_machine and name == LOAD_SCALE))  # that is no key of its tables
+        label = about.label or valve_label(case.tables.load, name)
+        ends = span or _around(value)
+        found.append(_row(name, label, about.meaning, unit, value, *ends, movable, about.slides and not kept))
     return found
 
 
@@ -130,11 +113,6 @@ def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
     return value, unit
 
 
-def _span(case: Case, key: str) -> tuple[float, float] | None:
-    """The range of a key of a machine that has one of its own, as its dimensionless parameter has it."""
-    return PARAMETERS[key].span if case.is_machine and key == "restitution" else None
-
-
 def _around(value: float | None) -> tuple[float, float]:
     if not value:
         return (0.0, 1.0)
@@ -142,20 +120,13 @@ def _around(value: float | None) -> tuple[float, float]:
     return min(ends), max(ends)
 
 
-def _row(name: str, unit: str, value: float | None, low: float, high: float) -> dict[str, Any]:
-    return {
-        "name": name,
-        "label": name,
-        "meaning": "",
-        "unit": unit,
-        "value": number(value),
-        "low": number(low),
-        "high": number(high),
-        "dimensionless": False,
-        "plane": False,
-        "movable": True,
-        "slides": False,
-    }
+def _row(
+    name: str, label: str, meaning: str, unit: str, value: float | None, low: float, high: float, movable: bool,
+    slides: bool,
+) -> dict[str, Any]:  # fmt: skip
+    words = {"name": name, "label": label, "meaning": meaning, "unit": unit}
+    numbers = {"value": number(value), "low": number(low), "high": number(high)}
+    return words | numbers | {"dimensionless": False, "plane": False, "movable": movable, "slides": slides}
 
 
 # ---- What is known of a case before anything is computed: its form in SI and in plain numbers, its scales
@@ -261,41 +232,26 @@ def _plain_law(case: Case) -> dict[str, Any]:
 def _plain_load(case: Case, load: Load) -> dict[str, Any]:
     """A load of the kind that the case has, else by its harmonics."""
     kind = case.load_table.kind
+    kept = {"harmonics": load.coefficients.size - 1}
     if kind == "square" and load.values:
-        pushes = max(load.values)
-        return {
-            "kind": kind,
-            "amplitude": pushes,
-            "kappa": getattr(case.load_table, "kappa", 1.0),
-            "harmonics": load.coefficients.size - 1,
-        }
+        return {"kind": kind, "amplitude": max(load.values), "kappa": getattr(case.load_table, "kappa", 1.0), **kept}
     if kind == "steps":
-        return {"kind": kind, "breaks": list(load.breaks), "values": list(load.values)} | {
-            "harmonics": load.coefficients.size - 1
-        }
+        return {"kind": kind, "breaks": list(load.breaks), "values": list(load.values), **kept}
     k = [int(k) for k in load.harmonics]
     if kind == "harmonic" and len(k) == 1:
         amplitude = load.coefficients[k[0]]
         if amplitude.imag == 0.0:
             return {"kind": kind, "mean": load.mean, "amplitude": float(amplitude.real), "harmonic": k[0]}
-    found = fourier_table(load)
-    return {"kind": "fourier", "coefficients": found["coefficients"]}
+    return {"kind": "fourier", "coefficients": fourier_table(load)["coefficients"]}
 
 
 def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
-    valve, room = machine.valve, case.room()
-    gas = valve.chamber
-    table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": [_port(one) for one in valve.ports]}
-    table |= {"start_state": valve.start}
+    valve, gas, room = machine.valve, machine.valve.chamber, case.room()
+    ports = [{f.name: v for f in fields(one) if (v := getattr(one, f.name)) != f.default} for one in valve.ports]
+    table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": ports, "start_state": valve.start}
     table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
     if valve.supply is not None:
         supply = valve.supply
         table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
     table |= {} if room is None else {"room": room}
     return table | ({"at": machine.at} if machine.at else {})
-
-
-def _port(port: Port) -> dict[str, Any]:
-    place = {"on": "impact"} if port.on == "impact" else {"behind": port.behind, "side": port.side}
-    reads = {} if port.reads == "centre" else {"reads": port.reads}
-    return {"to": port.to, **place, **({"delay": port.delay} if port.delay else {}), **reads}

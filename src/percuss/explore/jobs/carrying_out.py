@@ -71,10 +71,6 @@ class Sheet:
         """The runs of items that are not there, as (first, last)."""
         return [(first + a, first + b) for a, b in runs(~self.known[first:last])]
 
-    def is_full(self, first: int, last: int) -> bool:
-        """Whether all of these items are there."""
-        return bool(self.known[first:last].all())
-
 
 def runs(truth: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
     """The runs of places where something is true, as (first, last)."""
@@ -295,7 +291,7 @@ class Task:
     def _keep(self, number: int) -> None:
         """Write a chunk when all of it is there."""
         first, last = self._bounds(number)
-        if self.kept is not None and not self.kept.done[number] and self.sheet.is_full(first, last):
+        if self.kept is not None and not self.kept.done[number] and not self.sheet.gaps(first, last):
             self.kept.write(number, self.sheet.part(first, last))
 
     def keep_all(self) -> None:

@@ -11,11 +11,12 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from multiprocessing import resource_tracker
+from multiprocessing import parent_process, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from types import FrameType, ModuleType
@@ -23,7 +24,6 @@ from typing import Any, Protocol
 
 from percuss.errors import PercussError
 from percuss.explore.jobs.job import Columns, Job
-from percuss.explore.jobs.worker import BAD_JOB, DONE, FAILED, work
 
 # ---- A few moments in which Ctrl-C waits
 
@@ -51,6 +51,69 @@ def undisturbed() -> Iterator[None]:
         handler = handlers[signal.Signals(sig)]
         assert callable(handler)
         handler(sig, None)
+
+
+# ---- What a worker process does: take the job, then chunk after chunk, until the asking process is gone
+
+_READY, _BAD_JOB, _DONE, _FAILED = "ready", "bad job", "done", "failed"
+"""The first word of everything that a worker says."""
+
+
+def work(connection: Connection[Any, Any]) -> None:
+    """Answer the asking process until it is gone or kills us.
+
+    A job comes as bytes, a chunk as (number, first, last); what goes back is (word, …): `_READY`, `_BAD_JOB` with the
+    error, `_DONE` with number and columns, or `_FAILED` with number and error.
+    """
+    for which in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C goes to all of a terminal, SIGTERM to all of a batch job;
+        signal.signal(which, signal.SIG_IGN)  # the asking process ends us
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    job: Job | None = None
+    try:
+        while True:
+            message = connection.recv()
+            if isinstance(message, bytes):
+                job, answer = _unpacked(message)
+            else:
+                assert job is not None
+                answer = _computed(job, *message)
+            connection.send(answer)
+    except (EOFError, OSError):
+        return  # nobody is there any more
+
+
+def _end_with_parent() -> None:
+    """End this process when its parent dies, even when killed: the parent's end of a pipe closes in any case."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _unpacked(message: bytes) -> tuple[Job | None, tuple[Any, ...]]:
+    try:
+        job: Job = pickle.loads(message)
+        return job, (_READY,)
+    except Exception as error:
+        return None, (_BAD_JOB, _sendable(error))
+
+
+def _computed(job: Job, number: int, first: int, last: int) -> tuple[Any, ...]:
+    try:
+        return _DONE, number, job.compute(first, last, lambda: False)  # who is no longer wanted is killed
+    except BaseException as error:
+        return _FAILED, number, _sendable(error)
+
+
+def _sendable(error: BaseException) -> BaseException:
+    """The error with where it came from; another in its place when it cannot travel."""
+    text = "".join(traceback.format_exception(error))
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        error = RuntimeError(f"{type(error).__name__}: {error}")
+    error.add_note(f"in a worker process:\n{text}")
+    return error
 
 
 # ---- Who computes the chunks: processes of this machine, or whatever else keeps the same few promises
@@ -250,11 +313,11 @@ class Processes:
 
     def _take(self, worker: _Worker, message: tuple[Any, ...], ready: list[tuple[Chunk, Columns]]) -> None:
         word, *rest = message
-        if word == DONE:
+        if word == _DONE:
             ready.append((worker.chunks.popleft(), rest[1]))
-        elif word == FAILED:
+        elif word == _FAILED:
             raise rest[1]
-        elif word == BAD_JOB:
+        elif word == _BAD_JOB:
             remedy = "define functions and classes in a module that the workers can import, or use workers=1"
             raise PercussError(f"the job cannot be read by a worker process: {rest[0]}", remedy) from rest[0]
 

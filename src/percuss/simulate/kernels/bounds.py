@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from percuss.compiled import entry, inlined, summed
-from percuss.simulate.kernels.modes import creep_sizes, creeping, drift, most_of, sine_cosine, sway
+from percuss.simulate.kernels.modes import creep_sizes, creeping, drift, most_of, ramped, sine_cosine, sway
 from percuss.simulate.kernels.motion_records import EPS, POWERS
 
 
@@ -114,6 +114,8 @@ def blur_of(bar, modes, motion, osc, ring1, ring2, curve):
     now = motion.now
     error = EPS * (8.0 + 0.125 * modes.omega.shape[0] + 0.5 * osc.shape[1])
     drifting, place, creeps, crush = abs(now.drift) + bar.sway, 0.0, 0.0, ring2
+    if bar.spring > 0.0:
+        drifting += abs(bar.climb) + abs(bar.lift) / (bar.spring * bar.spring)
     if modes.creeping.shape[0]:
         place, creeps, rush, crush = creep_sizes(bar, modes, motion.z)
         drifting, place, creeps, crush = drifting + rush, error * place, error * creeps, ring2 + crush
@@ -195,8 +197,8 @@ def bounds_at_anchor(table, motion, desk):
 @inlined
 def swaying(bar, now, pull):
     """Bounds of S'', twice, and of S‴ on a gas chamber: |h'| ≤ 1, |h| ≤ 1/ω and |h''| ≤ d + ω (`sway`)."""
-    curve = abs(pull) + bar.spring * abs(now.drift)
-    jerk = abs(pull) * (bar.damping + bar.spring) + bar.spring * bar.spring * abs(now.drift)
+    curve = abs(pull) + bar.spring * abs(now.drift) + abs(bar.lift) / bar.spring
+    jerk = abs(pull) * (bar.damping + bar.spring) + bar.spring * bar.spring * abs(now.drift) + abs(bar.lift)
     return curve * GROWN, curve * GROWN, jerk * GROWN
 
 
@@ -236,7 +238,8 @@ def bounds_anew(table, motion, desk, way, tau, first):
 # ---- The smooth part of the gap: all but the free elastic part (theory §2)
 #
 # The drift of the bar as a whole, under the constant part of the load, and what the load's harmonics add. On a gas
-# chamber the drift is a motion on a spring; `bar.mean` is then its acceleration at the anchor, without drag.
+# chamber the drift is a motion on a spring; `bar.mean` is then its acceleration at the anchor, without drag, and an
+# accumulator that is filled pushes it more and more.
 
 
 @inlined
@@ -251,6 +254,11 @@ def smooth_and_drift(bar, now, osc, tau):
         square = bar.spring * bar.spring
         v -= square * b * second
         a -= square * ((bar.mean - d * b) * second + b * first)
+        if bar.lift != 0.0:
+            y += bar.lift * ramped(d, bar.spring, first, second, tau)
+            v += bar.lift * second
+            a += bar.lift * first
+        y += bar.climb * tau
     if osc.shape[1]:
         sh, ch = sine_cosine(0.5 * tau)
         er1, ei1 = -2.0 * sh * sh, 2.0 * sh * ch  # e^{iτ} − 1, exact for small τ
@@ -288,7 +296,7 @@ def drifted(bar, now, tau):
     """Velocity of the drift at τ."""
     if bar.spring > 0.0:
         first, second = sway(bar.damping, bar.spring, tau)
-        late = bar.spring * bar.spring * now.drift * second
+        late = (bar.spring * bar.spring * now.drift - bar.lift) * second
         return now.drift + (bar.mean - bar.damping * now.drift) * first - late
     first, _ = drift(bar.damping, tau)
     return now.drift + (bar.mean - bar.damping * now.drift) * first
@@ -309,5 +317,5 @@ def smooth_at_anchor(bar, harmonics, now, osc):
         curve -= n * n * g
         rigid -= n * (harmonics.rigid_re[k] * wi + harmonics.rigid_im[k] * wr)
     now.drift = now.rigid_rate - rigid
-    now.smooth_rate = now.drift + rate
+    now.smooth_rate = now.drift + rate + bar.climb
     now.acceleration = now.free_curve + curve + bar.mean - bar.damping * now.drift

@@ -200,6 +200,20 @@ def sway(d, spring, tau):
 
 
 @inner
+def ramped(d, spring, first, second, tau):
+    """The integral of the second of what `sway` says: the answer to a unit ramp of the push."""
+    x, y = d * tau, spring * tau
+    if x > 1.0 or y > 1.0:
+        return (tau - first - d * second) / (spring * spring)
+    before, now, total = 0.0, 1.0, 1.0 / 6.0
+    y *= y
+    for n in range(1, 20):
+        before, now = now, -(x * n * now + y * before) / (n * (n + 1.0))
+        total += now / ((n + 2.0) * (n + 3.0))
+    return tau * tau * tau * total
+
+
+@inner
 def fading(half, tau):
     """e^{−hτ} and e^{−hτ} − 1, h half the damping."""
     x = half * tau
@@ -465,14 +479,19 @@ def turn_modes(bar, modes, z, work, tau, late, slip):
 
 
 @summed
-def forced_modes(coupling, work, c, s, order):
-    """Displacement (order 0) or velocity (1) of every q_n under the harmonics, into `work`.
+def forced_modes(table, work, c, s, order):
+    """Displacement (order 0) or velocity (1) of every q_n under the harmonics, or behind a ramp, into `work`.
 
     `c`, `s`: cosine and sine of the load phase.
     """
+    coupling, modes, ramp = table.coupling, table.modes, table.bar.ramp
     n = coupling.shape[2]
     for j in range(n):
         work.forced[j] = 0.0
+    if ramp != 0.0:
+        for j in range(n):
+            late = -modes.damping[j] / (modes.omega[j] * modes.omega[j]) if order == 0 else 1.0
+            work.forced[j] = ramp * modes.statics[j] * late
     wr, wi = 1.0, 0.0
     for k in range(coupling.shape[0]):
         wr, wi = wr * c - wi * s, wr * s + wi * c

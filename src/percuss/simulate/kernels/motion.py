@@ -80,25 +80,30 @@ def advance(table, motion, desk, tau):
     now.gap_rate = vs + fv
 
 
-@inner
-def step_load(table, motion):
-    """On to the next step of a piecewise constant load: the static shape jumps, so the free part jumps back."""
-    bar, modes, breaks, values = table.bar, table.modes, table.breaks, table.values
-    now, count, z = motion.now, motion.count, motion.z
-    piece = count.piece + 1
-    if piece == breaks.shape[0]:
-        piece = 0
-    old, new = bar.mean, values[piece]
+@inlined
+def jump_back(table, motion, old, new):
+    """The force on the modes jumps, and with it the places about which they swing; so the free part jumps back."""
+    modes, z = table.modes, motion.z
     for j in range(modes.omega.shape[0]):
         jump = modes.statics[j] * (old - new)
         z[0, j] += jump
         z[1, j] -= modes.half[j] * jump * modes.inverse[j]
+    amplitudes(table.bar, modes, z, motion.now)
+
+
+@inner
+def step_load(table, motion):
+    """On to the next step of a piecewise constant load."""
+    bar, breaks, values, now, count = table.bar, table.breaks, table.values, motion.now, motion.count
+    piece = count.piece + 1
+    if piece == breaks.shape[0]:
+        piece = 0
     if breaks[piece] < now.phase:
         count.period += 1
     set_phase(now, breaks[piece])
     count.piece = piece
-    bar.mean = new
-    amplitudes(bar, modes, z, now)
+    jump_back(table, motion, bar.mean, values[piece])
+    bar.mean = values[piece]
 
 
 @inner
@@ -366,10 +371,10 @@ def put(table, motion, desk, starts, i):
         z[1, j] = modes.unit[j] * v[j + 1] if j + 1 < v.shape[0] else 0.0
         still = still and z[0, j] == 0.0 and z[1, j] == 0.0
         rate += z[1, j]
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
+    forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         z[0, j] -= desk.forced[j] + bar.mean * modes.statics[j]
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
+    forced_modes(table, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         z[1, j] -= desk.forced[j]
         if modes.oscillates[j] > 0.0:

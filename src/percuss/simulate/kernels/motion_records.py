@@ -1,8 +1,8 @@
-"""The records of a system and of a motion; those of a call are in `calls`, the codes in them in `codes`.
+"""The records of a system, of a motion, and of a call, and the codes in them.
 
 A record of single numbers is one element of a structured array (`NOW`, `COUNT`, …), which Python and compiled code
-change in place; a record of arrays is a `NamedTuple`. Python makes them, see `percuss.simulate.tables` and
-`percuss.simulate.tables`; compiled functions only fill them.
+change in place; a record of arrays is a `NamedTuple`. Python makes them, see `percuss.simulate.engine`; compiled
+functions only fill them.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ BAR = np.dtype(
         ("whole", "f8"),  # its modal mass where its place is that of the striking end: 1 without a chamber
         ("restitution", "f8"),
         ("mean", "f8"),  # the constant part of the load: its mean, or the step that holds
+        ("ramp", "f8"),  # rate at which the force on the modes grows, as a pump fills an accumulator; else 0
+        ("lift", "f8"),  # … at which the rigid motion is pushed more and more, which a chamber or accumulator holds
+        ("climb", "f8"),  # … and the velocity of what is seen that comes of it, without the rigid motion
         ("strain", "f8"),  # what an impact multiplies the elastic displacements by: 1, or −R
         ("law", "i8"),  # how the phasors of the modes are computed
         ("base", "f8"),  # frequency of which those of all modes are multiples, where they are
@@ -345,8 +348,10 @@ NO_PORT = np.int64(-1)
 # what a call ends with, or that the motion goes on
 FULL, BY_IMPACTS, BY_TIME, AT_REST, PERIODIC, DEPARTED, BY_WORK, TO_VERIFY, UNRESOLVED, GOES_ON = range(10)
 # … and that of a machine: it orbits in its chamber for ever, or switches without end at a port; or more orders wait
-# than there is room for
+# than there is room for;
 IN_CHAMBER, ON_PORT, CROWDED = 10, 11, 12
+# … or the state of its valve changes, and its modes with it; or the pressure of its supply has fallen to 0
+HANDED, EMPTY = 13, 14
 # what a search for the next contact ends with, or that it is still open
 NOTHING, CONTACT, GRAZE, AWAY, TIRED, OPEN = range(6)
 # … and what a port's next crossing is: it is entered, left, neither before a horizon, or neither ever
@@ -358,7 +363,7 @@ UNSEEN, TWIN, ASKED, SURE, LOST_CYCLE = range(5)
 POWERS, RATIO, SINGLY = range(3)
 
 
-# ---- The records of a machine that switches its own valve, beside those of `layout`
+# ---- The records of a machine that switches its own valve, beside those of a system
 #
 # The state at an instant is that of a bar under a constant load, with the modes of the machine: decoupled motions m_i,
 # of which the first takes the part of the rigid motion, on the spring of the gas chamber if there is one. q_i is what
@@ -373,6 +378,11 @@ class Gear(NamedTuple):
     where it reads the rigid motion alone. `gain`: acceleration of q_0 under a unit force. On
     a chamber, `still`: what the port reads under a constant unit force; `sway`: how far at most it is from there, of
     the root of twice the energy about that place.
+
+    With a supply c π' = `flow` − p u': the accumulator is a spring of p²/c, so that each state of the valve has modes,
+    and a Gear, of its own. The force is that of `forces` and `slope` times the charge c π + p u, which grows with the
+    flow; `draw` is p, `slope` p/c. What p acts on is a last row of `ratio`, which sees when the pressure falls to 0.
+    `bend` (P,): what is read of the elastic modes under a constant unit force.
     """
 
     forces: Floats
@@ -385,6 +395,10 @@ class Gear(NamedTuple):
     gain: float
     still: Floats
     sway: Floats
+    bend: Floats
+    flow: float
+    draw: float
+    slope: float
 
 
 VALVE_NOW = np.dtype(
@@ -396,7 +410,11 @@ VALVE_NOW = np.dtype(
         ("lap", "f8"),  # time after a release for which the ripple of the modes may lap at the wall
         ("window", "f8"),  # time at which the last `MANY` changes of state began
         ("changed", "f8"),  # time of the last change of state
+        ("force", "f8"),  # of the state, on the modes: without what is in their spring
+        ("charge", "f8"),  # c π + p u of a supply, else 0
         ("state", "i8"),
+        ("before", "i8"),  # … and the state before the last change
+        ("handed", "i8"),  # whether the change to the state is not yet done
         ("last", "i8"),  # the last demand
         ("waiting", "i8"),  # orders that wait
         ("fresh", "i8"),  # whether no contact was found since the last change
@@ -416,6 +434,7 @@ VALVE_NOW = np.dtype(
         ("memo_rigid", "f8"),
         ("memo_time", "f8"),
         ("memo_taken", "f8"),
+        ("memo_charge", "f8"),
         ("memo_state", "i8"),
         ("memo_last", "i8"),
         ("memo_waiting", "i8"),

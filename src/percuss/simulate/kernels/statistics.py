@@ -348,3 +348,5 @@ def record(kind, before, lost, port, motion, valve, log):
         for j in range(n):
             states[i, STATE_NUMBERS + j] = z[0, j]
             states[i, STATE_NUMBERS + n + j] = z[1, j]
+        if valve is not None and states.shape[1] > STATE_NUMBERS + 2 * n:
+            states[i, STATE_NUMBERS + 2 * n] = valve.charge

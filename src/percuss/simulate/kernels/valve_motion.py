@@ -12,7 +12,7 @@ import math
 from percuss.compiled import entry, inlined, inner
 from percuss.simulate.kernels.bounds import amplitudes, drifted, smooth_at_anchor
 from percuss.simulate.kernels.modes import turn_modes
-from percuss.simulate.kernels.motion import NO_SPEED, advance
+from percuss.simulate.kernels.motion import NO_SPEED, advance, jump_back
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     AWAY,
@@ -23,6 +23,7 @@ from percuss.simulate.kernels.motion_records import (
     CONTACT,
     CROWDED,
     DEPARTED,
+    EMPTY,
     ENTERS,
     EPS,
     FLYING,
@@ -31,6 +32,7 @@ from percuss.simulate.kernels.motion_records import (
     GRAZE,
     GRAZED,
     GRAZING,
+    HANDED,
     IMPACT,
     IN_CHAMBER,
     NEVER,
@@ -59,8 +61,10 @@ from percuss.simulate.kernels.valve_sight import (
     next_crossing,
     next_order,
     out_of_reach,
+    recharge,
     recurrence,
     rigid_place,
+    rising,
     seen,
     sliding,
     wandering,
@@ -73,11 +77,34 @@ QUARTER = 0.3  # of the time in which a chamber turns a released machine round, 
 
 
 @inlined
+def oil_moved(plant, factor):
+    """What is left where the driven end of a machine with a supply jumps to `factor` times its place: the pressure.
+
+    The spring of the modes is that of the oil as well; returns what this seems to lose, and does not.
+    """
+    gear, motion, valve = plant.gear, plant.motion, plant.controls.now
+    if gear.draw == 0.0:
+        return 0.0
+    first = rigid_place(plant.table, motion, valve.force)
+    place, _ = seen(plant.table, gear, motion, valve.force, gear.to.shape[0], first)
+    recharge(gear, valve, gear.draw * (factor - 1.0) * place)
+    return 0.5 * gear.draw * gear.slope * (1.0 - factor * factor) * place * place
+
+
+@inlined
 def strike(plant, speed, log):
     """One blow: the velocities turned over, and the strain where the law does; u_t → −R u_t (B77 10)."""
     table, motion, desk, controls = plant.table, plant.motion, plant.desk, plant.controls
-    now, count, valve, force = motion.now, motion.count, controls.now, plant.gear.forces[controls.now.state]
-    lost = impact(table, motion, desk, force)
+    now, count, valve, force = motion.now, motion.count, controls.now, controls.now.force
+    now.gap, kept = 0.0, 0.0
+    if force < 0.0:
+        valve.pulled = 1
+    if table.bar.strain != 1.0 and table.modes.omega.shape[0] > 0:
+        kept = oil_moved(plant, table.bar.strain)
+    lost = impact(table, motion, desk, force) - kept
+    if valve.force != force:
+        jump_back(table, motion, force, valve.force)
+        force = valve.force
     brief = now.since < now.last_flight and valve.pulled == 0
     count.run = count.run + 1 if brief and now.last_flight > 0.0 else 1
     count.pile = count.pile + 1 if now.since < 4.0 * EPS else 0
@@ -96,12 +123,12 @@ def set_down(plant, wait, log):
     """The bar comes to rest, after `wait` when chatter ends then: what motion and strain it has is lost."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
     count, valve = motion.count, controls.now
-    force = gear.forces[valve.state]
-    lost = all_energy(table, motion, plant.desk, force)
+    lost = all_energy(table, motion, plant.desk, valve.force)
+    lost -= oil_moved(plant, 0.0)
     chatter = table.bar.restitution > 0.0 and (count.run > 1 or wait > 0.0)
     valve.taken += lost
-    go_by(motion, controls, wait)
-    undeformed(table, motion, plant.desk, force)
+    go_by(gear, motion, controls, wait)
+    undeformed(table, motion, plant.desk, valve.force)
     count.mode, valve.clear = RESTING, 0.0
     valve.rests += 1
     if chatter:
@@ -125,10 +152,12 @@ def let_loose(plant, log):
     """
     bar, motion, controls = plant.table.bar, plant.motion, plant.controls
     now, count, valve = motion.now, motion.count, controls.now
-    undeformed(plant.table, motion, plant.desk, plant.gear.forces[valve.state])
+    undeformed(plant.table, motion, plant.desk, valve.force)
     count.mode, count.run, count.pile = ON_WALL, 0, 0
     valve.lap, valve.pulled, valve.clear, valve.awaited = bar.wave, 1, 0.0, 0.0
     now.hold = math.inf if bar.spring == 0.0 else max(bar.wave, QUARTER / bar.spring)
+    if bar.ramp > 0.0:  # the force pushes again
+        now.hold = min(now.hold, -valve.force / bar.ramp)
     now.last_flight, now.since = -1.0, 0.0
     enter(RELEASE, 0.0, 0.0, NO_PORT, motion, controls, log)
 
@@ -146,14 +175,14 @@ def to_rest(plant, ahead):
     if now.gap_rate > slow:
         return -2.0
     if now.gap_rate >= -slow:
-        pushed = plant.gear.forces[plant.controls.now.state] > 0.0
+        pushed = plant.controls.now.force > 0.0
         struck = count.mode == ON_WALL and bar.restitution == 0.0 and (pushed or forgets)
         if struck or now.acceleration >= 0.0 or count.pile > 100:
             return 0.0
         now.gap_rate = 0.0
         return -1.0
     most = held(table, motion)
-    if most >= 0.0 and all_energy(table, motion, plant.desk, plant.gear.forces[plant.controls.now.state]) <= most:
+    if most >= 0.0 and all_energy(table, motion, plant.desk, plant.controls.now.force) <= most:
         return 0.0
     left = chatter_left(table, motion, plant.desk, ahead)
     sprung = bar.spring * left
@@ -167,22 +196,19 @@ SAME_TIME = 4e-12  # within this events are simultaneous; a period is some units
 
 @inlined
 def change(plant, tolerance, log):
-    """The order that is due is carried out: the static shape jumps, so the free part jumps back."""
+    """The order that was due is carried out: the static shape jumps, so the free part jumps back."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    bar, modes, now, count, valve, z = table.bar, table.modes, motion.now, motion.count, controls.now, motion.z
-    before, after = valve.state, next_order(controls)
-    old, new = gear.forces[before], gear.forces[after]
+    now, count, valve = motion.now, motion.count, controls.now
+    before, after, old = valve.before, valve.state, valve.force
+    valve.handed = 0
+    recharge(gear, valve, 0.0)
+    new = valve.force
     if valve.fresh > 0:  # no contact came under the force that ends now
         controls.usual[before] = 0.0
-    valve.state = after
     if count.mode == RESTING:
         undeformed(table, motion, plant.desk, new)
     else:
-        for j in range(modes.omega.shape[0]):
-            jump = modes.statics[j] * (old - new)
-            z[0, j] += jump
-            z[1, j] -= modes.half[j] * jump * modes.inverse[j]
-        amplitudes(bar, modes, z, now)
+        jump_back(table, motion, old, new)
         if now.hold > 0.0 and new > 0.0:  # just released: not out of the wall's reach before the force pushes again
             now.hold = max(min(now.hold, valve.lap), 0.0)
             if now.hold == 0.0 and now.gap >= 0.0:
@@ -206,9 +232,12 @@ def crossings(plant, sight, first, horizon, limit, forever):
     cross, kind, last = controls.cross, controls.kind, controls.now.last
     best, which, answer = math.inf, -1, NEVER
     since = controls.now.time - controls.now.changed
-    for port in range(gear.to.shape[0]):
+    for port in range(gear.ratio.shape[0]):
         cross[port], kind[port] = math.inf, NOWHERE
-        if gear.side[port] == 0.0 or gear.to[port] == last:
+        if port == gear.to.shape[0]:
+            if gear.draw == 0.0:
+                continue
+        elif gear.side[port] == 0.0 or gear.to[port] == last:
             continue
         until = min(horizon, best) + SAME_TIME
         guess = controls.usual_cross[port] - since
@@ -230,8 +259,8 @@ def fire(plant, at, struck, log):
     `at`: the time of the event, from the anchor before it.
     """
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    force = gear.forces[controls.now.state]
-    first = rigid_place(table, gear, motion, force)
+    force = controls.now.force
+    first = rigid_place(table, motion, force)
     for port in range(gear.to.shape[0]):
         if gear.side[port] == 0.0:
             if struck:
@@ -247,29 +276,14 @@ def fire(plant, at, struck, log):
 
 
 @entry
-def begin_valve(plant, displacement, rate, resting, on_wall, asks, log):
-    """The anchor at a start: q_i and q_i', (N+1,), of which the gap is the sum unless it is on the wall.
-
-    `asks`: whether ports whose region is occupied demand at once, in their order.
-    """
+def begin_valve(plant, asks, log):
+    """What follows from a start; `asks`: whether ports whose region is occupied demand at once, in their order."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    bar, modes, now, count, z = table.bar, table.modes, motion.now, motion.count, motion.z
-    force = gear.forces[controls.now.state]
-    gap, speed = displacement[0], rate[0]
-    for j in range(modes.omega.shape[0]):
-        gap += displacement[j + 1]
-        speed += rate[j + 1]
-        z[0, j] = displacement[j + 1] - force * modes.statics[j]
-        z[1, j] = rate[j + 1]
-        if modes.oscillates[j] > 0.0:
-            z[1, j] = -modes.inverse[j] * (rate[j + 1] + modes.half[j] * z[0, j])
-    now.gap, now.gap_rate, now.rigid_rate = 0.0 if on_wall else gap, speed, rate[0]
-    now.last_flight = -1.0
-    amplitudes(bar, modes, z, now)
-    count.mode = RESTING if resting else (ON_WALL if on_wall else FLYING)
+    force = controls.now.force
+    amplitudes(table.bar, table.modes, motion.z, motion.now)
     if not asks:
         return
-    first = rigid_place(table, gear, motion, force)
+    first = rigid_place(table, motion, force)
     for port in range(gear.to.shape[0]):
         place, own = seen(table, gear, motion, force, port, first)
         off = gear.side[port] * (place + gear.edge[port])
@@ -304,7 +318,12 @@ def follow_valve(plant, rules, log):
             return BY_WORK
         if valve.waiting + gear.to.shape[0] > controls.due.shape[0]:  # each port may demand once before the next look
             return CROWDED
-        if valve.waiting > 0 and controls.due[0] <= 0.0:
+        if valve.handed == 0 and valve.waiting > 0 and controls.due[0] <= 0.0:
+            valve.before, valve.handed = valve.state, 1
+            valve.state = next_order(controls)
+            if gear.flow > 0.0:  # the modes are others in another state
+                return HANDED
+        if valve.handed > 0:
             change(drive, rules.tolerance, log)
             if sliding(controls):
                 return ON_PORT
@@ -313,14 +332,19 @@ def follow_valve(plant, rules, log):
             continue
         left = (rules.end_phase - valve.time) - valve.time_low
         if count.mode == RESTING:
-            if gear.forces[valve.state] < 0.0:
+            growth = drive.table.bar.ramp
+            due = controls.due[0] if valve.waiting > 0 else math.inf
+            lifted = valve.force / -growth if growth < 0.0 else math.inf
+            if valve.force < 0.0 or lifted == 0.0:
                 let_loose(drive, log)
                 continue
-            if valve.waiting == 0:
+            if min(due, lifted) == math.inf:
                 return AT_REST
-            if controls.due[0] > left:
+            if min(due, lifted) > left:
                 return BY_TIME
-            go_by(motion, controls, controls.due[0])
+            go_by(gear, motion, controls, min(due, lifted))
+            if lifted < due:
+                valve.force = 0.0
             continue
         code = flown(drive, sight, rules, left, log)
         if code != GOES_ON:
@@ -338,8 +362,8 @@ def flown(plant, sight, rules, left, log):
     """The motion on to its next event, or the proof that there is none; how it ends, or GOES_ON."""
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
     bar, now, count, valve, desk = table.bar, motion.now, motion.count, controls.now, plant.desk
-    first = rigid_place(table, gear, motion, gear.forces[valve.state])
-    bar.mean = gear.gain * gear.forces[valve.state] - bar.spring * bar.spring * first
+    first = rigid_place(table, motion, valve.force)
+    bar.mean = gear.gain * valve.force - bar.spring * bar.spring * first
     smooth_at_anchor(bar, table.harmonics, now, desk.osc)
     due = controls.due[0] if valve.waiting > 0 else math.inf
     forever = due == math.inf and bar.spring > 0.0
@@ -373,7 +397,7 @@ def flown(plant, sight, rules, left, log):
     ahead = min(best, horizon)
     at_wall = tau < math.inf and tau <= ahead + SAME_TIME
     if not at_wall and forever and answer == NEVER:
-        return IN_CHAMBER
+        return DEPARTED if bar.lift < 0.0 else IN_CHAMBER
     if not at_wall and ahead == math.inf:
         return DEPARTED
     if (tau if at_wall else ahead) > left:
@@ -388,6 +412,8 @@ def flown(plant, sight, rules, left, log):
     if not at_wall and ahead > 0.0:
         on_by(plant, ahead)
         count.mode = FLYING
+    if not at_wall and which == gear.to.shape[0] and best <= ahead:
+        return EMPTY
     if at_wall or best <= horizon + SAME_TIME:
         fire(plant, tau if at_wall else best, at_wall, log)
     elif forever:
@@ -412,9 +438,11 @@ def upcoming(plant, sight, on_wall, first, horizon, forever, limit):
         return best, which, answer, TIRED, tau, speed, late, slip
     need = horizon
     if best < math.inf:
-        after = best + (gear.delay[which] if controls.kind[which] == ENTERS else 0.0)
+        later = which < gear.to.shape[0] and controls.kind[which] == ENTERS
+        after = best + (gear.delay[which] if later else 0.0)
         need = min(need, best if best < valve.awaited < after else after)
-    if forever and most(plant.table.bar, motion.now) >= -1e-13 * abs(motion.now.gap):
+    bar = plant.table.bar
+    if forever and (rising(bar) or most(bar, motion.now) >= -1e-13 * abs(motion.now.gap)):
         answer = NOWHERE
     if valve.clear < need:
         found, tau, speed, late, slip = sought(plant, on_wall, need, limit)
@@ -460,7 +488,7 @@ def unsought(controls, clear, awaited, fresh, usual):
 def on_by(plant, tau):
     """The anchor moved on by τ, without an impact."""
     advance(plant.table, plant.motion, plant.desk, tau)
-    go_by(plant.motion, plant.controls, tau)
+    go_by(plant.gear, plant.motion, plant.controls, tau)
     if not (plant.controls.now.waiting > 0 and plant.controls.due[0] <= 0.0):  # else the change of the valve is next
         amplitudes(plant.table.bar, plant.table.modes, plant.motion.z, plant.motion.now)
 
@@ -482,6 +510,6 @@ def reach_wall(plant, found, tau, speed, late, slip, log):
         rest = drifted(bar, now, tau)
         turn_modes(bar, table.modes, motion.z, desk, tau, late, slip)
         now.rigid_rate = rest if table.modes.omega.shape[0] else speed
-        go_by(motion, controls, tau)
+        go_by(plant.gear, motion, controls, tau)
     now.gap_rate, now.hold, count.mode = speed, 0.0, ON_WALL
     strike(plant, speed, log)

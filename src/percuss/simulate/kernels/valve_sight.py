@@ -27,11 +27,14 @@ EDGE = 1e-13  # how near to a port, of the distances, the bar is at its edge
 
 
 @summed
-def rigid_place(table, gear, motion, force):
+def rigid_place(table, motion, force):
     """q_0, what is left of the gap without the elastic modes."""
-    modes, z, total = table.modes, motion.z, 0.0
+    modes, ramp, z, total = table.modes, table.bar.ramp, motion.z, 0.0
     for j in range(modes.omega.shape[0]):
         total += z[0, j] + force * modes.statics[j]
+    if ramp != 0.0:
+        for j in range(modes.omega.shape[0]):
+            total -= ramp * modes.statics[j] * modes.damping[j] / (modes.omega[j] * modes.omega[j])
     return motion.now.gap - total
 
 
@@ -45,7 +48,20 @@ def seen(table, gear, motion, force, port, first):
             own = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] + (1.0 - modes.oscillates[j]) * z[1, j]
             place += ratio[port, j + 1] * (z[0, j] + force * modes.statics[j])
             rate += ratio[port, j + 1] * own
+        ramp = table.bar.ramp
+        if ramp != 0.0:
+            for j in range(modes.omega.shape[0]):
+                own = ratio[port, j + 1] * ramp * modes.statics[j]
+                place -= own * modes.damping[j] / (modes.omega[j] * modes.omega[j])
+                rate += own
     return place, rate
+
+
+@inlined
+def rising(bar):
+    """Whether the line about which a motion swings, on a spring, rises in the end."""
+    line = bar.lift / (bar.spring * bar.spring)
+    return line + bar.climb > 1e-13 * (abs(line) + abs(bar.climb))
 
 
 @inlined
@@ -61,9 +77,13 @@ def aim(gear, motion, eye, port, sign, gap, rate):
 
 @inlined
 def most(bar, now):
-    """What the gap of a motion in the chamber never exceeds: the drift keeps within its circle, the modes in theirs."""
+    """What the gap of a motion in the chamber never exceeds: the drift keeps within its circle, the modes in theirs.
+
+    The circle moves as an accumulator is filled; so this is asked where it is not `rising`.
+    """
     square = bar.spring * bar.spring
-    place, rate = -bar.mean / square, now.drift / bar.spring
+    line = bar.lift / square
+    place, rate = -(bar.mean - bar.damping * line) / square, (now.drift - line) / bar.spring
     return now.gap - place - now.free + math.sqrt(place * place + rate * rate) + now.sup
 
 
@@ -88,9 +108,9 @@ def held_by_gas(table, gear, motion, controls):
     of twice the energy about there, which falls in flight, and at a blow that keeps the strain.
     """
     valve, modes = controls.now, table.modes
-    if table.bar.strain != 1.0 and modes.omega.shape[0] > 0:
+    if (table.bar.strain != 1.0 and modes.omega.shape[0] > 0) or table.bar.ramp != 0.0:
         return False
-    force, root = gear.forces[valve.state], math.sqrt(swing(table, motion))
+    force, root = valve.force, math.sqrt(swing(table, motion))
     for port in range(gear.to.shape[0]):
         if gear.to[port] == valve.last:
             continue
@@ -112,31 +132,33 @@ def met(table, motion, desk, at_edge, begin, guess, horizon, limit):
 def out_of_reach(bar, now, horizon):
     """Whether the gap surely stays open until then: the free part by its bound, and the rest by a parabola."""
     pull = bar.mean - bar.damping * now.drift
-    up = abs(pull) + bar.spring * abs(now.drift) if bar.spring > 0.0 else max(pull, 0.0)
+    up = max(pull, 0.0)
+    if bar.spring > 0.0:
+        up = abs(pull) + bar.spring * abs(now.drift) + abs(bar.lift) / bar.spring
     top, rise = now.gap - now.free + now.sup, now.smooth_rate + 0.5 * up * horizon
     sizes = abs(now.gap) + now.sup + (abs(now.smooth_rate) + up * horizon) * horizon
     return top + max(rise, 0.0) * horizon < -1e-12 * sizes
 
 
 @inlined
-def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limit, forever, guess):
+def looked_for(table, eye, desk, push, at_edge, rate, horizon, limit, forever, guess):
     """The next crossing that an eye sees: what was found, its time, and the evaluations.
 
-    `forever`: whether nothing else ends the motion in a chamber, so that a crossing may be proved never to come.
-    `guess` > 0: a time worth trying.
+    `push`: `mean`, `lift` and `climb` as it sees them. `forever`: whether nothing else ends the motion in a chamber, so
+    that a crossing may be proved never to come. `guess` > 0: a time worth trying.
     """
     bar, now = table.bar, eye.now
-    before = bar.mean
-    bar.mean = sign * scale * mean
+    before = (bar.mean, bar.lift, bar.climb)
+    bar.mean, bar.lift, bar.climb = push
     smooth_at_anchor(bar, table.harmonics, now, desk.osc)
     found, tau, steps = NOTHING, horizon, 1
     if at_edge and rate == 0.0 and now.acceleration > 0.0:
         found, tau = CONTACT, 0.0
-    elif forever and most(bar, now) < 1e-13 * abs(now.gap):
+    elif forever and not rising(bar) and most(bar, now) < 1e-13 * abs(now.gap):
         found = NEVER
     elif not out_of_reach(bar, now, horizon):
         found, tau, _, steps, _, _ = met(table, eye, desk, at_edge, 0.0, guess, horizon, limit)
-    bar.mean = before
+    bar.mean, bar.lift, bar.climb = before
     return found, tau, steps
 
 
@@ -144,34 +166,42 @@ def looked_for(table, eye, desk, sign, scale, mean, at_edge, rate, horizon, limi
 def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
     """When a port is next entered, or left so that it may be entered again; NOWHERE when not before the horizon.
 
+    The pressure of a supply falls to 0 where p u comes to the charge: this is a port whose edge draws back at q/|p|.
     Returns the time, what it is, and the evaluations. A graze is a time to look anew.
     """
     table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    force = gear.forces[controls.now.state]
-    place, rate = seen(table, gear, motion, force, port, first)
-    side = gear.side[port]
-    off, rate = side * (place + gear.edge[port]), side * rate
-    at_edge = abs(off) <= EDGE * (abs(place) + gear.edge[port])
+    place, rate = seen(table, gear, motion, controls.now.force, port, first)
+    empties = port == gear.to.shape[0]
+    side, edge, creep = 1.0, 0.0, 0.0
+    if empties:
+        side, edge, creep = math.copysign(1.0, gear.draw), -controls.now.charge / gear.draw, -gear.flow / abs(gear.draw)
+    else:
+        side, edge = gear.side[port], gear.edge[port]
+    off, rate = side * (place + edge), side * rate + creep
+    at_edge = abs(off) <= EDGE * (abs(place) + abs(edge))
     inside = off > 0.0
+    if empties and inside and not at_edge:
+        return 0.0, ENTERS, 1
     if at_edge:
-        inside = controls.just[port] > 0 and rate >= 0.0
+        inside = not empties and controls.just[port] > 0 and rate >= 0.0
         if rate > 0.0 and not inside:
             return 0.0, ENTERS, 1
     sign = -side if inside else side
     gap = 0.0 if at_edge else -abs(off)
     toward = -rate if inside else rate
     found, tau, steps = NOTHING, horizon, 1
-    mean, scale = table.bar.mean, gear.ratio[port, 0]
+    bar, scale = table.bar, sign * gear.ratio[port, 0]
+    push = (scale * bar.mean, scale * bar.lift, sign * gear.bend[port] * bar.ramp + creep)
     if gear.rigid[port]:
         aim(gear, motion, sight.spot, port, sign, gap, toward)
         found, tau, steps = looked_for(
-            sight.alone, sight.spot, sight.bench, sign, scale, mean, at_edge, toward, horizon, limit, forever, guess
+            sight.alone, sight.spot, sight.bench, push, at_edge, toward, horizon, limit, forever, guess
         )
     else:
         aim(gear, motion, sight.eye, port, sign, gap, toward)
         amplitudes(table.bar, table.modes, sight.eye.z, sight.eye.now)
         found, tau, steps = looked_for(
-            table, sight.eye, plant.desk, sign, scale, mean, at_edge, toward, horizon, limit, forever, guess
+            table, sight.eye, plant.desk, push, at_edge, toward, horizon, limit, forever, guess
         )
     if found == NEVER:
         return math.inf, NEVER, steps
@@ -220,13 +250,15 @@ def next_order(controls):
 
 
 @inlined
-def go_by(motion, controls, tau):
-    """The time τ has gone by: the clock, exact to twice the digits, and all that counts down."""
+def go_by(gear, motion, controls, tau):
+    """The time τ has gone by: the clock, exact to twice the digits, the supply, and all that counts down."""
     now, valve = motion.now, controls.now
     total = valve.time + tau
     back = total - valve.time
     valve.time_low += (valve.time - (total - back)) + (tau - back)
     valve.time = total
+    if gear.flow > 0.0:
+        recharge(gear, valve, gear.flow * tau)
     for i in range(valve.waiting):
         controls.due[i] -= tau
     for j in range(controls.just.shape[0]):
@@ -236,6 +268,13 @@ def go_by(motion, controls, tau):
     valve.lap -= tau
     valve.awaited = valve.awaited - tau if valve.awaited > tau else 0.0
     now.hold = now.hold - tau if now.hold > tau else 0.0
+
+
+@inlined
+def recharge(gear, valve, by):
+    """More charge of the supply, and the force with it."""
+    valve.charge += by
+    valve.force = gear.forces[valve.state] + gear.slope * valve.charge
 
 
 # ---- The search for a cycle of a machine: among the changes of its valve, by the state of all that moves and waits
@@ -256,7 +295,7 @@ def remember(motion, controls):
     valve.memo_time, valve.memo_state, valve.memo_last = valve.time, valve.state, valve.last
     valve.memo_waiting, valve.memo_changes, valve.memo_blows = valve.waiting, valve.changes, valve.blows
     valve.memo_rests, valve.memo_chatters, valve.memo_impacts = valve.rests, valve.chatters, count.impacts
-    valve.memo_taken, valve.strongest = valve.taken, 0.0
+    valve.memo_taken, valve.memo_charge, valve.strongest = valve.taken, valve.charge, 0.0
     for j in range(z.shape[1]):
         memo[0, j], memo[1, j] = z[0, j], z[1, j]
     for i in range(valve.waiting):
@@ -270,6 +309,8 @@ def returned(table, motion, controls, tolerance, scale):
     if valve.state != valve.memo_state or valve.last != valve.memo_last or valve.waiting != valve.memo_waiting:
         return False
     bound = tolerance * scale
+    if abs(valve.charge - valve.memo_charge) > tolerance * abs(valve.charge):
+        return False
     far = max(abs(now.gap - valve.memo_gap), abs(now.gap_rate - valve.memo_rate))
     far = max(far, abs(now.rigid_rate - valve.memo_rigid))
     if far > bound:

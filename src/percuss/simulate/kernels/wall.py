@@ -75,10 +75,10 @@ def impact(table, motion, desk, force):
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     taken = 0.0
     if modes.omega.shape[0]:
-        forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
+        forced_modes(table, desk, now.cosine, now.sine, 1)
         now.kinetic_energy = turn_over(bar, modes, z, now, desk)
         if bar.strain != 1.0:
-            forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
+            forced_modes(table, desk, now.cosine, now.sine, 0)
             taken = turn_strain(bar, modes, z, desk, force)
         amplitudes(bar, modes, z, now)
     else:
@@ -93,9 +93,9 @@ def impact(table, motion, desk, force):
 def all_energy(table, motion, desk, force):
     """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
+    forced_modes(table, desk, now.cosine, now.sine, 1)
     total = kinetic_energy(bar, modes, z, now, desk)
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
+    forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         q = modes.omega[j] * (z[0, j] + desk.forced[j] + force * modes.statics[j])
         total += modes.inertia[j] * q * q
@@ -111,10 +111,10 @@ def all_energy(table, motion, desk, force):
 def undeformed(table, motion, desk, force):
     """The bar at rest on the wall: all displacements and velocities 0, so that the free part is less the forced one."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 0)
+    forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         z[0, j] = -desk.forced[j] - force * modes.statics[j]
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
+    forced_modes(table, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         if modes.oscillates[j] > 0.0:
             z[1, j] = (desk.forced[j] - modes.half[j] * z[0, j]) * modes.inverse[j]
@@ -148,6 +148,7 @@ def chatter_left(table, motion, desk, horizon):
         return -1.0
     drag = abs(bar.mean - d * now.drift)
     known = (bar.jerk + d * (bar.curve + drag)) * left / push + d * left
+    known += abs(bar.lift) * left / push
     unknown = now.sup3 * left / push
     if bar.law != POWERS:
         unknown += otherwise_damped(table, motion, desk) / push
@@ -155,6 +156,7 @@ def chatter_left(table, motion, desk, horizon):
         return -1.0
     _, _, curve = smooth(bar, now, osc, 0.0)
     rate = d * curve - d * (bar.mean - d * now.drift)  # third derivative of S plus d times the second: no drift left
+    rate += bar.lift
     for k in range(osc.shape[1]):
         n = k + 1.0
         rate += n * n * n * osc[1, k]
@@ -165,7 +167,7 @@ def chatter_left(table, motion, desk, horizon):
 def otherwise_damped(table, motion, desk):
     """Σ|d_n − d_0||q_n'|: by how much the damping force differs from that of one damping for all modes."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
-    forced_modes(table.coupling, desk, now.cosine, now.sine, 1)
+    forced_modes(table, desk, now.cosine, now.sine, 1)
     total = 0.0
     for j in range(modes.omega.shape[0]):
         free = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] if modes.oscillates[j] > 0.0 else z[1, j]

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, reduce
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from percuss.halting import look
 from percuss.model import Machine
-from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.model.machine import machine_modes
 from percuss.steady.self_excited import piston_kernels as kn
@@ -31,8 +30,7 @@ _MOST_ROOM = 400  # a leg has no more events
 class Leg:
     """From just after one blow to just after the next one, or to where nothing follows.
 
-    `ending` is one of `piston_kernels`; `rebound` is that of the blow at its end, None without one, and `slope` the
-    derivative of its numbers by those of the one that the leg began with.
+    `ending` is one of `piston_kernels`; `rebound` is that of the blow at its end, None without one.
     """
 
     ending: int
@@ -40,7 +38,6 @@ class Leg:
     blow_speed: float
     farthest: float
     rebound: Rebound | None
-    slope: Array
     flights: tuple[ValveFlight, ...]
     switches: tuple[Switch, ...]
     uncoverings: tuple[Uncovering, ...]
@@ -118,16 +115,14 @@ class Piston:
             row, log = self.row(rebound, behind, room), list[tuple[Any, ...]]()
             work = self.tables(1, len(row))
             now, told = work.rows[kn.NOW], work.tells[kn.SINGLE]
-            ending = kn.leg(work, row, started, now, told, log)
+            ending = kn.leg(work, row, started, now, told, log=log)
             room *= 2
         flights = tuple(self._flight(*one[1:]) for one in log if one[0] == kn.SEGMENT)
         switches = tuple(Switch(one[1], self.names[int(one[2])], *one[3:]) for one in log if one[0] == kn.SWITCH)
         passed = tuple(Uncovering(one[2], one[1], one[3]) for one in log if one[0] == kn.UNCOVERING)
-        size, before = kn.size_of(now, work.law), kn.size_of(row, work.law)
-        slope = np.array([line[:before] for line in work.matrices[kn.ONE][:size]])
         following = self.rebound(now) if ending == kn.BLOW else None
         duration = told[kn.DURATION] if following else now[kn.TIME]
-        return Leg(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, slope, flights, switches, passed)
+        return Leg(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, flights, switches, passed)
 
     def _flight(
         self, time: float, duration: float, flight: Flight, state: float, pressure: float, last: float
@@ -150,6 +145,11 @@ class Piston:
         legs = legs[longest:] + legs[:longest]
         starts = [0.0, *np.cumsum([leg.duration for leg in legs]).tolist()]
         timed = list(zip(starts, legs, strict=False))
+        room, closes, size = _ROOM, False, now.numbers.size
+        while not closes and room <= _MOST_ROOM:
+            row = self.row(now, room=room)
+            work = self.tables(kn.FIRST, len(row))
+            closes, room = kn.legs_of_cycle(row, blows, work), 2 * room
 
         def all_of(name: str) -> tuple[Any, ...]:
             return tuple(replace(one, time=start + one.time) for start, leg in timed for one in getattr(leg, name))
@@ -164,7 +164,7 @@ class Piston:
             struck=tuple(Blow(time, speed, 0.5 * speed**2, 0.0) for time, speed in speeds),
             switches=all_of("switches"),
             uncoverings=all_of("uncoverings"),
-            slope=reduce(lambda done, leg: leg.slope @ done, legs, np.eye(now.numbers.size)),
+            slope=np.array([line[:size] for line in work.matrices[kn.ALL][:size]]),
             rests=any(one.force == 0.0 and not one.begin.any() for leg in legs for one in leg.flights),
         )
 

@@ -121,7 +121,8 @@ def swing_of(flight: Flight, time: float) -> float:
 def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, float]:
     """When the velocity under a ramp next is a value, infinite for never, and from when on to look for the time after.
 
-    Between two turns of the velocity, which is a flight itself, it passes a value once at most.
+    Between two turns of the velocity, which is a flight itself, it passes a value once at most; and not at all any more
+    where it has turned on both sides without that, such as one that touches the value again and again.
     """
     changing = acceleration(flight) - flight.drag * flight.v
     velocity = Flight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing, 0.0)
@@ -129,14 +130,15 @@ def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, fl
     if end <= after:
         end = end + math.ceil((after - end) / step + EPS) * step if step < math.inf else math.inf
     start, here = after, at(velocity, after)[0]
-    while True:
+    for _ in range(PIECES):
         last = at(velocity, end)[0] if end < math.inf else drift
         way = 1 if last > here else -1
         if way * (speed - here) > 0.0 and way * (last - speed) > 0.0:
             return time_at(velocity, speed, way, 1, start, end), end
-        if end == math.inf or abs(drift - speed) > swing_of(flight, end):
-            return math.inf, math.inf
+        if end == math.inf:
+            break
         start, here, end = end, last, end + step
+    return math.inf, math.inf
 
 
 def next_turn(flight: Flight, after: float) -> tuple[float, float]:

@@ -3,9 +3,9 @@
 Functions are plain, over tables of numbers: interpreted for one piston, for which no compiler need be loaded, with a
 log of what happens; and compiled for many (`cycle_kernels`), without it.
 
-A leg carries, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at
-which it began, by the times of the orders that were pending there, and by the pressure of a supply there (theory, "The
-machine that switches itself").
+Legs may carry, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at
+which the first of them began, by the times of the orders that were pending there, and by the pressure of a supply there
+(theory, "The machine that switches itself").
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from percuss.steady.self_excited.piston_flight import (
 V, STATE, LAST, COUNT, X, TIME, PRESSURE, DUE = range(8)
 TO = DUE + 1
 
-# rows of the derivatives by the numbers of the rebound at which the leg began, then one for each pending order
+# rows of the derivatives by the numbers of the rebound at which the first leg began, then one for each pending order
 BY_X, BY_V, BY_TIME, BY_PRESSURE, BY_ORDER = range(5)
 
 # what a leg tells: how long it lasts, the speed before the blow, the greatest distance, the work of its switches, their
@@ -108,6 +108,11 @@ def size_of(row: Rows, law: Rows) -> int:
 def place_of(i: int, row: Rows) -> int:
     """Where the numbers of a rebound are."""
     return V if i == 0 else DUE + 2 * (i - 1) if i <= row[COUNT] else PRESSURE
+
+
+def slope_of(i: int, row: Rows) -> int:
+    """In which row their derivatives are."""
+    return BY_V if i == 0 else BY_ORDER + i - 1 if i <= row[COUNT] else BY_PRESSURE
 
 
 def flight_of(forces: Rows, law: Rows, now: Rows) -> Flight:
@@ -246,25 +251,17 @@ def lowest_pressure(flight: Flight, duration: float, pressure: float, force: flo
     return least if least > 0.0 else pressure_range(flight, duration, pressure, force, law)[0]
 
 
-def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, log: Log = None) -> int:
-    """From a rebound to the next one, or from a start; returns how it ends.
+def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, columns: int = 0, log: Log = None) -> int:
+    """From a rebound to the next one, or from a start; returns how it ends, and writes the rebound and what it tells.
 
-    Writes the rebound, what the leg tells and, at `ONE`, the derivatives of its numbers by those of the first.
+    The slopes are carried on, of so many columns.
     """
-    ports, slopes, columns = work.ports, work.slopes, size_of(begin, work.law)
-    way = Way(work.forces, ports, work.law, now, slopes, columns, told)
+    ports = work.ports
+    way = Way(work.forces, ports, work.law, now, work.slopes, columns, told)
     copied(begin, now)
     for i in range(TOLD):
         told[i] = 0.0
     told[RISE] = -1.0
-    for i in range(len(slopes)):
-        for k in range(columns):
-            slopes[i][k] = 0.0
-    slopes[BY_V][0] = 1.0
-    for i in range(int(begin[COUNT])):
-        slopes[BY_ORDER + i][1 + i] = 1.0
-    if work.law[COMPLIANCE] < math.inf:
-        slopes[BY_PRESSURE][columns - 1] = 1.0
     flight = flight_of(way.forces, way.law, now)
     outwards = now[V] > 0.0 or (now[V] == 0.0 and flight.push - flight.stiffness * now[X] > 0.0)
     for j in range(len(ports[WAY])):
@@ -292,7 +289,7 @@ def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, log: Lo
         if not fly(way, flight, duration, place, to, log):
             return NO_PRESSURE
         if to < 0 and place == 0.0:
-            struck(way, work.matrices[ONE])
+            struck(way)
             return BLOW
         for j in range(len(ports[WAY])):
             passed = to != 0 and ports[WAY][j] == to and ports[EDGE][j] == place
@@ -301,19 +298,17 @@ def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, log: Lo
     return NO_BLOW
 
 
-def struck(way: Way, slope: Rows) -> None:
+def struck(way: Way) -> None:
     """The rebound of a blow, and its derivatives."""
     now, slopes, told, factor = way.now, way.slopes, way.told, way.law[FACTOR]
-    count = int(now[COUNT])
     told[DURATION], told[SPEED] = now[TIME], -now[V]
-    for k in range(way.columns):
-        slope[0][k] = factor * slopes[BY_V][k]
-        for i in range(count):
-            slope[1 + i][k] = slopes[BY_ORDER + i][k] - slopes[BY_TIME][k]
-        if way.law[COMPLIANCE] < math.inf:
-            slope[1 + count][k] = slopes[BY_PRESSURE][k]
-    for i in range(count):
+    for i in range(int(now[COUNT])):
         now[DUE + 2 * i] -= now[TIME]
+        for k in range(way.columns):
+            slopes[BY_ORDER + i][k] -= slopes[BY_TIME][k]
+    for k in range(way.columns):
+        slopes[BY_X][k], slopes[BY_TIME][k] = 0.0, 0.0
+        slopes[BY_V][k] *= factor
     now[V], now[X], now[TIME] = factor * now[V], 0.0, 0.0
 
 
@@ -321,8 +316,8 @@ def struck(way: Way, slope: Rows) -> None:
 
 # rows of rebounds: what Newton's method works with, and the cycle's, then those of legs that were followed
 NOW, NEXT, TRIAL, END, FIRST = range(5)
-# matrices: derivatives of a leg, of all, a product, and the equations
-ONE, ALL, PRODUCT, EQUATIONS = range(4)
+# matrices: derivatives of the cycle's map, the equations, and two to work with
+ALL, EQUATIONS, POWER, SQUARED = range(4)
 MATRICES = 4
 # rows of what legs tell: one leg, all of a cycle, and those that were followed from FIRST on
 SINGLE, WHOLE = range(2)
@@ -340,37 +335,30 @@ TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 def legs_of_cycle(begin: Rows, blows: int, work: Tables) -> bool:
     """The flights of so many blows, when they lead to a rebound of the same kind: at `END`, and what they tell."""
     whole, single, now, following = work.tells[WHOLE], work.tells[SINGLE], work.rows[NOW], work.rows[END]
-    columns, one, done, product = (
-        size_of(begin, work.law),
-        work.matrices[ONE],
-        work.matrices[ALL],
-        work.matrices[PRODUCT],
-    )
+    size, slopes = size_of(begin, work.law), work.slopes
     copied(begin, now)
     for i in range(TOLD):
         whole[i] = 0.0
     whole[RISE] = -1.0
-    for i in range(columns):
-        for k in range(columns):
-            done[i][k] = 1.0 if i == k else 0.0
+    for i in range(len(slopes)):
+        for k in range(size):
+            slopes[i][k] = 0.0
+    for i in range(size):
+        slopes[slope_of(i, begin)][i] = 1.0
     for _ in range(blows):
-        if leg(work, now, False, following, single) != BLOW:
+        if leg(work, now, False, following, single, size) != BLOW:
             return False
-        size, before = size_of(following, work.law), size_of(now, work.law)
-        for i in range(size):
-            for k in range(columns):
-                product[i][k] = 0.0
-                for m in range(before):
-                    product[i][k] += one[i][m] * done[m][k]
-        for i in range(size):
-            for k in range(columns):
-                done[i][k] = product[i][k]
         for name in (DURATION, WORK, SWITCHES, DROPPED):
             whole[name] += single[name]
         for name in (SPEED, FARTHEST, RISE):
             whole[name] = max(whole[name], single[name])
         copied(following, now)
-    return alike(begin, following)
+    if not alike(begin, following):
+        return False
+    for i in range(size):
+        for k in range(size):
+            work.matrices[ALL][i][k] = slopes[slope_of(i, begin)][k]
+    return True
 
 
 def alike(one: Rows, other: Rows) -> bool:
@@ -607,7 +595,7 @@ def settled(work: Tables) -> tuple[int, int, float]:
 
 def contracts(size: int, work: Tables) -> bool:
     """Whether many returns shrink every disturbance of a cycle, whose derivatives are in `ALL`."""
-    power, squared, whole = work.matrices[ONE], work.matrices[PRODUCT], work.tells[WHOLE]
+    power, squared, whole = work.matrices[POWER], work.matrices[SQUARED], work.tells[WHOLE]
     speed, period = whole[SPEED], whole[DURATION]
     for i in range(size):
         for k in range(size):

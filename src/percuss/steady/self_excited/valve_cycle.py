@@ -294,7 +294,7 @@ class ValveCycle(Shown):
     def rebound(self) -> Rebound:
         """The piston as a whole just after the blow at time 0."""
         first, fed = self.flights[0], self.valve.supply is not None
-        speed = -float(first.modes.centre @ first.begin[:, 1])
+        speed = 0.0 - float(first.modes.centre @ first.begin[:, 1])  # no −0
         return Rebound(speed, self.state, self.orders, first.pressure if fed else None)
 
     @cached_property
