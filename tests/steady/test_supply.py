@@ -164,6 +164,16 @@ def test_a_piston_that_a_growing_pressure_lifts_does_not_turn(drag: float) -> No
     assert next_turn(flight, 0.0)[0] > 0.99 * math.pi
 
 
+def test_a_piston_that_is_dragged_to_its_line_turns_once() -> None:
+    flight = Flight(-1.0, 0.5, 3.0, 2.0, 1.0, 0.01)
+    first, after = next_turn(flight, 0.0)
+    assert at(flight, first)[1] == pytest.approx(0.0, abs=1e-12)
+    second, after = next_turn(flight, after)
+    assert at(flight, second)[1] == pytest.approx(0.0, abs=1e-12)
+    assert next_turn(flight, after)[0] == math.inf
+    assert first_crossing(flight, [[3.0], [1.0]], math.inf)[1:] == (0.0, -1)
+
+
 def test_a_small_accumulator_is_emptied() -> None:
     assert fed(breaker(133, 1e-6)).obstacle is Obstacle.NO_PRESSURE
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from percuss.kernel_cache import ensure_cache
+from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
@@ -18,55 +18,4 @@ if TYPE_CHECKING:
 
 ensure_cache()  # before anything here is compiled
 
-__all__ = [
-    "DISTRIBUTIONS",
-    "OUTCOMES",
-    "STALLS",
-    "Cycle",
-    "EnergyBalance",
-    "Ensemble",
-    "EnsembleProgress",
-    "Event",
-    "Events",
-    "Progress",
-    "SISummary",
-    "Start",
-    "Starts",
-    "Stop",
-    "Summary",
-    "Trajectory",
-    "run",
-    "simulate_many",
-]
-
-_HOME = {
-    "DISTRIBUTIONS": "start",
-    "OUTCOMES": "stop",
-    "STALLS": "events",
-    "Cycle": "events",
-    "EnergyBalance": "simulated_motion",
-    "Ensemble": "ensemble",
-    "EnsembleProgress": "ensemble",
-    "Event": "events",
-    "Events": "events",
-    "Progress": "engine",
-    "SISummary": "events",
-    "Start": "start",
-    "Starts": "start",
-    "Stop": "stop",
-    "Summary": "events",
-    "Trajectory": "trajectory",
-    "run": "trajectory",
-    "simulate_many": "ensemble",
-}
-
-
-def __getattr__(name: str) -> object:
-    """Each name from its module when it is first used: only `run` loads the compiler."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-def __dir__() -> list[str]:
-    return sorted(__all__)
+__all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

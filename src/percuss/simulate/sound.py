@@ -240,18 +240,12 @@ def _ends(motion: SimulatedMotion) -> None:
     ends = rates * np.append(1.0, motion.spectrum.unit)
     noise = _ROUNDING * (np.sqrt(blow) + np.abs(motion.states[at, 1:]).sum(axis=1))
     off = np.abs(ends.sum(axis=1) - motion.events.rebound_velocity[at])
-    true(np.all(off <= noise * (1.0 + _quickest(motion) / np.pi + _strongest(motion))), "the speed of a state")
+    quickest = float(motion.spectrum.omega.max(initial=0.0))
+    strongest = max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0)))
+    true(np.all(off <= noise * (1.0 + quickest / np.pi + strongest)), "the speed of a state")
     kinetic = 0.5 * rates[:, 0] ** 2 + 0.5 * (rates[:, 1:] ** 2) @ motion.spectrum.weight
     left = motion.system.contact.velocity_factor**2 * blow
     true(np.all(np.abs(kinetic - left) <= 1e-6 * blow + noise**2), "the kinetic energy of a state")
-
-
-def _quickest(motion: SimulatedMotion) -> float:
-    return float(motion.spectrum.omega.max(initial=0.0))
-
-
-def _strongest(motion: SimulatedMotion) -> float:
-    return max(motion.system.d, float(motion.spectrum.damping.max(initial=0.0)))
 
 
 def _anchor(motion: SimulatedMotion) -> None:

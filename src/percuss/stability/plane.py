@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -395,40 +395,23 @@ class _Job:
             return complex(np.nan, np.nan), -1
         return complex(found.values[0]), found.dominant_mode
 
-    def _fold(self) -> npt.NDArray[np.bool_]:
-        """Where two motions meet."""
-        found = np.zeros(self.where.size, dtype=bool)
-        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
-            found[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
-        return found
-
-    def _grows(self) -> npt.NDArray[np.bool_]:
-        """Where an undamped bar that rebounds fully would gain energy in its elastic modes at every impact."""
-        found = np.zeros(self.where.size, dtype=bool)
-        if self.system.d == 0.0:
-            for i in range(0, self.where.size, _EXACT_CHUNK):
-                part = slice(i, i + _EXACT_CHUNK)
-                found[part] = grows(
-                    self.system, self.phase[part], self.periods, modes=self.modes, restitution=self.r[part]
-                )
-        return found
-
     def result(self) -> ExactPlane:
         """The answers put where their roots are."""
-        grows, shape = self._grows(), self.plane.phase.shape
-        self.multiplier[grows], self.mode[grows] = complex(np.nan, np.nan), -1
-        outcome = np.where(grows, _GROWS, np.where(self.mode < 0, _UNSOLVED, _DONE))
+        shape, fold, grown = self.plane.phase.shape, *np.zeros((2, self.where.size), dtype=bool)
+        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
+            fold[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
+        for i in range(0, self.where.size if self.system.d == 0.0 else 0, _EXACT_CHUNK):
+            part = slice(i, i + _EXACT_CHUNK)
+            grown[part] = grows(self.system, self.phase[part], self.periods, modes=self.modes, restitution=self.r[part])
+        self.multiplier[grown], self.mode[grown] = complex(np.nan, np.nan), -1
+        outcome = np.where(grown, _GROWS, np.where(self.mode < 0, _UNSOLVED, _DONE))
 
-        def spread(values: npt.NDArray[np.generic], fill: complex, kind: type) -> npt.NDArray[np.generic]:
-            whole: npt.NDArray[np.generic] = np.full(self.plane.phase.size, fill, dtype=kind)
+        def spread(values: Any, fill: complex) -> Any:
+            whole = np.full(self.plane.phase.size, fill, dtype=values.dtype)
             whole[self.where] = values
             return whole.reshape(shape)
 
         return ExactPlane(
-            plane=self.plane,
-            modes=self.modes,
-            multiplier=np.asarray(spread(self.multiplier, complex(np.nan, np.nan), complex), dtype=complex),
-            mode=np.asarray(spread(self.mode, -1, np.int16), dtype=np.int16),
-            fold=np.asarray(spread(self._fold(), False, bool), dtype=bool),
-            outcome=np.asarray(spread(outcome, _NO_MOTION, np.int8), dtype=np.int8),
-        )
+            self.plane, self.modes, spread(self.multiplier, complex(np.nan, np.nan)), spread(self.mode, -1),
+            spread(fold, False), spread(outcome.astype(np.int8), _NO_MOTION),
+        )  # fmt: skip

@@ -8,6 +8,7 @@ from pydantic import ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
+    CaseTable,
     DampingValue,
     Density,
     Kind,
@@ -21,7 +22,6 @@ from percuss.case.file_format.values import (
     Steps,
     Stiffness,
     Stress,
-    Table,
     Time,
     Velocities,
     list_of,
@@ -48,7 +48,7 @@ MATERIALS = {
 """Materials by their word, with the usual values."""
 
 
-class SectionTable(Table):
+class SectionTable(CaseTable):
     """A length of one cross-section and one material."""
 
     length: Length
@@ -77,7 +77,7 @@ SectionTables = Annotated[tuple[SectionTable, ...], list_of("sections", '{length
 _EXAMPLE = 'a table such as {kind = "ratio", value = 0.001}'
 
 
-class DampingTable(Table):
+class DampingTable(CaseTable):
     """How the bar loses energy between the impacts."""
 
     kind: Literal["ratio", "kelvin_voigt", "external", "table"]
@@ -116,7 +116,7 @@ SystemDamping = Annotated[DampingTable, Kind("table", _no_plain_damping)]
 # ---- A structure that something holds
 
 
-class BodyTable(Table):
+class BodyTable(CaseTable):
     """A structure that is held, in place of a free bar."""
 
     kind: Literal["modes", "mounted"]
@@ -166,7 +166,7 @@ ToolSections = Annotated[tuple[ToolSectionTable, ...], list_of("sections", '{len
 """The sections of the tool from the struck face on."""
 
 
-class ToolTable(Table):
+class ToolTable(CaseTable):
     """What the bar strikes: a wall, or a rod of sections with something at its end."""
 
     kind: Literal["rod", "wall"] | None = None
@@ -187,7 +187,7 @@ class ToolTable(Table):
 
 
 @plain_is(ToolTable)
-class PlainTool(Table):
+class PlainTool(CaseTable):
     """What the bar of a dimensionless case strikes: a wall, or an endless rod known by its impedance alone."""
 
     kind: Literal["rod", "wall"] | None = None
@@ -200,7 +200,7 @@ class PlainTool(Table):
     greater. When left out: 0."""
 
 
-class RockTable(Table):
+class RockTable(CaseTable):
     """The rock, or the soil, at the end of the tool: loaded along one line, unloaded along a steeper one."""
 
     stiffness: Stiffness
@@ -212,7 +212,7 @@ class RockTable(Table):
     """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: none."""
 
 
-class BlowTable(Table):
+class BlowTable(CaseTable):
     """One blow, as `percuss blow` follows it."""
 
     velocity: Velocities | None = None

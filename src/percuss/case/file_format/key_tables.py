@@ -14,10 +14,10 @@ from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from percuss.case.file_format import body_tables, load_tables, schema
-from percuss.case.file_format.values import Kind, Table, hints_of, plain_form
+from percuss.case.file_format.values import CaseTable, Kind, hints_of, plain_form
 from percuss.errors import ParameterError
 
-_LOADS: dict[str, type[Table]] = {
+_LOADS: dict[str, type[CaseTable]] = {
     f"load.{get_args(load.model_fields['kind'].annotation)[0]}": load
     for load in (
         load_tables.HarmonicLoad,
@@ -28,9 +28,9 @@ _LOADS: dict[str, type[Table]] = {
         load_tables.ValveLoad,
     )
 }
-_STRUCK: dict[str, type[Table]] = {"tool": body_tables.ToolTable, "blow": body_tables.BlowTable}
+_STRUCK: dict[str, type[CaseTable]] = {"tool": body_tables.ToolTable, "blow": body_tables.BlowTable}
 
-TABLES: dict[str, type[Table]] = {
+TABLES: dict[str, type[CaseTable]] = {
     "bar": schema.BarTable,
     "bar.sections": body_tables.SectionTable,
     "damping": body_tables.DampingTable,
@@ -53,7 +53,7 @@ TABLES: dict[str, type[Table]] = {
 """The tables by their place in a case file; those of dimensionless cases that differ begin with ``plain``."""
 
 
-def table_class(name: str) -> type[Table]:
+def table_class(name: str) -> type[CaseTable]:
     """The class of a table by its own name, or by one of `TABLES`."""
     by_class = {table.__name__: table for table in TABLES.values()}
     found = TABLES.get(name.strip("[]")) or by_class.get(name)
@@ -71,12 +71,12 @@ class KeyRow(NamedTuple):
     meaning: str
 
 
-def rows_of(table: type[Table]) -> list[KeyRow]:
+def rows_of(table: type[CaseTable]) -> list[KeyRow]:
     """The keys that a table declares itself."""
     return [_row(table, key) for key in table.__annotations__ if key in table.model_fields]
 
 
-def _row(table: type[Table], key: str) -> KeyRow:
+def _row(table: type[CaseTable], key: str) -> KeyRow:
     said, field = said_of(table, key), table.model_fields[key]
     value = _words(hints_of(table)[key]) + (f", {said['allowed']}" if "allowed" in said else "")
     default = "" if field.default is None else f"`{field.default}`"
@@ -84,12 +84,12 @@ def _row(table: type[Table], key: str) -> KeyRow:
     return KeyRow(field.alias or key, value, without, said["meaning"])
 
 
-def said_of(table: type[Table], key: str) -> dict[str, str]:
+def said_of(table: type[CaseTable], key: str) -> dict[str, str]:
     """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
 
     A key without a text has that of its SI form, or of the nearest class before its own with such a key.
     """
-    own = [one for one in table.mro() if issubclass(one, Table)]
+    own = [one for one in table.mro() if issubclass(one, CaseTable)]
     said = _said_in(table.__module__)
     names = [one.__name__ for one in own]
     declared = next(name for name in names if any(name == there for there, _ in said))
@@ -127,7 +127,7 @@ _WORDS = {float: "number", int: "whole number", bool: "true or false", str: "tex
 def _words(hint: Any) -> str:
     """The kind of value in words."""
     if isinstance(hint, type):
-        return "table" if issubclass(hint, Table) else _WORDS[hint]
+        return "table" if issubclass(hint, CaseTable) else _WORDS[hint]
     origin, parts = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return " or ".join(_words(part) for part in parts if part is not type(None))

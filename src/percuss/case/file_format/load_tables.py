@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
 from percuss.case.file_format.values import (
     Area,
+    CaseTable,
     Coefficients,
     Column,
     Compliance,
@@ -27,7 +28,6 @@ from percuss.case.file_format.values import (
     PlainNumber,
     Stiffness,
     Stress,
-    Table,
     Time,
     list_of,
     plain_is,
@@ -37,7 +37,7 @@ from percuss.errors import ParameterError, UnitError
 # ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber
 
 
-class AreasTable(Table):
+class AreasTable(CaseTable):
     """A state by the areas on which the pressure of the supply acts."""
 
     front: Area | None = None
@@ -46,7 +46,7 @@ class AreasTable(Table):
     """Area at which it pushes the piston toward the wall. Allowed: 0 or greater. When left out: none."""
 
 
-class ChamberTable(Table):
+class ChamberTable(CaseTable):
     """A gas chamber behind the piston, such as the nitrogen of a breaker, the same in every state."""
 
     force: Force | None = None
@@ -55,7 +55,7 @@ class ChamberTable(Table):
     """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
 
 
-class CushionTable(Table):
+class CushionTable(CaseTable):
     """What stops the piston at the front when it finds no tool, such as oil that it traps."""
 
     in_plain: ClassVar = {"area": None}
@@ -75,7 +75,7 @@ class CushionTable(Table):
     pressure is told."""
 
 
-class SupplyTable(Table):
+class SupplyTable(CaseTable):
     """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
 
     flow: Flow
@@ -96,7 +96,7 @@ Reads = Annotated[str | float, Kind('`"centre"` or number', _reads)]
 """Whose place a port reads."""
 
 
-class PortTable(Table):
+class PortTable(CaseTable):
     """What demands a state: a port that the piston uncovers, or the blow."""
 
     to: str
@@ -153,7 +153,7 @@ States = Annotated[
 Ports = Annotated[tuple[PortTable, ...], list_of("ports", '{behind = …, side = "back", to = "power"}')]
 
 
-class ValveLoad(Table):
+class ValveLoad(CaseTable):
     """A load that the piston switches."""
 
     in_plain: ClassVar = {
@@ -193,7 +193,7 @@ class ValveLoad(Table):
 # ---- The loads that keep time by themselves
 
 
-class HarmonicLoad(Table):
+class HarmonicLoad(CaseTable):
     """A load of one harmonic."""
 
     in_plain: ClassVar = {"area": None, "frequency": None}
@@ -215,7 +215,7 @@ class HarmonicLoad(Table):
     greater."""
 
 
-class SquareLoad(Table):
+class SquareLoad(CaseTable):
     """A load of two steps in a period."""
 
     in_plain: ClassVar = {"area": None, "frequency": None}
@@ -232,7 +232,7 @@ class SquareLoad(Table):
     at: int = 0
 
 
-class StepsLoad(Table):
+class StepsLoad(CaseTable):
     """A load of steps."""
 
     in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
@@ -252,7 +252,7 @@ class StepsLoad(Table):
     at: int = 0
 
 
-class FourierLoad(Table):
+class FourierLoad(CaseTable):
     """A load by its Fourier coefficients."""
 
     in_plain: ClassVar = {"unit": None, "area": None, "frequency": None}
@@ -267,7 +267,7 @@ class FourierLoad(Table):
     at: int = 0
 
 
-class HistoryLoad(Table):
+class HistoryLoad(CaseTable):
     """A load that was recorded."""
 
     kind: Literal["history"]

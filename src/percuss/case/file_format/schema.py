@@ -26,6 +26,7 @@ from percuss.case.file_format.body_tables import (
 from percuss.case.file_format.load_tables import AnyLoad
 from percuss.case.file_format.values import (
     Area,
+    CaseTable,
     Density,
     Drag,
     Length,
@@ -36,7 +37,6 @@ from percuss.case.file_format.values import (
     PlainOf,
     Restitution,
     Stress,
-    Table,
     hints_of,
     keys_of,
     tables_in,
@@ -53,7 +53,7 @@ Advance = Literal["kept", "pushed back", "residual penetration"]
 """How far the face of the tool is from one blow to the next."""
 
 
-class BarTable(Table):
+class BarTable(CaseTable):
     """The bar of a case in SI, uniform or of sections."""
 
     length: Length | None = None
@@ -79,7 +79,7 @@ class BarTable(Table):
     greater. When left out: `damping_ratio` holds."""
 
 
-class ContactTable(Table):
+class ContactTable(CaseTable):
     """How the bar leaves the wall."""
 
     restitution: Restitution | None = None
@@ -101,7 +101,7 @@ class ContactTable(Table):
     `"pushed back"` of others that have an end."""
 
 
-class SystemTable(Table):
+class SystemTable(CaseTable):
     """A dimensionless bar and its contact."""
 
     s: float | None = None
@@ -131,7 +131,7 @@ class SystemTable(Table):
     `"pushed back"` of a wall."""
 
 
-class StartTable(Table):
+class StartTable(CaseTable):
     """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
 
     position: NumberOrLength | None = None
@@ -157,7 +157,7 @@ class StartTable(Table):
     """With `random`; the same seed gives the same start. Allowed: 0 or greater. When left out: 0."""
 
 
-class SimulationTable(Table):
+class SimulationTable(CaseTable):
     """How a simulation is made and when it ends; times with a unit, or in radians of the load's fundamental."""
 
     modes: int | None = None
@@ -173,7 +173,7 @@ class SimulationTable(Table):
     """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
-class _Struck(Table):
+class _Struck(CaseTable):
     """Tables of which one says how the bar leaves the wall."""
 
     struck_name: ClassVar[str]
@@ -218,7 +218,7 @@ class PlainCase(_Struck):
     simulation: PlainOf[SimulationTable] | None = None
 
 
-def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
+def missing_tables(form: type[CaseTable], data: Mapping[str, Any]) -> list[str]:
     """The tables that a file lacks though it describes no blow, for which [load] and [contact] may be absent."""
     missing: list[str] = [name for name in ("load", "contact") if name in form.model_fields and name not in data]
     if missing == ["load"] and "body" in data:
@@ -229,7 +229,7 @@ def missing_tables(form: type[Table], data: Mapping[str, Any]) -> list[str]:
 
 
 @cache
-def table_fields(form: type[Table], kind: str | None) -> dict[str, list[str]]:
+def table_fields(form: type[CaseTable], kind: str | None) -> dict[str, list[str]]:
     """The keys that every table of a form takes, for a load of the given kind; '' is the top of the file."""
     found = {"": keys_of(form)}
 

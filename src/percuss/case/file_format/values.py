@@ -265,7 +265,7 @@ def above_zero(key: str, given: float | str, dimension: str, remedy: str = "") -
 T = TypeVar("T")
 
 
-class Table(BaseModel):
+class CaseTable(BaseModel):
     """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
@@ -281,22 +281,22 @@ class Table(BaseModel):
         return _blank, (base if made else type(self), made), self.__getstate__()
 
 
-def _blank(table: type[Table], made: bool) -> Table:
+def _blank(table: type[CaseTable], made: bool) -> CaseTable:
     form = plain_form(table) if made else table
     return form.__new__(form)
 
 
-def keys_of(table: type[Table]) -> list[str]:
+def keys_of(table: type[CaseTable]) -> list[str]:
     """The keys of a table as a file has them; one that is a word of Python is another field here."""
     return [field.alias or name for name, field in table.model_fields.items()]
 
 
 # ---- The dimensionless form of a case file: the SI form with plain numbers for text with a unit
 
-_PLAIN: dict[type[Table], type[Table]] = {}
+_PLAIN: dict[type[CaseTable], type[CaseTable]] = {}
 
 
-def plain_form(table: type[Table]) -> type[Table]:
+def plain_form(table: type[CaseTable]) -> type[CaseTable]:
     """The table with plain numbers for text with a unit, without the keys that only a case in SI has.
 
     It is a subclass, in which these keys are None; the table itself where nothing changes.
@@ -317,7 +317,7 @@ def plain_form(table: type[Table]) -> type[Table]:
     return _PLAIN[table]
 
 
-def plain_is(table: type[Table]) -> Callable[[type[T]], type[T]]:
+def plain_is(table: type[CaseTable]) -> Callable[[type[T]], type[T]]:
     """A table that is the dimensionless form of another, from which it does not follow."""
 
     def put(own: type[T]) -> type[T]:
@@ -330,7 +330,7 @@ def plain_is(table: type[Table]) -> Callable[[type[T]], type[T]]:
 
 def plain_of(hint: Any) -> Any:
     """What an annotation of the SI form is in the dimensionless one."""
-    if isinstance(hint, type) and issubclass(hint, Table):
+    if isinstance(hint, type) and issubclass(hint, CaseTable):
         return plain_form(hint)
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
@@ -358,21 +358,21 @@ else:
 
 
 @cache
-def hints_of(table: type[Table]) -> dict[str, Any]:
+def hints_of(table: type[CaseTable]) -> dict[str, Any]:
     """The annotations of the keys of a table."""
     hints = get_type_hints(table, include_extras=True)
     return {name: hints[name] for name in table.model_fields}
 
 
-def tables_in(hint: Any) -> list[type[Table]]:
+def tables_in(hint: Any) -> list[type[CaseTable]]:
     """The tables that values of an annotation may be."""
-    if isinstance(hint, type) and issubclass(hint, Table):
+    if isinstance(hint, type) and issubclass(hint, CaseTable):
         return [hint]
     return [table for part in get_args(hint) for table in tables_in(part)] if get_origin(hint) is not Literal else []
 
 
 @cache
-def _dimensions(table: type[Table]) -> dict[str, str]:
+def _dimensions(table: type[CaseTable]) -> dict[str, str]:
     """The dimension of each key that text with a unit of one of them may stand for."""
 
     def kinds(hint: Any) -> list[Kind]:
@@ -382,7 +382,7 @@ def _dimensions(table: type[Table]) -> dict[str, str]:
     return {name: dimensions[0] for name, dimensions in found.items() if len(dimensions) == 1}
 
 
-def given_in(table: Table, name: str = "") -> dict[str, Any]:
+def given_in(table: CaseTable, name: str = "") -> dict[str, Any]:
     """The keys of a table that are given, quantities as numbers in base units."""
     dimensions, found = _dimensions(type(table)), {}
     for key in type(table).model_fields:

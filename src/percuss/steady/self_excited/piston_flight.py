@@ -124,6 +124,8 @@ def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, fl
     Between two turns of the velocity, which is a flight itself, it passes a value once at most; and not at all any more
     where it has turned on both sides without that, such as one that touches the value again and again.
     """
+    if after == math.inf:
+        return math.inf, math.inf
     changing = acceleration(flight) - flight.drag * flight.v
     velocity = Flight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing, 0.0)
     end, step, drift = turning_time(velocity), turning_step(velocity), drift_of(flight)
