@@ -133,7 +133,8 @@ class JobWatch:
         self._patience = patience
         self._what, self._agreed = what, agreed
         self._seen = sys.stderr is not None and sys.stderr.isatty()
-        self._since = self._heard = time.monotonic()
+        self._since = time.monotonic()
+        self._heard = -math.inf if patience == UNHEARD else self._since  # a job that has not begun has nothing to keep
         self._next_line = math.inf  # until the work begins: preparing, such as compiling, says nothing of its pace
         self._bar: Any = None
         self._task: Any = None
@@ -143,7 +144,7 @@ class JobWatch:
         """How far a job is."""
         self._tell_of_damage(progress.damaged)
         if progress.rate != progress.rate:  # until it is known, nothing is to be told
-            return self.asked()
+            return self.interrupted
         self._agree(progress)
         told = f"{progress.done} of {progress.size}, {number(progress.rate, 3)}/s"
         return self._shown(progress.fraction, told, progress.seconds_left)

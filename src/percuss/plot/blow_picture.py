@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,26 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.best_answer import BestAnswer
 
 
+class _BlowAxes(NamedTuple):
+    """What a unit of each quantity is on the axes, and what the axes are called."""
+
+    time: float = 1.0
+    time_label: str = "time [rad]"
+    force: float = 1.0
+    force_label: str = "force"
+    stress: float = 1.0
+    stress_label: str = "force"
+    place_label: str = "place from the struck face"
+
+
+def _axes_of(answer: BlowAnswer) -> _BlowAxes:
+    if not answer.is_si:
+        return _BlowAxes()
+    return _BlowAxes(
+        1e6, "time [µs]", 1e-3, "force [kN]", 1e-6, "stress [MPa]", "place from the struck face [m]"
+    )  # fmt: skip
+
+
 # ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses
 
 _TIMES, _CELLS = 400, 300
@@ -31,39 +51,36 @@ def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: s
 
     from percuss.blow.over_time import cells_over_time
 
-    clock, time = (1e6, "time [µs]") if answer.is_si else (1.0, "time [rad]")
+    scales = _axes_of(answer)
     edges = np.linspace(0.0, last, _TIMES + 1)
     own, rod = cells_over_time(answer.blow, 0.5 * (edges[1:] + edges[:-1]), _CELLS, _reach(answer))
     bodies = [(own.edges - own.edges[-1], own.force / _areas(answer, 0)[own.section])]
     if rod is not None:
         bodies.append((rod.edges, rod.force / _areas(answer, 1)[rod.section]))
-    scale = -1e-6 if answer.is_si else -1.0  # tension positive
-    top = max(float(abs(stress).max()) for _, stress in bodies) * abs(scale) or 1.0
+    top = max(float(abs(stress).max()) for _, stress in bodies) * scales.stress or 1.0
     for places, stress in bodies:
         image = axes.pcolormesh(
-            places, edges * clock, stress * scale, cmap=ramp(palette.STRAIN), norm=TwoSlopeNorm(0.0, -top, top),
-            rasterized=True,
+            places, edges * scales.time, -scales.stress * stress, cmap=ramp(palette.STRAIN),
+            norm=TwoSlopeNorm(0.0, -top, top), rasterized=True,
         )  # fmt: skip
-    for step in _steps(answer):
-        axes.axvline(step, color=INK, linewidth=0.4, linestyle=":")
-    axes.axvline(0.0, color=INK, linewidth=1.0)
+    _draw_steps(axes, answer)
     axes.set_xlim(bodies[0][0][0], bodies[-1][0][-1])
     bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
-    bar.set_label(f"stress [MPa], {palette.SIGN}" if answer.is_si else f"force, {palette.SIGN}")
-    axes.set(
-        ylabel=time,
-        xlabel=_place(answer),
-        title=f"{mark} waves in the striker (left of the face) and in what it strikes",
-    )
+    bar.set_label(f"{scales.stress_label}, {palette.SIGN}")
+    title = f"{mark} waves in the striker (left of the face) and in what it strikes"
+    axes.set(ylabel=scales.time_label, xlabel=scales.place_label, title=title)
 
 
 def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     """The greatest compression and tension at every place, with the exact ones of the sections as dots."""
     from percuss.blow.over_time import force_envelope
 
-    scale = 1e-6 if answer.is_si else 1.0
+    scales = _axes_of(answer)
     bodies = [body for body in force_envelope(answer.blow, _CELLS, _reach(answer)) if body is not None]
-    kinds = (("compression", -scale, palette.STRAIN[1].light), ("tension", scale, palette.STRAIN[-2].light))
+    kinds = (
+        ("compression", -scales.stress, palette.STRAIN[1].light),
+        ("tension", scales.stress, palette.STRAIN[-2].light),
+    )
     for which, body in enumerate(bodies):
         start = -float(body.edges[-1]) if which == 0 else 0.0
         area = _areas(answer, which)
@@ -75,21 +92,12 @@ def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
                 place = getattr(peak, f"{name}_place")
                 if place is not None:
                     axes.plot(place + start, sign * getattr(peak, name), ".", color=INK, markersize=4.0)
-    for step in _steps(answer):
-        axes.axvline(step, color=INK, linewidth=0.4, linestyle=":")
-    axes.axvline(0.0, color=INK, linewidth=1.0)
+    _draw_steps(axes, answer)
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.plot([], [], ".", color=INK, markersize=4.0, label="greatest of a section")
     legend_above(axes)
-    axes.set(
-        xlabel=_place(answer),
-        ylabel="stress [MPa]" if answer.is_si else "force",
-        title=f"{mark} greatest {'stress' if answer.is_si else 'force'} at each place",
-    )
-
-
-def _place(answer: BlowAnswer) -> str:
-    return "place from the struck face [m]" if answer.is_si else "place from the struck face"
+    title = f"{mark} greatest {scales.stress_label.partition(' ')[0]} at each place"
+    axes.set(xlabel=scales.place_label, ylabel=scales.stress_label, title=title)
 
 
 def _striker(answer: BlowAnswer) -> Sections:
@@ -112,10 +120,12 @@ def _lengths(answer: BlowAnswer) -> tuple[Array, Array]:
     return _striker(answer).length, np.zeros(0) if rod is None else rod_sections(rod, answer.blow.striker).length
 
 
-def _steps(answer: BlowAnswer) -> list[float]:
-    """Where sections meet, from the struck face."""
+def _draw_steps(axes: Any, answer: BlowAnswer) -> None:
+    """Where sections meet, and the struck face."""
     own, rod = _lengths(answer)
-    return [*(np.cumsum(own)[:-1] - own.sum()).tolist(), *np.cumsum(rod)[:-1].tolist()]
+    for step in (*(np.cumsum(own)[:-1] - own.sum()).tolist(), *np.cumsum(rod)[:-1].tolist()):
+        axes.axvline(step, color=INK, linewidth=0.4, linestyle=":")
+    axes.axvline(0.0, color=INK, linewidth=1.0)
 
 
 def _areas(answer: BlowAnswer, which: int) -> Array:
@@ -179,15 +189,9 @@ def _last(answer: BlowAnswer) -> float:
     return min(answer.blow.until, over + _SHOWN * float(sections.transit.sum()))
 
 
-def _scales(answer: BlowAnswer) -> tuple[tuple[float, str], tuple[float, str]]:
-    """Factor and label of times and of forces."""
-    if not answer.is_si:
-        return (1.0, "time [rad]"), (1.0, "force")
-    return (1e6, "time [µs]"), (1e-3, "force [kN]")
-
-
 def _face(axes: Any, answer: BlowAnswer, mark: str) -> None:
-    (clock, time), (scale, force) = _scales(answer)
+    scales = _axes_of(answer)
+    clock, scale = scales.time, scales.force
     times, values = answer.blow.face_force.sampled(2000)
     axes.fill_between(times * clock, values * scale, color=COLOURS[0], alpha=0.15, linewidth=0.0)
     axes.plot(times * clock, values * scale, color=COLOURS[0])
@@ -196,21 +200,20 @@ def _face(axes: Any, answer: BlowAnswer, mark: str) -> None:
         axes.plot(times * clock, values * scale, color=COLOURS[1], label="on the rock")
         axes.plot([], [], color=COLOURS[0], label="at the face")
         legend_above(axes)
-    _window(axes, answer, time)
-    axes.set(
-        ylabel=force, title=f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces"
-    )
+    _window(axes, answer, scales)
+    axes.set_title(f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces")
 
 
-def _window(axes: Any, answer: BlowAnswer, label: str) -> None:
-    axes.set_xlim(0.0, _last(answer) * _scales(answer)[0][0])
+def _window(axes: Any, answer: BlowAnswer, scales: _BlowAxes) -> None:
+    axes.set_xlim(0.0, _last(answer) * scales.time)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    axes.set_xlabel(label)
+    axes.set(xlabel=scales.time_label, ylabel=scales.force_label)
 
 
 def _gauge(axes: Any, answer: BlowAnswer, mark: str) -> None:
-    (clock, time), (scale, force) = _scales(answer)
+    scales = _axes_of(answer)
+    clock, scale = scales.time, scales.force
     waves = answer.waves
     assert waves is not None  # there is a rod
     times = np.unique(
@@ -226,8 +229,7 @@ def _gauge(axes: Any, answer: BlowAnswer, mark: str) -> None:
         record = answer.measured.time[seen] * clock, answer.measured.force[seen] * scale
         axes.plot(*record, color=INK, linewidth=0.9, label="measured")
     legend_above(axes)
-    _window(axes, answer, time)
-    axes.set_ylabel(force)
+    _window(axes, answer, scales)
     place = "" if answer.gauge is None else f" at {answer.tell(answer.gauge, 'length')}"
     axes.set_title(f"{mark} gauge{place}")
 
@@ -255,12 +257,12 @@ def _loop(axes: Any, answer: BlowAnswer, mark: str) -> None:
     blow = answer.blow
     assert blow.penetration is not None and blow.bit_force is not None
     times = np.unique(np.concatenate([blow.penetration.times, np.linspace(0.0, blow.until, 4000)]))
-    scales = (1e3, 1e-3) if answer.is_si else (1.0, 1.0)
-    axes.plot(blow.penetration.at(times) * scales[0], blow.bit_force.at(times) * scales[1], color=COLOURS[1])
+    scales, deep = _axes_of(answer), 1e3 if answer.is_si else 1.0
+    axes.plot(blow.penetration.at(times) * deep, blow.bit_force.at(times) * scales.force, color=COLOURS[1])
     axes.axhline(0.0, color=INK, linewidth=0.6)
     axes.set(
         xlabel="penetration [mm]" if answer.is_si else "penetration",
-        ylabel="force [kN]" if answer.is_si else "force",
+        ylabel=scales.force_label,
         title=f"{mark} the rock",
     )
 
@@ -324,20 +326,15 @@ def best(answer: BestAnswer) -> Figure:
 
 
 def _forces(axes: Any, both: Any, name: str, title: str) -> None:
-    clock, scale = (1e6, 1e-3) if both[0][0].is_si else (1.0, 1.0)
-    last = 0.0
+    scales, last = _axes_of(both[0][0]), 0.0
     for one, colour, label in both:
         times, values = getattr(one.blow, name).sampled(4000)
-        axes.plot(times * clock, values * scale, color=colour, label=label)
+        axes.plot(times * scales.time, values * scales.force, color=colour, label=label)
         moving = np.flatnonzero(values > 1e-3 * values.max(initial=0.0))
         last = max(last, float(times[moving[-1]]) if moving.size else 0.0)
-    axes.set_xlim(0.0, min(_BEST_SHOWN * last, float(both[0][0].blow.until)) * clock or None)
+    axes.set_xlim(0.0, min(_BEST_SHOWN * last, float(both[0][0].blow.until)) * scales.time or None)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    axes.set(
-        xlabel="time [µs]" if both[0][0].is_si else "time [rad]",
-        ylabel="force [kN]" if both[0][0].is_si else "force",
-        title=title,
-    )
+    axes.set(xlabel=scales.time_label, ylabel=scales.force_label, title=title)
     legend_above(axes)
 
 
@@ -361,12 +358,11 @@ def _shapes(axes: Any, both: Any) -> None:
 
 
 def _stresses(axes: Any, both: Any, title: str) -> None:
-    scale = 1e-6 if both[0][0].is_si else 1.0
-    own, rod = both[0][0].peaks
+    scales, (own, rod) = _axes_of(both[0][0]), both[0][0].peaks
     names = [f"striker {i}" for i in range(len(own))] + [f"rod {i}" for i in range(len(rod))]
     for shift, (one, colour, label) in zip((-0.2, 0.2), both, strict=True):
-        values = [scale * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
+        values = [scales.stress * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
         axes.bar(np.arange(len(values)) + shift, values, 0.4, color=colour, label=label)
     axes.set_xticks(np.arange(len(names)), names, rotation=30)
-    axes.set(ylabel="stress [MPa]" if both[0][0].is_si else "force", title=title)
+    axes.set(ylabel=scales.stress_label, title=title)
     legend_above(axes)
