@@ -34,6 +34,7 @@ __all__ = [
     "PercussError",
     "ResonanceError",
     "UnitError",
+    "UsageError",
     "did_you_mean",
 ]
 
@@ -187,6 +188,10 @@ def _short(value: object, limit: int = 80) -> str:
     except ValueError:  # a whole number of thousands of digits
         text = "a huge number"
     return text if len(text) <= limit else text[: limit - 1] + "…"
+
+
+class UsageError(Exception):
+    """Arguments of a command line that do not make a command."""
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

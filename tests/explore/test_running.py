@@ -25,9 +25,9 @@ from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
 from percuss import Load, System
 from percuss.cli import long_commands as carrying
 from percuss.cli import main
-from percuss.cli.arguments import Parser, UsageError
+from percuss.cli.arguments import Parser
 from percuss.cli.long_commands import CARRYING, JobWatch, carried
-from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError
+from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError, UsageError
 from percuss.explore.attractors.experiments import experiment_job
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import Sheet, carry_out, chunk_of, estimate, measured

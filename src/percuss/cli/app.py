@@ -8,12 +8,14 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from percuss.cli.arguments import Command, UsageError
 from percuss.cli.waiting import sign, telling
-from percuss.errors import Interrupted, PercussError
+from percuss.errors import Interrupted, PercussError, UsageError
 from percuss.neutral import neutral
+
+if TYPE_CHECKING:
+    from percuss.cli.arguments import Command
 
 # ---- What is printed cannot steer the terminal: titles, keys and commands come from files that anybody may have
 # written

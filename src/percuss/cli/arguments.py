@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-from percuss.errors import CaseError, MissingExtraError, PercussError
+from percuss.errors import CaseError, MissingExtraError, PercussError, UsageError
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -23,10 +23,6 @@ MAX_MODES = 4096
 
 PICTURES = (".png", ".svg", ".pdf")
 """What a picture can be saved as."""
-
-
-class UsageError(Exception):
-    """Arguments that do not make a command."""
 
 
 # ---- A command is a function and a table of options

@@ -5,13 +5,16 @@ A thread looks at where the command is. Commands need not say it themselves, and
 
 from __future__ import annotations
 
+import os
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import threading
 
 PATIENCE = 2.0
 """Seconds of silence that need no word; later ones may be longer, by a share of what has gone by."""
@@ -38,7 +41,7 @@ _ROOMS = {
 }
 """What the rooms do; one in another goes first."""
 
-_HOUSE = str(Path(__file__).resolve().parents[1])
+_HOUSE = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 _last_sign = 0.0
 
 
@@ -54,6 +57,8 @@ def telling(command: str) -> Iterator[None]:
     if sys.stderr is None or not sys.stderr.isatty():
         yield
         return
+    import threading
+
     ended = threading.Event()
     sign()
     teller = threading.Thread(target=_tell, args=(command, threading.get_ident(), ended), daemon=True)
