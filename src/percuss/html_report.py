@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.answers.facts import Grid, Section
+from percuss.case.answers.facts import Grid, ReportSection
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_report import name_of, steady_report
 from percuss.neutral import neutral
@@ -102,7 +102,7 @@ def _cards(answer: SteadyAnswer) -> str:
     return f'<p>Figures of {_safe(whose)}:</p><div class="cards">{"".join(cells)}</div>'
 
 
-def _part(part: Section | Grid) -> str:
+def _part(part: ReportSection | Grid) -> str:
     """A section of a report as a heading and a table."""
     if isinstance(part, Grid):
         return f"<h2>{_safe(part.heading)}</h2>{_table(part.columns, part.rows)}"

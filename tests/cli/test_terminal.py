@@ -11,7 +11,7 @@ import time
 import pytest
 
 from case_texts import plain_case
-from percuss.case.answers.facts import Grid, Report, Section
+from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.cli import app, main, waiting
 from percuss.cli.report_printing import show as show_report
 from percuss.neutral import neutral, one_line
@@ -73,7 +73,7 @@ def test_what_an_archive_says(run, tmp_path):
 
 def test_a_report_at_a_terminal(monkeypatch, capsys):
     """Colours are the program's own, what they colour is neutral."""
-    report = Report(EVIL, EVIL, "good", (Section(EVIL, ((EVIL, EVIL),)), Grid(EVIL, (EVIL,), ((EVIL,),))))
+    report = Report(EVIL, EVIL, "good", (ReportSection(EVIL, ((EVIL, EVIL),)), Grid(EVIL, (EVIL,), ((EVIL,),))))
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     show_report(report)
     out = capsys.readouterr().out

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from percuss import Bar, Kept, Load, System, steady_states
-from percuss.simulate import Cycle, Start, Stop, run
+from percuss.simulate import MotionCycle, Start, Stop, run
 from percuss.stability import floquet_multipliers
 
 TURN = 2.0 * np.pi
@@ -134,7 +134,7 @@ def test_transient_and_tolerance():
         on.impacts == 700
         and on.outcome == "impacts"
         and on.label == "z=1/1"
-        and on.cycle == Cycle(on.cycle.first, 1, 1, 0)
+        and on.cycle == MotionCycle(on.cycle.first, 1, 1, 0)
     )
 
 

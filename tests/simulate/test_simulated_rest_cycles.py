@@ -11,7 +11,7 @@ from percuss import Load, System
 from percuss.errors import ResonanceError
 from percuss.simulate import Start, Stop, Trajectory, run
 from percuss.steady import rest_cycles
-from percuss.steady.resting.flight_chain import Chain, Course, Swing, release_phases
+from percuss.steady.resting.flight_chain import RestPath, RestSearch, Swing, release_phases
 
 TURN = 2.0 * math.pi
 LONG = 3  # load periods followed
@@ -38,7 +38,7 @@ def followed(system: System, modes: int, release: float, impacts: int) -> Trajec
     return run(system, start, modes=modes, stop=Stop(impacts, periodic=False))
 
 
-def told(chain: Chain, other: Chain) -> np.ndarray:
+def told(chain: RestPath, other: RestPath) -> np.ndarray:
     """By how much rounding may move the impacts of a chain, from one that is let go 1e-11 later."""
     both = min(len(chain.impacts), len(other.impacts))
     moved = [abs(b.time - a.time) for a, b in zip(chain.impacts[:both], other.impacts[:both], strict=True)]
@@ -51,13 +51,13 @@ def test_from_a_release_to_the_next_rest(seed: int) -> None:
     release = float(release_phases(system.load)[0])
     try:
         swing = Swing(system, modes)
-        chain = Course(swing, release, release + TURN * LONG).chain()
+        chain = RestSearch(swing, release, release + TURN * LONG).chain()
     except ResonanceError:
         return
     motion = followed(system, modes, release, len(chain.impacts) + 400)
     events = motion.events[int(np.flatnonzero(motion.events.kind == "release")[0]) :]
     assert events.time[0] == pytest.approx(chain.release, rel=0, abs=1e-12)
-    room = told(chain, Course(swing, release + 1e-11, release + TURN * LONG).chain())
+    room = told(chain, RestSearch(swing, release + 1e-11, release + TURN * LONG).chain())
     sure = room < 1e-9  # what lies beyond differs between any two computations
     times = np.array([impact.time for impact in chain.impacts])[: room.size][sure]
     rests = np.flatnonzero(events.kind == "rest")

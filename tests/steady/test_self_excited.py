@@ -17,8 +17,8 @@ from percuss.model import Chamber, Contact, External, Kept, Machine, Port, Rever
 from percuss.model.machine import machine_modes
 from percuss.steady import Obstacle, SelfExcited, self_excited_motion, valve_margins
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.piston import Leg, Piston
-from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing, turning_time
+from percuss.steady.self_excited.piston import BlowToBlow, Piston
+from percuss.steady.self_excited.piston_flight import PistonFlight, at, first_crossing, turning_time
 from supply_oracle import begun, follow
 
 
@@ -26,7 +26,7 @@ def rigid(valve: Valve, contact: Contact, drag: float = 0.0, room: float | None 
     return self_excited_motion(Machine(UniformBar(20.0, External(drag)), valve, contact), modes=0, room=room)
 
 
-def followed_legs(valve: Valve, contact: Contact, drag: float, behind: float, most: int = 480) -> list[Leg]:
+def followed_legs(valve: Valve, contact: Contact, drag: float, behind: float, most: int = 480) -> list[BlowToBlow]:
     """From a start at rest blow by blow, until nothing follows; the slowest rebounds of a chatter are none."""
     piston = Piston(Machine(UniformBar(20.0, External(drag)), valve, contact))
     legs, greatest = [piston.leg(piston.start, behind, started=True)], 0.0
@@ -392,7 +392,7 @@ def test_the_response_is_that_of_the_oscillator(t: float, stiffness: float, drag
 
 @pytest.mark.parametrize("stiffness", [1e-90, 1e-30, 1e-12, 1e-6])
 def test_a_soft_spring_turns_the_piston_where_none_would(stiffness: float) -> None:
-    flight = Flight(1.0, stiffness, 0.0, 1.0, -1.9375)
+    flight = PistonFlight(1.0, stiffness, 0.0, 1.0, -1.9375)
     assert turning_time(flight) == pytest.approx(1.9375, rel=4.0 * stiffness + 1e-15)
 
 
@@ -401,7 +401,10 @@ def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float
     body, begin = UniformBar(20.0, External(drag)), np.array([[-0.4, -1.1]])
     flight = ModalFlight(modes=machine_modes(body, 0, stiffness, 0), begin=begin, force=0.3, duration=30.0)
     square = float(flight.modes.omega[0]) ** 2
-    found, each = -flight.at(np.array(times))[0][0], [at(Flight(-0.3, square, drag, 0.4, 1.1), t)[0] for t in times]
+    found, each = (
+        -flight.at(np.array(times))[0][0],
+        [at(PistonFlight(-0.3, square, drag, 0.4, 1.1), t)[0] for t in times],
+    )
     scale = 1.0 + np.array(times) ** 2
     assert np.all(np.abs(found - each) <= 1e-12 * scale)
 
@@ -414,7 +417,7 @@ def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float
 @example(1.0, 1e-214, 0.0, 1.0, -1.9375, 1.0)  # a spring that is next to none, and turns the piston all the same
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> None:
     """Against looking at many times."""
-    flight, until = Flight(push, stiffness, drag, x, v), 8.0
+    flight, until = PistonFlight(push, stiffness, drag, x, v), 8.0
     time, where, way = first_crossing(flight, [[place, place], [1.0, -1.0]], until)
     assert where == (0.0 if way < 0 and where == 0.0 else place if way else 0.0)
     times = np.linspace(0.0, until, 4001)
@@ -438,5 +441,5 @@ def test_a_chamber_that_turns_the_piston_before_its_port_does_not_start_it() -> 
 
 def test_a_spring_that_is_hardly_there_turns_a_piston_as_none_does() -> None:
     """The angle of a swing as slow as this is not lost beside π."""
-    assert turning_time(Flight(1.0, 1e-60, 0.0, 1.0, -1.0)) == pytest.approx(1.0, rel=1e-12)
-    assert at(Flight(1.0, 1e-60, 1e-40, 1.0, -1.0), 1.0)[0] == pytest.approx(0.5)
+    assert turning_time(PistonFlight(1.0, 1e-60, 0.0, 1.0, -1.0)) == pytest.approx(1.0, rel=1e-12)
+    assert at(PistonFlight(1.0, 1e-60, 1e-40, 1.0, -1.0), 1.0)[0] == pytest.approx(0.5)

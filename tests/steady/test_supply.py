@@ -21,7 +21,7 @@ from percuss.steady import (
     valve_margins,
 )
 from percuss.steady.self_excited.piston import continued, under_pressure
-from percuss.steady.self_excited.piston_flight import Flight, at, first_crossing, next_turn
+from percuss.steady.self_excited.piston_flight import PistonFlight, at, first_crossing, next_turn
 from supply_oracle import after_cycle
 
 MASS = 88.8
@@ -129,7 +129,7 @@ def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
 @settings(max_examples=20)
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, place, back) -> None:
     """Against looking at many times."""
-    flight, until = Flight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
+    flight, until = PistonFlight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
     time, where, way = first_crossing(flight, [[place, place], [1.0, -1.0]], until)
     times = np.linspace(0.0, until, 2001)
     seen = np.array([at(flight, float(t))[0] for t in times])
@@ -146,7 +146,7 @@ def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, plac
 
 def test_far_passages_are_found_without_looking_at_every_swing() -> None:
     """A stiff accumulator and a slow pump: some 10^5 swings before the place is reached, first at a crest."""
-    flight = Flight(2e4, 1e4, 0.0, 2.5, 0.1, 1.0)
+    flight = PistonFlight(2e4, 1e4, 0.0, 2.5, 0.1, 1.0)
     time, place, way = first_crossing(flight, [[3.0], [1.0]], math.inf)
     assert (place, way) == (3.0, 1)
     assert at(flight, time)[0] == pytest.approx(3.0, abs=1e-9)
@@ -158,14 +158,14 @@ def test_far_passages_are_found_without_looking_at_every_swing() -> None:
 @pytest.mark.parametrize("drag", [0.0, 1e-9, 0.3])
 def test_a_piston_that_a_growing_pressure_lifts_does_not_turn(drag: float) -> None:
     """From rest without any force its velocity comes back to 0 again and again at most, and does not pass it."""
-    flight = Flight(0.0, 4.0, drag, 0.0, 0.0, 0.5)
+    flight = PistonFlight(0.0, 4.0, drag, 0.0, 0.0, 0.5)
     time, place, way = first_crossing(flight, [[1.0], [1.0]], math.inf)
     assert (place, way) == (1.0, 1) and at(flight, time)[0] == pytest.approx(1.0)
     assert next_turn(flight, 0.0)[0] > 0.99 * math.pi
 
 
 def test_a_piston_that_is_dragged_to_its_line_turns_once() -> None:
-    flight = Flight(-1.0, 0.5, 3.0, 2.0, 1.0, 0.01)
+    flight = PistonFlight(-1.0, 0.5, 3.0, 2.0, 1.0, 0.01)
     first, after = next_turn(flight, 0.0)
     assert at(flight, first)[1] == pytest.approx(0.0, abs=1e-12)
     second, after = next_turn(flight, after)

@@ -26,7 +26,7 @@ from percuss.blow.kernels.wave_records import (
     TRACED,
     WALL,
     WIDTH,
-    Problem,
+    BlowProblem,
     State,
     WaveRows,
 )
@@ -233,16 +233,16 @@ class Scales:
 
 
 @dataclass(frozen=True)
-class Tables:
+class BlowTables:
     """A blow as the compiled functions know it."""
 
     scales: Scales
-    problem: Problem
+    problem: BlowProblem
     waves: WaveRows
     state: State
 
 
-def tables(question: Question) -> Tables:
+def tables(question: Question) -> BlowTables:
     """The records of a blow before it begins."""
     striker, rod = question.sections, question.rod
     unit, window = float(striker.transit.sum()), question.until
@@ -268,10 +268,10 @@ def tables(question: Question) -> Tables:
         )
     problem = _problem(question, scales, ticks, tick, near, round(horizon / tick))
     waves = _waves(rows, problem, scales, finite)
-    return Tables(scales, problem, waves, _state(question, scales, problem))
+    return BlowTables(scales, problem, waves, _state(question, scales, problem))
 
 
-def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float, near: int, until: int) -> Problem:
+def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float, near: int, until: int) -> BlowProblem:
     rod, target, striker = question.rod, question.target, question.sections
     impedance = np.concatenate([striker.impedance, () if rod is None else rod.impedance]) / scales.impedance
     mass = np.zeros(impedance.size + 1)
@@ -285,7 +285,7 @@ def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float,
             stiffness = target.rock.stiffness * scales.time / scales.impedance
             ratio = target.rock.unloading_ratio
     most = FAR * tick
-    return Problem(
+    return BlowProblem(
         impedance=impedance,
         transit=ticks,
         joint_mass=mass,
@@ -303,7 +303,7 @@ def _problem(question: Question, scales: Scales, ticks: np.ndarray, tick: float,
     )
 
 
-def _waves(rows: list[list[WavePiece]], problem: Problem, scales: Scales, finite: np.ndarray) -> WaveRows:
+def _waves(rows: list[list[WavePiece]], problem: BlowProblem, scales: Scales, finite: np.ndarray) -> WaveRows:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
     size = 2 * sections + TRACED
@@ -339,7 +339,7 @@ def _waves(rows: list[list[WavePiece]], problem: Problem, scales: Scales, finite
     return waves
 
 
-def _state(question: Question, scales: Scales, problem: Problem) -> State:
+def _state(question: Question, scales: Scales, problem: BlowProblem) -> State:
     nodes = problem.impedance.size + 1
     now = np.zeros(1, dtype=NOW).view(np.recarray)
     now[0].gap = question.target.gap / scales.length
@@ -356,7 +356,7 @@ def _state(question: Question, scales: Scales, problem: Problem) -> State:
     )
 
 
-def enlarged(held: Tables) -> Tables:
+def enlarged(held: BlowTables) -> BlowTables:
     """The same with four times the room. What is not used yet is not touched, so that it takes no memory."""
     waves, state = held.waves, held.state
     size, used = int(waves.pieces.max()), int(waves.used[0])
@@ -371,4 +371,4 @@ def enlarged(held: Tables) -> Tables:
         pool=wider(waves.pool, used),
     )
     contact = wider(state.contact, int(state.now[0].noted))
-    return Tables(held.scales, held.problem, more, state._replace(contact=contact))
+    return BlowTables(held.scales, held.problem, more, state._replace(contact=contact))

@@ -12,7 +12,7 @@ from percuss.blow.bodies import Rod, Striker, Target, Wall, striker_sections
 from percuss.blow.kernels.nodes import go_on
 from percuss.blow.kernels.wave_records import ENDLESS, FREE, FULL, REACHED
 from percuss.blow.parts import BlowOutcome
-from percuss.blow.question import Field, Question, Tables, enlarged, tables
+from percuss.blow.question import BlowTables, Field, Question, enlarged, tables
 from percuss.blow.wave_history import WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import look
@@ -23,7 +23,7 @@ from percuss.model.checks import count, positive
 _AT_ONCE = 1 << 14  # steps between two looks whether anybody still waits
 
 
-def carried_to(held: Tables, target: int, most_pieces: int) -> tuple[Tables, bool]:
+def carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTables, bool]:
     """The blow with every node at least at the tick `target`; whether it got there."""
     while True:
         code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
@@ -113,7 +113,7 @@ def strike(
     return Blow(striker, target, question.velocity, reached, outcome, question, course)
 
 
-def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Tables, int, BlowOutcome | None]:
+def _followed(held: BlowTables, gap: float, until_over: bool, most: int) -> tuple[BlowTables, int, BlowOutcome | None]:
     """The blow to the end of its window; where that is, and the outcome where it is known."""
     problem = held.problem
     transit = round(1.0 / problem.tick)
@@ -136,7 +136,7 @@ def _followed(held: Tables, gap: float, until_over: bool, most: int) -> tuple[Ta
         target += transit
 
 
-def _nodes(held: Tables) -> int:
+def _nodes(held: BlowTables) -> int:
     """Number of nodes that anything happens at."""
     size = held.problem.impedance.size
     return size if held.problem.end == ENDLESS else size + 1

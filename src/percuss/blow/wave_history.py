@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.blow.kernels.rows import integrals, value_before
 from percuss.blow.kernels.wave_records import ENDLESS, FAR, FREE, WALL
 from percuss.blow.parts import ContactInterval
-from percuss.blow.question import Tables
+from percuss.blow.question import BlowTables
 from percuss.model.checks import Array, count, numbers
 
 
@@ -192,7 +192,7 @@ class WaveHistory:
     to the left; sections are counted from the driven end through the face to the far end.
     """
 
-    held: Tables
+    held: BlowTables
     end: int
     first_gap: float
 

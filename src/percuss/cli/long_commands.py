@@ -291,12 +291,12 @@ def export(_: Parser, options: argparse.Namespace) -> int:
 
 def archive_report(archive: Archive, name: str) -> Report:
     """What `percuss show` prints for people."""
-    from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
+    from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
 
     missing = bool(archive.missing())
     # what was asked: short values as they are and long ones by their size
     asked = tuple(_rows("", {name: v for name, v in archive.ask.items() if name not in ("kind", "percuss", "axes")}))
-    sections: list[Section | Grid] = [Section("what was asked for", asked)]
+    sections: list[ReportSection | Grid] = [ReportSection("what was asked for", asked)]
     axes = archive.ask.get("axes")
     if isinstance(axes, list) and all(isinstance(axis, dict) and axis.get("values") for axis in axes):
         sections.append(Grid("axes", ("name", "values", "from", "to", "unit"), tuple(map(_axis, axes))))
@@ -305,14 +305,14 @@ def archive_report(archive: Archive, name: str) -> Report:
         kind = column.dtype + (f" × {' × '.join(map(str, column.shape))}" if column.shape else "")
         unit = f", {column.unit}" if column.unit else ""
         columns.append((column_name, f"{kind}{unit}{': ' if column.meaning else ''}{column.meaning}"))
-    sections += [Section("columns", tuple(columns)), Section("how it was made", tuple(_origin(archive)))]
+    sections += [ReportSection("columns", tuple(columns)), ReportSection("how it was made", tuple(_origin(archive)))]
     if missing:
         last = archive.sessions[-1]["command"]
         again = last if not last or last.endswith(" --resume") else f"{last} --resume"
         how = f"the same command with --resume (resume=True){': ' if again else ''}{last}"
         how = again if again.startswith("percuss ") else how
         waits = "wait: a process is writing it" if archive.is_written else how
-        sections.append(Section("to continue", (("command", waits),), BAD))
+        sections.append(ReportSection("to continue", (("command", waits),), BAD))
     summary = f"{_how_far(archive)}{', being written' if archive.is_written else ''}" if missing else "complete"
     return Report(f"{name}: {archive.kind}", summary, PLAIN if missing else GOOD, tuple(sections))
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.facts import Grid, Report, Section
+from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.neutral import one_line
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def show(report: Report) -> None:
 
 def _neutral(report: Report) -> Report:
     """A copy of the report in which no text begins a line of its own or steers the terminal."""
-    sections: list[Section | Grid] = []
+    sections: list[ReportSection | Grid] = []
     for part in report.sections:
         heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)
         if isinstance(part, Grid):
@@ -80,7 +80,7 @@ def _show_rich(report: Report) -> None:
     console.print(Text(report.summary, style=f"bold {_COLOURS[report.tone]}"))
     for section in report.sections:
         console.print()
-        tone = section.tone if isinstance(section, Section) else ""
+        tone = section.tone if isinstance(section, ReportSection) else ""
         console.print(Text(section.heading, style=f"bold {_COLOURS[tone]}"))
         if isinstance(section, Grid):
             table = Table(box=box.SIMPLE_HEAD, pad_edge=False)

@@ -256,7 +256,12 @@ def _error(growth: Array, weight: Array) -> float:
 
 def _growths(motion: Trajectory, first: int) -> Array:
     """Logarithm of the growth from impact to impact, after event number `first`."""
-    from percuss.explore.tangent import Elastic, Impact, Passage, log_growths  # only here is the compiler needed
+    from percuss.explore.tangent import (  # only here is the compiler needed
+        ElasticRows,
+        EventRows,
+        ImpactFactors,
+        log_growths,
+    )
     from percuss.simulate.engine import prepared
 
     e, load, n = motion.events[first:], motion.system.load, motion.modes
@@ -266,10 +271,10 @@ def _growths(motion: Trajectory, first: int) -> Array:
     mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
     gone = np.append(0.0, np.diff(e.period) * _TURN + np.diff(e.phase))
     force = mean if steps.size else load.value(e.phase)
-    events = Passage(e.code, gone, e.phase, e.piece, e.impact_velocity, np.asarray(force))
-    elastic = Elastic(np.ascontiguousarray(z[:, 0]), spectrum.free_rate(z), *spectrum.forced(e.phase, mean))
+    events = EventRows(e.code, gone, e.phase, e.piece, e.impact_velocity, np.asarray(force))
+    elastic = ElasticRows(np.ascontiguousarray(z[:, 0]), spectrum.free_rate(z), *spectrum.forced(e.phase, mean))
     growth = np.empty(max(len(e) - 1, 1))
     contact = motion.system.contact
-    law = Impact(contact.strain_factor, contact.velocity_factor)
+    law = ImpactFactors(contact.strain_factor, contact.velocity_factor)
     found = log_growths(table, law, events, elastic, np.empty((2, n)), np.empty((2, n)), growth)
     return growth[:found]

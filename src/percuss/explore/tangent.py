@@ -22,14 +22,14 @@ LATE = 1e-9  # an event this little after a step of the load was at it, before i
 Floats = npt.NDArray[np.float64]
 
 
-class Impact(NamedTuple):
+class ImpactFactors(NamedTuple):
     """α and β of the contact law: what it multiplies q_n by, and q_n'."""
 
     strain: float
     velocity: float
 
 
-class Passage(NamedTuple):
+class EventRows(NamedTuple):
     """The events of a motion, rows: the first is an impact, all others impacts or grazes.
 
     `gone`: time since the one before. `speed`: of the striking end before an impact; `force`: of the load.
@@ -43,7 +43,7 @@ class Passage(NamedTuple):
     force: Floats
 
 
-class Elastic(NamedTuple):
+class ElasticRows(NamedTuple):
     """q_n of the free motion after each event and its rate, and those of the forced one; each of shape (events, N)."""
 
     value: Floats

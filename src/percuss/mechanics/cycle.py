@@ -29,7 +29,7 @@ from percuss.model.checks import Array
 # ---- The linearised motion through events: flows, and one saltation matrix at each of them
 
 
-class Event(NamedTuple):
+class CycleStep(NamedTuple):
     """A flight and the event at its end, of n coordinates.
 
     `flow` is the flight's map of displacement and velocity, shape (n, 2, 2); `before` and `after` are velocity and
@@ -43,7 +43,7 @@ class Event(NamedTuple):
 
 
 def linearised(
-    events: Iterable[Event], now: Array, later: Callable[[int, Array, Array], Array]
+    events: Iterable[CycleStep], now: Array, later: Callable[[int, Array, Array], Array]
 ) -> tuple[Array, list[Array]]:
     """The disturbances after the last event, shape (n, 2, C), and in the state just before each event, wherever it is.
 
@@ -141,14 +141,14 @@ class Cycle:
         ds, s, q = response_of(self.modes, np.diff(self.times(unknowns), prepend=0.0))
         return list(zip(ds.T, s.T, q.T, strict=True))
 
-    def _events(self, states: Array, responses: list[tuple[Array, Array, Array]]) -> list[Event]:
+    def _events(self, states: Array, responses: list[tuple[Array, Array, Array]]) -> list[CycleStep]:
         """Flights and events of a motion whose states just before the events are given."""
         square, found, kept = self.modes.omega**2, [], np.ones(2)
         for i, (state, (ds, s, q)) in enumerate(zip(states, responses, strict=True)):
             flow = np.stack([1.0 - square * q, s, -square * s, ds], axis=-1).reshape(-1, 2, 2)
             turn = self.turn if self.timings[i].blow else kept
             after = rates(self.modes, turn * state, self.forces[(i + 1) % len(self.forces)])
-            found.append(Event(flow, rates(self.modes, state, self.forces[i]), after, turn))
+            found.append(CycleStep(flow, rates(self.modes, state, self.forces[i]), after, turn))
         return found
 
     def closed(self, unknowns: Array) -> Closed:

@@ -283,7 +283,7 @@ _PER_HARMONIC = 8
 
 
 @dataclass(frozen=True)
-class Switching:
+class TwoLevels:
     """The two levels of a load that switches.
 
     Attributes
@@ -299,7 +299,7 @@ class Switching:
     share: float
 
 
-def switching_of(load: Load) -> Switching | None:
+def switching_of(load: Load) -> TwoLevels | None:
     """The levels of a load that switches between two, or None.
 
     None too for a clipped record: the levels are then those of the sensor, and what lay beyond them is unknown.
@@ -320,7 +320,7 @@ def switching_of(load: Load) -> Switching | None:
     high, low = float(np.median(values[above])), float(np.median(values[~above]))
     away = np.minimum(np.abs(values - high), np.abs(values - low))
     share = float(np.mean(away <= NEAR * (high - low)))
-    return Switching(high, low, share) if share >= LEAST_SHARE else None
+    return TwoLevels(high, low, share) if share >= LEAST_SHARE else None
 
 
 def _period(load: Load) -> Array:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case.answers.machine_answer import MachineAnswer
-    from percuss.case.answers.machine_figures import Course
+    from percuss.case.answers.machine_figures import CycleCurve
     from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.model import Machine
     from percuss.model.checks import Array
@@ -162,7 +162,7 @@ def _second_axis(axes: Any, label: str, colour: str) -> Any:
     return other
 
 
-def _loop(axes: Any, answer: MachineAnswer, course: Course, scales: _Scales) -> None:
+def _loop(axes: Any, answer: MachineAnswer, course: CycleCurve, scales: _Scales) -> None:
     cycle, machine = answer.cycle, answer.machine
     assert cycle is not None
     x, force = course.centre * scales.length, course.force * scales.force

@@ -10,7 +10,7 @@ from percuss.lazy_names import lazy_names
 if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
-    from percuss.simulate.events import STALLS, Cycle, Event, Events, SISummary, Summary
+    from percuss.simulate.events import STALLS, Event, Events, MotionCycle, SISummary, Summary
     from percuss.simulate.simulated_motion import EnergyBalance
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop

@@ -15,7 +15,7 @@ from percuss.model import HeldBody, Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
-from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Cycle, Events, joined, label_of, unresolved
+from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Events, MotionCycle, joined, label_of, unresolved
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.clock import release_phases
 from percuss.simulate.kernels.motion import follow as follow_compiled
@@ -46,12 +46,12 @@ from percuss.simulate.kernels.motion_records import (
     WINDOW,
     Desk,
     Harmonics,
+    KernelState,
     Log,
-    Modes,
-    Motion,
+    ModeTable,
+    MotionTable,
     Rules,
-    Starts,
-    Table,
+    StartRows,
 )
 from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum, held_table, shifted
 from percuss.simulate.start import Start
@@ -63,12 +63,12 @@ _EQUAL = 4.0 * np.finfo(float).eps
 
 
 @lru_cache(maxsize=16)
-def prepared(system: System, modes: int) -> tuple[Spectrum, Table]:
+def prepared(system: System, modes: int) -> tuple[Spectrum, MotionTable]:
     """Spectrum and table of a system, kept for the next motion of it; ResonanceError at a resonance (B77 16)."""
     return Spectrum(system, modes), table_of(system, modes)
 
 
-def table_of(system: System, modes: int) -> Table:
+def table_of(system: System, modes: int) -> MotionTable:
     """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change.
 
     Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it. ResonanceError
@@ -91,7 +91,7 @@ def table_of(system: System, modes: int) -> Table:
     return shared._replace(bar=bar, releases=_releases(system.body, load.at, harmonics, modes, load.mean))
 
 
-def to_change(table: Table) -> Table:
+def to_change(table: MotionTable) -> MotionTable:
     """A table with a `bar` of its own, which the kernels change."""
     return table._replace(bar=_copied(table.bar))
 
@@ -103,7 +103,7 @@ def _copied(bar: np.void) -> np.void:
 
 
 @lru_cache(maxsize=16)
-def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: int) -> Table:
+def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: int) -> MotionTable:
     """The table but for the contact, the mean load, and what follows from them; none for a load of steps."""
     load = Load(np.array([0.0, *harmonics]), at=at)
     spectrum = Spectrum(System(body, load, Kept(0.0)), modes)
@@ -118,7 +118,7 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     parts = (part for values in (spectrum.gap, spectrum.rigid, pk) for part in (values.real, values.imag))
     coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
     none = np.empty(0)
-    return Table(
+    return MotionTable(
         bar,
         tabled_modes(spectrum, bar),
         Harmonics(*(np.array(part, order="C") for part in parts)),
@@ -140,7 +140,7 @@ def bar_of(body: Body, modes: DampedModes) -> np.void:
     return bar
 
 
-def tabled_modes(spectrum: DampedModes, bar: np.void) -> Modes:
+def tabled_modes(spectrum: DampedModes, bar: np.void) -> ModeTable:
     """The elastic modes, and what `bar` says of all of them."""
     omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
     oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
@@ -161,7 +161,7 @@ def tabled_modes(spectrum: DampedModes, bar: np.void) -> Modes:
         bar["base_half"] = half[0]
     bar["wane"], slowest = (2.0 * own.max(), 2.0 * own.min()) if own.size else (0.0, np.inf)
     bar["lasting"] = 2.0 / slowest if slowest > 1e-300 else np.inf
-    return Modes(
+    return ModeTable(
         omega=omega,
         lam=oscillates * lam,
         inverse=oscillates / lam,
@@ -251,9 +251,9 @@ class Snapshot:
         return Snapshot(*map(_copied_record, (self.z, self.now, self.count, self.cycle, self.past, self.sums)))
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> KernelState:
         """What the kernels change: the same memory."""
-        return Motion(
+        return KernelState(
             self.z, self.now[0], self.count[0], self.cycle, self.past, self.sums,
             self.now.view(np.float64), self.count.view(np.int64), self.sums.view(np.float64).reshape(2, -1),
         )  # fmt: skip
@@ -285,16 +285,16 @@ def begins(
     phase: Array,
     period: npt.NDArray[np.int64],
     piece: npt.NDArray[np.int64],
-) -> Starts:
+) -> StartRows:
     """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
-    columns = Starts(displacement, velocity, gap, phase, period, piece)
+    columns = StartRows(displacement, velocity, gap, phase, period, piece)
     found = [np.ascontiguousarray(values).view() for values in columns]
     for values in found:
         values.setflags(write=False)
-    return Starts(*found)  # type: ignore[arg-type]  # of the types that they had
+    return StartRows(*found)  # type: ignore[arg-type]  # of the types that they had
 
 
-def desk_for(table: Table) -> Desk:
+def desk_for(table: MotionTable) -> Desk:
     """Room to work in."""
     n = table.modes.omega.size
     return Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
@@ -325,7 +325,7 @@ def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array
     return periods + turns, phases, pieces.astype(np.int64)
 
 
-def begin(spectrum: Spectrum, table: Table, start: Start) -> Snapshot:
+def begin(spectrum: Spectrum, table: MotionTable, start: Start) -> Snapshot:
     """The state at the start."""
     u, v, gap = start.state(spectrum.modes, spectrum.system)
     state = Snapshot.empty(spectrum.modes)
@@ -438,7 +438,7 @@ def gathered(
 
 
 def follow(
-    table: Table,
+    table: MotionTable,
     snapshot: Snapshot,
     stop: Stop,
     begin_time: float,
@@ -492,7 +492,7 @@ def events_of(log: npt.NDArray[Any]) -> Events:
 # the rest of a bar, which is undeformed.
 
 
-def laid_down(spectrum: Spectrum, table: Table, before: Snapshot, stretch: Stretch) -> Stretch:
+def laid_down(spectrum: Spectrum, table: MotionTable, before: Snapshot, stretch: Stretch) -> Stretch:
     """The end of a stretch of simulation, with the shape and the energies of a structure; that of a bar as it is.
 
     `before`: where the stretch began. Without rebound there is no chatter, whatever the kernels say (`held_table`).
@@ -553,7 +553,7 @@ _FLIGHT = (
 
 def followed(
     spectrum: Spectrum,
-    table: Table,
+    table: MotionTable,
     snapshot: Snapshot,
     stop: Stop,
     begin_time: float,
@@ -620,7 +620,7 @@ def _pulls(system: System) -> _Pulls:
 
 
 def _let_go(
-    spectrum: Spectrum, table: Table, pulls: _Pulls, state: Snapshot, stop: Stop, begin_time: float
+    spectrum: Spectrum, table: MotionTable, pulls: _Pulls, state: Snapshot, stop: Stop, begin_time: float
 ) -> tuple[Events, Array] | str:
     """The release of a structure at rest, into the state; or how its motion ends before: at rest, or by time."""
     now, count = state.now[0], state.count[0]
@@ -648,7 +648,7 @@ def _let_go(
     ), row  # fmt: skip
 
 
-def _set_off(spectrum: Spectrum, table: Table, state: Snapshot, period: int, phase: float, piece: int) -> None:
+def _set_off(spectrum: Spectrum, table: MotionTable, state: Snapshot, period: int, phase: float, piece: int) -> None:
     """The structure at its wall and without speed, about to leave; what is kept of its impacts stays."""
     system, now, count = spectrum.system, state.now[0], state.count[0]
     gap = system.body.gap if isinstance(system.body, HeldBody) else 0.0
@@ -677,7 +677,7 @@ class Clocked:
     """A motion of a system on its way."""
 
     spectrum: Spectrum
-    table: Table
+    table: MotionTable
     snapshot: Snapshot
 
     @property
@@ -716,10 +716,10 @@ class Clocked:
         }
 
 
-def _cycle(count: npt.NDArray[Any]) -> Cycle | None:
+def _cycle(count: npt.NDArray[Any]) -> MotionCycle | None:
     """The confirmed cycle that the engine's whole numbers tell of."""
     if count["confirmed"][0] < 2:
         return None
     names = ("found_at", "cycle_impacts", "cycle_periods", "cycle_kind")
     first, impacts, periods, kind = (int(count[name][0]) for name in names)
-    return Cycle(first - 1, impacts, periods, kind)
+    return MotionCycle(first - 1, impacts, periods, kind)

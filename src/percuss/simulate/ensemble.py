@@ -34,7 +34,7 @@ from percuss.simulate.engine import (
     table_of,
     to_change,
 )
-from percuss.simulate.events import IMPACT, STALLS, Cycle, label_of, machine_label
+from percuss.simulate.events import IMPACT, STALLS, MotionCycle, label_of, machine_label
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
@@ -44,9 +44,9 @@ from percuss.simulate.kernels.motion_records import (
     TURN,
     WINDOW,
     Desk,
-    Motion,
+    KernelState,
+    MotionTable,
     Rules,
-    Table,
 )
 from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.spectrum import shifted, state_of
@@ -111,7 +111,7 @@ class Ensemble(Shown):
     stall
         Of machines: where each stalls, by its number in `percuss.simulate.STALLS`; −1 for those that do not.
     period, blow_speed
-        Of machines: of the periodic motion of each, as of `Cycle`; NaN when none was found.
+        Of machines: of the periodic motion of each, as of `MotionCycle`; NaN when none was found.
     trajectories
         The whole motions; empty unless asked for.
     """
@@ -192,11 +192,11 @@ class Ensemble(Shown):
 
 
 def _clocked_label(code: int, p: int, n: int, kind: int, wanders: int) -> str:
-    return label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
+    return label_of(OUTCOMES[code], MotionCycle(0, p, n, kind) if n else None, bool(wanders), kind)
 
 
 def _machine_label(code: int, p: int, n: int, kind: int, wanders: int, stall: int) -> str:
-    cycle = Cycle(0, p, n, kind) if n else None
+    cycle = MotionCycle(0, p, n, kind) if n else None
     return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
 
 
@@ -459,7 +459,7 @@ class _Systems(_Job):
                 values[-kept:] for values in (struck.phase, struck.impact_velocity, struck.period)
             )
 
-    def _desk(self, table: Table) -> tuple[Motion, Motion, Desk]:
+    def _desk(self, table: MotionTable) -> tuple[KernelState, KernelState, Desk]:
         """What a thread works in: made once for each."""
         k = table.harmonics.gap_re.size
         if getattr(self.local, "harmonics", None) != k:
@@ -467,7 +467,7 @@ class _Systems(_Job):
             self.local.states = [Snapshot.empty(self.modes, self._window()) for _ in range(2)]
             motion, twin = (state.motion for state in self.local.states)
             self.local.desk = (motion, twin, desk_for(table))
-        desk: tuple[Motion, Motion, Desk] = self.local.desk
+        desk: tuple[KernelState, KernelState, Desk] = self.local.desk
         return desk
 
     def _window(self) -> int:

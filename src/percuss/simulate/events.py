@@ -185,7 +185,7 @@ _SHOWN = 12  # most main blows of a cycle that are told one by one
 
 
 @dataclass(frozen=True)
-class Cycle(Shown):
+class MotionCycle(Shown):
     """A periodic motion that was found.
 
     Attributes
@@ -278,7 +278,7 @@ OPEN_CYCLES = ("", "rest/?", "chatter/?")
 """Cycles with rest whose number of load periods hangs on rounding, by kind."""
 
 
-def label_of(outcome: str, cycle: Cycle | None, wanders: bool, kind: int = 0) -> str:
+def label_of(outcome: str, cycle: MotionCycle | None, wanders: bool, kind: int = 0) -> str:
     """The motion's name: ``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``.
 
     A cycle with rest whose number of load periods hangs on rounding, of `kind` 1 or with chatter 2, is ``rest/?`` or
@@ -305,7 +305,7 @@ def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return main
 
 
-def summary_of(system: System, events: Events, cycle: Cycle | None, over: bool = False) -> Summary:
+def summary_of(system: System, events: Events, cycle: MotionCycle | None, over: bool = False) -> Summary:
     """Means over the settled part of a motion: of the cycle, or of the second half when none was found.
 
     `over`: the motion has ended for good, in rest or by leaving; it has no rates then, and the rest is of all impacts.
@@ -338,7 +338,7 @@ def summary_of(system: System, events: Events, cycle: Cycle | None, over: bool =
 Each = tuple[float, ...] | None
 
 
-def _each(blows: Events, cycle: Cycle | None) -> tuple[Each, Each]:
+def _each(blows: Events, cycle: MotionCycle | None) -> tuple[Each, Each]:
     """Speeds and energies of the main blows of the last whole cycle; `blows` ends with the first one of the next."""
     if cycle is None or not len(blows):
         return None, None
@@ -349,7 +349,7 @@ def _each(blows: Events, cycle: Cycle | None) -> tuple[Each, Each]:
     return tuple(one.impact_velocity.tolist()), tuple(one.kinetic_energy.tolist())
 
 
-def _settled(events: Events, struck: Events, cycle: Cycle | None) -> tuple[int, int]:
+def _settled(events: Events, struck: Events, cycle: MotionCycle | None) -> tuple[int, int]:
     """First and last impact of the settled part: whole cycles, that begin with a main blow."""
     n = len(struck)
     if cycle is None:
@@ -411,7 +411,7 @@ weaker blows or none; the valve switches to and fro at a port without end; it le
 of its supply falls to 0. Each is proved."""
 
 
-def machine_label(ended: str, cycle: Cycle | None, wanders: bool) -> str:
+def machine_label(ended: str, cycle: MotionCycle | None, wanders: bool) -> str:
     """The motion's name, of one that `ended` so, one of `STALLS` among them.
 
     ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of 2

@@ -23,7 +23,7 @@ from percuss.recordings.netcdf_file import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
 from percuss.shown import watched
-from percuss.simulate.events import KINDS, Cycle, Events, joined
+from percuss.simulate.events import KINDS, Events, MotionCycle, joined
 from percuss.simulate.kernels.motion_records import (
     TURNING,
     VALVE_NOW,
@@ -272,7 +272,7 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
         snapshot={name: records(name, dataset[f"engine_{name}"], _KINDS) for name in engine},
         outcome=dataset.attrs["outcome"],
         label=dataset.attrs["label"],
-        cycle=None if about["cycle"] is None else Cycle(**about["cycle"]),
+        cycle=None if about["cycle"] is None else MotionCycle(**about["cycle"]),
         stop=Stop(**about["stop"]),
         begin_time=about["begin_time"],
         end_time=about["end_time"],

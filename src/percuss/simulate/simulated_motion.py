@@ -20,8 +20,8 @@ from percuss.simulate.events import (
     RELEASE,
     REST,
     VALVE,
-    Cycle,
     Events,
+    MotionCycle,
     Summary,
     main_blows,
     summary_of,
@@ -81,7 +81,7 @@ class SimulatedMotion(Shown):
     snapshot: dict[str, npt.NDArray[Any]]
     outcome: str
     label: str
-    cycle: Cycle | None
+    cycle: MotionCycle | None
     stop: Stop
     begin_time: float
     end_time: float

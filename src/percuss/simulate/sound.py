@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite
-from percuss.simulate.events import IMPACT, KINDS, Cycle, Events
+from percuss.simulate.events import IMPACT, KINDS, Events, MotionCycle
 from percuss.simulate.kernels.motion_records import (
     COUNT,
     GRAZED,
@@ -129,7 +129,7 @@ def _impacts(motion: SimulatedMotion) -> None:
     true(np.all(np.abs(rigid[at]) <= most * abs(beta) * np.sqrt(2.0 * blow)), "the mean velocity after an impact")
 
 
-def _cycle(cycle: Cycle | None, impacts: int) -> None:
+def _cycle(cycle: MotionCycle | None, impacts: int) -> None:
     if cycle is None:
         return
     count("first", cycle.first, least=0, most=impacts)

@@ -14,7 +14,7 @@ from percuss.mechanics.flow import propagator, series
 from percuss.model import HeldBody, System
 from percuss.model.body import Modes
 from percuss.model.checks import Array, ComplexArray
-from percuss.simulate.kernels.motion_records import Table
+from percuss.simulate.kernels.motion_records import MotionTable
 
 # ---- What damping makes of elastic modes: which of them swing, and how fast
 
@@ -229,7 +229,7 @@ _NO_REBOUND = 2.0**-1000
 _RIPPLE = 1e-3  # of a radian of the one mode: how soon it is looked at again after a release
 
 
-def held_table(table: Table, system: System) -> Table:
+def held_table(table: MotionTable, system: System) -> MotionTable:
     """The table of a structure, from that of its modes; its `bar` is changed."""
     bar, load, harmonics = table.bar, system.load, table.harmonics
     bar["mean"], bar["pushing"], bar["force"] = 0.0, np.inf, abs(load.mean) + float(bar["force"])

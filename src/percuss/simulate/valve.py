@@ -26,7 +26,7 @@ from percuss.simulate.engine import (
     tabled_modes,
     to_change,
 )
-from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Cycle, Events, machine_label
+from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -50,9 +50,9 @@ from percuss.simulate.kernels.motion_records import (
     Gear,
     Harmonics,
     Log,
+    MotionTable,
     Plant,
     Rules,
-    Table,
 )
 from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
@@ -66,7 +66,7 @@ _SOFTEST = 1e-100  # frequency of a chamber that is none
 
 
 @dataclass(frozen=True)
-class Elastic(DampedModes):
+class ElasticModes(DampedModes):
     """The elastic modes of a machine as q_i, what m_i moves the striking end by; fields as of `MachineModes`."""
 
     omega: Array
@@ -160,22 +160,22 @@ class Mechanism:
         found = float(self._own.omega[0])
         return found if found * self.unit > _SOFTEST else 0.0
 
-    def elastic(self, unit: float = 1.0) -> Elastic:
+    def elastic(self, unit: float = 1.0) -> ElasticModes:
         """The elastic modes, in a unit of time."""
         own = self._own
-        return Elastic(own.omega[1:] * unit, own.damping[1:] * unit, self.end[1:], own.driven[1:])
+        return ElasticModes(own.omega[1:] * unit, own.damping[1:] * unit, self.end[1:], own.driven[1:])
 
     @cached_property
-    def slow(self) -> Elastic:
+    def slow(self) -> ElasticModes:
         """The elastic modes in the machine's unit of time."""
         return self.elastic()
 
     @cached_property
-    def tables(self) -> tuple[Table, Table]:
+    def tables(self) -> tuple[MotionTable, MotionTable]:
         """The kernels' tables of the machine, and of its rigid motion alone; their `bar`s are to be copied."""
-        return self._table(self.elastic(self.unit)), self._table(Elastic(*np.empty((4, 0))))
+        return self._table(self.elastic(self.unit)), self._table(ElasticModes(*np.empty((4, 0))))
 
-    def _table(self, elastic: Elastic) -> Table:
+    def _table(self, elastic: ElasticModes) -> MotionTable:
         machine, unit = self.machine, self.unit
         bar = bar_of(machine.body, elastic)
         bar["damping"] *= unit
@@ -188,7 +188,7 @@ class Mechanism:
         bar["ramp"] = self.ramp * unit**3
         bar["lift"], bar["climb"] = self.gear.gain * bar["ramp"], bar["ramp"] * elastic.statics.sum()
         none = np.empty(0)
-        return Table(
+        return MotionTable(
             bar,
             tabled_modes(elastic, bar),
             Harmonics(*(none.copy() for _ in range(6))),
@@ -462,7 +462,7 @@ class SelfSwitching:
     mechanism: Mechanism
     plant: Plant
     log: Log = NO_LOG
-    tables: dict[int, tuple[Table, ...]] = field(default_factory=dict)
+    tables: dict[int, tuple[MotionTable, ...]] = field(default_factory=dict)
 
     @property
     def modes(self) -> int:
@@ -597,12 +597,12 @@ class SelfSwitching:
         return self.plant._replace(table=table, alone=alone, gear=own.gear)
 
     @property
-    def cycle(self) -> Cycle | None:
+    def cycle(self) -> MotionCycle | None:
         """The cycle that was found, in the machine's unit of time."""
         valve, unit = self.plant.controls.now, self.mechanism.unit
         if valve["confirmed"] < 2:
             return None
-        return Cycle(
+        return MotionCycle(
             first=int(valve["found_at"]),
             impacts=int(valve["cycle_blows"]),
             periods=int(valve["cycle_turns"]),

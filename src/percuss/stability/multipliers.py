@@ -42,7 +42,7 @@ _CHUNK = 256  # multipliers whose participation is worked out together
 MAX_MODES = 16384  # a map may ask for more than the 4096 that an orbit's fields are bounded to
 
 
-class Blocks(NamedTuple):
+class MapBlocks(NamedTuple):
     """The flight over a time T of modes n = 0 … N, of a body that is held 1 … N; rows of `secular_kernels`.
 
     Φ_n = [[a, b], [c, e]]; E_n = exp(−d_n T) = det Φ_n, its root and 1 less that; d_n, ω_n (0 for the rigid mode), γ_n
@@ -63,7 +63,7 @@ class Blocks(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def blocks(body: Body, at: int, period: float, modes: int) -> Blocks:
+def blocks(body: Body, at: int, period: float, modes: int) -> MapBlocks:
     """The flight of modes 0 … `modes`; the last few are kept. A body that is held has no rigid motion."""
     (known, step), drag = flights(body, at, period, modes), body.damping.rigid
     damping = np.append(drag, known.damping)
@@ -80,7 +80,7 @@ def blocks(body: Body, at: int, period: float, modes: int) -> Blocks:
         np.append(1.0, known.gamma),
         np.append(0.0, step.versine),
     )
-    return Blocks(*(row if body.is_free else row[1:] for row in rows))
+    return MapBlocks(*(row if body.is_free else row[1:] for row in rows))
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class LinearMap:
         β and α of the contact law.
     """
 
-    blocks: Blocks
+    blocks: MapBlocks
     g: Array
     g_velocity: Array
     speed: float

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.mechanics.cycle import Event, guarded, linearised
+from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model.checks import Array, ComplexArray, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -155,7 +155,7 @@ def characteristic(orbit: PeriodicOrbit, xi: complex, *, side: Side = "right") -
     return whole * complex(np.prod(orbit.modal_determinants(xi))) / scale
 
 
-def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[Event], Array]:
+def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[CycleStep], Array]:
     """The flights and impacts of an orbit, and what each coordinate moves the striking end by."""
     system, first = orbit.system, int(not orbit.system.body.is_free)
     flights = [blocks(system.body, system.load.at, flight, orbit.modes) for flight in orbit.flight_times.tolist()]
@@ -172,7 +172,7 @@ def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[Event], Array]:
         place, velocity = orbit.states[to].displacement, orbit.states[to].velocity
         state = np.stack([np.append(0.0, place), np.append(orbit.rigid_velocities[to], velocity)], axis=1)[first:]
         force = float(forces[to])
-        events.append(Event(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
+        events.append(CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
     return events, flights[0].gamma
 
 

@@ -71,7 +71,7 @@ class _Family:
 
 
 @dataclass(frozen=True)
-class Ringing:
+class DampingForce:
     """What the true damping adds to the contact force found with a greater one: harmonics k and their amplitudes c, and
     at given times those that are `summed` without end.
 
@@ -99,7 +99,7 @@ class Ringing:
         return np.asarray(value[i] + x * rise + bend + self.summed(times))
 
 
-NO_RINGING = Ringing(np.empty(0), np.empty(0, dtype=complex), np.zeros_like, 0.0)
+NO_RINGING = DampingForce(np.empty(0), np.empty(0, dtype=complex), np.zeros_like, 0.0)
 
 
 def step_harmonics(places: Array, sizes: Array, k: Array) -> ComplexArray:
@@ -109,7 +109,7 @@ def step_harmonics(places: Array, sizes: Array, k: Array) -> ComplexArray:
     return np.asarray(np.where(np.abs(found) > rounding, found, 0.0) / (1j * math.pi * k))
 
 
-def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float, window: float) -> Ringing:
+def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float, window: float) -> DampingForce:
     """What damping d instead of `greater` adds, with jumps `sizes` at `places`, for tables over windows of a length."""
     finest = _FINEST * _PLACES / window
     n = np.arange(1.0, math.floor(min(finest / (math.pi * s), float(_PLACES))) + 2.0)
@@ -141,7 +141,7 @@ def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float
         return found
 
     finer = _finer(places, sizes, s, (d, greater), finest, families)
-    return Ringing(k[order], np.asarray(c[order]), summed, finer)
+    return DampingForce(k[order], np.asarray(c[order]), summed, finer)
 
 
 def _odd(number: int) -> int:
@@ -220,7 +220,7 @@ def least_contact_force(load: Load, s: float, d: float) -> tuple[float, float]:
     return least - ringing.finer, phase
 
 
-def _around(load: Load, places: Array, sizes: Array, s: float, d: float, ringing: Ringing) -> tuple[float, float]:
+def _around(load: Load, places: Array, sizes: Array, s: float, d: float, ringing: DampingForce) -> tuple[float, float]:
     """All fronts of a period in order, with the slopes between them."""
     tau = 1.0 / s
     g, number = math.exp(-0.5 * d * tau), np.arange(math.ceil(_DEAD * s / d) + 1)
@@ -284,7 +284,7 @@ def _transfer(q: ComplexArray) -> ComplexArray:
 
 
 def _behind_the_jumps(
-    load: Load, places: Array, sizes: Array, s: float, d: float, ringing: Ringing
+    load: Load, places: Array, sizes: Array, s: float, d: float, ringing: DampingForce
 ) -> tuple[float, float]:
     """The fronts of the first two echoes after each jump: what follows until the next one is their decaying repetition.
 

@@ -32,7 +32,7 @@ LOAD, UNLOAD, OFF = range(3)
 REACHED, FULL, PAUSED = range(3)
 
 
-class Problem(NamedTuple):
+class BlowProblem(NamedTuple):
     """What strikes and what is struck. Impedances, speeds and times in the scales of the blow, times in ticks as well.
 
     Sections run from the driven end through the struck face to the far end; node i is at the left end of section i.

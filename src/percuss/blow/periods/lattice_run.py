@@ -27,7 +27,7 @@ from percuss.halting import look
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, flag, instance
 from percuss.shown import watched
-from percuss.simulate import Cycle, Progress, Start, Stop
+from percuss.simulate import MotionCycle, Progress, Start, Stop
 
 # ---- A machine followed load period by load period: its clock, its contacts, its state at the end of each
 
@@ -290,7 +290,7 @@ def _followed(
     if outcome == "periodic":
         since = impacts_of(recent, system.load, system.body.transit_time, _tool(lattice_run))[0].start
         number = int(np.count_nonzero(since >= lattice_run.time - periods * _TURN))
-        cycle = Cycle(impacts.size - number, number, periods, 0)
+        cycle = MotionCycle(impacts.size - number, number, periods, 0)
     contacts = lattice_run.contacts
     taken, given, damped, averaged = (
         float(lattice_run.now[name][0]) for name in ("load_work", "rod_work", "damped", "averaged")

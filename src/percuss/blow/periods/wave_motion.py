@@ -15,7 +15,7 @@ from percuss.blow.periods.lattice import Lattice
 from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.simulate import Cycle, Start, Stop
+from percuss.simulate import MotionCycle, Start, Stop
 
 # ---- Contacts gathered to impacts, with what each impact did
 
@@ -292,7 +292,7 @@ class WaveMotion(Shown):
     impacts: Impacts
     grazes: int
     outcome: str
-    cycle: Cycle | None
+    cycle: MotionCycle | None
     touching: bool
     since: float
     end_time: float

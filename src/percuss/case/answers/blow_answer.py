@@ -12,7 +12,19 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, figures, plain_of, rows_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    PLAIN,
+    Fact,
+    Grid,
+    Report,
+    ReportSection,
+    Teller,
+    figures,
+    plain_of,
+    rows_of,
+)
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
@@ -934,27 +946,27 @@ _SHOWN = 12
 def blow_report(answer: BlowAnswer) -> Report:
     """The report of `percuss blow`."""
 
-    def section(heading: str, *facts: Fact[BlowAnswer]) -> Section:
-        return Section(heading, tuple(rows_of(answer, facts, answer.tell)))
+    def section(heading: str, *facts: Fact[BlowAnswer]) -> ReportSection:
+        return ReportSection(heading, tuple(rows_of(answer, facts, answer.tell)))
 
-    sections: list[Section | Grid] = [_question(answer), _contacts(answer), section("Energy", *STRIKER)]
+    sections: list[ReportSection | Grid] = [_question(answer), _contacts(answer), section("Energy", *STRIKER)]
     if answer.rod is not None:
         sections.append(section("The wave in the rod", ROD[0], *GAUGE, *ROD[1:]))
     if answer.measured is not None:
-        sections.append(Section("Measured at the gauge", answer.measured.rows))
+        sections.append(ReportSection("Measured at the gauge", answer.measured.rows))
     if answer.blow.penetration is not None:
         sections.append(section("The rock", *ROCK))
     sections.append(_stresses(answer))
     if answer.formulas:
-        sections.append(Section("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
+        sections.append(ReportSection("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
     if answer.left_out:
-        sections.append(Section("What one-dimensional waves leave out", answer.left_out))
+        sections.append(ReportSection("What one-dimensional waves leave out", answer.left_out))
     tone = GOOD if answer.blow.outcome.name in ("OVER", "SPENT") else PLAIN
     cut = answer.blow.outcome.name == "TOO_MANY_PIECES"
     return Report(answer.title, blow_in_words(answer), BAD if cut else tone, tuple(sections))
 
 
-def _question(answer: BlowAnswer) -> Section:
+def _question(answer: BlowAnswer) -> ReportSection:
     blow, rod = answer.blow, answer.rod
     struck = "a rigid wall" if rod is None else _rod_in_words(answer)
     rows = [
@@ -964,7 +976,7 @@ def _question(answer: BlowAnswer) -> Section:
         ("speed", f"{answer.tell(blow.mean_velocity_before, 'speed')}, {answer.speed}"),
         ("window", f"{answer.tell(blow.until, 'time')}; {blow.outcome.value}"),
     ]
-    return Section("The blow", (*rows, *(("note", note) for note in answer.notes)))
+    return ReportSection("The blow", (*rows, *(("note", note) for note in answer.notes)))
 
 
 def _rod_in_words(answer: BlowAnswer) -> str:
@@ -981,10 +993,10 @@ def _rod_in_words(answer: BlowAnswer) -> str:
     return f"a rod of {counted(len(rod.pieces), 'section')}, {long}{span} mm², {far[rod.end]}{mass}"
 
 
-def _contacts(answer: BlowAnswer) -> Grid | Section:
+def _contacts(answer: BlowAnswer) -> Grid | ReportSection:
     blow = answer.blow
     if not blow.contacts:
-        return Section("Contacts", (("none", "the striker has not reached the target in the window"),), BAD)
+        return ReportSection("Contacts", (("none", "the striker has not reached the target in the window"),), BAD)
     rows = tuple(_contact_row(answer, spell) for spell in blow.contacts[:_SHOWN])
     more = len(blow.contacts) - _SHOWN
     heading = counted(len(blow.contacts), "contact")

@@ -217,7 +217,7 @@ GOOD, BAD, PLAIN = "good", "bad", ""
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A heading and its lines: (label, text). `tone` says whether the news is good, bad or neither."""
 
     heading: str
@@ -242,4 +242,4 @@ class Report:
     title: str
     summary: str
     tone: str
-    sections: tuple[Section | Grid, ...]
+    sections: tuple[ReportSection | Grid, ...]

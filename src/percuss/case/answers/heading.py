@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal
 
-from percuss.case.answers.facts import Section, Teller
+from percuss.case.answers.facts import ReportSection, Teller
 from percuss.case.answers.numerals import counted, json_number, number, numbers, ordinal, percent, plain, quantity
 from percuss.model.machine import switching_of
 
@@ -155,13 +155,13 @@ _FEW = 8
 """Sections of a bar that are told one by one."""
 
 
-def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed | None = None) -> Section:
+def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed | None = None) -> ReportSection:
     """What was understood of the hammer: bar, dimensionless numbers, load, recording."""
     rows: list[tuple[str, str]] = [("case", name)]
     bar, history = system.bar, system.load.report
     if not system.body.is_free:
         rows += [*_structure_rows(system), ("load", _load_text(system)), *(("note", note) for note in notes)]
-        return Section("Structure", tuple(rows))
+        return ReportSection("Structure", tuple(rows))
     if bar is not None:
         first = float(bar.natural_frequencies(1)[0])
         rows.append(
@@ -186,7 +186,7 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
         rows.append(("history", _history_text(history)))
         rows += [("warning", warning) for warning in history.warnings]
     rows += [("note", note) for note in notes]
-    return Section("Hammer", tuple(rows))
+    return ReportSection("Hammer", tuple(rows))
 
 
 def _structure_rows(system: System) -> list[tuple[str, str]]:
@@ -258,7 +258,7 @@ def law_in_words(law: Timed, system: System) -> str:
 # -- the machine ------------------------------------------------------------------------------------------------------
 
 
-def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: float) -> Section:
+def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: float) -> ReportSection:
     """What was understood of the machine: bar, valve, ports, gas."""
     rows: list[tuple[str, str]] = [("case", name)]
     valve, bar, tell = machine.valve, machine.bar, Teller.of(machine)
@@ -289,7 +289,7 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
     if math.isfinite(room):
         rows.append(("room", f"{tell(room, 'length')} behind the wall"))
     rows += [("note", note) for note in notes]
-    return Section("Machine", tuple(rows))
+    return ReportSection("Machine", tuple(rows))
 
 
 def _pump_text(machine: Machine, supply: Supply) -> str:

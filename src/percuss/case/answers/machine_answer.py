@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, plain_of, rows_of
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, plain_of, rows_of
 from percuss.case.answers.heading import figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
+    MachineSensitivity,
     Running,
-    Sensitivity,
     ToldBlank,
     course_of,
     figures_in_si,
@@ -42,7 +42,7 @@ from percuss.steady import self_excited_motion
 from percuss.steady.self_excited import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
-    from percuss.case.answers.machine_figures import AtPressure, Course
+    from percuss.case.answers.machine_figures import AtPressure, CycleCurve
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
@@ -85,7 +85,7 @@ class MachineAnswer(Shown):
         return None if cycle is None or self.machine.valve.supply is None else slow_pressure(cycle)
 
     @cached_property
-    def sensitivities(self) -> tuple[Sensitivity, ...]:
+    def sensitivities(self) -> tuple[MachineSensitivity, ...]:
         """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
         return sensitivities(self.motion)
 
@@ -115,7 +115,7 @@ class MachineAnswer(Shown):
         return self.motion.runs
 
     @cached_property
-    def course(self) -> Course:
+    def course(self) -> CycleCurve:
         """The cycle over time.
 
         Raises
@@ -544,44 +544,46 @@ _NOTHING = 1e-12  # a multiplier that is rounding
 def machine_report(answer: MachineAnswer) -> Report:
     """The report of `percuss machine`."""
     tell = Teller.of(answer.machine)
-    sections: list[Section | Grid] = [machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)]
+    sections: list[ReportSection | Grid] = [
+        machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)
+    ]
     if not answer.runs:
         sections.append(_obstacle_section(answer.motion))
     if answer.cycle is not None:
         sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
         if answer.machine.is_si:
             running = Running(answer.machine, answer.cycle)
-            sections.append(Section("Power and oil", tuple(rows_of(running, POWER, tell))))
+            sections.append(ReportSection("Power and oil", tuple(rows_of(running, POWER, tell))))
         if answer.pressure is not None:
-            sections.append(Section("Pressure of the supply", tuple(rows_of(answer, PRESSURE, tell))))
+            sections.append(ReportSection("Pressure of the supply", tuple(rows_of(answer, PRESSURE, tell))))
         sections.append(
-            Section("Stability", tuple(rows_of(answer, STABILITY, tell)), GOOD if answer.cycle.stable else BAD)
+            ReportSection("Stability", tuple(rows_of(answer, STABILITY, tell)), GOOD if answer.cycle.stable else BAD)
         )
     if answer.margins is not None:
-        sections.append(Section("Margins (rigid piston)", tuple(rows_of(answer, MARGINS, tell))))
+        sections.append(ReportSection("Margins (rigid piston)", tuple(rows_of(answer, MARGINS, tell))))
     if answer.sensitivities:
         sections.append(_sensitivity_grid(answer))
     if answer.blank is not None:
-        sections.append(Section("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
+        sections.append(ReportSection("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
     return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))
 
 
 # -- what it does -----------------------------------------------------------------------------------------------------
 
 
-def _obstacle_section(motion: SelfExcited) -> Section:
+def _obstacle_section(motion: SelfExcited) -> ReportSection:
     obstacle = motion.obstacle
     assert obstacle is not None
-    return Section(f"Why not: {obstacle.value}", (("what", obstacle.words), ("remedy", obstacle.remedy)), BAD)
+    return ReportSection(f"Why not: {obstacle.value}", (("what", obstacle.words), ("remedy", obstacle.remedy)), BAD)
 
 
-def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> Section:
+def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
     machine, other = answer.machine, answer.rigid
     rows = rows_of(Running(machine, cycle), CYCLE, Teller.of(machine))
     if other is not answer.motion and other.cycle is not None:
         rows.append(("rigid piston", _rigid_text(machine, other.cycle)))
     kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"
-    return Section(f"Cycle, {counted(cycle.blows, 'blow')} in it ({kind})", tuple(rows))
+    return ReportSection(f"Cycle, {counted(cycle.blows, 'blow')} in it ({kind})", tuple(rows))
 
 
 def _rigid_text(machine: Machine, cycle: ValveCycle) -> str:

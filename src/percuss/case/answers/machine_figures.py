@@ -16,7 +16,7 @@ from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
 from percuss.steady.self_excited import pressure_over
-from percuss.steady.self_excited.margins import Quantity, quantities_of
+from percuss.steady.self_excited.margins import MachineQuantity, quantities_of
 
 if TYPE_CHECKING:
     from percuss.model import Machine
@@ -136,7 +136,7 @@ _CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class MachineSensitivity:
     """How energy and rate follow one parameter, such as "pressure", "flow", "restitution" or "ports[0].behind".
 
     Relative changes of the blow energy and the blow rate for +10 %: half the difference between +10 % and −10 %, or the
@@ -162,7 +162,7 @@ class AtPressure:
     rate: float | None
 
 
-def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
+def sensitivities(motion: SelfExcited) -> tuple[MachineSensitivity, ...]:
     """Those of a machine that runs, of every parameter that is not 0; with the modes of its cycle."""
     if not motion.runs:
         return ()
@@ -196,7 +196,7 @@ def _parameters(machine: Machine) -> Iterator[tuple[str, Callable[[float], Machi
             yield name if quantity.port is None else f"ports[{quantity.port}].{name}", partial(_multiplied, quantity)
 
 
-def _multiplied(quantity: Quantity, factor: float) -> Machine:
+def _multiplied(quantity: MachineQuantity, factor: float) -> Machine:
     return quantity.at(factor * quantity.value)
 
 
@@ -205,7 +205,7 @@ def _under(machine: Machine, factor: float) -> Machine:
     return _multiplied(next(quantities_of(machine)), factor)
 
 
-def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Machine]) -> Sensitivity:
+def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Machine]) -> MachineSensitivity:
     less, more = (_at(motion, changed(1.0 + step)) for step in (-_STEP, _STEP))
     slopes = [
         tuple(sign * change for change in _figures(motion, other))
@@ -214,7 +214,7 @@ def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Mach
     ]
     energy, rate = (sum(column) / len(slopes) for column in zip(*slopes, strict=True)) if slopes else (None, None)
     stops = tuple(None if other.obstacle is None else other.obstacle.words for other in (less, more))
-    return Sensitivity(name, energy, rate, (stops[0], stops[1]))
+    return MachineSensitivity(name, energy, rate, (stops[0], stops[1]))
 
 
 def _at(motion: SelfExcited, machine: Machine) -> SelfExcited:
@@ -233,7 +233,7 @@ def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Course:
+class CycleCurve:
     """A cycle over time, in the units of the machine: each change of the state stands there twice.
 
     Displacements are 0 at the wall and negative behind it, the force has that of the chamber and is positive toward the
@@ -248,7 +248,7 @@ class Course:
     pressure: Array | None = None
 
 
-def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
+def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> CycleCurve:
     """The course of a cycle at so many times and at every change of the state."""
     changes = [switch.time for switch in cycle.switches]
     times = np.sort(np.concatenate([np.linspace(0.0, cycle.period, points), changes, changes]))
@@ -265,10 +265,10 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> Course:
     oil = np.array([dict(valve.pairs)[state] for state in states]) * (1.0 if pressure is None else pressure)
     force = oil + valve.chamber.force - valve.chamber.stiffness * cycle.position(times, 0.0)
     end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
-    return Course(times, end, centre, force, tuple(states), pressure)
+    return CycleCurve(times, end, centre, force, tuple(states), pressure)
 
 
-def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> Course:
+def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> CycleCurve:
     """The course of a simulated motion up to so many blows, or to its end; changes of the state stand there twice."""
     struck = motion.blow_times
     end = float(struck[blows - 1]) if 0 < blows <= struck.size else motion.end_time
@@ -280,7 +280,7 @@ def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> Cour
     names = [name for name, _ in motion.machine.valve.pairs]
     states = tuple(names[number] for number in motion.state(times).tolist())
     begun = times - motion.begin_time
-    return Course(begun, motion.gap(times) + 0.0, motion.centre(times) + 0.0, motion.force(times), states)
+    return CycleCurve(begun, motion.gap(times) + 0.0, motion.centre(times) + 0.0, motion.force(times), states)
 
 
 def cycle_table(machine: Machine, cycle: ValveCycle) -> str:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from percuss.blow import Blow, Trace
     from percuss.blow.bodies import Sections
     from percuss.blow.over_time import CellsOverTime
-    from percuss.case.answers.machine_figures import Course
+    from percuss.case.answers.machine_figures import CycleCurve
     from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.case.case import Case
     from percuss.model import Machine, System
@@ -51,7 +51,7 @@ _NEAR = 1e-5
 
 
 @dataclass(frozen=True)
-class Stretch:
+class PlayedStretch:
     """A stretch of a motion, `begin` to `end` (rad), told `copies` times over, as what repeats is simulated once."""
 
     motion: Trajectory
@@ -99,7 +99,7 @@ class Stretch:
         return found[0], found[1], found[2]
 
 
-def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> Stretch:
+def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> PlayedStretch:
     """The first load periods of a motion (`cycles`), or what it settles on.
 
     A periodic motion is shown from an impact on, in whole cycles and never with anything of the way there: where it was
@@ -108,9 +108,9 @@ def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> Stretch:
     first, last = motion.begin_time, motion.end_time
     length = cycles * _TURN
     if not settled:
-        return Stretch(motion, first, min(first + length, last))
+        return PlayedStretch(motion, first, min(first + length, last))
     if motion.cycle is None:
-        return Stretch(motion, max(last - length, first, _half(motion)), last)
+        return PlayedStretch(motion, max(last - length, first, _half(motion)), last)
     once = motion.cycle.periods * _TURN
     wanted = max(cycles // motion.cycle.periods, 1)
     struck = motion.events.time[motion.events.code == IMPACT]
@@ -119,9 +119,9 @@ def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> Stretch:
     known = math.floor((last - begun + _NEAR) / once)  # whole cycles
     if known < wanted:
         begin = _impact(struck, last - once)
-        return Stretch(motion, begin, _impact(struck, begin + once), wanted)
+        return PlayedStretch(motion, begin, _impact(struck, begin + once), wanted)
     begin = _impact(struck, last - wanted * once)
-    return Stretch(motion, begin, _impact(struck, begin + wanted * once))
+    return PlayedStretch(motion, begin, _impact(struck, begin + wanted * once))
 
 
 def _half(motion: Trajectory) -> float:
@@ -250,7 +250,7 @@ def motion_frames(motion: Trajectory, *, settled: bool = True, cycles: int = 1, 
 
 
 def stretch_frames(
-    stretch: Stretch,
+    stretch: PlayedStretch,
     about: dict[str, Any],
     period: float | None,
     *,
@@ -395,7 +395,7 @@ def branch_frames(
     struck = motion.events.time
     end = float(struck[-1]) if struck.size and isinstance(found, PeriodicOrbit) else motion.end_time
     about = {"source": "branch", "outcome": None, "summary": None, "label": found.label, "orbit": told}
-    framed = stretch_frames(Stretch(motion, motion.begin_time, end, cycles), about, found.period, **sizes)
+    framed = stretch_frames(PlayedStretch(motion, motion.begin_time, end, cycles), about, found.period, **sizes)
     load = system.load.value(np.linspace(0.0, _TURN, _LOOKS))
     return Frames(framed.header, {**framed.arrays, "load": np.asarray(load)})
 
@@ -440,7 +440,7 @@ def of_machine(machine: Machine) -> dict[str, Any]:
     }
 
 
-def course_arrays(machine: Machine, course: Course, blows: Array) -> dict[str, Any]:
+def course_arrays(machine: Machine, course: CycleCurve, blows: Array) -> dict[str, Any]:
     """A course over time; the velocity is the mean one between two instants, in the middle between them."""
     names = {name: i for i, (name, _) in enumerate(machine.valve.pairs)}
     length, time, force = map(Teller.of(machine).scale, ("length", "time", "force"))
@@ -494,7 +494,7 @@ def _shown(motion: Trajectory, shown: Sequence[Event]) -> str:
     return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
 
 
-def _answer_from_start(found: SimulationAnswer, course: Course, shown: Sequence[Event]) -> dict[str, Any]:
+def _answer_from_start(found: SimulationAnswer, course: CycleCurve, shown: Sequence[Event]) -> dict[str, Any]:
     """The part of the answer for a cycle that a picture reads, of a motion from its start."""
     motion, machine = found.motion, found.machine
     begin = motion.begin_time

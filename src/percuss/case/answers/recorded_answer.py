@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.facts import BAD, GOOD, Grid, Report, Section, Teller
+from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, Teller
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.answers.numerals import counted, json_number, number, numbers, percent, picked
 from percuss.case.case import checked_case
@@ -270,7 +270,7 @@ def recorded_report(answer: RecordedAnswer) -> Report:
     return Report(answer.answer.title, recorded_headline(answer), mark, (*own, *whole.sections))
 
 
-def _read_section(answer: RecordedAnswer) -> Section:
+def _read_section(answer: RecordedAnswer) -> ReportSection:
     read, machine, tell = answer.read, answer.read.machine, Teller.of(answer.read.machine)
     cycles = "the mean cycle" if not read.cycles else f"{counted(read.cycles, 'cycle')}, one by one"
     rows = [
@@ -295,7 +295,7 @@ def _read_section(answer: RecordedAnswer) -> Section:
         rows.append(("opposing force", text))
     rows += [("warning", warning) for warning in answer.warnings]
     rows += [("note", note) for note in read.notes]
-    return Section("From the record", tuple(rows))
+    return ReportSection("From the record", tuple(rows))
 
 
 def _switches_grid(answer: RecordedAnswer) -> Grid:
@@ -328,10 +328,10 @@ def _interval(tell: Teller, interval: Interval, kind: str) -> str:
     return value if low == high else f"{value} ({low} to {high})"
 
 
-def _readings_section(answer: RecordedAnswer) -> Section:
+def _readings_section(answer: RecordedAnswer) -> ReportSection:
     rows = [("least delays", _reading(answer.read.by_ports)), ("longest", _reading(answer.read.by_delays))]
     rows.append(("of these", "each gives the recorded motion; with longer delays the machine would not run steadily"))
-    return Section("The two extreme readings (rigid piston)", tuple(rows))
+    return ReportSection("The two extreme readings (rigid piston)", tuple(rows))
 
 
 def _reading(reading: Reading) -> str:
@@ -342,10 +342,10 @@ def _reading(reading: Reading) -> str:
     return f"{'; '.join(ports)}; {by_valve(reading.cycle)}"
 
 
-def _verdicts_section(answer: RecordedAnswer) -> Section:
+def _verdicts_section(answer: RecordedAnswer) -> ReportSection:
     rows = (
         ("under a clock", by_clock(answer)),
         ("with the valve", by_valve(answer.answer.cycle)),
         ("both", "have the phase, speed and energy of the recorded motion; a clock does not wait for a late blow"),
     )
-    return Section("The two verdicts on the recorded motion", rows, GOOD if answer.runs else BAD)
+    return ReportSection("The two verdicts on the recorded motion", rows, GOOD if answer.runs else BAD)

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, flat_of
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, flat_of
 from percuss.case.answers.heading import (
     clock_in_short,
     figures_in_short,
@@ -338,7 +338,7 @@ def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
     motion = answer.motion
     if not motion.is_clocked:
         return _machine_report(answer, last)
-    sections: list[Section | Grid] = [
+    sections: list[ReportSection | Grid] = [
         system_section(answer.name, answer.system, answer.notes),
         _motion_section(answer),
         _figures_section(answer),
@@ -407,7 +407,7 @@ def _chatters(figures: Summary) -> bool:
 # -- sections -------------------------------------------------------------------------------------------------------
 
 
-def _motion_section(answer: SimulationAnswer) -> Section:
+def _motion_section(answer: SimulationAnswer) -> ReportSection:
     motion, system = answer.motion, answer.system
     length = motion.end_time - motion.begin_time
     span = f"{number(length / _TURN, 6)} load periods"
@@ -430,7 +430,7 @@ def _motion_section(answer: SimulationAnswer) -> Section:
         rows.append(("orbit", orbit_in_words(answer.orbit)))
     rows += held_down_in_words(answer.motion.events.held_down)
     rows += [("warning", warning) for warning in answer.warnings]
-    return Section("Motion", tuple(rows))
+    return ReportSection("Motion", tuple(rows))
 
 
 def _start(answer: SimulationAnswer) -> str:
@@ -456,12 +456,12 @@ def _tolerance(motion: Trajectory) -> str:
     return "proved" if motion.label in ("rest", "departed") else f"no return within {motion.stop.tolerance:g}"
 
 
-def _figures_section(answer: SimulationAnswer) -> Section:
+def _figures_section(answer: SimulationAnswer) -> ReportSection:
     figures = answer.summary
     if figures.impacts == 0:
-        return Section("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
+        return ReportSection("Figures", (("impacts", "none: the bar never strikes in the time simulated"),))
     shown = f"Figures (impacts {figures.first + 1} to {figures.last + 1})"
-    return Section(shown, tuple(_figure_rows(answer, figures)))
+    return ReportSection(shown, tuple(_figure_rows(answer, figures)))
 
 
 def _figure_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
@@ -583,7 +583,7 @@ def _in_words(label: str) -> str:
 
 def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
     motion, machine, tell = answer.motion, answer.machine, Teller.of(answer.machine)
-    sections: list[Section | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
+    sections: list[ReportSection | Grid] = [machine_section(answer.name, machine, answer.notes, math.inf)]
     rows = [
         ("ended", f"{motion.outcome}, after {counted(motion.impacts, 'impact')} and {tell(motion.end_time, 'time')}"),
         ("modes", counted(motion.modes, "elastic mode") if motion.modes else "rigid piston"),
@@ -593,7 +593,7 @@ def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
     if motion.cycle is not None:
         rows.append(("period", tell(motion.cycle.period, "time")))
     rows += held_down_in_words(motion.events.held_down)
-    sections.append(Section("Motion", tuple(rows)))
+    sections.append(ReportSection("Motion", tuple(rows)))
     if last != 0 and len(motion.events):
         sections.append(_motion_events_grid(answer, last))
     tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD

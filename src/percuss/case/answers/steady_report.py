@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.facts import BAD, GOOD, Fact, Report, Section, Teller, rows_of
+from percuss.case.answers.facts import BAD, GOOD, Fact, Report, ReportSection, Teller, rows_of
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
 from percuss.case.answers.numerals import as_typed, counted, every, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
@@ -92,7 +92,7 @@ def does(label: str, many: int, more: str = "") -> str:
 
 
 @dataclass(frozen=True)
-class Summary:
+class FirstLines:
     """What is said first of an answer: whether the hammer can run, and how; what else it can do, and of its load."""
 
     headline: str
@@ -105,7 +105,7 @@ class Summary:
         return f"{self.headline} {self.more}".rstrip()
 
 
-def summary_of(answer: SteadyAnswer) -> Summary:
+def summary_of(answer: SteadyAnswer) -> FirstLines:
     """The summary of an answer.
 
     Examples
@@ -119,15 +119,15 @@ def summary_of(answer: SteadyAnswer) -> Summary:
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED
     said = [ends_sentence(answer.starts, labels, answer.system), clock]
     if running:
-        return Summary(_can_run(answer, running[0]), _joined(_others(running), *said), True)
+        return FirstLines(_can_run(answer, running[0]), _joined(_others(running), *said), True)
     alone = [one for period in answer.periods if period.timed is not None for one in period.timed.alone if one.runs]
     if alone:
-        return Summary(_runs_alone(alone[0]), _joined(*said), True)
+        return FirstLines(_runs_alone(alone[0]), _joined(*said), True)
     rest = "The bar may also come to rest on the wall." if _stays(answer.rest) else ""
     what = f"No steady motion with one impact {_asked([period.states.periods for period in answer.periods])}"
     found = any(period.orbits for period in answer.periods)
     why = "can be sustained; see below for what fails." if found else "exists; see below for the nearest one."
-    return Summary(f"{what} {why}", _joined(rest, *said), False)
+    return FirstLines(f"{what} {why}", _joined(rest, *said), False)
 
 
 def _joined(*sentences: str) -> str:
@@ -268,13 +268,13 @@ def timed_rows(answer: OrbitAnswer, law: Timed | None) -> list[tuple[str, str]]:
     return [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, answer.stability)
 
 
-def alone_sections(period: PeriodAnswer) -> list[Section]:
+def alone_sections(period: PeriodAnswer) -> list[ReportSection]:
     """Cards of the motions that continue none of B77's."""
     if period.timed is None:
         return []
     heading = f"Of {period.timed.states.law.law} alone, m = {period.states.periods}"
     return [
-        Section(f"{heading}: {_judged(found)}", tuple(_rows(found, None)), GOOD if found.runs else BAD, level=2)
+        ReportSection(f"{heading}: {_judged(found)}", tuple(_rows(found, None)), GOOD if found.runs else BAD, level=2)
         for found in period.timed.alone
     ]
 
@@ -296,7 +296,7 @@ MOST_WARNINGS = 3
 """Warnings that a card shows; the rest is in the JSON."""
 
 
-def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> Section:
+def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> ReportSection:
     """The card of an orbit, with what a law of blows that take time makes of it."""
     orbit, judged, tell = answer.orbit, answer.stability, Teller.of(answer.orbit.system)
     verdict = "stable" if judged.stable else "unstable"
@@ -321,7 +321,7 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> S
         rows.append(("", f"and {len(orbit.warnings) - MOST_WARNINGS} more; --json has them all"))
     tone = GOOD if answer.runs else BAD
     heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
-    return Section(heading, tuple(rows), tone, level=2)
+    return ReportSection(heading, tuple(rows), tone, level=2)
 
 
 def _phase(phase: float, tell: Teller) -> str:
@@ -477,10 +477,10 @@ _BLOW = (
 # ---- Where random starts end, as a section of the report
 
 
-def ends_section(ends: Ends, name: str, system: System) -> Section:
+def ends_section(ends: Ends, name: str, system: System) -> ReportSection:
     """What the starts were, and a line for each end."""
     if not ends.followed:
-        return Section("Random starts", (("starts", f"not followed: {ends.note}"),))
+        return ReportSection("Random starts", (("starts", f"not followed: {ends.note}"),))
     modes = counted(ends.modes, "elastic mode") if ends.modes else "a rigid bar"
     begun = f"{ends.followed} on the wall, leaving it with a random speed at a random phase; {modes}, up to "
     begun += f"{counted(ends.impacts, 'impact')}"
@@ -488,7 +488,7 @@ def ends_section(ends: Ends, name: str, system: System) -> Section:
     rows += [(end.label, _line(end, ends.followed, system)) for end in ends.ends]
     if ends.note:
         rows.append(("note", ends.note))
-    return Section("Random starts", tuple(rows))
+    return ReportSection("Random starts", tuple(rows))
 
 
 def _line(end: End, followed: int, system: System) -> str:
@@ -522,17 +522,17 @@ def steady_report(answer: SteadyAnswer) -> Report:
 # -- what exists ----------------------------------------------------------------------------------------------------
 
 
-def _existence_section(system: System, period: PeriodAnswer) -> Section:
+def _existence_section(system: System, period: PeriodAnswer) -> ReportSection:
     states = period.states
     count = len(states.orbits)
     heading = f"One impact {every(states.periods)} (m = {states.periods})"
     compared = f"level {number(states.level)}, greatest v_f {number(states.level_max)}"
     if states.note and not states.exists:
-        return Section(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
+        return ReportSection(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
     if states.exists:
         text = f"{counted(count, 'steady motion')}: {compared}"
         note = (("note", states.note),) if states.note else ()
-        return Section(heading, (("exists", text), *existence_row(period), *note))
+        return ReportSection(heading, (("exists", text), *existence_row(period), *note))
     rows = [("exists", f"no: {Reason.NO_MOTION.words} ({compared})"), *existence_row(period)]
     nearest = states.nearest
     if nearest is not None and nearest.load_factor is not None:
@@ -552,7 +552,7 @@ def _existence_section(system: System, period: PeriodAnswer) -> Section:
         rows.append((_another(rows), _less_damping(system, period.greatest_drag)))
     if not any(label == "nearest" for label, _ in rows):
         rows.append(("nearest", "no load factor and no restitution allows one"))
-    return Section(heading, tuple(rows), BAD)
+    return ReportSection(heading, tuple(rows), BAD)
 
 
 def _another(rows: list[tuple[str, str]]) -> str:
@@ -568,14 +568,14 @@ def _less_damping(system: System, d: float) -> str:
     return f"{text}: c = {number(drag * d / system.d)} N·s/m (now {number(drag)})"
 
 
-def _reach_section(reach: tuple[CaseReach, ...], motion: str) -> Section:
+def _reach_section(reach: tuple[CaseReach, ...], motion: str) -> ReportSection:
     """How far parameters may move before a motion is lost; `motion`: which one, "" where there is but one."""
     rows = [("motion", motion)] if motion and reach else []
     rows += [(row.label, row.words) for row in reach] or [("reach", "no stable motion to follow")]
-    return Section("How far parameters may move", tuple(rows))
+    return ReportSection("How far parameters may move", tuple(rows))
 
 
-def _rest_section(answer: SteadyAnswer) -> Section:
+def _rest_section(answer: SteadyAnswer) -> ReportSection:
     rest, system = answer.rest, answer.system
     tell = Teller.of(system)
     least, load = tell(rest.least_contact_force, "force"), tell(rest.quasi_static, "force")
@@ -604,7 +604,7 @@ def _rest_section(answer: SteadyAnswer) -> Section:
             f"(the load itself to {load}), so the load pulls the bar off"
         )
     note = rest_note(rest, system.contact)
-    return Section("At rest on the wall", (("rest", f"{text}. {note}" if note else text),))
+    return ReportSection("At rest on the wall", (("rest", f"{text}. {note}" if note else text),))
 
 
 # ---- The report of `percuss steady` on a structure that is held
@@ -625,17 +625,17 @@ def structure_report(answer: StructureAnswer) -> Report:
     return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
 
 
-def _existence(states: SteadyStates) -> Section:
+def _existence(states: SteadyStates) -> ReportSection:
     heading = f"One impact {every(states.periods)} (m = {states.periods})"
     if states.note:
-        return Section(heading, (("exists", f"not looked for: {states.note}"),), BAD)
+        return ReportSection(heading, (("exists", f"not looked for: {states.note}"),), BAD)
     compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
     if not states.exists:
-        return Section(heading, (("exists", f"no: the contact does not reach the wall so ({compared})"),), BAD)
-    return Section(heading, (("exists", f"{counted(len(states.orbits), 'steady motion')}: {compared}"),))
+        return ReportSection(heading, (("exists", f"no: the contact does not reach the wall so ({compared})"),), BAD)
+    return ReportSection(heading, (("exists", f"{counted(len(states.orbits), 'steady motion')}: {compared}"),))
 
 
-def _motion(one: StructureMotion, heading: str) -> Section:
+def _motion(one: StructureMotion, heading: str) -> ReportSection:
     orbit, tell = one.orbit, Teller.of(one.orbit.system)
     speed, energy = tell(orbit.impact_velocity, "speed", plain=6), tell(orbit.blow_energy, "energy")
     possible = "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"
@@ -645,4 +645,4 @@ def _motion(one: StructureMotion, heading: str) -> Section:
         ("motion", possible),
         ("stability", f"{'stable' if one.stable else 'not stable'}: largest multiplier {number(largest, 6)}"),
     )
-    return Section(heading, rows, GOOD if one.stable and orbit.admissible else BAD)
+    return ReportSection(heading, rows, GOOD if one.stable and orbit.admissible else BAD)

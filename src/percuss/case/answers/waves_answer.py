@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, Section, Teller, json_of
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, json_of
 from percuss.case.answers.heading import heading_dict, system_section
 from percuss.case.answers.numerals import (
     counted,
@@ -406,7 +406,7 @@ _FEW_WAVES = 4  # impacts of a cycle that are told one by one
 
 def waves_report(answer: WavesAnswer, last: int | None) -> Report:
     """The report of `percuss simulate --contact waves` with the `last` impacts; None shows all of them."""
-    sections: list[Section | Grid] = [
+    sections: list[ReportSection | Grid] = [
         system_section(answer.name, answer.system, answer.notes),
         _waves_section(answer),
         _laws_grid(answer),
@@ -430,7 +430,7 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
     return f"{text}; by the law {first.law}: {first.label}.", GOOD
 
 
-def _waves_section(answer: WavesAnswer) -> Section:
+def _waves_section(answer: WavesAnswer) -> ReportSection:
     motion, own = answer.motion, answer.motion.settled
     length = motion.end_time - motion.start.time
     rows = [
@@ -450,7 +450,7 @@ def _waves_section(answer: WavesAnswer) -> Section:
         rows.append(("given", _given(motion)))
     rows.append(("lattice", _lattice(motion)))
     rows += [("warning", warning) for warning in answer.warnings]
-    return Section("Motion by waves", tuple(rows))
+    return ReportSection("Motion by waves", tuple(rows))
 
 
 def _struck(motion: WaveMotion) -> str:

@@ -324,10 +324,10 @@ class ClockedHammer(Hammer):
     @classmethod
     def label(cls, *named_by: int) -> str:
         from percuss.simulate import OUTCOMES
-        from percuss.simulate.events import Cycle, label_of
+        from percuss.simulate.events import MotionCycle, label_of
 
         code, p, n, kind, wanders = named_by
-        return label_of(OUTCOMES[code], Cycle(0, p, n, kind) if n else None, bool(wanders), kind)
+        return label_of(OUTCOMES[code], MotionCycle(0, p, n, kind) if n else None, bool(wanders), kind)
 
     @classmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
@@ -490,11 +490,11 @@ class SwitchingHammer(Hammer):
 
     @classmethod
     def label(cls, *named_by: int) -> str:
-        from percuss.simulate import STALLS, Cycle
+        from percuss.simulate import STALLS, MotionCycle
         from percuss.simulate.events import machine_label
 
         stall, blows, turns, kind, wanders = named_by
-        cycle = Cycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
+        cycle = MotionCycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
         return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
 
     @classmethod

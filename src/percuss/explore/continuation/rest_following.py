@@ -19,7 +19,7 @@ from percuss.model.checks import Array, callback, count, instance, text
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import wall_load
 from percuss.steady import RestCycle
-from percuss.steady.resting.flight_chain import Chain, release_phases
+from percuss.steady.resting.flight_chain import RestPath, release_phases
 from percuss.steady.resting.rest_cycles import cycle_through
 
 # ---- What lies beyond the ends of a branch of cycles with rest, in a sentence
@@ -45,7 +45,7 @@ def after_onset(cycle: RestCycle) -> str:
     return told
 
 
-def after_change(cycle: RestCycle, chains: Sequence[Chain]) -> str:
+def after_change(cycle: RestCycle, chains: Sequence[RestPath]) -> str:
     """Beyond any other change, after which these chains follow the release."""
     if any(chain.chatters for chain in chains) is cycle.chatters:
         return f"the {_who(cycle)} comes back to this release after other rests"
@@ -62,7 +62,7 @@ _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 
-def rest_end(value: float, cycle: RestCycle, chains: tuple[Chain, ...], is_system: bool) -> BranchPoint:
+def rest_end(value: float, cycle: RestCycle, chains: tuple[RestPath, ...], is_system: bool) -> BranchPoint:
     """What ends the branch between a cycle and what was followed just beyond."""
     phase = impact = None
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
@@ -97,12 +97,12 @@ def short_rest(cycle: RestCycle) -> float:
     return max(_SHORT, _AHEAD * cycle.system.body.transit_time / FallingPush(restitution).critical)
 
 
-def alike(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> bool:
+def alike(chains: tuple[RestPath, ...], others: tuple[RestPath, ...]) -> bool:
     """Whether the same impacts follow each release, so that the second chains go on from the first ones."""
     return len(chains) == len(others) and _first_other(chains, others) is None
 
 
-def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[BranchEvent, float, int] | None:
+def _first_other(chains: tuple[RestPath, ...], others: tuple[RestPath, ...]) -> tuple[BranchEvent, float, int] | None:
     """The first impact that one of the chains has and the other has not, its phase and its number; None for none."""
     before = 0
     for one, other in zip(chains, others, strict=False):
@@ -123,7 +123,7 @@ def _first_other(chains: tuple[Chain, ...], others: tuple[Chain, ...]) -> tuple[
     return None
 
 
-def _notable(chain: Chain) -> int:
+def _notable(chain: RestPath) -> int:
     """How many impacts there are up to the last that is not of the end of a chatter."""
     fastest = max(impact.speed for impact in chain.impacts)
     return max(i for i, impact in enumerate(chain.impacts, 1) if impact.speed >= _FEW * fastest)
@@ -239,7 +239,7 @@ class _Walker:
     step: float
     growth: float  # share of the way so far that a step may be, where the range has no ends
 
-    def at(self, value: float, near: RestCycle) -> tuple[RestCycle | None, tuple[Chain, ...], bool]:
+    def at(self, value: float, near: RestCycle) -> tuple[RestCycle | None, tuple[RestPath, ...], bool]:
         """The cycle at a value that goes on from one beside it, what was followed, and whether there is a system."""
         try:
             system = self.systems.system({self.name: value})

@@ -21,7 +21,15 @@ from percuss.model import System
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import set_at_wall, wall_load
 from percuss.steady import RestCycle
-from percuss.steady.resting.flight_chain import Chain, Course, Impact, Leg, Swing, chatter_left, release_phases
+from percuss.steady.resting.flight_chain import (
+    ReleasedFlight,
+    RestPath,
+    RestSearch,
+    Swing,
+    WallImpact,
+    chatter_left,
+    release_phases,
+)
 from percuss.steady.trigonometric import trigonometric_roots
 
 # ---- The way of a bar from a release up to what ends a cycle with rest, at one system after the other
@@ -39,13 +47,13 @@ class Unlike(CorrectorFailed):
         self.kind = kind
 
 
-class Rebound:
+class PushedRebound:
     """What an impact leaves: the time, the speed of the rebound, the push, and how fast that falls.
 
     The push is the acceleration of a striking end without velocity; it falls as the load does while the strain stays.
     """
 
-    def __init__(self, leg: Leg) -> None:
+    def __init__(self, leg: ReleasedFlight) -> None:
         swing, load = leg.swing, leg.swing.system.load
         self.time, self.rebound = leg.time, -leg.start.rate
         whole = 1.0 if swing.system.body.is_free else 0.0
@@ -60,11 +68,11 @@ class Rebound:
         return self.rebound * self.fall / self.push**2 if self.push > 0.0 else math.inf
 
 
-def struck(course: Course) -> Rebound:
+def struck(course: RestSearch) -> PushedRebound:
     """What the next impact leaves; CorrectorFailed where there is none."""
     if not course.strikes():
         raise CorrectorFailed("no further impact")
-    return Rebound(course.leg)
+    return PushedRebound(course.leg)
 
 
 def near(phase: float, place: float) -> float:
@@ -89,17 +97,17 @@ class RestWay:
 
     modes: int
     release: float
-    impacts: tuple[Impact, ...]
+    impacts: tuple[WallImpact, ...]
     periods: int
 
     def released(self, system: System) -> float:
         """When it is let go; CorrectorFailed where the load lets go nowhere."""
         return _release_near(system, self.release)
 
-    def course(self, system: System) -> Course:
+    def course(self, system: System) -> RestSearch:
         """The bar just after the last of these impacts; Unlike where they are others."""
         release = self.released(system)
-        course = Course(Swing(system, self.modes), release, release + TURN * (self.periods + 1))
+        course = RestSearch(Swing(system, self.modes), release, release + TURN * (self.periods + 1))
         last, before = release, self.release
         for one in self.impacts:
             if not course.strikes():
@@ -111,7 +119,7 @@ class RestWay:
             last, before = its.time, one.time
         return course
 
-    def after(self, course: Course, number: int) -> RestWay:
+    def after(self, course: RestSearch, number: int) -> RestWay:
         """The same from here, with the first impacts of a course that has gone this way."""
         return RestWay(self.modes, course.release, tuple(course.impacts[:number]), self.periods)
 
@@ -185,10 +193,10 @@ class Grazing(RestCondition):
         return self.way.released(system) + self._top(system)[0]
 
 
-def _leg_at(leg: Leg, time: float) -> Leg:
+def _leg_at(leg: ReleasedFlight, time: float) -> ReleasedFlight:
     """The part of a flight, between jumps of the load, that a time is in."""
     while (end := leg.swing.breaks_after(leg.time)) < time:
-        leg = Leg(leg.swing, end, leg.at(end - leg.time))
+        leg = ReleasedFlight(leg.swing, end, leg.at(end - leg.time))
     return leg
 
 
@@ -262,7 +270,7 @@ class Vanishing(RestCondition):
     def number(self, system: System) -> float:
         """The missing push, in the unit of the load."""
         course = self.way.course(system)
-        first = Rebound(course.leg)
+        first = PushedRebound(course.leg)
         limit = FallingPush(-system.contact.velocity_factor)
         root = math.sqrt(limit.critical)
         found = root * first.push - math.sqrt(max(first.rebound * first.fall, 0.0))
@@ -277,35 +285,37 @@ class Vanishing(RestCondition):
         if system.contact.velocity_factor == 0.0:
             return Vanishing(self.way.after(course, known))
         if self._calm(course, critical):
-            last = Course(course.swing, course.release, course.stop)
+            last = RestSearch(course.swing, course.release, course.stop)
             going = [last.strikes() for _ in range(known - 1)]
             first = known - 1 if all(going) and going and self._calm(last, critical) else known
         else:
             first = self._first_calm(course, critical) or known
         return Vanishing(self.way.after(course, first))
 
-    def _first_calm(self, course: Course, critical: float) -> int:
+    def _first_calm(self, course: RestSearch, critical: float) -> int:
         """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
         for _ in range(_MOST_IMPACTS):
-            if not course.strikes() or Rebound(course.leg).push <= 0.0:
+            if not course.strikes() or PushedRebound(course.leg).push <= 0.0:
                 return 0
             if self._calm(course, critical):
                 return len(course.impacts)
         return 0
 
     @staticmethod
-    def _calm(course: Course, critical: float) -> bool:
+    def _calm(course: RestSearch, critical: float) -> bool:
         """Whether q is near c after the last impact."""
-        return abs(Rebound(course.leg).share / critical - 1.0) < _CALM
+        return abs(PushedRebound(course.leg).share / critical - 1.0) < _CALM
 
     def phase(self, system: System) -> float:
         """When the load lets go."""
         course = self.way.course(system)
-        here = Rebound(course.leg)
+        here = PushedRebound(course.leg)
         return _release_near(system, here.time + max(here.push / here.fall, 0.0))
 
 
-def _followed(course: Course, first: Rebound, limit: FallingPush) -> Iterator[tuple[float, float, Rebound]]:
+def _followed(
+    course: RestSearch, first: PushedRebound, limit: FallingPush
+) -> Iterator[tuple[float, float, PushedRebound]]:
     """Of each impact while q stays near c: its excess, the share of the first in it, and what it leaves."""
     if math.isinf(limit.growth) or first.push <= 0.0:
         return
@@ -332,7 +342,7 @@ class Late(RestCondition):
     way: RestWay
     kind = BranchEvent.ONSET
 
-    def _rest(self, system: System) -> tuple[float, Course]:
+    def _rest(self, system: System) -> tuple[float, RestSearch]:
         course = self.way.course(system)
         factor = system.contact.velocity_factor
         for _ in range(_MOST_IMPACTS):
@@ -409,7 +419,7 @@ def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
     raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
 
 
-def _way(point: BranchPoint, chain: Chain, number: int) -> RestWay:
+def _way(point: BranchPoint, chain: RestPath, number: int) -> RestWay:
     """The way of a chain up to an impact."""
     cycle = point.cycle
     if _off_release(cycle, chain.release) > _RELEASE:
@@ -453,13 +463,13 @@ def _off_release(cycle: RestCycle, time: float) -> float:
     return min((abs(math.remainder(time - float(phase), TURN)) for phase in phases), default=math.inf)
 
 
-def _left(cycle: RestCycle, chain: Chain) -> list[Rebound]:
+def _left(cycle: RestCycle, chain: RestPath) -> list[PushedRebound]:
     """What each impact of a chain leaves."""
-    course = Course(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
+    course = RestSearch(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
     return [struck(course) for _ in chain.impacts]
 
 
-def _vanishing(cycle: RestCycle, chain: Chain, limit: FallingPush) -> tuple[int, float] | None:
+def _vanishing(cycle: RestCycle, chain: RestPath, limit: FallingPush) -> tuple[int, float] | None:
     """The first of the impacts that pile up as the push vanishes, and the least push; None where none do."""
     left = _left(cycle, chain)
     best, begun = None, None
@@ -474,7 +484,7 @@ def _vanishing(cycle: RestCycle, chain: Chain, limit: FallingPush) -> tuple[int,
     return best
 
 
-def _piled(cycle: RestCycle, chain: Chain, limit: FallingPush) -> int:
+def _piled(cycle: RestCycle, chain: RestPath, limit: FallingPush) -> int:
     """The first impact from which on the others pile up anyway."""
     piled = [one.share < _PILED * limit.critical for one in _left(cycle, chain)]
     first = len(piled)

@@ -28,7 +28,7 @@ Numbers = npt.NDArray[np.intp]
 _SERIES_BELOW = 0.5
 
 
-class Chain:
+class SectionChain:
     """Sections from the driven end to the striking end, of mass 1 and length 1 together.
 
     Parameters
@@ -64,9 +64,9 @@ class Chain:
         return self.transit.size
 
     @cached_property
-    def mirrored(self) -> Chain:
+    def mirrored(self) -> SectionChain:
         """The same bar turned round."""
-        return Chain(self.impedance[::-1], self.transit[::-1], self.width[::-1])
+        return SectionChain(self.impedance[::-1], self.transit[::-1], self.width[::-1])
 
     @cached_property
     def slowness(self) -> Array:
@@ -100,10 +100,10 @@ class Chain:
 @lru_cache(maxsize=64)
 def chain(
     impedances: tuple[float, ...], transit_times: tuple[float, ...], lengths: tuple[float, ...] | None, s: float
-) -> Chain:
+) -> SectionChain:
     """The chain whose transit times add up to 1/s."""
     times = np.asarray(transit_times) / (s * float(np.sum(transit_times)))
-    return Chain(np.asarray(impedances), times, None if lengths is None else np.asarray(lengths))
+    return SectionChain(np.asarray(impedances), times, None if lengths is None else np.asarray(lengths))
 
 
 def sinc_deficit(q: ComplexArray) -> ComplexArray:
@@ -136,7 +136,7 @@ class _Motion(NamedTuple):
 
 
 def elastic_receptance(
-    sections: Chain, z: ComplexArray, x: Array, source: float, lowest: float
+    sections: SectionChain, z: ComplexArray, x: Array, source: float, lowest: float
 ) -> tuple[ComplexArray, ComplexArray]:
     """Σ_{n≥1} φ_n(x) φ_n(p)/(ω_n² − z²) and its slope, shapes (K, len(x)), of a unit force at p = `source`.
 
@@ -156,7 +156,7 @@ def elastic_receptance(
     return shape, slope
 
 
-def _slow(sections: Chain, z: ComplexArray, x: Array, source: float) -> tuple[ComplexArray, ComplexArray]:
+def _slow(sections: SectionChain, z: ComplexArray, x: Array, source: float) -> tuple[ComplexArray, ComplexArray]:
     """Well below the first mode."""
     square = (z * z)[:, None]
     at_x, at_p = _both(sections, z, x, True), _both(sections, z, np.array([source]), True)
@@ -177,7 +177,7 @@ def _slow(sections: Chain, z: ComplexArray, x: Array, source: float) -> tuple[Co
     return shape, force / w / sections.stiffness[sections.locate(x)[0]]
 
 
-def _fast(sections: Chain, z: ComplexArray, x: Array, source: float) -> tuple[ComplexArray, ComplexArray]:
+def _fast(sections: SectionChain, z: ComplexArray, x: Array, source: float) -> tuple[ComplexArray, ComplexArray]:
     """Where the rigid part is not much greater than what is left without it."""
     square = (z * z)[:, None]
     (x_left, x_right), _ = _both(sections, z, x, False)
@@ -192,7 +192,7 @@ def _fast(sections: Chain, z: ComplexArray, x: Array, source: float) -> tuple[Co
 
 
 def _both(
-    sections: Chain, z: ComplexArray, x: Array, slow: bool
+    sections: SectionChain, z: ComplexArray, x: Array, slow: bool
 ) -> tuple[tuple[_Motion, _Motion], tuple[Array, Array]]:
     """The motions from the driven and from the striking end at points, and the masses on both sides of these."""
     section, time = sections.locate(x)
@@ -203,7 +203,7 @@ def _both(
     return (left, _motion(turned, z, sections.size - 1 - section, rest, slow)), masses
 
 
-def _motion(sections: Chain, z: ComplexArray, section: Numbers, time: Array, slow: bool) -> _Motion:
+def _motion(sections: SectionChain, z: ComplexArray, section: Numbers, time: Array, slow: bool) -> _Motion:
     """The motion from the first section's start on, at points; shapes (K, len(section))."""
     still = np.zeros_like(z)
     starts = [_Motion(still if slow else still + 1.0, still, np.zeros(z.size))]
@@ -265,7 +265,7 @@ _ANGLE_ROUNDING = 4e-16
 _MOST_STEPS = 200  # bisection alone needs half of them
 
 
-class Waves(NamedTuple):
+class SectionWaves(NamedTuple):
     """Modes n = 1 … N: φ_n = Re(wave e^{iωt}), t the time of a wave from the start of the section; φ_n(1) > 0.
 
     Parameters
@@ -294,14 +294,14 @@ class _March(NamedTuple):
     slope: Array  # (N,), dΘ/dω
 
 
-def frequencies(sections: Chain, count: int) -> Array:
+def frequencies(sections: SectionChain, count: int) -> Array:
     """ω_1 … ω_N of the free chain; shape (count,)."""
     blocks = [np.arange(first, min(first + _BLOCK, count + 1.0)) for first in np.arange(1.0, count + 1.0, _BLOCK)]
     return np.concatenate([_roots(sections, block) for block in blocks])
 
 
 @lru_cache(maxsize=8)
-def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], s: float, count: int) -> Waves:
+def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], s: float, count: int) -> SectionWaves:
     """The first modes of a chain whose transit times add up to 1/s."""
     sections = chain(impedances, transit_times, None, s)
     omega = frequencies(sections, count)
@@ -311,10 +311,10 @@ def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], s: fl
     end = np.maximum(np.abs(wave[-1]), _LEAST_END)
     for values in (omega, wave, end):
         values.setflags(write=False)
-    return Waves(omega, wave, end)
+    return SectionWaves(omega, wave, end)
 
 
-def _march(sections: Chain, omega: Array) -> _March:
+def _march(sections: SectionChain, omega: Array) -> _March:
     """Vector, half turns and ln r from θ = 0 at the start on."""
     phases = np.outer(sections.transit, omega)
     half = np.floor(phases / np.pi)
@@ -342,7 +342,7 @@ def _march(sections: Chain, omega: Array) -> _March:
     return _March(vectors, turns, growths, np.angle(vector), turn, slope)
 
 
-def _roots(sections: Chain, numbers: Array) -> Array:
+def _roots(sections: SectionChain, numbers: Array) -> Array:
     """The roots of Θ(ω) = nπ: Newton's steps, halving wherever these leave the bracket or do not halve the error."""
     total = float(sections.transit.sum())
     omega = np.pi * numbers / total
@@ -371,7 +371,7 @@ def _roots(sections: Chain, numbers: Array) -> Array:
     return omega
 
 
-def _waves(sections: Chain, omega: Array, numbers: Array) -> ComplexArray:
+def _waves(sections: SectionChain, omega: Array, numbers: Array) -> ComplexArray:
     """The waves of modes, shape (K, N), normalized.
 
     A march loses digits where the mode fades. So the modes are put together of a march from either end, which meet in
@@ -476,7 +476,7 @@ class SteppedBar(Body):
                 raise ParameterError(f"impedances[{i}]", other, wanted, "check the units")
 
     @property
-    def sections(self) -> Chain:
+    def sections(self) -> SectionChain:
         """The sections as their mechanics see them."""
         return chain(self.impedances, self.transit_times, self.lengths, self.s)
 
@@ -496,7 +496,7 @@ class SteppedBar(Body):
         slow = np.divide(self.transit_times, self.lengths or self.transit_times)
         return self.is_harmonic and bool(slow.max() <= (1.0 + _ROUNDING) * slow.min())
 
-    def _waves(self, count: int) -> Waves:
+    def _waves(self, count: int) -> SectionWaves:
         """Of `count` modes and some more: the number is rounded up, so that few tables serve all questions."""
         return waves(self.impedances, self.transit_times, self.s, max(_LEAST_KEPT, 1 << (count - 1).bit_length()))
 
@@ -569,7 +569,7 @@ def _sections(name: str, values: object) -> tuple[float, ...]:
     return tuple(found.tolist())
 
 
-def _bending(bar: Chain, x: Array) -> tuple[Array, Array, Array]:
+def _bending(bar: SectionChain, x: Array) -> tuple[Array, Array, Array]:
     """∫_0^x m²/EA, ∫_0^x m(1 − m)/EA and ∫_x^1 (1 − m)²/EA, m the mass from the driven end on; shapes like x."""
     section, time = bar.locate(x)
     edges = np.arange(bar.size)
@@ -581,7 +581,7 @@ def _bending(bar: Chain, x: Array) -> tuple[Array, Array, Array]:
     return behind[0][section] + first, behind[1][section] + second, ahead[section + 1] + third
 
 
-def _pieces(bar: Chain, section: Numbers, start: Array, end: Array) -> tuple[Array, Array, Array]:
+def _pieces(bar: SectionChain, section: Numbers, start: Array, end: Array) -> tuple[Array, Array, Array]:
     """The three integrals over parts of sections, whose forces are linear along them."""
     (m, n), (mm, nn) = bar.masses(section, start), bar.masses(section, end)
     share = (end - start) / bar.impedance[section]

@@ -144,7 +144,7 @@ def blur(size, tau, first, second):
 GROWN = 1.0 + 1e-12  # the sums' own rounding
 
 
-class Way(NamedTuple):
+class FlightBounds(NamedTuple):
     """What holds for a whole flight from the anchor.
 
     `pull`: acceleration of the drift at the anchor. `beat`: bound of the oscillation of the smooth part less what it is
@@ -189,7 +189,7 @@ def bounds_at_anchor(table, motion, desk):
     beat = bar.reach
     for k in range(osc.shape[1]):
         beat -= osc[0, k]
-    way = Way(pull, beat, ring, blur_of(bar, modes, motion, osc, ring[1], ring[2], curve))
+    way = FlightBounds(pull, beat, ring, blur_of(bar, modes, motion, osc, ring[1], ring[2], curve))
     jerk = bend + sup3
     return way, Bounds(ring[0] - now.free_oscillating + most, sup1, sup2, jerk, curve, up)
 

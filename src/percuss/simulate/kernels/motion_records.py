@@ -57,7 +57,7 @@ BAR = np.dtype(
 )
 
 
-class Modes(NamedTuple):
+class ModeTable(NamedTuple):
     """The elastic modes, each array of shape (N,).
 
     `lam`, `inverse`, `square`, `delta` and `oscillates` (0 or 1) are 0 for the `creeping` modes, so that loops run over
@@ -90,7 +90,7 @@ class Harmonics(NamedTuple):
     load_im: Floats
 
 
-class Table(NamedTuple):
+class MotionTable(NamedTuple):
     """A system. `coupling`: displacement of q_n under harmonic k, real and imaginary part, shape (K, 2, N).
 
     `breaks`, `values`: the steps of a piecewise constant load, otherwise empty. `releases`: phases at which the load
@@ -98,7 +98,7 @@ class Table(NamedTuple):
     """
 
     bar: Any  # a BAR
-    modes: Modes
+    modes: ModeTable
     harmonics: Harmonics
     coupling: Floats
     breaks: Floats
@@ -216,7 +216,7 @@ SUMS = np.dtype(
 )
 
 
-class Motion(NamedTuple):
+class KernelState(NamedTuple):
     """One motion: all that its next event depends on.
 
     `now`, `count`: a NOW and a COUNT; `numbers`, `wholes` are their memory as plain arrays, to be set to 0 in one go.
@@ -294,7 +294,7 @@ class Log(NamedTuple):
 STATE_NUMBERS = 2  # columns of a state before its amplitudes
 
 
-class Starts(NamedTuple):
+class StartRows(NamedTuple):
     """u_n and u_n', n = 0, 1, …, of the starts of many motions, rows; their gaps, and their clocks."""
 
     displacement: Floats
@@ -490,12 +490,12 @@ class Plant(NamedTuple):
     `eye`: the motion as a port sees it, which is as a striking end would; `spot` the same of the rigid motion.
     """
 
-    table: Table
-    alone: Table
+    table: MotionTable
+    alone: MotionTable
     gear: Gear
-    motion: Motion
-    eye: Motion
-    spot: Motion
+    motion: KernelState
+    eye: KernelState
+    spot: KernelState
     desk: Desk
     bench: Desk
     controls: Controls
@@ -504,9 +504,9 @@ class Plant(NamedTuple):
 class Drive(NamedTuple):
     """Of a plant, what nearly all of its functions work with: the fewer arrays, the less there is to compile."""
 
-    table: Table
+    table: MotionTable
     gear: Gear
-    motion: Motion
+    motion: KernelState
     desk: Desk
     controls: Controls
 
@@ -514,7 +514,7 @@ class Drive(NamedTuple):
 class Sight(NamedTuple):
     """Of a plant, what ports see with."""
 
-    alone: Table
-    eye: Motion
-    spot: Motion
+    alone: MotionTable
+    eye: KernelState
+    spot: KernelState
     bench: Desk

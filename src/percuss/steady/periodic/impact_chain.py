@@ -103,7 +103,7 @@ def numbers_of(system: System, modes: int) -> Numbers:
 # ones.
 
 
-class Blocks(NamedTuple):
+class ChainBlocks(NamedTuple):
     """M_n = [[a, b], [c, e]], the map of the elastic modes over a whole cycle; every array of shape (N,).
 
     `whole_a`, `whole_e` are what a and e would be if each flight were the nearest number of half turns, without
@@ -121,7 +121,7 @@ class Blocks(NamedTuple):
     factor: float
 
     @staticmethod
-    def of(contact: Contact, known: Modes, step: tuple[Array, ...], flights: Array) -> Blocks:
+    def of(contact: Contact, known: Modes, step: tuple[Array, ...], flights: Array) -> ChainBlocks:
         """The map over flights, shape (p,), with propagators a, b, c, e over each, shapes (p, N)."""
         alpha, beta, p = contact.strain_factor, contact.velocity_factor, flights.shape[-1]
         loss = -np.expm1(-0.5 * known.damping * flights[:, None])
@@ -141,7 +141,7 @@ class Blocks(NamedTuple):
             whole_a, whole_e = alpha * sign[i] * whole_a, beta * sign[i] * whole_e
         terms = (2.0 * np.abs(near) + np.abs(step[1] * step[2])).sum(axis=0)
         factor = 1.0 + beta if p == 1 else 2.0
-        return Blocks(b, c, whole_a, whole_e, off_a, off_e, terms, known.omega * flights.sum(), factor)
+        return ChainBlocks(b, c, whole_a, whole_e, off_a, off_e, terms, known.omega * flights.sum(), factor)
 
     def away(self, xi: complex | ComplexArray | Array) -> tuple[Any, Any, Any]:
         """ξ − a, ξ − e and det(ξ − M_n)."""
@@ -253,9 +253,9 @@ class Passage:
         return tuple(self.room.carried[4:].transpose(0, 2, 1))
 
     @cached_property
-    def blocks(self) -> Blocks:
+    def blocks(self) -> ChainBlocks:
         """M_n."""
-        return Blocks.of(self.chain.system.contact, self.chain.known, self.step, self.flights)
+        return ChainBlocks.of(self.chain.system.contact, self.chain.known, self.step, self.flights)
 
     def bordered(self, xi: complex) -> Array | ComplexArray:
         """K(ξ) with the change of the rigid velocity after the first impact as an unknown more, which comes last.
@@ -300,7 +300,7 @@ class RationalMatrix(NamedTuple):
     turned: Array
     first: Array
     second: Array
-    blocks: Blocks
+    blocks: ChainBlocks
 
     @staticmethod
     def of(passage: Passage) -> RationalMatrix:

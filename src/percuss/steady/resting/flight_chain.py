@@ -32,7 +32,7 @@ from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 _FEW = 8  # harmonics, of which a loop is faster than arrays
 
 
-class Motion(NamedTuple):
+class GapState(NamedTuple):
     """The gap and its rate, the velocity of the bar as a whole, and u_n, u_n' of its elastic modes."""
 
     gap: float
@@ -100,12 +100,12 @@ class Swing:
 
 
 @dataclass(frozen=True)
-class Leg:
+class ReleasedFlight:
     """A flight from a time on, in rad of the load, and a motion then, under a load without jumps."""
 
     swing: Swing
     time: float
-    start: Motion
+    start: GapState
 
     @cached_property
     def push(self) -> float:
@@ -208,12 +208,12 @@ class Leg:
     def _amplitudes(self) -> list[complex]:
         return list((self.swing.end * self.turned).tolist())
 
-    def at(self, t: float) -> Motion:
+    def at(self, t: float) -> GapState:
         """The motion a time after the start."""
         swing, d = self.swing, self.swing.system.d
         gap, speed = (float(part[0]) for part in self.gap(np.array([t])))
         if not swing.modes:
-            return Motion(gap, speed, speed, self.start.displacement, self.start.velocity)
+            return GapState(gap, speed, speed, self.start.displacement, self.start.velocity)
         waves = np.exp(1j * swing.harmonics * t) * self.turned
         rigid = float((swing.rigid * waves).real.sum())
         rigid += self.drift * float(np.exp(-d * t)) + self.whole * t * float(phi1(d * t))
@@ -222,7 +222,9 @@ class Leg:
         moved = swing.gains * waves
         forced = self.push / known.omega**2 + moved.real.sum(axis=1)
         forced_rate = (moved * (1j * swing.harmonics)).real.sum(axis=1)
-        return Motion(gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate)
+        return GapState(
+            gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate
+        )
 
 
 # ---- The first contact of a flight, with the proof that there is none before: by Taylor's theorem, cell by cell
@@ -234,14 +236,14 @@ _STEPS = 80
 _CLOSE = 1e-9  # share of the time at which Newton's method is about to end
 
 
-class Contact(NamedTuple):
+class WallTouch(NamedTuple):
     """A contact: its time since the start of the leg, and the velocity of the striking end there."""
 
     time: float
     speed: float
 
 
-def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
+def first_contact(leg: ReleasedFlight, begin: float, end: float) -> WallTouch | None:
     """The first time in [begin, end) at which the striking end reaches the wall; None when there is none.
 
     Cells are dropped only where y + |y'| h + sup|y''| h²/2 < 0 at their middles; the first that is left has a contact
@@ -258,7 +260,7 @@ def first_contact(leg: Leg, begin: float, end: float) -> Contact | None:
     return None
 
 
-def _first_window(leg: Leg, begin: float) -> float:
+def _first_window(leg: ReleasedFlight, begin: float) -> float:
     """Some times the flight to be expected of a bar that has just struck, and not longer than y'' stays the same."""
     speed, force, jerk = -leg.start.rate, leg.acceleration, sum(leg.jerks)
     if leg.start.gap == 0.0 and speed <= 0.0 and begin > 0.0:
@@ -269,7 +271,7 @@ def _first_window(leg: Leg, begin: float) -> float:
     return min(6.0 * speed / force if force > 0.0 else _WIDEST, steady, _WIDEST)
 
 
-def _safe(leg: Leg) -> float:
+def _safe(leg: ReleasedFlight) -> float:
     """A time up to which the bar surely flies: by its speed, or by its acceleration where it has none."""
     if leg.start.gap < 0.0:
         return 0.0
@@ -281,7 +283,7 @@ def _safe(leg: Leg) -> float:
     return -2.5 * leg.acceleration / jerk if jerk > 0.0 else math.inf
 
 
-def _within(leg: Leg, low: float, high: float) -> Contact | None:
+def _within(leg: ReleasedFlight, low: float, high: float) -> WallTouch | None:
     bend, half = min(leg.bend, abs(leg.acceleration) + sum(leg.jerks) * high), 0.5 * (high - low) / _CELLS
     touch = _TOUCH * min(1.0, abs(leg.start.gap) + (abs(leg.start.rate) + bend * high) * high)
     narrow = max(float(np.spacing(high)), 0.1 * math.sqrt(touch / bend) if bend > 0.0 else 0.0)
@@ -300,14 +302,14 @@ def _within(leg: Leg, low: float, high: float) -> Contact | None:
             beyond = y > touch
             if beyond.any():  # too narrow for a rising y to be proved: a contact of no speed
                 first = int(np.argmax(beyond))
-                return Contact(float(centres[first]), max(float(v[first]), 0.0))
+                return WallTouch(float(centres[first]), max(float(v[first]), 0.0))
             return None
         half *= 0.5
         centres = np.sort(np.concatenate([centres - half, centres + half]))
     return None
 
 
-def _refined(leg: Leg, low: float, high: float, guess: float) -> Contact:
+def _refined(leg: ReleasedFlight, low: float, high: float, guess: float) -> WallTouch:
     """The root of a y that grows between two times, by Newton's method kept between them."""
     t, speed, last = guess, 0.0, math.inf
     for _ in range(_STEPS):
@@ -323,7 +325,7 @@ def _refined(leg: Leg, low: float, high: float, guess: float) -> Contact:
         if step <= _CLOSE * t and (step >= 0.5 * last or step <= 2.0 * np.spacing(t)):
             break  # what is left is rounding
         last = step
-    return Contact(t, leg.gap_at(t)[1])
+    return WallTouch(t, leg.gap_at(t)[1])
 
 
 # ---- Where the load lets go of a bar that rests on the wall, and for how long it pulls (theory, Rest and release)
@@ -389,7 +391,7 @@ _STILL = 1e-13  # of the speeds that occur: a rebound that is slower is none
 _RIPPLES = 8  # quarter waves of the last mode for which the ripple of a cut sum may hide the release
 
 
-class Impact(NamedTuple):
+class WallImpact(NamedTuple):
     """An impact: its time in rad of the load, unwrapped, and the speed of the striking end just before it."""
 
     time: float
@@ -397,7 +399,7 @@ class Impact(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Chain:
+class RestPath:
     """A bar that is let go at `release`, in rad of the load, from there to its next rest; None for none until `stop`.
 
     Of a chatter, infinitely many impacts that pile up, the impacts that were followed one by one, with the others
@@ -405,13 +407,13 @@ class Chain:
     """
 
     release: float
-    impacts: tuple[Impact, ...]
+    impacts: tuple[WallImpact, ...]
     rest: float | None
     chatters: bool
     stop: float
 
 
-def chatter_left(leg: Leg, factor: float) -> float | None:
+def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
     """How long until the impacts after this one have piled up; None where that is not certain, or not known.
 
     Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to
@@ -444,7 +446,7 @@ def chatter_left(leg: Leg, factor: float) -> float | None:
     return float(left * (1.0 - d * left / 6.0 - (waves * leg.turned).real.sum() * left / (3.0 * push)))
 
 
-class Course:
+class RestSearch:
     """A bar that is let go at a time in rad of the load, as it is followed from impact to impact until `stop`.
 
     `leg` is the flight that begins: after the release, then after the last impact or jump of the load.
@@ -455,22 +457,22 @@ class Course:
         body, modes = swing.system.body, swing.modes
         self.law = swing.system.contact
         none = np.zeros(modes)
-        self.leg = Leg(swing, release, Motion(0.0, 0.0, 0.0, none, none))
+        self.leg = ReleasedFlight(swing, release, GapState(0.0, 0.0, 0.0, none, none))
         pulled, free = pull_lasts(swing.system.load, release), body.is_free
         wave = (1.0 + 0.5 / modes) * body.transit_time if modes else 0.0
         self.free_until = release + (max(pulled, wave) if free else min(pulled, half_swing(swing.known)))
         self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes and free else 0.0
-        self.impacts: list[Impact] = []
+        self.impacts: list[WallImpact] = []
         self.flight = math.inf  # the last one
 
-    def chain(self) -> Chain:
+    def chain(self) -> RestPath:
         """The whole way to the rest."""
         while len(self.impacts) < MOST_IMPACTS and self.strikes():
             time, speed = self.impacts[-1]
             left, chatters = self._rests(speed)
             if left is not None and time + left <= self.stop:
-                return Chain(self.release, tuple(self.impacts), time + left, chatters, time + left)
-        return Chain(self.release, tuple(self.impacts), None, False, min(self.stop, self.leg.time))
+                return RestPath(self.release, tuple(self.impacts), time + left, chatters, time + left)
+        return RestPath(self.release, tuple(self.impacts), None, False, min(self.stop, self.leg.time))
 
     def strikes(self) -> bool:
         """Follow the bar through its next impact; whether there is one before the stop."""
@@ -479,15 +481,15 @@ class Course:
             return False
         time, motion, speed = landed
         self.flight = time - self.impacts[-1].time if self.impacts else math.inf
-        self.impacts.append(Impact(time, speed))
+        self.impacts.append(WallImpact(time, speed))
         u, v = self.law.after(motion.displacement, motion.velocity)
         factor = self.law.velocity_factor
-        self.leg = Leg(self.swing, time, Motion(0.0, factor * speed, factor * motion.rigid, u, v))
+        self.leg = ReleasedFlight(self.swing, time, GapState(0.0, factor * speed, factor * motion.rigid, u, v))
         return True
 
     # -- flights --
 
-    def _landing(self) -> tuple[float, Motion, float] | None:
+    def _landing(self) -> tuple[float, GapState, float] | None:
         """The next contact: when, the motion and the speed of the striking end; None for none before the stop."""
         while True:
             leg = self.leg
@@ -498,9 +500,9 @@ class Course:
                 return leg.time + found.time, motion, found.speed
             if leg.time + end >= self.stop:
                 return None
-            self.leg = Leg(self.swing, leg.time + end, leg.at(end))
+            self.leg = ReleasedFlight(self.swing, leg.time + end, leg.at(end))
 
-    def _contact(self, leg: Leg, end: float) -> Contact | None:
+    def _contact(self, leg: ReleasedFlight, end: float) -> WallTouch | None:
         begin = self.free_until - leg.time
         if begin >= end:
             return None
@@ -509,7 +511,7 @@ class Course:
         safe = _safe(leg)
         return first_contact(leg, safe, end) if safe < end else None
 
-    def _let_go(self, leg: Leg, begin: float, end: float) -> Contact | None:
+    def _let_go(self, leg: ReleasedFlight, begin: float, end: float) -> WallTouch | None:
         """The first contact after the time for which a bar let go is known to be free.
 
         The ripple of a finite number of modes may still lap at the wall then; a bar that comes back is a contact.
@@ -522,7 +524,7 @@ class Course:
             if y < 0.0:
                 return first_contact(leg, at, end)
             if v > 0.0 or tries == _RIPPLES:
-                return Contact(at, max(v, 0.0))
+                return WallTouch(at, max(v, 0.0))
         return None
 
     # -- rest --

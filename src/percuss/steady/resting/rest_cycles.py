@@ -12,7 +12,7 @@ from percuss.model import HeldBody, System
 from percuss.model.checks import Array, ComplexArray, count, instance, text
 from percuss.model.system import set_at_wall
 from percuss.shown import Shown
-from percuss.steady.resting.flight_chain import Chain, Course, Swing, release_phases, time_to_release
+from percuss.steady.resting.flight_chain import RestPath, RestSearch, Swing, release_phases, time_to_release
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -43,7 +43,7 @@ class RestCycle(Shown):
     system: System
     periods: int
     modes: int
-    chains: tuple[Chain, ...] = field(repr=False)
+    chains: tuple[RestPath, ...] = field(repr=False)
 
     @property
     def chatters(self) -> bool:
@@ -182,24 +182,26 @@ _LATER = 1e-13  # rad, by which rounding may be late
 _SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
 
 
-class Way(NamedTuple):
+class ReleaseToRelease(NamedTuple):
     """What a bar that is let go at one of the release phases does until it is let go at one of them again.
 
     Several chains where a bar that is laid down while the load pulls is let go at once; the number of the release phase
     at its end, −1 where there is none, and when it is let go there.
     """
 
-    chains: list[Chain]
+    chains: list[RestPath]
     next: int = -1
     end: float = math.inf
 
 
-def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float, late: float = 0.0) -> Way:
+def way_from(
+    swing: Swing, releases: tuple[float, ...], number: int, most: float, late: float = 0.0
+) -> ReleaseToRelease:
     """The way from a release phase to the next; `most`: rad after which it is given up."""
-    chains: list[Chain] = []
+    chains: list[RestPath] = []
     time = first = releases[number] + late
     while time < first + most and len(chains) < _MOST_RELEASES:
-        chain = Course(swing, time, first + most).chain()
+        chain = RestSearch(swing, time, first + most).chain()
         chains.append(chain)
         if chain.rest is None:
             break
@@ -207,16 +209,16 @@ def way_from(swing: Swing, releases: tuple[float, ...], number: int, most: float
         time = chain.rest + wait
         if following >= 0:
             turns = round((time - releases[following]) / TURN)
-            return Way(chains, following, releases[following] + TURN * turns)
-    return Way(chains)
+            return ReleaseToRelease(chains, following, releases[following] + TURN * turns)
+    return ReleaseToRelease(chains)
 
 
-def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> Way:
+def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> ReleaseToRelease:
     """… which is no return where a bar that is let go hardly later comes back at another time."""
     way = way_from(swing, releases, number, most)
     if way.next >= 0 and way.end - releases[number] < _SHORT:
         other = way_from(swing, releases, number, most, _LATER)
-        return way if (other.next, other.end) == (way.next, way.end) else Way(way.chains, -1, way.end)
+        return way if (other.next, other.end) == (way.next, way.end) else ReleaseToRelease(way.chains, -1, way.end)
     return way
 
 
@@ -265,7 +267,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     longest = count("most", most, most=MOST_PERIODS)
     swing = Swing(set_at_wall(system, kept), kept)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
-    ways: dict[int, Way] = {}
+    ways: dict[int, ReleaseToRelease] = {}
     leads_to: dict[int, int] = {-1: -1}
     cycles: list[RestCycle] = []
     for start in range(len(releases)):
@@ -292,11 +294,11 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
 
 
 def _cycle(
-    system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, Way], numbers: list[int]
+    system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, ReleaseToRelease], numbers: list[int]
 ) -> RestCycle:
     """The cycle through some release phases, told from the least of them on."""
     first = numbers.index(min(numbers))
-    chains: list[Chain] = []
+    chains: list[RestPath] = []
     late = 0.0
     for number in numbers[first:] + numbers[:first]:
         way = ways[number]
@@ -305,7 +307,7 @@ def _cycle(
     return RestCycle(system, round(late / TURN), swing.modes, tuple(chains))
 
 
-def _later(chain: Chain, by: float) -> Chain:
+def _later(chain: RestPath, by: float) -> RestPath:
     """A chain some load periods later."""
     moved = tuple(impact._replace(time=impact.time + by) for impact in chain.impacts)
     rest = None if chain.rest is None else chain.rest + by
@@ -314,7 +316,7 @@ def _later(chain: Chain, by: float) -> Chain:
 
 def cycle_through(
     system: System, release: float, *, modes: int, most: int
-) -> tuple[RestCycle | None, tuple[Chain, ...], float | None]:
+) -> tuple[RestCycle | None, tuple[RestPath, ...], float | None]:
     """The cycle through the release phase nearest to one that is given; None for no return within `most` periods.
 
     Besides all chains that were followed, and the release phase, None where the load lets go nowhere.
@@ -325,7 +327,7 @@ def cycle_through(
         return None, (), None
     off = np.abs(np.mod(np.asarray(releases) - release + math.pi, TURN) - math.pi)
     start = here = int(np.argmin(off))
-    ways: dict[int, Way] = {}
+    ways: dict[int, ReleaseToRelease] = {}
     path: list[int] = []
     late = 0.0
     while here >= 0 and here not in path and late < TURN * most:

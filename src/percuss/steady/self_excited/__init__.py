@@ -13,7 +13,7 @@ from percuss.steady.self_excited.margins import (
 from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
 from percuss.steady.self_excited.valve_cycle import (
-    Blow,
+    MachineBlow,
     ModeShare,
     Rebound,
     Ringing,
@@ -25,7 +25,7 @@ from percuss.steady.self_excited.valve_cycle import (
 
 __all__ = [
     "BlankBlow",
-    "Blow",
+    "MachineBlow",
     "ModeShare",
     "Obstacle",
     "Rebound",

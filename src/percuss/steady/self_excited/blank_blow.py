@@ -19,7 +19,7 @@ from percuss.shown import Shown
 from percuss.steady.self_excited.piston import Piston, under_pressure
 from percuss.steady.self_excited.piston_flight import (
     NO_PORTS,
-    Flight,
+    PistonFlight,
     acceleration,
     at,
     first_crossing,
@@ -203,7 +203,7 @@ class _Blank:
         depth = reach - self.cushion.beyond
         return depth, self.cushion.force + self.cushion.stiffness * depth
 
-    def _flight(self, where: Literal["free", "in", "out"]) -> Flight:
+    def _flight(self, where: Literal["free", "in", "out"]) -> PistonFlight:
         flight = self.piston.flight(self.valve.state, self.x, self.v)
         if self.cushion is None or where == "free":
             return flight

@@ -201,7 +201,7 @@ def _supply_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
     if supply is None:
         return None, None
 
-    def less(quantity: Quantity, logarithm: float) -> Valve:
+    def less(quantity: MachineQuantity, logarithm: float) -> Valve:
         return quantity.at(quantity.value * math.exp(-logarithm)).valve
 
     fed = [one for one in quantities_of(motion.machine) if one.name in ("flow", "compliance")]
@@ -271,7 +271,7 @@ def sensitivities(motion: SelfExcited) -> tuple[Sensitivity, ...]:
     return tuple(_sensitivity(motion, motion.cycle, quantity) for quantity in quantities_of(motion.machine))
 
 
-class Quantity(NamedTuple):
+class MachineQuantity(NamedTuple):
     """What may change of a machine: as of a `Sensitivity`, and `at` gives the machine with another value."""
 
     name: str
@@ -280,7 +280,7 @@ class Quantity(NamedTuple):
     at: Callable[[float], Machine]
 
 
-def quantities_of(machine: Machine) -> Iterator[Quantity]:
+def quantities_of(machine: Machine) -> Iterator[MachineQuantity]:
     """Pressure, or flow and accumulator of a supply, place and delay of the ports, and restitution."""
     valve, supply = machine.valve, machine.valve.supply
 
@@ -302,18 +302,18 @@ def quantities_of(machine: Machine) -> Iterator[Quantity]:
         return replace(machine, contact=machine.contact.with_restitution(min(restitution, 1.0)))
 
     if supply is None:
-        yield Quantity("pressure", None, 1.0, under)
+        yield MachineQuantity("pressure", None, 1.0, under)
     else:
         for name in ("flow", "compliance"):
-            yield Quantity(name, None, getattr(supply, name), partial(fed, name))
+            yield MachineQuantity(name, None, getattr(supply, name), partial(fed, name))
     for i, port in enumerate(valve.ports):
         if port.behind is not None:
-            yield Quantity("behind", i, port.behind, partial(with_port, i, "behind"))
-        yield Quantity("delay", i, port.delay, partial(with_port, i, "delay"))
-    yield Quantity("restitution", None, machine.contact.restitution, rebounding)
+            yield MachineQuantity("behind", i, port.behind, partial(with_port, i, "behind"))
+        yield MachineQuantity("delay", i, port.delay, partial(with_port, i, "delay"))
+    yield MachineQuantity("restitution", None, machine.contact.restitution, rebounding)
 
 
-def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: Quantity) -> Sensitivity:
+def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: MachineQuantity) -> Sensitivity:
     name, port, value, changed = quantity
     step = _DIFFERENCE_STEP * (value or (1.0 if name == "restitution" else cycle.period))
     highest = 1.0 if name == "restitution" else value + step

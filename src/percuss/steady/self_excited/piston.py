@@ -17,8 +17,8 @@ from percuss.model import Machine
 from percuss.model.load.valve import Orders
 from percuss.model.machine import machine_modes
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.piston_flight import Flight
-from percuss.steady.self_excited.valve_cycle import Blow, Rebound, Switch, Uncovering, ValveCycle, ValveFlight
+from percuss.steady.self_excited.piston_flight import PistonFlight
+from percuss.steady.self_excited.valve_cycle import MachineBlow, Rebound, Switch, Uncovering, ValveCycle, ValveFlight
 
 _LEAST = 1e-100  # a stiffness or a drag below it is none: its times would overflow
 _REBOUND = 1e-16  # a smaller part of the speed is no rebound: beside a wall it would fly no distance that numbers hold
@@ -27,7 +27,7 @@ _MOST_ROOM = 400  # a leg has no more events
 
 
 @dataclass(frozen=True)
-class Leg:
+class BlowToBlow:
     """From just after one blow to just after the next one, or to where nothing follows.
 
     `ending` is one of `piston_kernels`; `rebound` is that of the blow at its end, None without one.
@@ -91,12 +91,12 @@ class Piston:
         pressure = None if valve.supply is None else valve.supply.start
         return Rebound(0.0, valve.orders.last, valve.orders, pressure)
 
-    def flight(self, state: str, x: float, v: float) -> Flight:
+    def flight(self, state: str, x: float, v: float) -> PistonFlight:
         """That begins in a state, under the pressure 1."""
         row = self.row(Rebound(v, state, self.machine.valve.orders), x)
         return kn.flight_of(*self.numbers[::2], row)
 
-    def tables(self, rows: int, width: int) -> kn.Tables:
+    def tables(self, rows: int, width: int) -> kn.PistonTables:
         """What `piston_kernels` work on, with so many rows of rebounds of a width."""
 
         def table(height: int, width: int) -> list[list[float]]:
@@ -105,9 +105,9 @@ class Piston:
         size = 2 + (width - kn.DUE) // 2
         matrices = [table(size, size + 1) for _ in range(kn.MATRICES)]
         tells, slopes = table(max(rows, 2), kn.TOLD), table(kn.BY_ORDER + size - 2, size)
-        return kn.Tables(*self.numbers, table(rows, width), slopes, matrices, tells, [0.0] * size)
+        return kn.PistonTables(*self.numbers, table(rows, width), slopes, matrices, tells, [0.0] * size)
 
-    def leg(self, rebound: Rebound, behind: float = 0.0, started: bool = False) -> Leg:
+    def leg(self, rebound: Rebound, behind: float = 0.0, started: bool = False) -> BlowToBlow:
         """The leg that a rebound begins, at which the blow demands first, or a start, at which ports do."""
         look()
         room, ending = _ROOM, kn.TOO_MANY
@@ -122,10 +122,10 @@ class Piston:
         passed = tuple(Uncovering(one[2], one[1], one[3]) for one in log if one[0] == kn.UNCOVERING)
         following = self.rebound(now) if ending == kn.BLOW else None
         duration = told[kn.DURATION] if following else now[kn.TIME]
-        return Leg(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, flights, switches, passed)
+        return BlowToBlow(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, flights, switches, passed)
 
     def _flight(
-        self, time: float, duration: float, flight: Flight, state: float, pressure: float, last: float
+        self, time: float, duration: float, flight: PistonFlight, state: float, pressure: float, last: float
     ) -> ValveFlight:
         machine = self.machine
         modes = machine_modes(machine.body, machine.at, flight.stiffness, 0)
@@ -161,7 +161,7 @@ class Piston:
             state=now.state,
             orders=now.orders,
             flights=all_of("flights"),
-            struck=tuple(Blow(time, speed, 0.5 * speed**2, 0.0) for time, speed in speeds),
+            struck=tuple(MachineBlow(time, speed, 0.5 * speed**2, 0.0) for time, speed in speeds),
             switches=all_of("switches"),
             uncoverings=all_of("uncoverings"),
             slope=np.array([line[:size] for line in work.matrices[kn.ALL][:size]]),
@@ -182,7 +182,7 @@ class Lost:
     """
 
     why: int
-    leg: Leg
+    leg: BlowToBlow
     began: Rebound
     started: bool
 
@@ -196,7 +196,7 @@ class _Search:
     room: int = _ROOM
 
     @cached_property
-    def work(self) -> kn.Tables:
+    def work(self) -> kn.PistonTables:
         """What the functions work on."""
         return self.piston.tables(kn.FIRST + self.most, kn.DUE + 2 * self.room)
 

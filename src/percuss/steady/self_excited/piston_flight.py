@@ -43,7 +43,7 @@ Rows = Any
 """A table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there."""
 
 
-class Flight(NamedTuple):
+class PistonFlight(NamedTuple):
     """From the distance x behind the wall with the velocity v away from it; `push` is a, the acceleration at the wall.
 
     `stiffness` and `drag` are κ and d, `ramp` j is the growth of the push in time, with which the stiffness is above 0.
@@ -57,19 +57,19 @@ class Flight(NamedTuple):
     ramp: float = 0.0
 
 
-def acceleration(flight: Flight) -> float:
+def acceleration(flight: PistonFlight) -> float:
     """At the start, without the drag."""
     return flight.push - flight.stiffness * flight.x
 
 
-def at(flight: Flight, t: float) -> tuple[float, float]:
+def at(flight: PistonFlight, t: float) -> tuple[float, float]:
     """Distance and velocity at a time."""
     ds, s, q, w = response(t, flight.stiffness, flight.drag)
     force, v, ramp = acceleration(flight), flight.v, flight.ramp
     return flight.x + v * s + force * q + ramp * w, v * ds + force * s + ramp * q
 
 
-def speed_at(flight: Flight, place: float, way: int) -> float:
+def speed_at(flight: PistonFlight, place: float, way: int) -> float:
     """Velocity at a place that is passed this way without drag: from the energy, however far it went before."""
     more = (place - flight.x) * (2.0 * flight.push - flight.stiffness * (place + flight.x))
     return way * math.sqrt(max(0.0, flight.v * flight.v + more))
@@ -78,7 +78,7 @@ def speed_at(flight: Flight, place: float, way: int) -> float:
 # ---- Where it turns
 
 
-def turning_time(flight: Flight) -> float:
+def turning_time(flight: PistonFlight) -> float:
     """When the velocity first is 0 after the start, under a constant force; infinite when it never is."""
     v, f = flight.v, acceleration(flight)
     below, square = 0.5 * v * flight.drag - f, flight.stiffness - 0.25 * flight.drag * flight.drag
@@ -95,30 +95,30 @@ def turning_time(flight: Flight) -> float:
     return math.atanh(rate * ratio) / rate if rate * ratio < 1.0 else math.inf
 
 
-def turning_step(flight: Flight) -> float:
+def turning_step(flight: PistonFlight) -> float:
     """The time between two turning points."""
     square = flight.stiffness - 0.25 * flight.drag * flight.drag
     return math.pi / math.sqrt(square) if square > 0.0 else math.inf
 
 
-def drift_of(flight: Flight) -> float:
+def drift_of(flight: PistonFlight) -> float:
     """The velocity of the line about which it oscillates under a ramp."""
     return flight.ramp / flight.stiffness
 
 
-def line_of(flight: Flight, time: float) -> float:
+def line_of(flight: PistonFlight, time: float) -> float:
     """Where that line is."""
     return (flight.push + flight.ramp * time - flight.drag * drift_of(flight)) / flight.stiffness
 
 
-def swing_of(flight: Flight, time: float) -> float:
+def swing_of(flight: PistonFlight, time: float) -> float:
     """A bound of how far the velocity is from the drift, under a ramp, from a time on."""
     x, v = at(flight, time)
     away, faster = x - line_of(flight, time), v - drift_of(flight)
     return math.sqrt(flight.stiffness * away * away + faster * faster)
 
 
-def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, float]:
+def next_at_speed(flight: PistonFlight, speed: float, after: float) -> tuple[float, float]:
     """When the velocity under a ramp next is a value, infinite for never, and from when on to look for the time after.
 
     Between two turns of the velocity, which is a flight itself, it passes a value once at most; and not at all any more
@@ -127,7 +127,7 @@ def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, fl
     if after == math.inf:
         return math.inf, math.inf
     changing = acceleration(flight) - flight.drag * flight.v
-    velocity = Flight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing, 0.0)
+    velocity = PistonFlight(flight.ramp, flight.stiffness, flight.drag, flight.v, changing, 0.0)
     end, step, drift = turning_time(velocity), turning_step(velocity), drift_of(flight)
     if end <= after:
         end = end + math.ceil((after - end) / step + EPS) * step if step < math.inf else math.inf
@@ -143,7 +143,7 @@ def next_at_speed(flight: Flight, speed: float, after: float) -> tuple[float, fl
     return math.inf, math.inf
 
 
-def next_turn(flight: Flight, after: float) -> tuple[float, float]:
+def next_turn(flight: PistonFlight, after: float) -> tuple[float, float]:
     """When it next turns, infinite for never, and from when on to look for the turn after; 0 to begin with."""
     if flight.ramp != 0.0:
         return next_at_speed(flight, 0.0, after)
@@ -151,7 +151,7 @@ def next_turn(flight: Flight, after: float) -> tuple[float, float]:
     return time, time
 
 
-def last_place(flight: Flight) -> float:
+def last_place(flight: PistonFlight) -> float:
     """Where it comes to rest or goes to in the end, when it does not oscillate for ever."""
     if flight.ramp != 0.0:
         return math.copysign(math.inf, flight.ramp)
@@ -164,7 +164,7 @@ def last_place(flight: Flight) -> float:
     return flight.x if flight.v == 0.0 else math.copysign(math.inf, flight.v)
 
 
-def extremes(flight: Flight, until: float) -> tuple[float, float]:
+def extremes(flight: PistonFlight, until: float) -> tuple[float, float]:
     """The least and the greatest distance from the wall up to a time, that at the end not looked at."""
     least, most, after = flight.x, flight.x, 0.0
     for _ in range(PIECES if flight.ramp == 0.0 else MOST_TURNS):
@@ -176,7 +176,7 @@ def extremes(flight: Flight, until: float) -> tuple[float, float]:
     return least, most
 
 
-def turning_places(flight: Flight, until: float = math.inf) -> Iterator[float]:
+def turning_places(flight: PistonFlight, until: float = math.inf) -> Iterator[float]:
     """Where it turns, up to a time: without a ramp the first three, within which all others lie."""
     after = 0.0
     for _ in range(PIECES if flight.ramp == 0.0 else MOST_TURNS):
@@ -202,7 +202,7 @@ def nearest_place(ports: Rows, here: float, last: float, way: int) -> float:
     return found
 
 
-def first_crossing(flight: Flight, ports: Rows, until: float) -> tuple[float, float, int]:
+def first_crossing(flight: PistonFlight, ports: Rows, until: float) -> tuple[float, float, int]:
     """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none.
 
     The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the flight
@@ -230,7 +230,7 @@ def first_crossing(flight: Flight, ports: Rows, until: float) -> tuple[float, fl
     return 0.0, 0.0, 0
 
 
-def idle(flight: Flight, time: float, ports: Rows, until: float) -> float:
+def idle(flight: PistonFlight, time: float, ports: Rows, until: float) -> float:
     """For how long from a time on no place can be passed under a ramp."""
     far, drift, line = swing_of(flight, time) / math.sqrt(flight.stiffness), drift_of(flight), line_of(flight, time)
     way, ahead = math.copysign(1.0, drift), math.inf
@@ -243,7 +243,7 @@ def idle(flight: Flight, time: float, ports: Rows, until: float) -> float:
     return min(ahead / abs(drift), until - time) * (1.0 - 1e-9)
 
 
-def time_at(flight: Flight, place: float, way: int, number: int, start: float, stop: float) -> float:
+def time_at(flight: PistonFlight, place: float, way: int, number: int, start: float, stop: float) -> float:
     """When a place is passed between two turning points: Newton's method between bounds, else halving."""
     if flight.stiffness == 0.0 and flight.drag == 0.0:
         speed = way * math.sqrt(max(0.0, flight.v * flight.v + 2.0 * flight.push * (place - flight.x)))
@@ -281,7 +281,9 @@ def time_at(flight: Flight, place: float, way: int, number: int, start: float, s
 # ---- The pressure of a supply while a piston draws from it: of a state's force p at the pressure 1, π′ = (q + pv)/c
 
 
-def pressure_range(flight: Flight, duration: float, pressure: float, bare: float, law: Rows) -> tuple[float, float]:
+def pressure_range(
+    flight: PistonFlight, duration: float, pressure: float, bare: float, law: Rows
+) -> tuple[float, float]:
     """The least and the greatest pressure of a flight that begins at one: at its ends, or where π′ is 0."""
     least = most = pressure
     if flight.ramp != 0.0:
@@ -294,7 +296,7 @@ def pressure_range(flight: Flight, duration: float, pressure: float, bare: float
     return min(least, now), max(most, now)
 
 
-def pressure_at(flight: Flight, t: float, pressure: float, bare: float, law: Rows) -> float:
+def pressure_at(flight: PistonFlight, t: float, pressure: float, bare: float, law: Rows) -> float:
     """The pressure at a time of a flight."""
     came: float = at(flight, t)[0] - flight.x
     more: float = (law[FLOW] * t + bare * came) / law[COMPLIANCE]

@@ -26,7 +26,7 @@ from percuss.steady.self_excited.piston_flight import (
     GAS,
     STIFFNESS,
     WAY,
-    Flight,
+    PistonFlight,
     Rows,
     drift_of,
     extremes,
@@ -69,7 +69,7 @@ EPS = 2.0**-52
 Log = list[tuple[Any, ...]] | None
 
 
-class Tables(NamedTuple):
+class PistonTables(NamedTuple):
     """A piston, and what to work in: the force of each state at the pressure 1, its ports and its law; and the rest."""
 
     forces: Rows
@@ -82,7 +82,7 @@ class Tables(NamedTuple):
     step: Rows
 
 
-class Way(NamedTuple):
+class PistonState(NamedTuple):
     """A piston on its way: its forces, ports and law; its row, its derivatives by `columns` numbers, what it tells."""
 
     forces: Rows
@@ -115,16 +115,16 @@ def slope_of(i: int, row: Rows) -> int:
     return BY_V if i == 0 else BY_ORDER + i - 1 if i <= row[COUNT] else BY_PRESSURE
 
 
-def flight_of(forces: Rows, law: Rows, now: Rows) -> Flight:
+def flight_of(forces: Rows, law: Rows, now: Rows) -> PistonFlight:
     """What begins here: under a supply, whose pressure follows, with a spring and a ramp more."""
     force, c = forces[int(now[STATE])], law[COMPLIANCE]
     push, spring, ramp = -(now[PRESSURE] * force + law[GAS]), force * force / c, -force * law[FLOW] / c
     if spring < NONE or ramp == 0.0:
         spring, ramp = 0.0, 0.0
-    return Flight(push + spring * now[X], law[STIFFNESS] + spring, law[DRAG], now[X], now[V], ramp)
+    return PistonFlight(push + spring * now[X], law[STIFFNESS] + spring, law[DRAG], now[X], now[V], ramp)
 
 
-def carry_out(way: Way, log: Log) -> None:
+def carry_out(way: PistonState, log: Log) -> None:
     """Change the state by the orders that are due."""
     forces, now, slopes, told = way.forces, way.now, way.slopes, way.told
     while now[COUNT] > 0.0 and now[DUE] <= now[TIME]:
@@ -144,7 +144,7 @@ def carry_out(way: Way, log: Log) -> None:
                 slopes[BY_ORDER + i][k] = slopes[BY_ORDER + i + 1][k]
 
 
-def demand(way: Way, j: int, log: Log) -> bool:
+def demand(way: PistonState, j: int, log: Log) -> bool:
     """A port demands its state; False when too many orders are pending."""
     ports, now, slopes, told = way.ports, way.now, way.slopes, way.told
     to = ports[DEMANDED][j]
@@ -172,7 +172,7 @@ def demand(way: Way, j: int, log: Log) -> bool:
     return True
 
 
-def is_asked(way: Way, j: int, outwards: bool, started: bool) -> bool:
+def is_asked(way: PistonState, j: int, outwards: bool, started: bool) -> bool:
     """Whether a port demands at the begin of a leg: by the blow, or, where the piston is started, as it is occupied."""
     ports, now = way.ports, way.now
     side, edge = ports[WAY][j], ports[EDGE][j]
@@ -182,13 +182,13 @@ def is_asked(way: Way, j: int, outwards: bool, started: bool) -> bool:
     return bool(inside == (side > 0.0))
 
 
-def rest(way: Way, lifted: float, log: Log) -> None:
+def rest(way: PistonState, lifted: float, log: Log) -> None:
     """Lie on the wall until the next order is due or a growing pressure lifts it, and forget what was before."""
     law, now, slopes = way.law, way.now, way.slopes
     until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
     duration = min(until, lifted)
     if log is not None:
-        still = Flight(0.0, 0.0, law[DRAG], 0.0, 0.0)
+        still = PistonFlight(0.0, 0.0, law[DRAG], 0.0, 0.0)
         log.append((SEGMENT, now[TIME], duration, still, now[STATE], now[PRESSURE], now[LAST]))
     now[TIME] = now[DUE] if until <= lifted else now[TIME] + duration
     growth = law[FLOW] / law[COMPLIANCE]
@@ -206,7 +206,7 @@ def rest(way: Way, lifted: float, log: Log) -> None:
             now[PRESSURE] *= 1.0 + EPS
 
 
-def fly(way: Way, flight: Flight, duration: float, place: float, to: int, log: Log) -> bool:
+def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, to: int, log: Log) -> bool:
     """To the place, or, with the direction 0, to when the next order is due; whether the pressure stays above 0."""
     law, now, slopes, told = way.law, way.now, way.slopes, way.told
     stiffness, drag, gas, c = flight.stiffness, flight.drag, law[STIFFNESS], law[COMPLIANCE]
@@ -242,7 +242,7 @@ def fly(way: Way, flight: Flight, duration: float, place: float, to: int, log: L
     return lowest >= 0.0
 
 
-def lowest_pressure(flight: Flight, duration: float, pressure: float, force: float, law: Rows) -> float:
+def lowest_pressure(flight: PistonFlight, duration: float, pressure: float, force: float, law: Rows) -> float:
     """The least pressure in a flight; a lower bound of it where that is above 0."""
     if flight.ramp == 0.0:
         return pressure
@@ -251,13 +251,15 @@ def lowest_pressure(flight: Flight, duration: float, pressure: float, force: flo
     return least if least > 0.0 else pressure_range(flight, duration, pressure, force, law)[0]
 
 
-def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, columns: int = 0, log: Log = None) -> int:
+def leg(
+    work: PistonTables, begin: Rows, started: bool, now: Rows, told: Rows, columns: int = 0, log: Log = None
+) -> int:
     """From a rebound to the next one, or from a start; returns how it ends, and writes the rebound and what it tells.
 
     The slopes are carried on, of so many columns.
     """
     ports = work.ports
-    way = Way(work.forces, ports, work.law, now, work.slopes, columns, told)
+    way = PistonState(work.forces, ports, work.law, now, work.slopes, columns, told)
     copied(begin, now)
     for i in range(TOLD):
         told[i] = 0.0
@@ -298,7 +300,7 @@ def leg(work: Tables, begin: Rows, started: bool, now: Rows, told: Rows, columns
     return NO_BLOW
 
 
-def struck(way: Way) -> None:
+def struck(way: PistonState) -> None:
     """The rebound of a blow, and its derivatives."""
     now, slopes, told, factor = way.now, way.slopes, way.told, way.law[FACTOR]
     told[DURATION], told[SPEED] = now[TIME], -now[V]
@@ -332,7 +334,7 @@ HALVINGS = 6
 TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 
 
-def legs_of_cycle(begin: Rows, blows: int, work: Tables) -> bool:
+def legs_of_cycle(begin: Rows, blows: int, work: PistonTables) -> bool:
     """The flights of so many blows, when they lead to a rebound of the same kind: at `END`, and what they tell."""
     whole, single, now, following = work.tells[WHOLE], work.tells[SINGLE], work.rows[NOW], work.rows[END]
     size, slopes = size_of(begin, work.law), work.slopes
@@ -394,7 +396,7 @@ def solved(equations: Rows, size: int, step: Rows) -> bool:
     return True
 
 
-def newton_step(begin: Rows, work: Tables) -> float:
+def newton_step(begin: Rows, work: PistonTables) -> float:
     """The size of the next step of Newton's method, as a part of speed or period; infinite when there is none."""
     size, equations, end, whole = size_of(begin, work.law), work.matrices[EQUATIONS], work.rows[END], work.tells[WHOLE]
     apart, greatest = 0.0, 0.0
@@ -433,7 +435,7 @@ def strikes(forces: Rows, law: Rows, whole: Rows) -> bool:
     return bool(whole[SPEED] * whole[SPEED] > TOUCHES * force * whole[FARTHEST])
 
 
-def cycle_near(begin: Rows, blows: int, shrinking: int, work: Tables) -> bool:
+def cycle_near(begin: Rows, blows: int, shrinking: int, work: PistonTables) -> bool:
     """Whether Newton's method leads from a rebound to a cycle: at `NEXT`, and told as a whole.
 
     After `shrinking` steps each must be shorter than the one before.
@@ -520,7 +522,7 @@ def settle(forces: Rows, law: Rows, now: Rows, greatest: float) -> float:
     return greatest
 
 
-def followed(most: int, work: Tables) -> tuple[int, int]:
+def followed(most: int, work: PistonTables) -> tuple[int, int]:
     """Fly from the rebound at `NOW` until nothing follows, or so many legs; their number, and how the last one ends.
 
     The rebounds are in the rows from `FIRST` on, and what the legs tell, too.
@@ -535,7 +537,7 @@ def followed(most: int, work: Tables) -> tuple[int, int]:
     return number, ending
 
 
-def cycle_at(tried: int, rebounds: int, work: Tables) -> int:
+def cycle_at(tried: int, rebounds: int, work: PistonTables) -> int:
     """Blows of the cycle that one of the rebounds is near, with few of them rather than many; 0 without one.
 
     The first ones were tried before.
@@ -574,7 +576,7 @@ def why_none(legs: int, ending: int, tells: Rows) -> int:
     return IRREGULAR
 
 
-def settled(work: Tables) -> tuple[int, int, float]:
+def settled(work: PistonTables) -> tuple[int, int, float]:
     """What a piston does; blows in its cycle, 0 for none, which is then at `NEXT`; the part of the start that told."""
     why, legs, first = UNKNOWN, 0, 1.0
     for part, most, tried in SETTLED_AT:
@@ -593,7 +595,7 @@ def settled(work: Tables) -> tuple[int, int, float]:
     return why, 0, first
 
 
-def contracts(size: int, work: Tables) -> bool:
+def contracts(size: int, work: PistonTables) -> bool:
     """Whether many returns shrink every disturbance of a cycle, whose derivatives are in `ALL`."""
     power, squared, whole = work.matrices[POWER], work.matrices[SQUARED], work.tells[WHOLE]
     speed, period = whole[SPEED], whole[DURATION]
@@ -625,7 +627,7 @@ def arrived(now: Rows, cycle: Rows, period: float) -> bool:
     return close
 
 
-def starts(first: float, attracts: bool, work: Tables) -> bool:
+def starts(first: float, attracts: bool, work: PistonTables) -> bool:
     """Whether a piston keeps going that starts at rest on the wall in a state; `attracts`: its cycle, at `NEXT`."""
     now, following, greatest = work.rows[NOW], work.rows[END], 0.0
     for i in range(len(now)):

@@ -18,7 +18,7 @@ from percuss.model import Contact, Machine, MachineModes, Valve
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
-from percuss.steady.self_excited.piston_flight import Flight, extremes
+from percuss.steady.self_excited.piston_flight import PistonFlight, extremes
 from percuss.steady.self_excited.rhythm import Rhythm
 
 # ---- Which multipliers of an elastic machine belong to its rhythm and which to its ringing, and to which mode
@@ -124,10 +124,10 @@ class ValveFlight(ModalFlight):
     pressure: float = 1.0
 
     @property
-    def rigid(self) -> Flight:
+    def rigid(self) -> PistonFlight:
         """That of a rigid piston, by its distance behind the wall."""
         modes, (u, v) = self.modes, self.begin[0].tolist()
-        return Flight(-self.force, float(modes.omega[0]) ** 2, float(modes.damping[0]), -u, -v, -self.ramp)
+        return PistonFlight(-self.force, float(modes.omega[0]) ** 2, float(modes.damping[0]), -u, -v, -self.ramp)
 
     @property
     def farthest(self) -> float:
@@ -198,7 +198,7 @@ def checked_place(place: object) -> Place:
 
 
 @dataclass(frozen=True)
-class Blow(Shown):
+class MachineBlow(Shown):
     """A blow of a machine.
 
     Attributes
@@ -267,7 +267,7 @@ class ValveCycle(Shown):
     state: str
     orders: Orders
     flights: tuple[ValveFlight, ...]
-    struck: tuple[Blow, ...]
+    struck: tuple[MachineBlow, ...]
     switches: tuple[Switch, ...]
     uncoverings: tuple[Uncovering, ...]
     slope: Array
@@ -494,7 +494,7 @@ def cycle_told(
         if kind == "impact":
             speed, strained = before[:, 1], modes.omega * before[:, 0]
             energies = 0.5 * float(speed @ speed), 0.5 * float(strained @ strained)
-            struck.append(Blow(time, float(modes.end @ speed), *energies))
+            struck.append(MachineBlow(time, float(modes.end @ speed), *energies))
         elif kind == "valve":
             rise, behind = valve.force(str(detail)) - valve.force(state), -float(modes.driven @ before[:, 0])
             changed.append(Switch(time, str(detail), behind, -float(modes.driven @ before[:, 1]), rise * behind))

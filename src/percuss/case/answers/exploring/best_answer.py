@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.blow.best import FIGURES, OBJECTIVES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.numerals import number, percent
 from percuss.case.case import checked_case
 from percuss.case.file_format.plain_tables import json_tables
@@ -316,7 +316,7 @@ def best_report(answer: BestAnswer) -> Report:
     if not answer.complete:
         summary += " The search was interrupted: this is the best so far."
     sections = (
-        Section("The search", tuple(searched)),
+        ReportSection("The search", tuple(searched)),
         Grid("Sizes", ("key", "the case", "best", "change"), tuple(sizes)),
         Grid("The blow", ("figure", "the case", "best", "change"), tuple(figures.values())),
     )

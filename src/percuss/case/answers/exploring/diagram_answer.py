@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.case.answers.exploring.exploration import stop_when_found
 from percuss.case.answers.exploring.orbits_answer import branch_section, parsed_label
-from percuss.case.answers.facts import PLAIN, Grid, Report, Section
+from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.numerals import counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -251,7 +251,7 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
         summary += f" {int(1000.0 * found.done) / 10.0:g} % of the work was done: the diagram is not whole."
     if found.left_out:
         summary += f" Branches left out, as there are too many: {found.left_out}; ask for a smaller --switch."
-    sections: list[Section | Grid] = []
+    sections: list[ReportSection | Grid] = []
     if found.settled:
         sections.append(_simulated(found))
     every: tuple[DiagramBranch, ...] = (*found.branches, *found.rest_branches)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, Section
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.heading import clock_in_short, clock_note
 from percuss.case.answers.numerals import counted, json_number, number, percent
 from percuss.case.answers.numerals import counted as _counted
@@ -387,14 +387,14 @@ def sweep_report(
     cells = int(np.prod([len(axis) for axis in found.axes]))
     over = " and ".join(axis.name for axis in found.axes)
     of_case = tuple(("note", note) for note in notes)
-    sections: list[Section | Grid] = [Section("Map", (*_map_rows(found, cells), *of_case))]
-    sections.append(Section("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
+    sections: list[ReportSection | Grid] = [ReportSection("Map", (*_map_rows(found, cells), *of_case))]
+    sections.append(ReportSection("Quantities", tuple((name, _quantity(found, name)) for name in found.quantities)))
     if ranges:
         (axis,) = found.axes
         told = tuple((name, _ranges(axis, parts)) for name, parts in ranges.items())
-        sections.append(Section(f"Along {axis.name}", told))
+        sections.append(ReportSection(f"Along {axis.name}", told))
     if curves is not None:
-        sections.append(Section("Boundaries", _curve_rows(curves)))
+        sections.append(ReportSection("Boundaries", _curve_rows(curves)))
     if len(found.axes) == 1:
         sections.append(_table(found))
     return Report(title, f"{_counted(cells, 'cell')} over {over}.", PLAIN, tuple(sections))
@@ -548,7 +548,7 @@ def experiment_report(title: str, found: Experiment) -> Report:
     else:
         tone, summary, note = _under_clock(shares, system)
         rows += [("note", note)] if note else []
-    return Report(title, summary, tone, (Section("Experiment", tuple(rows)), _attractors(shares, system)))
+    return Report(title, summary, tone, (ReportSection("Experiment", tuple(rows)), _attractors(shares, system)))
 
 
 def _under_clock(shares: Sequence[Share], system: System) -> tuple[str, str, str]:
@@ -586,7 +586,7 @@ def basins_report(title: str, found: Basins) -> Report:
     shares = found.shares
     summary = f"{counted(len(over) * len(up), 'start')} over {x} and {y}: {counted(len(shares), 'attractor')}."
     return Report(
-        title, summary, PLAIN, (Section("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
+        title, summary, PLAIN, (ReportSection("Basins", tuple(rows)), _attractors(shares, found.system, sample=False))
     )
 
 

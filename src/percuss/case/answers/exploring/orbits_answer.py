@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import PLAIN, Grid, Report, Section
+from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.numerals import counted, picked, plain_value, table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -490,14 +490,14 @@ def _few(values: list[float]) -> str:
 def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
     """What happens on a branch and on those that were switched to from it, and on curves of its points."""
     every = list(branch.family())
-    sections: list[Section | Grid] = [branch_section(one.label, one) for one in every]
+    sections: list[ReportSection | Grid] = [branch_section(one.label, one) for one in every]
     if branch.has_rest:
         rests = branch.rest_times
         lines = (
             ("multipliers", "all 0: stable all along"),
             ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
         )
-        sections.append(Section(f"{branch.label}: on the way", lines))
+        sections.append(ReportSection(f"{branch.label}: on the way", lines))
     if len(branch.cascade) > 1:
         rows = tuple(
             (row.label, f"{row.value:.12g}", "" if row.ratio is None else f"{row.ratio:.4f}") for row in branch.cascade
@@ -511,13 +511,13 @@ def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ())
     return Report(title, f"{summary}; branches: {len(every)}.", PLAIN, tuple(sections))
 
 
-def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> Section:
+def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> ReportSection:
     """What happens on a branch or a curve."""
     rows = tuple(
         (point.kind.value, f"{', '.join(f'{value:.12g}' for value in point.values)}: {point.beyond}")
         for point in line.points
     )
-    return Section(f"{heading}, {counted(len(line.values), 'point')}", rows)
+    return ReportSection(f"{heading}, {counted(len(line.values), 'point')}", rows)
 
 
 _COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
@@ -528,7 +528,7 @@ def orbits_report(
     title: str, found: Sequence[FoundOrbits], resting: FoundRestCycles | None, rests: Sequence[str], mode: str
 ) -> Report:
     """What searches found, and the cycles with rest of some labels; `mode`: what a mode is called."""
-    sections: list[Section | Grid] = []
+    sections: list[ReportSection | Grid] = []
     for one in found:
         sections += _search_sections(one, mode)
     told = counted(sum(len(one.orbits) for one in found), "orbit")
@@ -539,7 +539,7 @@ def orbits_report(
     return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))
 
 
-def _search_sections(one: FoundOrbits, mode: str) -> list[Section | Grid]:
+def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
     rows = tuple(_orbit_row(number, orbit) for number, orbit in enumerate(one.orbits, 1))
     lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
     lines = [("complete", "yes (proved)")] if one.complete else lines
@@ -553,7 +553,7 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[Section | Grid]:
         told = ", ".join(map(str, one.resonant_modes[:_MOST_TOLD]))
         told += ", …" if len(one.resonant_modes) > _MOST_TOLD else ""
         lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
-    search = Section(f"{one.label}: the search", tuple(lines))
+    search = ReportSection(f"{one.label}: the search", tuple(lines))
     return [Grid(one.label, _COLUMNS, rows), search] if rows else [search]
 
 
@@ -572,10 +572,10 @@ def rest_report(title: str, found: FoundRestCycles, label: str) -> Report:
     return Report(title, summary, PLAIN, _rest_sections(found, told))
 
 
-def _rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, ...]:
+def _rest_sections(found: FoundRestCycles, label: str) -> tuple[ReportSection | Grid, ...]:
     """The parts of a report on the cycles of a label."""
     cycles = found.labelled(label)
-    sections: list[Section | Grid] = []
+    sections: list[ReportSection | Grid] = []
     if cycles:
         rows = tuple(
             (
@@ -598,5 +598,5 @@ def _rest_sections(found: FoundRestCycles, label: str) -> tuple[Section | Grid, 
         lines.append((f"released at {release:.6f} rad", end))
     if not found.releases:
         lines.append(("release", "the load never turns from push to pull"))
-    sections.append(Section(f"{label}: from the releases", tuple(lines)))
+    sections.append(ReportSection(f"{label}: from the releases", tuple(lines)))
     return tuple(sections)
