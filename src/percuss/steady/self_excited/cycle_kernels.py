@@ -14,7 +14,7 @@ RUNS, DOUBLE, OVERTAKEN, UNKNOWN = one.RUNS, one.DOUBLE, one.OVERTAKEN, one.UNKN
 NEXT, ALL, WHOLE, COUNT = one.NEXT, one.ALL, one.WHOLE, one.COUNT
 ROWS, MATRICES = one.FIRST + one.MOST_BLOWS, one.MATRICES
 
-Tables = one.Tables
+PistonTables = one.PistonTables
 copied, settled, contracts, starts = (twin(f) for f in (one.copied, one.settled, one.contracts, one.starts))
 
 
@@ -27,7 +27,7 @@ def cycles_of(
     With `starting` it is looked if it starts from rest in its state `first`: `begun`. The tables are to work in.
     """
     for i in range(does.size):
-        work = Tables(forces[i], ports[i], laws[i], rows, slopes, matrices, tells, step)
+        work = PistonTables(forces[i], ports[i], laws[i], rows, slopes, matrices, tells, step)
         does[i] = settled(work)[0]
         size = 1 + int(rows[NEXT][COUNT])
         if does[i] == RUNS:
