@@ -18,6 +18,7 @@ from percuss.case import Case
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs" / "_ext"))
 cells = importlib.import_module("cells")  # what the kernels of the built pages use
+expanded = importlib.import_module("reference").expanded
 
 PAGES = [
     ROOT / "README.md",
@@ -232,7 +233,7 @@ def test_every_key_of_the_json_is_documented():
             return set(value).union(*map(keys, value.values()))
         return set().union(*map(keys, value)) if isinstance(value, list) else set()
 
-    page = (ROOT / "docs" / "json.md").read_text(encoding="utf-8")
+    page = expanded((ROOT / "docs" / "json.md").read_text(encoding="utf-8"))
     for command in ("steady hydraulic-drifter --periods 1..2", "simulate hydraulic-drifter --events last:3"):
         found = json.loads(output_of_command(f"percuss {command} --json"))
         assert sorted(key for key in keys(found) if f"`{key}`" not in page) == []
