@@ -3,6 +3,7 @@ search with new ones."""
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -23,3 +24,25 @@ def pytest_configure() -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The longest files, those of the page, first: what comes last is then short, and no core waits for the other."""
     items.sort(key=lambda item: item.get_closest_marker("browser") is None)
+
+
+@pytest.fixture
+def percuss(tmp_path, monkeypatch, capsys):
+    """`percuss(*arguments)`: a command in this process and in a folder of its own; cases are written when first named."""
+    from cli_cases import CASES, Done
+    from percuss.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments: object) -> Done:
+        words = [str(word) for word in arguments]
+        for name, text in CASES.items():
+            if f"{name}.toml" in words and not Path(f"{name}.toml").exists():
+                Path(f"{name}.toml").write_text(text, encoding="utf-8")
+        try:
+            code = main(words)
+        except SystemExit as ended:  # --help
+            code = int(ended.code or 0)
+        return Done(code, *capsys.readouterr())
+
+    return command

@@ -150,11 +150,11 @@ def test_without_a_steady_motion_the_summary_tells_what_happens_instead() -> Non
 
 
 def test_starts_that_were_not_followed_say_why(capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    from percuss.simulate import running
+    from percuss.simulate import trajectory
 
     assert main(["steady", "mini-breaker", "--starts", "0"]) == 0
     assert "not followed: none were asked for" in capsys.readouterr().out
-    monkeypatch.setattr(running, "compiled", lambda: False)
+    monkeypatch.setattr(trajectory, "compiled", lambda: False)
     assert main(["steady", "mini-breaker"]) == 0
     told = capsys.readouterr().out
     assert "not followed: the simulator has not been compiled on this computer yet" in told

@@ -134,7 +134,7 @@ class JobWatch:
         self._what, self._agreed = what, agreed
         self._seen = sys.stderr is not None and sys.stderr.isatty()
         self._since = time.monotonic()
-        self._heard = -math.inf if patience == UNHEARD else self._since  # a job that has not begun has nothing to keep
+        self._heard = self._since if patience == SELDOM else None  # what has not begun has nothing to keep
         self._next_line = math.inf  # until the work begins: preparing, such as compiling, says nothing of its pace
         self._bar: Any = None
         self._task: Any = None
@@ -161,7 +161,7 @@ class JobWatch:
 
     def interrupt(self, *_: object) -> None:
         """The handler of Ctrl-C: an end in order, or at once when nobody asks, while compiling, and the second time."""
-        unheard = time.monotonic() - self._heard > self._patience
+        unheard = self._heard is None or time.monotonic() - self._heard > self._patience
         if self.interrupted or unheard or doing(threading.get_ident()) == COMPILING:
             raise KeyboardInterrupt
         self.interrupted = True

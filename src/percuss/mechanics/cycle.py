@@ -193,25 +193,26 @@ class Cycle:
     def root(self, unknowns: Array) -> tuple[Array, Closed] | None:
         """The times at which everything closes, by Newton's method with steps that keep the order of events."""
         try:
-            motion = self.closed(unknowns)
-            smallest = np.inf
-            for _ in range(_STEPS):
-                step = np.linalg.solve(motion.slope, -motion.error)
-                size = float(np.abs(step).max() / unknowns[-1])
-                if not np.isfinite(size):
-                    return None
-                if size <= _CLOSED or (smallest <= _NEARLY and size >= 0.5 * smallest):
-                    return unknowns + step, self.closed(unknowns + step)
-                smallest = min(smallest, size)
-                for _ in range(_HALVINGS):
-                    after = unknowns + step
-                    if after[-1] > 0.0 and np.all(np.diff(self.times(after)) > -_OUT_OF_ORDER * after[-1]):
-                        break
-                    step = 0.5 * step
-                else:
-                    return None
-                unknowns = unknowns + step
+            with np.errstate(over="raise", divide="raise", invalid="raise"):  # of times that are far off
                 motion = self.closed(unknowns)
+                smallest = np.inf
+                for _ in range(_STEPS):
+                    step = np.linalg.solve(motion.slope, -motion.error)
+                    size = float(np.abs(step).max() / unknowns[-1])
+                    if not np.isfinite(size):
+                        return None
+                    if size <= _CLOSED or (smallest <= _NEARLY and size >= 0.5 * smallest):
+                        return unknowns + step, self.closed(unknowns + step)
+                    smallest = min(smallest, size)
+                    for _ in range(_HALVINGS):
+                        after = unknowns + step
+                        if after[-1] > 0.0 and np.all(np.diff(self.times(after)) > -_OUT_OF_ORDER * after[-1]):
+                            break
+                        step = 0.5 * step
+                    else:
+                        return None
+                    unknowns = unknowns + step
+                    motion = self.closed(unknowns)
         except (np.linalg.LinAlgError, FloatingPointError):
             return None
         return None
