@@ -28,7 +28,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture
 def percuss(tmp_path, monkeypatch, capsys):
-    """`percuss(*arguments)`: a command in this process and in a folder of its own; cases are written when first named."""
+    """`percuss(*arguments)`: a command in this process, in a folder of its own; cases are written when first named."""
     from cli_cases import CASES, Done
     from percuss.cli import main
 
