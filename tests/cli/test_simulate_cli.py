@@ -274,9 +274,13 @@ def test_while_kernels_are_compiled_ctrl_c_ends_at_once():
             watch.interrupt()
 
     watch = JobWatch("simulate", patience=math.inf)
+    with pytest.raises(KeyboardInterrupt):  # what has not begun has nothing to keep
+        watch.interrupt()
+    assert not watch.share(0.0, "begun")
     watch.interrupt()
     assert watch.interrupted
     watch = JobWatch("simulate", patience=math.inf)
+    assert not watch.share(0.0, "begun")
     code = compile_extra.__code__.replace(co_filename=str(Path(long_commands.__file__).parents[1] / "compiled.py"))
     type(compile_extra)(code, globals(), closure=compile_extra.__closure__)()
 
