@@ -668,6 +668,7 @@ def test_signals_of_a_watch():
     with pytest.raises(KeyboardInterrupt):
         watch.interrupt()
     deaf = JobWatch("sweep", agreed=True)
+    deaf(JobProgress(0, 10, 1.0, 10.0, 80))
     deaf._heard -= 1.0  # nobody asks: something long runs
     with pytest.raises(KeyboardInterrupt):
         deaf.interrupt()

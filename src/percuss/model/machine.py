@@ -310,7 +310,7 @@ def switching_of(load: Load) -> TwoLevels | None:
     >>> switching_of(Load.harmonic(0.9, 1.0)) is None
     True
     >>> switching_of(Load.square(2.0, 1.3))
-    Switching(high=2.0, low=-2.0, share=1.0)
+    TwoLevels(high=2.0, low=-2.0, share=1.0)
     """
     instance("load", load, Load)
     if load.is_constant or (load.report is not None and load.report.clipped):
