@@ -387,8 +387,6 @@ class Load(PeriodicForce):
         >>> load.harmonics.size, load.error < 1e-4
         (5, True)
         """
-        pass  # only functions need it
-
         coefficients, error = coefficients_of(function, harmonics, tolerance, MAX_HARMONICS)
         return cls(coefficients, frequency, error=error)
 
