@@ -60,10 +60,7 @@ def outside(values: ComplexArray | None) -> int:
 
 @lru_cache(maxsize=64)
 def unstable(orbit: PeriodicOrbit) -> int:
-    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone.
-
-    The last ones are kept, as those of `multipliers`.
-    """
+    """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone."""
     if orbit.modes >= _MANY and not _has_dead(orbit):
         counted = outside_number(orbit, BEYOND)
         if counted is not None:
@@ -97,10 +94,7 @@ def _top(segment: CurveSegment) -> Number:
 
 
 def inner_touch(segment: CurveSegment, last: float) -> float | None:
-    """A place within a segment at which the bar passes through the wall although it does not at either end; or None.
-
-    Looked for where three values let a maximum be expected that is nearer to 0 than they are.
-    """
+    """A place where the bar passes through the wall, where three values let a nearer maximum be expected."""
     height = _top(segment)
     low, middle, high = (height(segment.at(share * last)) for share in (0.0, 0.5, 1.0))
     if middle > 0.0:
@@ -124,10 +118,7 @@ _BEFORE = 1e-6  # share of the way to a place that what holds just before it is 
 
 
 def end_of(segment: CurveSegment, passed: Passed) -> LocatedEvent | None:
-    """The first thing in a step beyond which the motion is no orbit, or after which the curve has a corner.
-
-    `passed`: how many steps of the load there were before each impact at its start.
-    """
+    """The first thing in a step beyond which the motion is no orbit, or after which the curve has a corner."""
     found = [*_deaths(segment), *_corners(segment, passed)]
     first = min(found, key=lambda one: one.place) if found else None
     segment = to_corner(segment, first)
@@ -205,8 +196,8 @@ def double_zero(segment: CurveSegment) -> bool:
     They are smooth, and looked at in the middle, too. They do if that has the other sign; they may where the three
     values let an extremum between the ends be expected that is beyond 0, or nearer to it than they are by far.
     """
-    middle = segment.at(0.5 * segment.length)
-    low, half, high = (_numbers(segment, point) for point in (segment.start, middle, segment.stop))
+    orbits = [segment.curve.motion(segment.at(share * segment.length).x) for share in (0.0, 0.5, 1.0)]
+    low, half, high = (np.append(orbit.speeds, orbit.singular()) for orbit in orbits)
     side = np.sign(low)
     low, half, high = low * side, half * side, high * side
     bend, slope = 2.0 * (low - 2.0 * half + high), 4.0 * half - 3.0 * low - high
@@ -215,11 +206,6 @@ def double_zero(segment: CurveSegment) -> bool:
         least = low - 0.25 * slope**2 / bend
         dip = within & (least < _NEAR_ZERO * np.minimum(np.minimum(low, half), high))
     return bool(np.any((high > 0.0) & ((half <= 0.0) | dip)))
-
-
-def _numbers(segment: CurveSegment, point: CurvePoint) -> Array:
-    orbit = segment.curve.motion(point.x)
-    return np.append(orbit.speeds, orbit.singular())
 
 
 # ---- The other branches that begin at a point of one: at a flip, and where an impact dies or is born
@@ -249,19 +235,13 @@ def doubled(curve: SolutionCurve, point: CurvePoint) -> Partner | None:
 
 
 def is_joined(curve: SolutionCurve) -> bool:
-    """Whether an impact without speed changes nothing, so that branches with one impact more or less meet.
-
-    Where one mode alone moves, as of a rigid bar; others have their whole velocity field changed, even when the
-    striking end has no speed.
-    """
-    return curve.moving_modes == 1
+    """Whether one mode alone moves, so that an impact without speed changes nothing, and branches meet there."""
+    known = next(iter(curve._systems.values()), None)
+    return curve.modes + (known is None or known.body.is_free) == 1
 
 
 def grazing_partner(curve: SolutionCurve, point: CurvePoint, kind: BranchEvent, which: int) -> Partner | None:
-    """The branch with an impact more that begins at a touch, or with one less at the death of an impact.
-
-    None where there is no such branch: an elastic bar, no impact left, or no way that leads into it.
-    """
+    """The branch with an impact more that begins at a touch, or with one less at a death; None for none."""
     if not is_joined(curve):
         return None
     made = _changed(curve, point, kind, which)
@@ -364,11 +344,6 @@ class FlipForm(NamedTuple):
         """c times the determinant: 0 where the doubled orbit begins towards neither side, whatever G_x is."""
         return sum(self.terms)
 
-    @property
-    def is_resolved(self) -> bool:
-        """Whether c and its sign are known."""
-        return abs(self.bend) > _RESOLVED * sum(map(abs, self.terms)) and abs(self.determinant) > _REGULAR
-
     @staticmethod
     def of(orbit: PeriodicOrbit) -> FlipForm:
         """Of an orbit at its flip."""
@@ -416,7 +391,8 @@ def side_of_doubled(curve: SolutionCurve, point: CurvePoint) -> Side | None:
     step = _ALONG * point.tangent
     along, moves = slope(*(curve.motion(x).bordered(-1.0).real for x in (point.x + step, point.x - step)))
     turn, simple = slope(*(orbit.bordered(xi).real for xi in (-1.0 + _BESIDE, -1.0 - _BESIDE)))
-    if not (form.is_resolved and moves and simple and point.tangent[-1]):
+    resolved = abs(form.bend) > _RESOLVED * sum(map(abs, form.terms)) and abs(form.determinant) > _REGULAR
+    if not (resolved and moves and simple and point.tangent[-1]):
         return None
     c = form.bend * form.determinant
     return Side(-c * along * float(point.tangent[-1]) > 0.0, _stable(orbit, c * turn < 0.0))

@@ -118,10 +118,9 @@ def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusa
         return f"{over}, and stability may pass from one to the other"
     if kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
         return _grazing(curve, one, impact)
-    if kind is BranchEvent.CORNER:
-        return f"impact {impact} falls on the other side of a step of the load, and the branch goes on"
-    if kind is BranchEvent.NONSMOOTH_FOLD:
-        return f"impact {impact} falls on the other side of a step of the load, and the branch turns back"
+    if kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD):
+        way = "goes on" if kind is BranchEvent.CORNER else "turns back"
+        return f"impact {impact} falls on the other side of a step of the load, and the branch {way}"
     if kind is BranchEvent.NO_SYSTEM:
         return f"there is no such system: {refusal}" if refusal else kind.words
     if kind is BranchEvent.STICKING:
@@ -285,24 +284,19 @@ class OrbitWalk(Walk):
         super().went(look)
 
     def at_last(self, one: LocatedEvent, look: Look) -> None:
-        if one.kind is BranchEvent.CORNER:
-            self._round(one)
+        if one.kind is not BranchEvent.CORNER:
+            super().at_last(one, look)
+            if one.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
+                self.marks[-1] = unstable(self.curve.motion(one.point.x))
             return
-        super().at_last(one, look)
-        if one.kind is BranchEvent.TOUCH:  # a fold or flip may have been passed in the same step
-            self.marks[-1] = unstable(self.curve.motion(one.point.x))
-
-    def _round(self, corner: LocatedEvent) -> None:
-        """Go on beyond a corner."""
         try:
-            point, aside, passed = beyond_corner(self.curve, corner.point, corner.which, self.passed)
+            point, aside, passed = beyond_corner(self.curve, one.point, one.which, self.passed)
         except CorrectorFailed:
             self.end(BranchEvent.LOST)
             return
-        turned = point.tangent[-1] * corner.point.tangent[-1] < 0.0
-        kind = BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER
+        turned = point.tangent[-1] * one.point.tangent[-1] < 0.0
         self.here, self.cornered, self.passed = point, True, passed
-        self.happened.append(corner._replace(kind=kind))
+        self.happened.append(one._replace(kind=BranchEvent.NONSMOOTH_FOLD) if turned else one)
         self.keep(point, unstable(self.curve.motion(aside)))
         self.size = min(self.size, FIRST * self.scale)
 

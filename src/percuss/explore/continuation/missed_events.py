@@ -33,20 +33,22 @@ _MOST = 60
 
 
 def crossing_point(segment: CurveSegment, number: Number, low: float, high: float) -> tuple[float, CurvePoint] | None:
-    """The place between two others at which a number changes its sign and is 0, with its point; or None.
-
-    None where the number jumps, as it does where the two ends are on different sheets of a branch.
-    """
+    """The place and point between two others at which a number vanishes; None where it jumps, from sheet to sheet."""
     first, last = segment.at(low), segment.at(high)
     below, above = number(first), number(last)
     size = max(abs(below), abs(above))
     for _ in range(_MOST):
         if not high - low > _CLOSE:
             break
-        found = _crossed_between(segment, low, high)
-        if found is None:
+        for share in _SHARES:
+            try:
+                place = low + share * (high - low)
+                point = segment.at(place)
+                break
+            except CorrectorFailed:
+                continue
+        else:
             break
-        place, point = found
         here = number(point)
         if here * above > 0.0:
             high, last, above = place, point, here
@@ -56,17 +58,6 @@ def crossing_point(segment: CurveSegment, number: Number, low: float, high: floa
         return None
     share = below / (below - above)
     return low + share * (high - low), last._replace(x=first.x + share * (last.x - first.x))
-
-
-def _crossed_between(segment: CurveSegment, low: float, high: float) -> tuple[float, CurvePoint] | None:
-    """A point between two places that are ends of what is left; None where Newton's method finds none."""
-    for share in _SHARES:
-        place = low + share * (high - low)
-        try:
-            return place, segment.at(place)
-        except CorrectorFailed:
-            continue
-    return None
 
 
 # ---- The folds, flips and pairs on the unit circle in a step along a curve of orbits
@@ -235,10 +226,7 @@ def _aside(segment: CurveSegment, place: float) -> tuple[float, float]:
 
 
 def _halving(segment: CurveSegment) -> TurningBack | None:
-    """Where the two halves of the cycle become one and the same orbit: what tells them apart turns over.
-
-    It is the flip of the orbit of half the period, and found as that: there the doubled one has two tangents.
-    """
+    """Where the halves of the cycle become one orbit, found as its flip: there the doubled one has two tangents."""
     p, curve = segment.curve.impacts, segment.curve
     if p % 2 or curve.periods % 2:
         return None
@@ -348,10 +336,7 @@ def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: Percus
 
 
 def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedEvent | None:
-    """The death of an impact just beyond the last of some points, to which they lead straight; or None.
-
-    Where several impacts die at once the equations are singular, and Newton's method does not get past the place.
-    """
+    """The death just beyond some points that lead there, or None: no step gets past where several impacts die."""
     last = points[-1]
     now = curve.motion(last.x).speeds
     for first in points[-2 : -_BACK - 2 : -1]:  # so near to the place, the last step may have gone back by rounding

@@ -118,7 +118,7 @@ _FOUND, _WORDS = 0, {1: "no convergence", 2: "a step too long"}
 _LONGEST = 0.5  # rad; a longer step of Newton's method has lost its way
 _SEARCH_STEPS = 20
 _DIFFERENCE = 1e-6
-_ROUNDING = 1e-11
+_ROUNDING = 1e-11  # of a step of Newton's method: beside a step of the load what is left is less by _ASIDE
 
 
 class OrbitProblem(Problem):
@@ -196,15 +196,8 @@ class SolutionCurve(OrbitProblem):
             self._rooms[key] = numbers.room(self.impacts)
         return self._rooms[key]
 
-    @property
-    def moving_modes(self) -> int:
-        """How many modes move, the rigid motion among them."""
-        any_value = next(iter(self._systems.values()), None)
-        return self.modes + (0 if any_value is not None and not any_value.body.is_free else 1)
-
     def system_at(self, x: Array) -> System:
-        """The system at a point, whether its load pushes or not; PercussError where there is none."""
-        return self.system(self.value(x))
+        return self.system(self.value(x))  # whether its load pushes or not
 
     def refused(self, here: Array, place: Array, refusal: PercussError) -> Limit:
         """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
@@ -225,21 +218,15 @@ class SolutionCurve(OrbitProblem):
         return np.array([*orbit.times, orbit.rigid_rebounds[0], value / self.unit])
 
     def matrix(self, x: Array) -> Array:
-        """The derivative of the equations by the unknowns at a point; shape (p + 1, p + 2)."""
         return self.linearised(x)[0]
 
     def residual(self, x: Array) -> Array:
-        """The equations at a point; shape (p + 1,)."""
         return self.linearised(x)[1]
 
     def corrected(
         self, start: Array, normal: Array, along: Array | None = None, near: CurvePoint | None = None
     ) -> CurvePoint:
-        """The point of the curve in a plane with a normal, from a place of it near the curve.
-
-        The tangent is to point the way of `along`, by default of the normal. CorrectorFailed when Newton's method does
-        not get there.
-        """
+        """As of other curves, by compiled functions; the tangent points the way of the normal by default."""
         look()
         x, p, way = np.array(start), self.impacts, normal if along is None else along
         derivative, tangent, steps = np.empty((p + 1, p + 3)), np.empty(p + 2), 0
@@ -289,19 +276,14 @@ def twice(x: Array, p: int, periods: int) -> Array:
     return np.concatenate([x[:p], x[:p] + 2.0 * math.pi * periods, x[p:]])
 
 
-def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
-    """The point of a curve at which a number vanishes, by Newton's method from a point near; or CorrectorFailed."""
+def _solved(x: Array, linearised: Callable[[Array], tuple[Array, Array]], most: int) -> Array:
+    """Where as many equations as unknowns hold, by Newton's method from a point near; or CorrectorFailed."""
     x = np.array(x)
-    for _ in range(_SEARCH_STEPS):
+    for _ in range(most):
         look()
-        matrix, off = curve.linearised(x)
-        row, here = np.empty(x.size), number(CurvePoint(x, x, 0))
-        for i in range(x.size):
-            aside = np.array(x)
-            aside[i] += _DIFFERENCE
-            row[i] = (number(CurvePoint(aside, x, 0)) - here) / _DIFFERENCE
+        matrix, off = linearised(x)
         try:
-            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
+            step = np.linalg.solve(matrix, -off)
         except np.linalg.LinAlgError:
             break
         size = float(np.abs(step).max())
@@ -313,13 +295,25 @@ def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
     raise CorrectorFailed("no convergence")
 
 
+def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
+    """The point of a curve at which a number vanishes, by Newton's method from a point near; or CorrectorFailed."""
+
+    def linearised(x: Array) -> tuple[Array, Array]:
+        matrix, off = curve.linearised(x)
+        here = number(CurvePoint(x, x, 0))
+        asides = x + _DIFFERENCE * np.eye(x.size)
+        row = [(number(CurvePoint(aside, x, 0)) - here) / _DIFFERENCE for aside in asides]
+        return np.vstack([matrix, row]), np.append(off, here)
+
+    return _solved(x, linearised, _SEARCH_STEPS)
+
+
 # ---- Where an impact meets a step of the load: a curve of orbits has a corner there, with a tangent on either side
 
 Passed: TypeAlias = npt.NDArray[np.int64]
 """How many steps of the load there are before each impact."""
 
 _ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
-_EXACT = 1e-11  # of a step of Newton's method: what is left is less by the factor _ASIDE
 
 
 def steps_passed(orbit: PeriodicOrbit) -> Passed:
@@ -373,30 +367,20 @@ def step_ahead(curve: Problem, here: CurvePoint, passed: Passed, own: int = -1) 
 def landed(curve: Problem, near: CurvePoint, which: int, passed: Passed) -> CurvePoint:
     """The point of the curve at which an impact is exactly at a step, with the tangent before it."""
     later = _is_later(curve, near.x, which, passed)
-    number, x = int(passed[which]) - (not later), np.array(near.x)
-    for _ in range(_MOST_STEPS):  # by the derivative on the near side: which it is at the step itself rounding decides
-        matrix = np.vstack([curve.matrix(_beside(x, which, not later)), step_row(curve, x, which, number)])
-        off = np.append(curve.residual(x), lateness(curve, x, which, number))
-        try:
-            step = np.linalg.solve(matrix, -off)
-        except np.linalg.LinAlgError:
-            raise CorrectorFailed("no tangent") from None
-        if not float(np.abs(step).max()) < _LONGEST:
-            raise CorrectorFailed("a step too long")
-        x = x + step
-        if float(np.abs(step).max()) < _EXACT:
-            break
-    else:
-        raise CorrectorFailed("no convergence")
+    number = int(passed[which]) - (not later)
+
+    def linearised(x: Array) -> tuple[Array, Array]:
+        near_side = curve.matrix(_beside(x, which, not later))  # which it is at the step itself rounding decides
+        matrix = np.vstack([near_side, step_row(curve, x, which, number)])
+        return matrix, np.append(curve.residual(x), lateness(curve, x, which, number))
+
+    x = _solved(near.x, linearised, _MOST_STEPS)
     matrix = curve.matrix(_beside(x, which, not later))
     return CurvePoint(x, unit_tangent(matrix, near.tangent), near.steps, matrix)
 
 
 def corner_ahead(curve: Problem, here: CurvePoint, passed: Passed, reach: float) -> tuple[Array, CurvePoint, int]:
-    """The point at which an impact meets the step of the load that it nears: where on the tangent, where, which impact.
-
-    CorrectorFailed where none does within so much of the curve.
-    """
+    """Where an impact meets the step of the load that it nears: where on the tangent, the point, which impact."""
     near = step_ahead(curve, here, passed)
     if near is None:
         raise CorrectorFailed("the load has no steps")

@@ -96,16 +96,12 @@ class CorrectorFailed(Exception):
 
 
 class CurvePoint(NamedTuple):
-    """A point of a curve.
-
-    Its unknowns, the unit tangent there, how many steps Newton's method took, and where it was asked for the
-    derivatives of the equations.
-    """
+    """A point of a curve: its unknowns, and the unit tangent there."""
 
     x: Array
     tangent: Array
-    steps: int
-    matrix: Array | None = None
+    steps: int  # that Newton's method took
+    matrix: Array | None = None  # the derivatives of the equations, where it was asked for them
 
 
 class Limit(NamedTuple):

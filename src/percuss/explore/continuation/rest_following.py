@@ -87,10 +87,8 @@ def rest_end(value: float, cycle: RestCycle, chains: tuple[RestPath, ...], is_sy
 
 
 def short_rest(cycle: RestCycle) -> float:
-    """The rest, in rad of the load, below which the rest of a cycle is about to vanish.
-
-    By a law that turns the strain over the bar is held 1/(2c) contacts before the load lets go: see `FallingPush`.
-    """
+    """The rest, in rad of the load, below which the rest of a cycle is about to vanish."""
+    # by a law that turns the strain over the bar is held 1/(2c) contacts before the load lets go: see `FallingPush`
     contact, restitution = cycle.system.contact, -cycle.system.contact.velocity_factor
     if contact.keeps_strain or not 0.0 < restitution < 1.0:
         return _SHORT

@@ -101,22 +101,6 @@ def flights_of(curve: Problem, x: Array) -> Array:
     return np.append(x[1:p], x[0] + 2.0 * math.pi * curve.periods) - x[:p] if p else np.empty(0)
 
 
-def check_next(curve: Problem, here: CurvePoint, found: CurvePoint, place: Array, size: float) -> None:
-    """CorrectorFailed where the end of a step of a length, that led to a place, is not the next point of the curve."""
-    if float(found.tangent @ here.tangent) < _TURN:
-        raise CorrectorFailed("a bend")
-    if float(np.linalg.norm(found.x - place)) > _ASIDE * size:
-        raise CorrectorFailed("beside the tangent")
-    if not np.all(np.abs(flights_of(curve, found.x) / flights_of(curve, here.x) - 1.0) < _FLIGHT):
-        raise CorrectorFailed("a flight changes too much")
-    before, after = here.matrix, found.matrix
-    if not curve.oriented or before is None or after is None:
-        return
-    sides = [np.linalg.det(np.vstack(pair)) for pair in ((before, here.tangent), (after, found.tangent))]
-    if sides[0] * sides[1] < 0.0:
-        raise CorrectorFailed("on another part of the curve")
-
-
 def closed_at(first: CurvePoint, segment: CurveSegment) -> CurvePoint | None:
     """The start of a walk, if a step comes back to it or past it, with the times of now."""
     curve, stop, p = segment.curve, segment.stop, segment.curve.impacts
@@ -325,13 +309,22 @@ class Walk:
 
     def check(self, found: CurvePoint, place: Array, last: bool = False) -> None:
         """CorrectorFailed where a point is not the next one of the curve, or the last one, at a limit."""
-        check_next(self.curve, self.here, found, place, self.size)
+        curve, here = self.curve, self.here
+        if float(found.tangent @ here.tangent) < _TURN:
+            raise CorrectorFailed("a bend")
+        if float(np.linalg.norm(found.x - place)) > _ASIDE * self.size:
+            raise CorrectorFailed("beside the tangent")
+        if not np.all(np.abs(flights_of(curve, found.x) / flights_of(curve, here.x) - 1.0) < _FLIGHT):
+            raise CorrectorFailed("a flight changes too much")
+        before, after = here.matrix, found.matrix
+        if not curve.oriented or before is None or after is None:
+            return
+        sides = [np.linalg.det(np.vstack(pair)) for pair in ((before, here.tangent), (after, found.tangent))]
+        if sides[0] * sides[1] < 0.0:
+            raise CorrectorFailed("on another part of the curve")
 
 
 OneWay = TypeVar("OneWay", bound=Walk)
-
-Joined: TypeAlias = tuple[list[CurvePoint], list[int], list[tuple[LocatedEvent, Walk]]]
-"""The points of several ways as one, what is known of each, and what happened, with the way on which it did."""
 
 
 def both_ways(walk: Callable[[CurvePoint], OneWay], start: CurvePoint, most: int) -> tuple[OneWay, ...]:
@@ -342,8 +335,8 @@ def both_ways(walk: Callable[[CurvePoint], OneWay], start: CurvePoint, most: int
     return walk(start._replace(tangent=-start.tangent)).walked(most), forward
 
 
-def joined(ways: Sequence[Walk]) -> Joined:
-    """Ways from one point, the last of them forward, as one; a closed one begins where it ends."""
+def joined(ways: Sequence[Walk]) -> tuple[list[CurvePoint], list[int], list[tuple[LocatedEvent, Walk]]]:
+    """The points, marks and events (with their ways) of ways from one point, as one; a closed one begins at its end."""
     *backward, forward = ways
     points = [point for way in backward for point in way.points[:0:-1]] + forward.points
     marks = [mark for way in backward for mark in way.marks[:0:-1]] + forward.marks

@@ -48,7 +48,6 @@ class Death(Condition):
     kind = BranchEvent.DEATH
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """Its speed."""
         return np.array([orbit.speeds[self.which]])
 
 
@@ -60,7 +59,6 @@ class Touch(Condition):
     kind = BranchEvent.TOUCH
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """y and y' there."""
         y, velocity = orbit.flights[self.flight].end_motion(extra, orbit.modes)
         return np.array([y[0], velocity[0]])
 
@@ -87,13 +85,11 @@ class Corner(Condition):
         return Corner(which, min(numbers, key=lambda n: abs(step_of(orbit.system, n) - orbit.times[which])))
 
     def placed(self, system: System, times: Array) -> Array:
-        """The times with the impact on the step."""
         found = np.array(times)
         found[self.which] = step_of(system, self.number)
         return found
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """The time from the step to the impact."""
         return np.array([times[self.which] - orbit.times[self.which]])
 
 
@@ -136,11 +132,9 @@ class Multiplier(Condition):
 
     @property
     def kind(self) -> BranchEvent:
-        """Fold or flip."""
         return BranchEvent.FOLD if self.xi > 0.0 else BranchEvent.FLIP
 
     def off(self, orbit: PeriodicOrbit, times: Array, extra: Array) -> Array:
-        """g."""
         return np.array([self.at(orbit, self.xi).real])
 
     def at(self, orbit: PeriodicOrbit, xi: complex) -> complex:
@@ -152,7 +146,6 @@ class Multiplier(Condition):
         return np.asarray(np.linalg.svd(orbit.bordered(self.xi).real)[2][-1])
 
     def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Multiplier:
-        """With borders taken anew."""
         return Multiplier.of(orbit, self.xi)
 
 
@@ -188,7 +181,6 @@ class Pair(Condition):
         return np.array([0.5 * (first + second), (first - second) / (xi - 1.0 / xi)])
 
     def renewed(self, orbit: PeriodicOrbit, extra: Array) -> Pair:
-        """With borders taken anew."""
         return Pair.of(orbit, float(extra[0]))
 
 
@@ -263,11 +255,9 @@ class ExtendedCurve(OrbitProblem):
         return x[self.impacts + 3 :]
 
     def placed(self, system: System, times: Array) -> Array:
-        """The times of the impacts as the condition puts them."""
         return self.condition.placed(system, times)
 
     def residual(self, x: Array) -> Array:
-        """The equations: those of the orbit, then the condition; one less than unknowns."""
         orbit = self.motion(x)
         return np.append(orbit.residuals, self.condition.off(orbit, x[: self.impacts], self.extra(x)))
 

@@ -99,14 +99,13 @@ class Clearance(NamedTuple):
         """Whether nothing is lost."""
         return min(self) >= 0.0
 
-    @staticmethod
-    def lost(number: int) -> BranchEvent:
-        """What it is to lose one of them."""
-        return (BranchEvent.WITH_DEATH, BranchEvent.WITH_TOUCH, BranchEvent.WITH_STICKING)[number]
+
+_LOST = BranchEvent.WITH_DEATH, BranchEvent.WITH_TOUCH, BranchEvent.WITH_STICKING
 
 
-def clearance(orbit: PeriodicOrbit, condition: Condition, extra: Array) -> Clearance:
-    """How far a motion is from being none, but for its condition."""
+def clearance_at(curve: ExtendedCurve, point: CurvePoint) -> Clearance:
+    """How far the motion at a point of the curve is from being no orbit, but for its condition."""
+    orbit, condition, extra = curve.motion(point.x), curve.condition, curve.extra(point.x)
     dying = condition.which if isinstance(condition, Death) else -1
     speeds = [float(speed) for i, speed in enumerate(orbit.speeds) if i != dying]
     least = 1.0
@@ -224,11 +223,6 @@ def growing(orbit: PeriodicOrbit) -> float:
 # ---- What happens between two points of a curve over two parameters
 
 
-def clearance_at(curve: ExtendedCurve, point: CurvePoint) -> Clearance:
-    """How far the orbit at a point of the curve is from being none."""
-    return clearance(curve.motion(point.x), curve.condition, curve.extra(point.x))
-
-
 def passed_at(curve: ExtendedCurve, point: CurvePoint) -> Passed:
     """How many steps of the load each impact has passed; of that on a step all along, the number of the step."""
     found = steps_passed(curve.motion(point.x))
@@ -252,7 +246,7 @@ def events_between(segment: CurveSegment, clear: Clearance, passed: Passed) -> l
             def margin(at: CurvePoint, i: int = i) -> float:
                 return clearance_at(curve, at)[i]
 
-            found.append(located(Clearance.lost(i), margin))
+            found.append(located(_LOST[i], margin))
     after = passed_at(curve, point)
     for i in np.flatnonzero(after != passed).tolist():
         number = int(passed[i]) - (after[i] < passed[i])
@@ -287,7 +281,7 @@ def halves_differ(curve: ExtendedCurve, x: Array) -> Array:
     return x[half : 2 * half] - x[:half] - math.pi * curve.periods
 
 
-def halved(curve: ExtendedCurve, near: Array) -> CurvePoint:
+def halved(curve: ExtendedCurve, near: Array) -> LocatedEvent:
     """The point at which both halves are one orbit, from unknowns near it; or CorrectorFailed."""
     p, half = curve.impacts, curve.impacts // 2
     start = np.concatenate([near[:half] + 0.5 * halves_differ(curve, near), near[p : p + 3]])
@@ -299,7 +293,7 @@ def halved(curve: ExtendedCurve, near: Array) -> CurvePoint:
     if float(np.abs(found.x - start).max()) > _REACH:
         raise CorrectorFailed("another flip")
     x = np.concatenate([twice(found.x[: half + 1], half, narrow.periods), found.x[half + 1 :], curve.extra(near)])
-    return CurvePoint(x, np.zeros(x.size), 0)
+    return LocatedEvent(BranchEvent.HALVING, math.nan, CurvePoint(x, np.zeros(x.size), 0))
 
 
 def _bent_to_neither_side(narrow: ExtendedCurve, start: CurvePoint) -> CurvePoint:
@@ -353,12 +347,8 @@ class PointWalk(Walk):
         if goes_back(self.curve):
             before, after = (halves_differ(self.curve, point.x) for point in (self.here, target.point))
             if before @ after < 0.0:
-                return Look(segment, [], None, self._halved(target.point.x))
+                return Look(segment, [], None, halved(self.curve, target.point.x))
         return Look(segment, events_between(segment, self.clear, self.passed), target.limit)
-
-    def _halved(self, near: Array) -> LocatedEvent:
-        """Where both halves of the cycle are one orbit."""
-        return LocatedEvent(BranchEvent.HALVING, math.nan, halved(self.curve, near))
 
     def ends_at(self, one: LocatedEvent) -> bool:
         condition = self.curve.condition
@@ -401,11 +391,10 @@ class PointWalk(Walk):
             return
         if goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
             try:
-                self.at_last(self._halved(self.here.x), Look(CurveSegment(self.curve, self.here, self.here), []))
-                return
+                self.at_last(halved(self.curve, self.here.x), Look(CurveSegment(self.curve, self.here, self.here), []))
             except CorrectorFailed:
                 self.end(BranchEvent.LOST)
-                return
+            return
         self.end(BranchEvent.LOST if self.refusal is None else refused(self.refusal))
 
     def _past_corner(self, size: float) -> bool:

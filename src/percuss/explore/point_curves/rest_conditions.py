@@ -90,10 +90,7 @@ def _release_near(system: System, time: float) -> float:
 
 @dataclass(frozen=True)
 class RestWay:
-    """A bar let go at a release phase and followed for so many load periods, and its first impacts.
-
-    At another system these are as many, of about the same times and speeds.
-    """
+    """A bar let go at a release phase and followed for so many load periods; its first impacts, alike everywhere."""
 
     modes: int
     release: float
@@ -180,16 +177,13 @@ class Grazing(RestCondition):
         raise CorrectorFailed("no maximum")
 
     def number(self, system: System) -> float:
-        """The greatest height of the gap function there."""
         return self._top(system)[1]
 
     def renewed(self, system: System) -> Grazing:
-        """With the impacts and the time of here."""
         course = self.way.course(system)
         return Grazing(self.way.after(course, len(self.way.impacts)), self.kind, self._top(system)[0])
 
     def phase(self, system: System) -> float:
-        """When it grazes."""
         return self.way.released(system) + self._top(system)[0]
 
 
@@ -227,16 +221,13 @@ class Pulling(RestCondition):
         return time, float(load.value(time))
 
     def number(self, system: System) -> float:
-        """Minus the least load."""
         return -self._deepest(system)[1]
 
     def renewed(self, system: System) -> Pulling:
-        """With the phase of here."""
         way = self.way
         return Pulling(RestWay(way.modes, self._deepest(system)[0], (), way.periods))
 
     def phase(self, system: System) -> float:
-        """When the load is least."""
         return self._deepest(system)[0]
 
 
@@ -268,7 +259,6 @@ class Vanishing(RestCondition):
     kind = BranchEvent.ONSET
 
     def number(self, system: System) -> float:
-        """The missing push, in the unit of the load."""
         course = self.way.course(system)
         first = PushedRebound(course.leg)
         limit = FallingPush(-system.contact.velocity_factor)
@@ -289,17 +279,14 @@ class Vanishing(RestCondition):
             going = [last.strikes() for _ in range(known - 1)]
             first = known - 1 if all(going) and going and self._calm(last, critical) else known
         else:
-            first = self._first_calm(course, critical) or known
+            first = known
+            for _ in range(_MOST_IMPACTS):
+                if not course.strikes() or PushedRebound(course.leg).push <= 0.0:
+                    break
+                if self._calm(course, critical):
+                    first = len(course.impacts)
+                    break
         return Vanishing(self.way.after(course, first))
-
-    def _first_calm(self, course: RestSearch, critical: float) -> int:
-        """How many impacts there are once q has come near c, with those of the course; 0 where it does not."""
-        for _ in range(_MOST_IMPACTS):
-            if not course.strikes() or PushedRebound(course.leg).push <= 0.0:
-                return 0
-            if self._calm(course, critical):
-                return len(course.impacts)
-        return 0
 
     @staticmethod
     def _calm(course: RestSearch, critical: float) -> bool:
@@ -353,12 +340,10 @@ class Late(RestCondition):
         raise Endless("too many impacts")
 
     def number(self, system: System) -> float:
-        """The time from the rest to the release."""
         rest, _ = self._rest(system)
         return _release_near(system, rest) - rest
 
     def renewed(self, system: System) -> Late:
-        """With the impacts of here."""
         return Late(self.way.after(self._rest(system)[1], len(self.way.impacts)))
 
     def phase(self, system: System) -> float:
@@ -389,7 +374,6 @@ class Held(Vanishing):
         return best
 
     def renewed(self, system: System) -> Held:
-        """With the first impact from which on q stays near c."""
         return Held(super().renewed(system).way)
 
 
@@ -404,10 +388,7 @@ _RELEASE = 1e-6
 
 
 def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
-    """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch.
-
-    ParameterError for a point of another kind, and for one after a bar was let go at no release phase.
-    """
+    """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch."""
     cycle = point.cycle
     if point.kind is BranchEvent.RELEASE_LOST:
         return Pulling(RestWay(cycle.modes, cycle.release_phase, (), cycle.periods)), 1.0

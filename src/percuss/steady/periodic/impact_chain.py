@@ -48,10 +48,10 @@ class OrbitKernels(NamedTuple):
 def orbit_kernels() -> OrbitKernels:
     """Load them, from numba's cache if they are there; else each is compiled when it is first called."""
     ensure_cache()
-    from percuss.steady.periodic.kernels import flying, forced_passage, searching
+    from percuss.steady.periodic.kernels import forced_passage, searching
 
     found: Any = (
-        forced_passage.passage, searching.singularity, flying.flown,
+        forced_passage.passage, searching.singularity, forced_passage.flown,
         searching.search, searching.corrected, searching.derivatives,
     )  # fmt: skip
     return OrbitKernels(*found)
@@ -59,7 +59,7 @@ def orbit_kernels() -> OrbitKernels:
 
 @dataclass(frozen=True)
 class Numbers:
-    """A system with the modes 0 … N in one row, as `kernels.orbit_records` says, and how many of them there are.
+    """A system with the modes 0 … N in one row, as `kernels.forced_passage` says, and how many of them there are.
 
     `modes`, `waves`, `steps`: N; harmonics of the load, or its steps.
     """
@@ -71,7 +71,7 @@ class Numbers:
 
     def room(self, impacts: int) -> Any:
         """The arrays for orbits with p impacts."""
-        from percuss.steady.periodic.kernels.orbit_records import room_for
+        from percuss.steady.periodic.kernels.forced_passage import room_for
 
         return room_for(self.modes, self.waves, self.steps, impacts)
 

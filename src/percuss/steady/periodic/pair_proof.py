@@ -156,7 +156,9 @@ class _Steps:
         lengths = np.diff(self.breaks, append=self.breaks[0] + _TURN)
         self.lengths = Ball(lengths, 4.0 * UNIT * np.full(lengths.shape, _TURN))
         values = exactly(load.values)
-        self.mean = _total(values * self.lengths).over(Ball(np.array(_TURN), np.array(8.0 * UNIT)))
+        areas = values * self.lengths
+        total = _sum([Ball(mid, rad) for mid, rad in zip(areas.mid, areas.rad, strict=True)])
+        self.mean = total.over(Ball(np.array(_TURN), np.array(8.0 * UNIT)))
         self.force = values - self.mean
         self.kept, self.once, self.again = advances(self.d, self.lengths)
         self.rates, self.places = self._at_breaks()
@@ -232,11 +234,6 @@ def _sum(balls: list[Ball]) -> Ball:
     return total
 
 
-def _total(ball: Ball) -> Ball:
-    """The sum of a row."""
-    return _sum([Ball(mid, rad) for mid, rad in zip(ball.mid, ball.rad, strict=True)])
-
-
 # ---- Two impacts of a rigid bar, enclosed: the two equations for their times over boxes of times, and their
 # derivatives
 #
@@ -267,11 +264,6 @@ class PairEquations:
         left = advances(self.d, Ball(np.array([length]), np.array([UNIT * length])))[0]
         square = exactly(self.beta) * exactly(self.beta)
         self.square, self.divisor = square, exactly(1.0) - square * Ball(left.mid[0], left.rad[0])
-
-    @property
-    def is_solvable(self) -> bool:
-        """Whether the rigid velocity follows from the times."""
-        return bool(self.divisor.mid > 1e-3)
 
     def over(self, t: Ball, h: Ball) -> Pairs:
         """The equations over boxes; t and h of the shape (B,)."""
@@ -317,17 +309,12 @@ class PairEquations:
 
     def _per_flight(self, r: Ball, t: Ball, h: Ball, one: Forced) -> Ball:
         """F_1/(hφ_1) = r + h(φ_2(p_0 + d v_f) + ∫ (1 − s) v_f'(t + sh) ds)/φ_1, s from 0 to 1; for R = 0 over h."""
-        first, second = _ratios(self.d, h)
+        ends = [self.d * np.maximum(h.mid - h.rad, 0.0) * (1.0 - UNIT), self.d * (h.mid + h.rad) * (1.0 + UNIT)]
+        least, most = 1.0 - FUNCTION, 1.0 + FUNCTION
+        first, second = (hull(phi(ends[1]) * least, phi(ends[0]) * most) for phi in (phi1, phi2))  # which fall with h
         grown = second * (self.forcing.mean + exactly(self.d) * one.velocity) + _HALF * self._between(t, h)
         per_time = grown.over(first)
         return r + h * per_time if self.beta else per_time
-
-
-def _ratios(d: float, h: Ball) -> tuple[Ball, Ball]:
-    """φ_1(dh) and φ_2(dh), which fall with h."""
-    ends = [d * np.maximum(h.mid - h.rad, 0.0) * (1.0 - UNIT), d * (h.mid + h.rad) * (1.0 + UNIT)]
-    least, most = 1.0 - FUNCTION, 1.0 + FUNCTION
-    return hull(phi1(ends[1]) * least, phi1(ends[0]) * most), hull(phi2(ends[1]) * least, phi2(ends[0]) * most)
 
 
 # ---- All orbits with two impacts of a rigid bar, with proof that there are no others: interval Newton's method
@@ -360,7 +347,7 @@ def proved_pairs(system: System, periods: int, turn: float) -> Array | None:
     if not system.body.is_free:
         return None
     equations = PairEquations(system, periods)
-    if not equations.is_solvable:
+    if not equations.divisor.mid > 1e-3:  # the rigid velocity does not follow from the times
         return None
     every = _boxes(equations, turn, math.pi * periods)
     if every is None:
@@ -427,7 +414,7 @@ def _decided(equations: PairEquations, mid: Array, rad: Array) -> tuple[_Enclose
     place = np.stack([mid[:, 0], 0.5 * (low + high)], axis=1)
     wide = np.stack([wide[:, 0], 0.5 * (high - low)], axis=1)
     whole, values, noise = _looked_at(equations, place, wide)
-    steep = _steepness(whole)
+    steep = _matrices([[ball.most for ball in row] for row in zip(whole.by_t, whole.by_h, strict=True)])
     reach = (steep @ wide[..., None])[..., 0] * (1.0 + 8.0 * UNIT) + noise
     empty = (np.abs(values) > reach * (1.0 + 8.0 * UNIT)).any(axis=1)
     empty |= ~whole.per_flight.may_vanish | ~whole.second.may_vanish
@@ -444,11 +431,6 @@ def _looked_at(equations: PairEquations, mid: Array, rad: Array) -> tuple[Pairs,
     point = equations.over(Ball(mid[:, 0], none), Ball(mid[:, 1], none))
     values, noise = (np.stack(part, axis=1) for part in zip(*((b.mid, b.rad) for b in point[:2]), strict=True))
     return equations.over(Ball(mid[:, 0], rad[:, 0]), Ball(mid[:, 1], rad[:, 1])), values, noise
-
-
-def _steepness(whole: Pairs) -> Array:
-    """Bounds of the moduli of the derivatives; shape (B, 2, 2)."""
-    return _matrices([[ball.most for ball in row] for row in zip(whole.by_t, whole.by_h, strict=True)])
 
 
 def _matrices(rows: list[list[Array]]) -> Array:

@@ -291,7 +291,11 @@ class PeriodicOrbit(Shown):
 
     @cached_property
     def _contactless(self) -> tuple[Contactless, ...]:
-        if not samples_are_many(self) and self.sampled.proven:
+        fastest = self.system.body.modes(self.modes, self.system.load.at).omega[-1] if self.modes else 0.0
+        many = (
+            PER_WAVE * float(fastest) * self.period / TURN * self.modes > MOST
+        )  # longer than a proof flight by flight
+        if not many and self.sampled.proven:
             return (Contactless(None),) * self.impacts
         stroke = max(flight.mean_range(flight.rigid_rebound) for flight in self.flights) or 1.0
         return tuple(flight_check(replace(flight, rigid_stroke=stroke)) for flight in self.flights)
@@ -353,14 +357,6 @@ class SampledFlights(NamedTuple):
     proven: bool
 
 
-def samples_are_many(motion: PeriodicOrbit) -> bool:
-    """Whether the samples of a cycle would take longer than a proof flight by flight: at very large s."""
-    if motion.modes == 0:
-        return False
-    fastest = float(motion.system.body.modes(motion.modes, motion.system.load.at).omega[-1])
-    return PER_WAVE * fastest * motion.period / (2.0 * math.pi) * motion.modes > MOST
-
-
 # ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load
 
 SAME = 1e-7
@@ -386,19 +382,7 @@ def load_turn(load: Load) -> float:
 def differences(times: Array, others: Array, period: float, turn: float) -> Array:
     """t_i − t'_{i+c} for every shift c of the first impact, moved by whole periods of the load to be least.
 
-    Parameters
-    ----------
-    times
-        Shape (…, p).
-    others
-        Times of K orbits, shape (K, p).
-    period, turn
-        T, and after how long the load repeats.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (…, K, p, p): orbits, shifts, impacts.
+    Of times (…, p) and others (K, p), in the shape (…, K, p, p): orbits, shifts, impacts.
     """
     p = others.shape[-1]
     endless = np.concatenate([others, others + period], axis=-1)

@@ -329,22 +329,17 @@ def given_rows(near: object, impacts: int, periods: int) -> dict[str, Array]:
     """Rows of times to start from, by where they come from, each of the shape (K, p); they may be none."""
     if near is not None and not isinstance(near, Mapping):
         raise ParameterError("near", near, 'rows of times by their source, as {"a guess": [[0.4, 2.3]]}, or None')
+    accepted = f"rows of {impacts} increasing times within {periods} load period{'s' if periods > 1 else ''}"
     found = {}
     for name, rows in (near or {}).items():
         if not isinstance(name, str) or not name or name == RANDOM:
             raise ParameterError("near", name, "words for where the starts come from")
-        found[name] = _rows(f"near[{name!r}]", rows, impacts, periods)
-    return found
-
-
-def _rows(name: str, rows: object, impacts: int, periods: int) -> Array:
-    accepted = f"rows of {impacts} increasing times within {periods} load period{'s' if periods > 1 else ''}"
-    found = numbers(name, rows, accepted)
-    if not found.size:
-        return np.empty((0, impacts))
-    orderly = found.ndim == 2 and found.shape[1] == impacts and bool(np.all(np.abs(found) <= _LATEST))
-    if not orderly or np.any(np.diff(found) <= 0.0) or np.any(np.ptp(found, axis=1) >= 2.0 * math.pi * periods):
-        raise ParameterError(name, rows, accepted)
+        times = numbers(f"near[{name!r}]", rows, accepted)
+        times = times if times.size else np.empty((0, impacts))
+        orderly = times.ndim == 2 and times.shape[1] == impacts and bool(np.all(np.abs(times) <= _LATEST))
+        if not orderly or np.any(np.diff(times) <= 0.0) or np.any(np.ptp(times, axis=1) >= 2.0 * math.pi * periods):
+            raise ParameterError(f"near[{name!r}]", rows, accepted)
+        found[name] = times
     return found
 
 

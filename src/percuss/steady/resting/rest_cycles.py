@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -302,16 +302,12 @@ def _cycle(
     late = 0.0
     for number in numbers[first:] + numbers[:first]:
         way = ways[number]
-        chains += [_later(chain, late) for chain in way.chains]
+        for chain in way.chains:  # so much later
+            moved = tuple(impact._replace(time=impact.time + late) for impact in chain.impacts)
+            rest = None if chain.rest is None else chain.rest + late
+            chains.append(RestPath(chain.release + late, moved, rest, chain.chatters, chain.stop + late))
         late += way.end - releases[way.next]
     return RestCycle(system, round(late / TURN), swing.modes, tuple(chains))
-
-
-def _later(chain: RestPath, by: float) -> RestPath:
-    """A chain some load periods later."""
-    moved = tuple(impact._replace(time=impact.time + by) for impact in chain.impacts)
-    rest = None if chain.rest is None else chain.rest + by
-    return replace(chain, release=chain.release + by, impacts=moved, rest=rest, stop=chain.stop + by)
 
 
 def cycle_through(

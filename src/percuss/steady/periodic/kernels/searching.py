@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.compiled import entry, inner
-from percuss.steady.periodic.kernels.forced_passage import cycle_of, passed, prepared, returning
-from percuss.steady.periodic.kernels.orbit_records import (
+from percuss.steady.periodic.kernels.forced_passage import (
     ALPHA,
     BEST,
     BETA,
@@ -31,6 +30,10 @@ from percuss.steady.periodic.kernels.orbit_records import (
     E,
     U,
     V,
+    cycle_of,
+    passed,
+    prepared,
+    returning,
 )
 
 # ---- K(ξ) for a real ξ, with the change of the rigid velocity after the first impact as an unknown more
