@@ -14,7 +14,7 @@ from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import BEYOND, multipliers, outside, unstable
 from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where_it_vanishes
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
+from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem, refused
 from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
 from percuss.mechanics.flow import propagator
 from percuss.model.checks import Array, ComplexArray
@@ -230,7 +230,7 @@ def _halving(segment: CurveSegment) -> TurningBack | None:
     p, curve = segment.curve.impacts, segment.curve
     if p % 2 or curve.periods % 2:
         return None
-    first, second = (halves(point, p, curve.periods) for point in (segment.start, segment.stop))
+    first, second = (halves(curve, point.x) for point in (segment.start, segment.stop))
     apart, after = float(np.linalg.norm(first[1])), float(np.linalg.norm(second[1]))
     if after < _TURNED_SAME < BESIDE * apart:
         raise CorrectorFailed("on the branch of half the period")
@@ -254,10 +254,11 @@ def _halving(segment: CurveSegment) -> TurningBack | None:
     return TurningBack(LocatedEvent(BranchEvent.HALVING, math.nan, point), before, None)
 
 
-def halves(point: CurvePoint, p: int, periods: int) -> tuple[Array, Array]:
+def halves(curve: Problem, x: Array) -> tuple[Array, Array]:
     """The mean of both halves of a cycle, as unknowns of the curve of half the period, and their difference."""
-    first, second = point.x[: p // 2], point.x[p // 2 : p] - math.pi * periods
-    return np.concatenate([0.5 * (first + second), point.x[p:]]), second - first
+    p = curve.impacts
+    first, second = x[: p // 2], x[p // 2 : p] - math.pi * curve.periods
+    return np.concatenate([0.5 * (first + second), x[p:]]), second - first
 
 
 def _crossing(segment: CurveSegment) -> TurningBack | None:
@@ -330,7 +331,7 @@ def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: Percus
     elif (death := dying_impact(curve, points)) is not None:
         return death
     elif curve.impacts % 2 == curve.periods % 2 == 0:  # where the halves meet a step of the load, not at their flip
-        apart = halves(points[-1], curve.impacts, curve.periods)[1]
+        apart = halves(curve, points[-1].x)[1]
         kind = BranchEvent.HALVING if float(np.abs(apart).max()) < _SAME else kind
     return LocatedEvent(kind, 0.0, points[-1])
 

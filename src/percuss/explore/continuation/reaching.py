@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,7 +112,7 @@ def reach(
     start = _row(branch, orbit, value)
 
     def end(way: int) -> ReachEnd:
-        point = next(_lost(branch, start, way))
+        point = _lost(branch, start, way)
         then = None if point.kind in _OPEN else _then(systems, along, point, way)
         return ReachEnd(**vars(point), then=then)
 
@@ -128,16 +128,16 @@ def _row(branch: Branch, orbit: PeriodicOrbit, value: float | None = None) -> in
     return int(np.argmin(off))
 
 
-def _lost(branch: Branch, start: int, way: int) -> Iterator[BranchPoint]:
-    """The points at which the motion of a row is lost, the nearest first; the last one is an end of the branch."""
+def _lost(branch: Branch, start: int, way: int) -> BranchPoint:
+    """The nearest point at which the motion of a row is lost; where there is none, an end of the branch."""
     first, *inner, last = branch.points
     rows = [_row(branch, point.orbit, point.value) for point in inner]
     ahead = [(row, point) for row, point in zip(rows, inner, strict=True) if (row - start) * way > 0]
     for row, point in sorted(ahead, key=lambda one: way * one[0]):
         beyond = min(max(row + way, 0), branch.values.size - 1)
         if point.kind in _LOSING or branch.unstable[beyond] != 0:
-            yield point
-    yield last if way > 0 else first
+            return point
+    return last if way > 0 else first
 
 
 def _then(systems: Family, name: str, point: BranchPoint, way: int) -> str | None:

@@ -34,8 +34,7 @@ def without_release(cycle: RestCycle) -> str:
     return f"the load never turns from push to pull: the {_who(cycle)} rests on the wall for good"
 
 
-def after_onset(cycle: RestCycle) -> str:
-    """Beyond an onset."""
+def _after_onset(cycle: RestCycle) -> str:
     what = "the end of the chatter" if cycle.chatters else "the impact before the rest"
     if cycle.chatters and cycle.modes and cycle.system.body.is_free:
         return f"{what} meets the next release; beyond, the bar laid down is let go at once"
@@ -45,8 +44,7 @@ def after_onset(cycle: RestCycle) -> str:
     return told
 
 
-def after_change(cycle: RestCycle, chains: Sequence[RestPath]) -> str:
-    """Beyond any other change, after which these chains follow the release."""
+def _after_change(cycle: RestCycle, chains: Sequence[RestPath]) -> str:
     if any(chain.chatters for chain in chains) is cycle.chatters:
         return f"the {_who(cycle)} comes back to this release after other rests"
     if cycle.chatters:
@@ -77,12 +75,12 @@ def rest_end(value: float, cycle: RestCycle, chains: tuple[RestPath, ...], is_sy
         beyond = f"{touches if kind is BranchEvent.TOUCH else 'an impact dies'}: what follows "
         beyond += "jumps" if jumps else "changes as the root of the distance from here"
     elif float(cycle.rest_times.min()) < short_rest(cycle):
-        kind, beyond = BranchEvent.ONSET, after_onset(cycle)
+        kind, beyond = BranchEvent.ONSET, _after_onset(cycle)
     elif waits and float(np.nanmin([*waits, math.inf])) < _SHORT:
         what = "comes to rest once more: just before another release, which an impact meets here"
         kind, beyond = BranchEvent.ONSET, f"the {_who(cycle)} {what}"
     else:
-        kind, beyond = BranchEvent.CHANGE, after_change(cycle, chains)
+        kind, beyond = BranchEvent.CHANGE, _after_change(cycle, chains)
     return BranchPoint(kind, (value,), cycle, beyond, impact=impact, touch_phase=phase)
 
 
@@ -93,11 +91,6 @@ def short_rest(cycle: RestCycle) -> float:
     if contact.keeps_strain or not 0.0 < restitution < 1.0:
         return _SHORT
     return max(_SHORT, _AHEAD * cycle.system.body.transit_time / FallingPush(restitution).critical)
-
-
-def alike(chains: tuple[RestPath, ...], others: tuple[RestPath, ...]) -> bool:
-    """Whether the same impacts follow each release, so that the second chains go on from the first ones."""
-    return len(chains) == len(others) and _first_other(chains, others) is None
 
 
 def _first_other(chains: tuple[RestPath, ...], others: tuple[RestPath, ...]) -> tuple[BranchEvent, float, int] | None:
@@ -205,10 +198,14 @@ def follow_rest_cycle(
     walker = _Walker(over.family, over.names[0], cycle, step, 0.0 if between is not None else share)
     callback("halt", halt)
     with halting(halt):
-        below, first = walker.walked(here, low)
-        above, last = walker.walked(here, high)
-    rows = [*below[::-1], (here, cycle), *above]
-    return _branch(walker.name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (first, last))
+        ends, (below, above) = [], ([(here, cycle)], [(here, cycle)])
+        for way, stop in ((below, low), (above, high)):
+            try:
+                ends.append(walker.walked(way, stop))
+            except Interrupted:
+                ends.append(BranchPoint(BranchEvent.STOPPED, (way[-1][0],), way[-1][1], _ON))
+    rows = [*below[:0:-1], *above]
+    return _branch(walker.name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), (ends[0], ends[1]))
 
 
 def _branch(name: str, values: Array, cycles: tuple[RestCycle, ...], points: tuple[BranchPoint, BranchPoint]) -> Branch:
@@ -248,21 +245,14 @@ class _Walker:
             raise
         except PercussError:
             return None, (), False
-        if cycle is None or cycle.label != near.label or not alike(near.chains, cycle.chains):
+        if cycle is None or (cycle.label, len(cycle.chains)) != (near.label, len(near.chains)):
+            return None, chains, True
+        if _first_other(near.chains, cycle.chains) is not None:
             return None, chains, True
         return cycle, chains if release is not None else (), True
 
-    def walked(self, start: float, end: float) -> tuple[list[tuple[float, RestCycle]], BranchPoint]:
-        """The cycles from a value towards an end of the range, and the point at which they end."""
-        rows = [(start, self.first)]
-        try:
-            point = self._walked(rows, end)
-        except Interrupted:
-            point = BranchPoint(BranchEvent.STOPPED, (rows[-1][0],), rows[-1][1], _ON)
-        return rows[1:], point
-
-    def _walked(self, rows: list[tuple[float, RestCycle]], end: float) -> BranchPoint:
-        """… which are added to the one where the walk begins, for as long as nothing stops it."""
+    def walked(self, rows: list[tuple[float, RestCycle]], end: float) -> BranchPoint:
+        """The point at which the cycles end towards an end of the range; they are added to that where they begin."""
         (here, cycle), size = rows[-1], self.step
         first, failed, gone = here, False, None
         while here != end:

@@ -13,6 +13,7 @@ from percuss.errors import Interrupted, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import FlipForm, press
+from percuss.explore.continuation.missed_events import halves
 from percuss.explore.continuation.orbit_curve import (
     Passed,
     beyond_corner,
@@ -275,16 +276,10 @@ def goes_back(curve: ExtendedCurve) -> bool:
     return isinstance(curve.condition, Multiplier | Pair) and curve.impacts % 2 == curve.periods % 2 == 0
 
 
-def halves_differ(curve: ExtendedCurve, x: Array) -> Array:
-    """By how much the times of the second half of the cycle are later than those of the first; shape (p/2,)."""
-    half = curve.impacts // 2
-    return x[half : 2 * half] - x[:half] - math.pi * curve.periods
-
-
 def halved(curve: ExtendedCurve, near: Array) -> LocatedEvent:
     """The point at which both halves are one orbit, from unknowns near it; or CorrectorFailed."""
-    p, half = curve.impacts, curve.impacts // 2
-    start = np.concatenate([near[:half] + 0.5 * halves_differ(curve, near), near[p : p + 3]])
+    half = curve.impacts // 2
+    start = halves(curve, near)[0][: half + 3]
     narrow = replace(curve, impacts=half, periods=curve.periods // 2)
     narrow = narrow.of(Multiplier.of(narrow.motion(start), -1.0))
     found = narrow.settled(start)
@@ -345,7 +340,7 @@ class PointWalk(Walk):
         """The points of codimension two in a step, or where both halves of the cycle become one orbit."""
         segment = CurveSegment(self.curve, self.here, target.point)
         if goes_back(self.curve):
-            before, after = (halves_differ(self.curve, point.x) for point in (self.here, target.point))
+            before, after = (halves(self.curve, point.x)[1] for point in (self.here, target.point))
             if before @ after < 0.0:
                 return Look(segment, [], None, halved(self.curve, target.point.x))
         return Look(segment, events_between(segment, self.clear, self.passed), target.limit)
@@ -389,7 +384,7 @@ class PointWalk(Walk):
         if self._shortest() < _NEARLY:
             self.end(BranchEvent.COALESCENCE)
             return
-        if goes_back(self.curve) and float(np.abs(halves_differ(self.curve, self.here.x)).max()) < _HALVED:
+        if goes_back(self.curve) and float(np.abs(halves(self.curve, self.here.x)[1]).max()) < _HALVED:
             try:
                 self.at_last(halved(self.curve, self.here.x), Look(CurveSegment(self.curve, self.here, self.here), []))
             except CorrectorFailed:

@@ -435,7 +435,11 @@ def _onset(point: BranchPoint) -> RestCondition:
     if chain.rest == chain.impacts[-1].time:
         told = "the ringing bar is held by one of its last, irregular impacts: of a rigid bar it can be, with 0 modes"
         raise ParameterError("point", str(point), "an onset that can be followed", told)
-    return Late(_way(point, chain, _piled(cycle, chain, FallingPush(factor))))
+    limit, first = FallingPush(factor), len(chain.impacts)  # that from which on the others pile up anyway
+    piled = [one.share < _PILED * limit.critical for one in _left(cycle, chain)]
+    while first > 1 and piled[first - 2]:
+        first -= 1
+    return Late(_way(point, chain, first))
 
 
 def _off_release(cycle: RestCycle, time: float) -> float:
@@ -463,15 +467,6 @@ def _vanishing(cycle: RestCycle, chain: RestPath, limit: FallingPush) -> tuple[i
         if one.push < gone and (best is None or one.push < best[1]):
             best = begun, one.push
     return best
-
-
-def _piled(cycle: RestCycle, chain: RestPath, limit: FallingPush) -> int:
-    """The first impact from which on the others pile up anyway."""
-    piled = [one.share < _PILED * limit.critical for one in _left(cycle, chain)]
-    first = len(piled)
-    while first > 1 and piled[first - 2]:
-        first -= 1
-    return first
 
 
 def _grazing(point: BranchPoint, impact: int) -> Grazing:
