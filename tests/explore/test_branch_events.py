@@ -91,21 +91,6 @@ def test_a_closed_branch_ends_at_its_start(straight: Branch) -> None:
     assert place == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("restitution", [0.571, 0.57123, 0.57124])
-def test_a_doubled_branch_that_soon_turns_back_has_its_fold(restitution: float) -> None:
-    """Near the restitution at which the flip changes its side: however near the fold is, values turn only at folds."""
-    load = Load.fourier([0.8, 1.0, 0.4 * np.exp(0.325j)])
-    system = System(s=5.0, d=0.0, restitution=restitution, load=load)
-    branch = follow(orbits(system, 1, 1, modes=0).orbits[-1], "mean", (0.52, 1.0), switch=1)
-    doubled = next(one for one in branch.switched if one.label == "z=2/2")
-    ways = np.sign(np.diff(doubled.values))
-    folds = doubled.at(BranchEvent.FOLD)
-    assert len(folds) == np.count_nonzero(ways[1:] != ways[:-1]) == 2
-    assert 0.0 < abs(folds[0].value - doubled.points[0].value) < 1e-6
-    for fold in folds:
-        assert np.abs(orbit_multipliers(fold.orbit).values - 1.0).min() < 1e-4
-
-
 # -- ends -------------------------------------------------------------------------------------------------------------
 
 
@@ -410,13 +395,18 @@ def test_a_doubled_branch_ends_at_the_flip_and_has_no_fold_there() -> None:
         assert {point.kind.value for point in found.points} == {"period_halving", "flip", "limit"}
 
 
-@pytest.mark.parametrize("restitution", [0.571, 0.5712, 0.571243])
+@pytest.mark.parametrize("restitution", [0.571, 0.5712, 0.57123, 0.57124, 0.571243])
 def test_a_fold_beside_a_flip_is_met_both_ways(restitution: float) -> None:
-    """From the flip on, and from the doubled orbit back to it."""
+    """Near the restitution at which the flip changes its side: from the flip on, and from the doubled orbit to it."""
     load = Load.fourier([0.8, 1.0, 0.4 * np.exp(0.325j)])
     system = System(s=5.0, d=0.0, restitution=restitution, load=load)
     one = orbits(system, 1, 1, modes=0).orbits[-1]
     doubled = next(one for one in follow(one, "mean", (0.53, 0.9), switch=1).switched if one.label == "z=2/2")
+    ways, folds = np.sign(np.diff(doubled.values)), doubled.at(BranchEvent.FOLD)
+    assert len(folds) == np.count_nonzero(ways[1:] != ways[:-1]) == 2  # values turn only at folds
+    assert 0.0 < abs(folds[0].value - doubled.points[0].value) < 1e-6
+    for fold in folds:
+        assert np.abs(orbit_multipliers(fold.orbit).values - 1.0).min() < 1e-4
     again = follow(middle_of(doubled, system), "mean", (0.53, 0.9))
     expected, found = (sorted((point.kind.value, point.value) for point in one.points) for one in (doubled, again))
     assert [kind for kind, _ in expected] == [kind for kind, _ in found] == ["fold", "fold", "limit", "period_halving"]

@@ -1,17 +1,21 @@
-"""Orbits followed through a parameter: figures of other programs, known boundaries, and that nothing is lost."""
+"""Orbits followed through a parameter: figures of other programs, known boundaries, the ladder, the reach."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 from orbit_cases import ENTRIES, after, numbers, of_kind, periods_of, system_of
-from percuss import Load, System, steady_states
+from percuss import Load, Start, System, run, steady_states
 from percuss.errors import ParameterError
-from percuss.explore import Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow
+from percuss.explore import Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow, reach
+from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, time_rates
 
 TURN = 2.0 * math.pi
@@ -210,3 +214,113 @@ def test_the_tangent_is_that_of_the_rates() -> None:
     rates = time_rates(start, lambda mean: family.system({"mean": mean}), 0.62)
     slope = (branch.times[-1] - branch.times[0]) / (branch.values[-1] - branch.values[0])
     assert slope == pytest.approx(rates, rel=1e-6)
+
+
+# -- the ladder z=1/1, 2/1, 3/1 … of a rigid bar: each touches the wall where the next begins, up to chatter ----------
+
+
+RUNGS = (0.399313, 0.527910, 0.581287, 0.605194, 0.616224, 0.621385, 0.623820, 0.624975, 0.625527)
+WINDOWS = {
+    2: (0.659282, 0.673754), 3: (0.631808, 0.635221), 4: (0.625261, 0.626612), 5: (0.624230, 0.624883),
+    6: (0.624539, 0.624883), 9: (0.625678, 0.625737),
+}  # fmt: skip
+ONSET = 0.626037331650
+
+
+def rungs() -> Iterator[Branch]:
+    """z=1/1 … 9/1 over the mean load, each from a point of the branch that begins at the touch of the one before."""
+    family, orbit, value = SystemFamily(HAMMER), with_one_impact(HAMMER.with_load_factor(0.45), which=0), 0.45
+    for impacts in range(1, 10):
+        branch = follow(orbit, "mean", (0.35, 0.7), family=family, value=value, switch=1)
+        assert branch.label == f"z={impacts}/1"
+        yield branch
+        (longer,) = [one for one in branch.switched if one.label == f"z={impacts + 1}/1"]
+        inside = longer.values.size // 2
+        value = float(longer.values[inside])
+        times = tuple(longer.times[inside].tolist())
+        orbit = PeriodicOrbit(family.system({"mean": value}), 1, times, 0).from_first
+
+
+def number(branch: Branch, kind: str) -> float:
+    """The value of the only point of a kind."""
+    (value,) = [point.value for point in branch.points if point.kind.value == kind]
+    return value
+
+
+@pytest.mark.slow
+def test_it_is_climbed_to_nine_impacts() -> None:
+    begins = None
+    touches = []
+    for impacts, branch in enumerate(rungs(), 1):
+        touches.append(number(branch, "grazing_touch"))
+        if begins is not None:
+            assert number(branch, "grazing_impact_dies") == pytest.approx(begins, rel=0, abs=1e-11)
+        if impacts in WINDOWS:
+            flip, fold = number(branch, "flip"), number(branch, "fold")
+            assert (flip, fold) == pytest.approx(WINDOWS[impacts], rel=0, abs=1e-6)
+            stable = branch.values[branch.stable]
+            assert stable.size and flip - 1e-9 <= stable.min() <= stable.max() <= fold + 1e-9
+        begins = touches[-1]
+    assert touches == pytest.approx(RUNGS, rel=0, abs=1e-6)
+    left = ONSET - np.array(touches)
+    assert np.all(left > 0.0)
+    assert np.all(left[5:] < 0.5 * left[4:-1])  # they pile up at the onset of chatter
+
+
+# -- how far a parameter may move before a motion is lost: the cascade, the fold, simulations beside them -------------
+
+
+def rigid(mean: float, restitution: float = 0.5) -> System:
+    return System(s=5.0, d=0.0, restitution=restitution, load=Load.harmonic(mean, 1.0))
+
+
+def stable(system: System) -> PeriodicOrbit | None:
+    """The stable motion with one impact in one period, if there is one."""
+    every = [PeriodicOrbit(system, 1, (one.phase,), 0) for one in steady_states(system, modes=0).orbits]
+    return next((one for one in every if one.admissible and orbit_multipliers(one).stable), None)
+
+
+@settings(max_examples=3, deadline=None)
+@given(st.floats(0.05, 0.9), st.floats(0.3, 0.99))
+def test_the_mean_load_reaches_from_the_flip_to_the_fold(restitution: float, share: float) -> None:
+    """Closed forms: the fold where p_0 π(1−R)/(1+R) is the amplitude; before it motions that keep striking are lost."""
+    fold = (1.0 + restitution) / (math.pi * (1.0 - restitution))
+    system = rigid(share * fold, restitution)
+    orbit = stable(system)
+    assume(orbit is not None)
+    assert orbit is not None
+    found = reach(orbit, "mean", (0.0, 2.0 * fold))
+    assert found.below.value < system.load.mean < found.above.value
+    if found.above.kind is BranchEvent.FOLD:
+        assert found.above.value == pytest.approx(fold, rel=1e-9)
+    for end, way in ((found.below, -1), (found.above, 1)):
+        inside = rigid(end.value - way * 1e-3 * (found.above.value - found.below.value), restitution)
+        assert stable(inside) is not None, end
+
+
+def test_what_comes_then_is_what_a_simulation_does() -> None:
+    orbit = stable(rigid(0.8))
+    assert orbit is not None
+    found = reach(orbit, "mean", (0.3, 1.2))
+    for end, factor in ((found.below, 0.99), (found.above, 1.01)):
+        beyond = run(rigid(factor * end.value), Start.orbit(end.orbit), modes=0)
+        assert end.then == beyond.label
+        assert not end.is_open
+    assert found.below.then == "z=2/2"
+
+
+def test_a_range_that_ends_before_the_motion_is_open() -> None:
+    orbit = stable(rigid(0.8))
+    assert orbit is not None
+    found = reach(orbit, "mean", (0.75, 0.85))
+    assert (found.below.value, found.above.value) == (0.75, 0.85)
+    assert found.below.is_open
+    assert found.above.then is None
+    assert found.value == 0.8
+
+
+def test_an_unstable_motion_has_no_reach() -> None:
+    orbit = orbit_near(rigid(0.6), [2.43], modes=0)
+    assert orbit is not None
+    with pytest.raises(ParameterError, match="stable"):
+        reach(orbit, "mean", (0.5, 0.7))

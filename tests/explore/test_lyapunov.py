@@ -179,7 +179,7 @@ def test_systems_and_starts_must_go_together():
         lyapunov_many([])
 
 
-# -- any law of contact and of damping, beside motions that start a little apart ---------------------------------------
+# -- any law of contact and of damping, beside motions that start a little apart --------------------------------------
 
 MODES, IMPACTS, DISCARD, APART = 4, 20, 2, 1e-7
 

@@ -188,7 +188,7 @@ def test_the_manual_names_every_parameter() -> None:
     assert [name for name in (*PARAMETERS, PERIODS) if f"`{name}`" not in manual] == []
 
 
-# -- of one harmonic or step of a load: put, swept and followed --------------------------------------------------------
+# -- of one harmonic or step of a load: put, swept and followed -------------------------------------------------------
 
 FOURIER = System(s=5.0, d=0.02, restitution=0.5, load=Load.fourier([0.6, 1.0, 0.3j]))
 SQUARE = System(s=5.0, d=0.0, restitution=0.5, load=Load.square(1.0, 1.65))

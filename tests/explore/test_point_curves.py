@@ -13,6 +13,12 @@ from orbit_cases import ENTRIES, Made, after, numbers, system_of
 from percuss import Load, System
 from percuss.errors import ParameterError
 from percuss.explore import Branch, BranchEvent, BranchPoint, PointCurve, SystemFamily, boundaries, follow, follow_point
+from percuss.explore.continuation.problem import CurvePoint, Problem
+from percuss.explore.continuation.walk import Walk
+from percuss.explore.diagrams.diagram_job import running_pass
+from percuss.model import Kept, ModalBody
+from percuss.model.checks import Array
+from percuss.simulate import Stop
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
@@ -284,3 +290,92 @@ def test_it_goes_to_the_end_of_the_parameter_under_a_load_with_steps() -> None:
     for point in touch:
         ends = follow_point(point, ("d", "kappa"), most=60).ends
         assert BranchEvent.NO_SYSTEM in {end.kind for end in ends}
+
+
+# -- walks along curves in a plane that are known ---------------------------------------------------------------------
+
+
+class Hyperbola(Problem):
+    """x y = c, which turns its corner the faster the smaller c is."""
+
+    impacts, periods, places, units, names = 0, 1, (0, 1), (1.0, 1.0), ("x", "y")
+
+    def __init__(self, c: float) -> None:
+        self.c = c
+
+    def residual(self, x: Array) -> Array:
+        return np.array([self.c - float(x[0] * x[1])])
+
+    def system(self, *values: float) -> System:
+        return None  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("c", np.geomspace(1e-5, 1e-1, 13).tolist())
+def test_a_corner_is_turned_however_sharp(c: float) -> None:
+    way = np.array([-2.0, 0.5 * c])
+    start = CurvePoint(np.array([2.0, 0.5 * c]), way / np.linalg.norm(way), 0)
+    walk = Walk(Hyperbola(c), start, ((-2.1, 2.1), (-2.1, 2.1))).walked(300)
+    assert walk.happened[-1].kind is BranchEvent.LIMIT
+    points = np.array([point.x for point in walk.points])
+    assert points[-1] == pytest.approx((c / 2.1, 2.1), rel=0, abs=1e-12)
+    assert points.prod(axis=1) == pytest.approx(c, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("place", "which", "value"), [((1.0, 0.4), 0, 0.5), ((0.8, 1.6), 1, 0.5), ((0.4, -2.0), 1, -1.0)]
+)
+def test_of_two_ranges_that_a_step_leaves_the_first_one_counts(
+    place: tuple[float, float], which: int, value: float
+) -> None:
+    limit = Hyperbola(0.1).limit(np.zeros(2), np.array(place), ((-0.5, 0.5), (-1.0, 0.3 if which == 0 else 0.5)))
+    assert limit is not None
+    assert (limit.unknown, limit.value, limit.kind) == (which, value, BranchEvent.LIMIT)
+
+
+# -- structures that are held: Budd & Dux's oscillator (Phil. Trans. R. Soc. A 347 (1994) 365–389) --------------------
+
+
+OMEGA = 2.8
+
+
+def oscillator(restitution: float, gap: float) -> System:
+    body = ModalBody((1.0 / OMEGA,), (0.0,), (1.0,), (1.0,), gap)
+    return System(body, Load.harmonic(0.0, 1.0 / OMEGA**2), Kept(restitution))
+
+
+def flip(restitution: float):
+    branch = follow(orbits(oscillator(restitution, -0.1), 1, 1).orbits[0], "gap", (-0.2, 0.0))
+    (found,) = branch.at(BranchEvent.FLIP)
+    return found
+
+
+def test_the_curve_of_flips_goes_through_those_of_other_restitutions():
+    curve = follow_point(flip(0.8), ("gap", "restitution"), ((-0.2, 0.0), (0.72, 0.84)))
+    assert [one.kind for one in curve.ends] == [BranchEvent.LIMIT] * 2
+    assert [one.values[1] for one in curve.ends] == pytest.approx([0.72, 0.84])
+    assert curve.is_orbit.all()
+    for gap, restitution in (curve.values[0], curve.values[3]):
+        assert gap == pytest.approx(flip(restitution).value, abs=1e-10)
+
+
+def test_a_death_keeps_its_gap_whatever_the_restitution():
+    """An impact without speed turns nothing over: the motion there is the free one, which knows no restitution."""
+    branch = follow(orbits(oscillator(0.8, -0.1), 1, 1).orbits[0], "gap", (-0.2, 0.3))
+    (death,) = branch.at(BranchEvent.DEATH)
+    swing = 1.0 / (OMEGA**2 - 1.0)
+    assert death.value == pytest.approx(swing, abs=1e-11)
+    curve = follow_point(death, ("gap", "restitution"), ((-0.2, 0.3), (0.72, 0.84)))
+    assert curve.values[:, 0] == pytest.approx(swing, abs=1e-10)
+    assert sorted(one.values[1] for one in curve.ends) == pytest.approx([0.72, 0.84])
+
+
+def test_a_motion_taken_along_meets_the_wall_of_each_gap():
+    """Its cycles are orbits of the system of their own gap, not of the one it began with."""
+    systems = [oscillator(0.8, gap) for gap in (-0.1, -0.095, -0.09)]
+    taken = running_pass(systems, 1, Stop(impacts=3000), 0, 0.0, 0, lambda: False)
+    for row, system in enumerate(systems):
+        p, n = int(taken["cycle_impacts"][row]), int(taken["cycle_periods"][row])
+        assert 1 <= p <= 3 and n <= 3
+        phases = np.sort(taken["phases"][row][:p])
+        known = [np.sort(orbit.phases) for orbit in orbits(system, p, n, tries=100).orbits]
+        assert min(float(np.abs(phases - other).max()) for other in known) < 1e-5
