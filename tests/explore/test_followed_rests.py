@@ -14,7 +14,7 @@ from percuss.case import load_case
 from percuss.case.answers.exploring.orbits_answer import curve_dict
 from percuss.errors import ParameterError
 from percuss.explore import BranchEvent, BranchPoint, PointCurve, SystemFamily, follow_point, follow_rest_cycle
-from percuss.explore.point_curves.rest_conditions import RestWay, Vanishing, rest_condition
+from percuss.explore.point_curves.rest_walk import RestWay, Vanishing, rest_condition
 from percuss.model import Kept, ModalBody, Reversed, UniformBar
 from percuss.model.system import set_at_wall
 from percuss.steady import rest_cycles

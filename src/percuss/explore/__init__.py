@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from percuss.explore.attractors.experiments import Experiment, Share, experiment
     from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
     from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, Doubling, PlainMotion, PointCurve
-    from percuss.explore.continuation.following import follow
-    from percuss.explore.continuation.reaching import Reach, ReachEnd, reach
+    from percuss.explore.continuation.following import Reach, ReachEnd, follow, reach
     from percuss.explore.continuation.rest_following import follow_rest_cycle
     from percuss.explore.diagrams.diagram import Diagram, SettledMotion, diagram
     from percuss.explore.diagrams.diagram_lines import DiagramBranch

@@ -24,7 +24,7 @@ from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, stea
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.explore.continuation.reaching import Reach, ReachEnd
+    from percuss.explore.continuation.following import Reach, ReachEnd
     from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Ensemble

@@ -13,10 +13,17 @@ from percuss.explore.continuation.branch_events import in_words
 from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem, Varied, varied
 from percuss.explore.continuation.walk import LocatedEvent, Walk, both_ways, joined
 from percuss.explore.family import Family
-from percuss.explore.point_curves.conditions import Condition, Corner, Death, ExtendedCurve, Multiplier, Pair, Touch
-from percuss.explore.point_curves.point_walk import PointWalk
-from percuss.explore.point_curves.rest_conditions import TURN, rest_condition
-from percuss.explore.point_curves.rest_walk import RestEndCurve, RestEndWalk, rest_end_start
+from percuss.explore.point_curves.point_walk import (
+    Condition,
+    Corner,
+    Death,
+    ExtendedCurve,
+    Multiplier,
+    Pair,
+    PointWalk,
+    Touch,
+)
+from percuss.explore.point_curves.rest_walk import TURN, RestEndCurve, RestEndWalk, rest_condition, rest_end_start
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several

@@ -22,7 +22,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore import Axis, BranchEvent, BranchPoint, PointCurve, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
-from percuss.explore.point_curves.rest_conditions import REST_FOLLOWED
+from percuss.explore.point_curves.rest_walk import REST_FOLLOWED
 from percuss.model.checks import having, text
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.continuation.reaching import reach
+from percuss.explore.continuation.following import reach
 from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
