@@ -16,7 +16,7 @@ from percuss.explore.continuation.branch_events import outside, unstable
 from percuss.explore.continuation.following import OrbitWalk
 from percuss.explore.continuation.missed_events import dying_impact
 from percuss.explore.continuation.orbit_curve import SolutionCurve
-from percuss.explore.continuation.problem import CurvePoint
+from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers

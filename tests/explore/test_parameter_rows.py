@@ -11,7 +11,7 @@ from orbit_cases import Made
 from percuss import Load, System
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.orbit_curve import ParameterRows, SolutionCurve, turning
-from percuss.explore.continuation.problem import CorrectorFailed
+from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.explore.family import SystemFamily
 from percuss.model import KelvinVoigt, Kept, Mounted, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array

@@ -13,8 +13,7 @@ from orbit_cases import ENTRIES, Made, after, numbers, system_of
 from percuss import Load, System
 from percuss.errors import ParameterError
 from percuss.explore import Branch, BranchEvent, BranchPoint, PointCurve, SystemFamily, boundaries, follow, follow_point
-from percuss.explore.continuation.problem import CurvePoint, Problem
-from percuss.explore.continuation.walk import Walk
+from percuss.explore.continuation.walk import CurvePoint, Problem, Walk
 from percuss.explore.diagrams.diagram_job import running_pass
 from percuss.model import Kept, ModalBody
 from percuss.model.checks import Array

@@ -14,7 +14,7 @@ from percuss import Load, System
 from percuss.explore import BranchEvent, BranchPoint, Family, PointCurve, SystemFamily, follow, follow_point
 from percuss.explore.continuation.branch_events import Partner, doubled
 from percuss.explore.continuation.orbit_curve import SolutionCurve
-from percuss.explore.continuation.problem import CurvePoint
+from percuss.explore.continuation.walk import CurvePoint
 from percuss.model import Kept, ModalBody
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits

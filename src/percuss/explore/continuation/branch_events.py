@@ -19,8 +19,7 @@ from percuss.explore.continuation.orbit_curve import (
     twice,
     where_it_vanishes,
 )
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint
-from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
 from percuss.stability.orbit_multipliers import outside_number

@@ -37,8 +37,19 @@ from percuss.explore.continuation.missed_events import (
     turning_back,
 )
 from percuss.explore.continuation.orbit_curve import SolutionCurve, beyond_corner, corner_ahead, steps_passed
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, varied
-from percuss.explore.continuation.walk import FIRST, CurveSegment, LocatedEvent, Look, Target, Walk, both_ways, joined
+from percuss.explore.continuation.walk import (
+    FIRST,
+    CorrectorFailed,
+    CurvePoint,
+    CurveSegment,
+    LocatedEvent,
+    Look,
+    Target,
+    Walk,
+    both_ways,
+    joined,
+    varied,
+)
 from percuss.explore.family import Family, SystemFamily, family_of
 from percuss.halting import halting
 from percuss.model import System

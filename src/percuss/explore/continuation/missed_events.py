@@ -14,8 +14,15 @@ from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.branch_events import BEYOND, multipliers, outside, unstable
 from percuss.explore.continuation.orbit_curve import SolutionCurve, twice, where_it_vanishes
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem, refused
-from percuss.explore.continuation.walk import CurveSegment, LocatedEvent, Number
+from percuss.explore.continuation.walk import (
+    CorrectorFailed,
+    CurvePoint,
+    CurveSegment,
+    LocatedEvent,
+    Number,
+    Problem,
+    refused,
+)
 from percuss.mechanics.flow import propagator
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING

@@ -18,8 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Limit, Problem, refused, unit_tangent
-from percuss.explore.continuation.walk import Number
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit, Number, Problem, refused, unit_tangent
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System

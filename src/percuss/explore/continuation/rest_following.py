@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.errors import Interrupted, PercussError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
-from percuss.explore.continuation.problem import varied
+from percuss.explore.continuation.walk import varied
 from percuss.explore.family import Family
 from percuss.halting import halting, look
 from percuss.model import System

@@ -13,9 +13,8 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, PlainMotion, event_of
 from percuss.explore.continuation.orbit_curve import SolutionCurve
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, unit_of
 from percuss.explore.continuation.rest_following import KEPT_IMPACTS
-from percuss.explore.continuation.walk import Walk
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk, unit_of
 from percuss.explore.family import Family
 from percuss.model import System
 from percuss.model.checks import Array

@@ -10,8 +10,17 @@ import numpy as np
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint, PointCurve
 from percuss.explore.continuation.branch_events import in_words
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Problem, Varied, varied
-from percuss.explore.continuation.walk import LocatedEvent, Walk, both_ways, joined
+from percuss.explore.continuation.walk import (
+    CorrectorFailed,
+    CurvePoint,
+    LocatedEvent,
+    Problem,
+    Varied,
+    Walk,
+    both_ways,
+    joined,
+    varied,
+)
 from percuss.explore.family import Family
 from percuss.explore.point_curves.point_walk import (
     Condition,

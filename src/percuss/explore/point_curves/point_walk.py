@@ -27,10 +27,11 @@ from percuss.explore.continuation.orbit_curve import (
     steps_passed,
     twice,
 )
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, refused
 from percuss.explore.continuation.walk import (
     FIRST,
     SHORTEST,
+    CorrectorFailed,
+    CurvePoint,
     CurveSegment,
     LocatedEvent,
     Look,
@@ -38,6 +39,7 @@ from percuss.explore.continuation.walk import (
     Target,
     Walk,
     flights_of,
+    refused,
 )
 from percuss.explore.family import Family
 from percuss.model import System

@@ -16,9 +16,19 @@ import numpy as np
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint
-from percuss.explore.continuation.problem import CorrectorFailed, CurvePoint, Limit, Problem, refused, unit_tangent
 from percuss.explore.continuation.rest_following import short_rest
-from percuss.explore.continuation.walk import CurveSegment, Look, Target, Walk
+from percuss.explore.continuation.walk import (
+    CorrectorFailed,
+    CurvePoint,
+    CurveSegment,
+    Limit,
+    Look,
+    Problem,
+    Target,
+    Walk,
+    refused,
+    unit_tangent,
+)
 from percuss.explore.family import Family
 from percuss.halting import look
 from percuss.model import System
