@@ -18,7 +18,7 @@ import numpy as np
 from percuss import Load, System
 from percuss.explore import diagram, follow
 from percuss.explore.continuation.orbit_curve import SolutionCurve
-from percuss.explore.continuation.problem import CurvePoint
+from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.family import SystemFamily
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 

@@ -237,10 +237,7 @@ _INSIDE = 1e-6  # share of a step beside a corner, nearer than which rounding de
 
 
 class OrbitWalk(Walk):
-    """A walk along orbits over one parameter; its marks are how many multipliers are outside the unit circle.
-
-    `fresh`: whether it begins at a flip, where the branch has an extremum of the parameter by itself.
-    """
+    """A walk along orbits; its marks are how many multipliers are outside, `fresh` where it begins at a flip."""
 
     def __init__(
         self, curve: SolutionCurve, start: CurvePoint, bounds: tuple[float, float], *, fresh: bool = False

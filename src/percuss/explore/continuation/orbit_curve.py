@@ -391,10 +391,7 @@ def corner_ahead(curve: Problem, here: CurvePoint, passed: Passed, reach: float)
 
 
 def beyond_corner(curve: Problem, corner: CurvePoint, which: int, passed: Passed) -> tuple[CurvePoint, Array, Passed]:
-    """A corner with the tangent beyond it, on which the impact that meets the step goes on the same way.
-
-    With it, unknowns just beyond, and how many steps of the load there are before each impact there.
-    """
+    """A corner with the tangent beyond it, unknowns just beyond, and the steps of the load before each impact there."""
     later = _is_later(curve, corner.x, which, passed)
     aside = _beside(corner.x, which, later)
     matrix = curve.matrix(aside)

@@ -230,10 +230,7 @@ class Problem(ABC):
         return np.stack([slope(moved(way), self.difference, CorrectorFailed) for way in np.eye(x.size)], axis=1)
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
-        """The point of the curve in a plane with a normal, from a place of it near a point of the curve.
-
-        The tangent is to point the way of `along`. CorrectorFailed when Newton's method does not get there.
-        """
+        """The point of the curve in a plane with a normal, its tangent pointing the way of `along`; or CorrectorFailed."""
         look()
         x, last, renewals, own, matrix = np.array(start), np.inf, 0, False, near.matrix
         try:
@@ -300,10 +297,7 @@ class CurveSegment:
         return self._points[place]
 
     def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
-        """Where a number that changes its sign between two places vanishes, to rounding; by default in the whole.
-
-        `below`: the number at `low`, where rounding would decide on its sign.
-        """
+        """Where a number vanishes between two places; `below` is that at `low`, where rounding decides on its sign."""
         last = self.length if high is None else high
         first, second = number(self.at(low)) if below is None else below, number(self.at(last))
 

@@ -78,10 +78,7 @@ class Numbers:
 
 @lru_cache(maxsize=64)
 def numbers_of(system: System, modes: int) -> Numbers:
-    """The numbers of a system; the last ones are kept. Not to be written into.
-
-    ResonanceError where an undamped bar is driven at one of its own frequencies.
-    """
+    """The numbers of a system; the last ones are kept. Not to be written into."""
     refuse_resonance(system)
     load, contact = system.load, system.contact
     known = system.body.modes(modes, load.at)
@@ -199,10 +196,7 @@ class ImpactChain:
 
     @property
     def is_neutral(self) -> bool:
-        """Whether the rigid velocity does not follow from the times: R = 1, no drag, an even number of impacts.
-
-        It is then an unknown of its own, and that it comes back is an equation more.
-        """
+        """Whether the rigid velocity is an unknown of its own, with an equation: R = 1, no drag, p even."""
         kept = self.system.contact.velocity_factor**self.impacts * math.exp(-self.system.d * self.period)
         return self.system.body.is_free and abs(1.0 - kept) < _NEUTRAL
 
@@ -258,10 +252,7 @@ class Passage:
         return ChainBlocks.of(self.chain.system.contact, self.chain.known, self.step, self.flights)
 
     def bordered(self, xi: complex) -> Array | ComplexArray:
-        """K(ξ) with the change of the rigid velocity after the first impact as an unknown more, which comes last.
-
-        The last row says that it is ξ times itself after a cycle. Shape (p + 1, p + 1).
-        """
+        """K(ξ) with the change of the rigid velocity as an unknown more, which is ξ times itself after a cycle."""
         if isinstance(xi, complex):
             return np.asarray(self.rational.matrices(np.array([xi]))[0])
         orbit_kernels().singularity(self.room, float(xi))

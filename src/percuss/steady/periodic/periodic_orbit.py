@@ -406,10 +406,7 @@ def repeats(times: Array, period: float, turn: float) -> int:
 
 
 def canonical(times: Array, period: float, turn: float) -> tuple[Array, int]:
-    """The times from the impact with the least phase on, which is in the first period of the load; and its number.
-
-    Of impacts with phases that are the same but for rounding, that before the shortest flight.
-    """
+    """The times from the impact with the least phase on (of equal ones that before the shortest flight); its number."""
     flights = np.append(times[1:], times[0] + period) - times
     phases = np.mod(times, turn)
     phases = np.where(turn - phases <= SAME, phases - turn, phases)
