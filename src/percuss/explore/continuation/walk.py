@@ -230,7 +230,7 @@ class Problem(ABC):
         return np.stack([slope(moved(way), self.difference, CorrectorFailed) for way in np.eye(x.size)], axis=1)
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
-        """The point of the curve in a plane with a normal, its tangent pointing the way of `along`; or CorrectorFailed."""
+        """The point of the curve in a plane with a normal, its tangent the way of `along`; or CorrectorFailed."""
         look()
         x, last, renewals, own, matrix = np.array(start), np.inf, 0, False, near.matrix
         try:
