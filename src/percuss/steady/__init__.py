@@ -13,15 +13,8 @@ if TYPE_CHECKING:
     from percuss.steady.forced import Field
     from percuss.steady.orbit import Orbit, Reason
     from percuss.steady.oscillator import ModalState
-    from percuss.steady.periodic import (
-        Drop,
-        FoundOrbits,
-        PeriodicOrbit,
-        orbit_near,
-        orbits,
-        parameter_column,
-        time_rates,
-    )
+    from percuss.steady.periodic.periodic_orbit import PeriodicOrbit, parameter_column, time_rates
+    from percuss.steady.periodic.search import Drop, FoundOrbits, orbit_near, orbits
     from percuss.steady.phases import grows, level
     from percuss.steady.recorded import (
         ForceRecord,
