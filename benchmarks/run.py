@@ -30,7 +30,7 @@ from machines import machines
 from orbits import orbits_of_any_kind
 from page import page
 from percuss import Load, System, stability_of, steady_states
-from percuss.stability import floquet_multipliers, linear_map, stability_plane
+from percuss.stability import floquet_multipliers, stability_plane
 from simulation import bodies, simulation
 from web import web
 
@@ -163,7 +163,7 @@ def multipliers() -> list[Row]:
         times[modes] = median(lambda modes=modes: floquet_multipliers(orbit, modes), 3)  # type: ignore[misc]
         beside = f"{1e3 * times[modes] / modes:.2f} ms per mode"
         if modes <= 256:
-            dense = median(lambda modes=modes: np.linalg.eigvals(linear_map(orbit, modes).dense()), 3)  # type: ignore[misc]
+            dense = median(lambda modes=modes: np.linalg.eigvals(orbit.linear_map(modes).dense()), 3)  # type: ignore[misc]
             beside += f", {dense / times[modes]:.1f} times faster than dense eigenvalues"
         rows.append((f"all multipliers, N = {modes}", f"{1e3 * times[modes]:.0f} ms", "–", beside))
     slope = math.log(times[4096] / times[256]) / math.log(4096 / 256)

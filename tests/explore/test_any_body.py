@@ -13,7 +13,7 @@ from percuss.model import Kept, Reversed
 from percuss.model.body import External, KelvinVoigt, Ratio, SteppedBar, UniformBar
 from percuss.simulate import Stop
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_of
-from percuss.stability.multipliers import NEUTRAL
+from percuss.steady.multipliers import NEUTRAL
 
 HARMONIC = Load.harmonic(0.7, 1.0)
 THREE = Load.fourier([0.6, 0.5 - 0.2j, 0.3j, 0.1])

@@ -22,7 +22,6 @@ from percuss.explore.jobs.progress import JobProgress
 from percuss.explore.parameters import vary
 from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
-from percuss.stability.multipliers import linear_map
 from percuss.steady import Orbit
 from percuss.steady.admissible import flight_check, stays_off, tops
 from strategies import oracle
@@ -297,7 +296,7 @@ def test_elastic_instability_that_b77_cannot_see():
 def outside(stretch, t: float, modes: int) -> int:
     """How many multipliers are outside the circle at a place of a branch: all eigenvalues of the dense map."""
     orbit, side = orbit_on(stretch, t)
-    return int(np.count_nonzero(np.abs(np.linalg.eigvals(linear_map(orbit, modes, side).dense())) > 1.0))
+    return int(np.count_nonzero(np.abs(np.linalg.eigvals(orbit.linear_map(modes, side).dense())) > 1.0))
 
 
 def crossings_and_misses(seed: int, systems: int, places: int) -> tuple[int, list[str]]:

@@ -19,8 +19,6 @@ from percuss.explore.continuation.orbit_curve import SolutionCurve
 from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
-from percuss.stability import orbit_multipliers
-from percuss.stability.orbit_multipliers import outside_number
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from random_hammers import random_hammer
 
@@ -151,9 +149,9 @@ def test_a_load_that_only_pulls_ends_it() -> None:
 def test_the_number_outside_is_that_of_the_multipliers(orbit: PeriodicOrbit) -> None:
     if np.abs(orbit.speeds).min() < 1e-6 * np.abs(orbit.speeds).max():
         return
-    moduli = orbit_multipliers(orbit).moduli
+    moduli = orbit.multipliers().moduli
     beyond = 1e-7
-    counted = outside_number(orbit, beyond)
+    counted = orbit.outside(beyond)
     near = counted is None or np.abs(moduli / (1.0 + beyond) - 1.0).min() < 1e-8
     assert near or counted == np.count_nonzero(moduli > 1.0 + beyond)
 
@@ -163,8 +161,8 @@ def test_pairs_side_by_side_within_the_circle_are_not_counted() -> None:
     system = SystemFamily(random_hammer(47).system).system({"mean": 1.1178})
     orbit = orbit_near(system, [0.5218135, 5.5194895, 10.2425223], 2, modes=32)
     assert orbit is not None
-    assert outside_number(orbit, 1e-7) is None
-    assert unstable(orbit) == outside(orbit_multipliers(orbit).values) == 3
+    assert orbit.outside(1e-7) is None
+    assert unstable(orbit) == outside(orbit.multipliers().values) == 3
 
 
 def test_a_dying_impact_has_no_number() -> None:
@@ -268,7 +266,7 @@ def test_a_pair_that_crosses_the_circle_slowly_is_located() -> None:
     start = orbits(random_hammer(106).system, 1, modes=8).orbits[1]
     (pair,) = follow(start, "mean", (1.2, 2.3)).at(BranchEvent.NEIMARK_SACKER)
     assert pair.value == pytest.approx(2.1300633, abs=1e-6)
-    moduli = orbit_multipliers(pair.orbit).moduli
+    moduli = pair.orbit.multipliers().moduli
     assert moduli[:2] == pytest.approx([1.0, 1.0], rel=0, abs=1e-11)
 
 
@@ -406,7 +404,7 @@ def test_a_fold_beside_a_flip_is_met_both_ways(restitution: float) -> None:
     assert len(folds) == np.count_nonzero(ways[1:] != ways[:-1]) == 2  # values turn only at folds
     assert 0.0 < abs(folds[0].value - doubled.points[0].value) < 1e-6
     for fold in folds:
-        assert np.abs(orbit_multipliers(fold.orbit).values - 1.0).min() < 1e-4
+        assert np.abs(fold.orbit.multipliers().values - 1.0).min() < 1e-4
     again = follow(middle_of(doubled, system), "mean", (0.53, 0.9))
     expected, found = (sorted((point.kind.value, point.value) for point in one.points) for one in (doubled, again))
     assert [kind for kind, _ in expected] == [kind for kind, _ in found] == ["fold", "fold", "limit", "period_halving"]

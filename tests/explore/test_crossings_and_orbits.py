@@ -9,7 +9,6 @@ import pytest
 
 from percuss import Load, System, stability_of, steady_states
 from percuss.explore import boundaries, vary
-from percuss.stability import characteristic, orbit_multipliers
 from percuss.steady import Orbit, PeriodicOrbit, Reason
 
 N = 8
@@ -34,7 +33,7 @@ def test_a_crossing_is_what_it_is_called(s: float, r: float, m: int) -> None:
     for curve in found.curves:
         there = vary(pulled(s, 0.0, r), {"load_factor": float(curve.y[0])})
         orbit = PeriodicOrbit(there, m, (float(curve.phase[0]),), N)
-        values = orbit_multipliers(orbit).values
+        values = orbit.multipliers().values
         angle = float(curve.angle[0])
         turning = values[np.abs(values.imag) > 1e-6]
         if curve.kind == "flip":
@@ -42,7 +41,7 @@ def test_a_crossing_is_what_it_is_called(s: float, r: float, m: int) -> None:
         else:
             assert np.abs(turning - np.exp(1j * angle)).min() < 1e-8
         scale = np.prod(1.0 + np.abs(values))
-        assert abs(characteristic(orbit, complex(np.exp(1j * angle)))) < 1e-10 * scale
+        assert abs(orbit.characteristic(complex(np.exp(1j * angle)))) < 1e-10 * scale
         outside = np.count_nonzero(np.abs(values) > 1.0 + 1e-7)
         assert outside == curve.outside[0]
 
@@ -53,11 +52,11 @@ def test_an_elastic_mode_alone_leaves_by_a_flip() -> None:
     verdict = stability_of(motion, modes=N)
     assert verdict.kind is Reason.ELASTIC
     assert "turns over and grows by a factor of 1.000147" in verdict.reason
-    first = orbit_multipliers(as_orbit(motion)).values[0]
+    first = as_orbit(motion).multipliers().values[0]
     assert first == pytest.approx(-1.000147, abs=1e-6)
     for d, sign in ((2.337e-5, 1), (2.339e-5, -1)):
         damped = steady_states(pulled(5.0, d, 0.8), 2, modes=N).orbits[-1]
-        values = orbit_multipliers(as_orbit(damped))
+        values = as_orbit(damped).multipliers()
         assert math.copysign(1.0, values.largest - 1.0) == sign
         assert values.values[0].imag == 0.0
 
@@ -70,7 +69,7 @@ def test_what_b77_cannot_see_are_flips_of_elastic_modes() -> None:
         system, m = pulled(s, 0.0, r, float(random.uniform(0.2, 1.3))), int(random.integers(1, 4))
         for motion in steady_states(system, m, modes=N).orbits:
             if stability_of(motion, modes=N).kind is Reason.ELASTIC:
-                values = orbit_multipliers(as_orbit(motion)).values
+                values = as_orbit(motion).multipliers().values
                 outside = values[np.abs(values) > 1.0 + 1e-10]
                 assert outside.size
                 real = bool(np.all(np.abs(outside.imag) < 1e-6))

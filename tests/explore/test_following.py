@@ -15,7 +15,6 @@ from orbit_cases import ENTRIES, after, numbers, of_kind, periods_of, system_of
 from percuss import Load, Start, System, run, steady_states
 from percuss.errors import ParameterError
 from percuss.explore import Axis, Branch, BranchEvent, BranchPoint, SystemFamily, boundaries, follow, reach
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, time_rates
 
 TURN = 2.0 * math.pi
@@ -200,7 +199,7 @@ def test_what_cannot_be_followed_is_refused(change: dict[str, Any], word: str) -
 
 
 def test_an_impossible_orbit_is_refused() -> None:
-    root = orbits(HAMMER.with_restitution(1.0).with_load_factor(0.3), 2, modes=0, tries=100).rejected[0]
+    root = orbits(HAMMER.with_restitution(1.0).with_load_factor(0.3), 2, modes=0, tries=100).impossible[0]
     with pytest.raises(ParameterError, match="admissible"):
         follow(root, "mean")
 
@@ -277,7 +276,7 @@ def rigid(mean: float, restitution: float = 0.5) -> System:
 def stable(system: System) -> PeriodicOrbit | None:
     """The stable motion with one impact in one period, if there is one."""
     every = [PeriodicOrbit(system, 1, (one.phase,), 0) for one in steady_states(system, modes=0).orbits]
-    return next((one for one in every if one.admissible and orbit_multipliers(one).stable), None)
+    return next((one for one in every if one.admissible and one.multipliers().stable), None)
 
 
 @settings(max_examples=3, deadline=None)

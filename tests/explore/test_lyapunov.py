@@ -14,7 +14,7 @@ from percuss.model import Machine, Port, Supply, Valve
 from percuss.model.body import Body, External, KelvinVoigt, Ratio, SteppedBar, Table, UniformBar
 from percuss.model.checks import Array
 from percuss.model.contact import Contact, Kept, Reversed
-from percuss.stability import floquet_multipliers, orbit_multipliers
+from percuss.stability import floquet_multipliers
 from percuss.steady import Orbit, orbits, self_excited_motion
 
 CHAOTIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.66, 1.0))
@@ -264,8 +264,8 @@ def periodic(hammer: Hammer) -> tuple[Start, Array]:
         start, moduli, blows = Start.rigid(0.0, -2.0), np.abs(cycle.multipliers), cycle.blows
     else:
         every = [one for p, n in ((1, 1), (1, 2), (2, 2)) for one in orbits(what, p, n, modes=modes, tries=60).orbits]
-        orbit = min(every, key=lambda one: orbit_multipliers(one).largest)
-        start, moduli, blows = Start.orbit(orbit, velocity=[1e-4]), orbit_multipliers(orbit).moduli, orbit.impacts
+        orbit = min(every, key=lambda one: one.multipliers().largest)
+        start, moduli, blows = Start.orbit(orbit, velocity=[1e-4]), orbit.multipliers().moduli, orbit.impacts
     assert moduli.max() < 1.0
     return start, np.sort(np.log(moduli[moduli > 1e-12]))[::-1] / blows
 

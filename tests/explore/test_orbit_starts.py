@@ -13,7 +13,6 @@ from percuss.errors import ParameterError
 from percuss.explore import orbit_of, orbit_seeds, switched_seeds
 from percuss.explore.orbit_starts import SIMULATED, SWITCHED
 from percuss.simulate import Stop, run
-from percuss.stability import orbit_multipliers
 from percuss.steady import orbits
 from random_hammers import random_hammer
 
@@ -31,7 +30,7 @@ def test_an_attractor_that_random_times_miss_is_found() -> None:
     found = orbits(drawn.system, 4, 4, modes=drawn.modes, tries=30, near=seeds)
     assert not plain.orbits
     assert found.sources[SIMULATED].orbits == 1
-    assert orbit_multipliers(found.orbits[0]).stable
+    assert found.orbits[0].multipliers().stable
     assert found.orbits[0].admissible
 
 
@@ -82,7 +81,7 @@ def test_nothing_begins_where_nothing_shorter_exists() -> None:
 
 def stable(system: System, p: int, n: int, modes: int = 0):
     """The stable orbit of a label."""
-    return next(o for o in orbits(system, p, n, modes=modes, tries=100).orbits if orbit_multipliers(o).stable)
+    return next(o for o in orbits(system, p, n, modes=modes, tries=100).orbits if o.multipliers().stable)
 
 
 @pytest.mark.parametrize(("mean", "p", "n"), [(0.7, 1, 1), (0.665, 2, 1), (0.62, 2, 2), (0.634, 3, 1)])

@@ -18,7 +18,6 @@ from percuss.explore.diagrams.diagram_job import running_pass
 from percuss.model import Kept, ModalBody
 from percuss.model.checks import Array
 from percuss.simulate import Stop
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
 CURVES = ENTRIES["curves_21"]
@@ -69,7 +68,7 @@ def test_a_pair_stays_on_the_unit_circle() -> None:
     assert start is not None
     point = the(follow(start, "mean", (0.6199, 0.6208)), "neimark_sacker")
     curve = follow_point(point, PLANE, ((0.49, 0.51), (0.6, 0.64)), most=3)
-    values = orbit_multipliers(curve.ends[1].orbit).values
+    values = curve.ends[1].orbit.multipliers().values
     off = np.abs(np.abs(values) - 1.0)
     assert off.min() < 1e-9
     assert abs(np.angle(values[np.argmin(off)])) == pytest.approx(curve.angles[-1], abs=1e-8)

@@ -16,7 +16,6 @@ from percuss.explore.continuation.branch_events import Partner, doubled
 from percuss.explore.continuation.orbit_curve import SolutionCurve
 from percuss.explore.continuation.walk import CurvePoint
 from percuss.model import Kept, ModalBody
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 
 PLANE = ("restitution", "mean")
@@ -34,7 +33,7 @@ def the(orbit: PeriodicOrbit, kind: str, between: tuple[float, float], number: i
 
 def distance(curve: PointCurve, kind: BranchEvent, xi: complex) -> float:
     """How near the two multipliers nearest to ξ are to it, at the first point of a kind: matrices tell."""
-    values = orbit_multipliers(curve.at(kind)[0].orbit).values
+    values = curve.at(kind)[0].orbit.multipliers().values
     return float(np.sort(np.abs(values - xi))[1])
 
 
@@ -113,7 +112,7 @@ def test_the_doubled_orbit_beside_a_resonant_grazing_is_told_as_it_is(omega: flo
     size = 0.01 * float(flip.orbit.speeds[0])
     curve, start = partner
     orbit = curve.motion(curve.corrected(start.x + size * start.tangent, start.tangent).x)
-    values = orbit_multipliers(orbit).values
+    values = orbit.multipliers().values
     assert np.all(np.abs(values) < 1.0)
     assert away(partner, size) < 0.0
     assert away(partner, 2.0 * size) / away(partner, size) == pytest.approx(4.0, rel=0.01)  # no generalized flip
@@ -148,7 +147,7 @@ def test_a_fold_and_a_flip_meet_where_either_curve_says() -> None:
     flip = follow_point(the(start, "flip", (1.0, 1.3)), ("d", "mean"), plane)
     (met,), (again,) = fold.at(BranchEvent.WITH_FLIP), flip.at(BranchEvent.WITH_FOLD)
     assert met.values == pytest.approx(again.values, rel=0, abs=1e-9)
-    values = orbit_multipliers(met.orbit).values
+    values = met.orbit.multipliers().values
     assert max(np.abs(values - 1.0).min(), np.abs(values + 1.0).min()) < 1e-8
 
 
@@ -160,7 +159,7 @@ def test_strong_resonances_are_what_matrices_say() -> None:
     assert [end.kind for end in curve.ends] == [BranchEvent.RESONANCE_2] * 2
     assert distance(curve, BranchEvent.RESONANCE_2, -1.0) < 1e-5  # a double one
     for third in curve.at(BranchEvent.RESONANCE_3):
-        values = orbit_multipliers(third.orbit).values
+        values = third.orbit.multipliers().values
         assert np.abs(values - np.exp(2j * math.pi / 3.0)).min() < 1e-9
 
 
@@ -173,7 +172,7 @@ def test_a_pair_comes_to_one_at_both_ends_of_its_curve() -> None:
     assert [end.kind for end in curve.ends] == [BranchEvent.RESONANCE_1] * 2
     assert len(curve.points) == 2
     for end in curve.ends:
-        assert np.sort(np.abs(orbit_multipliers(end.orbit).values - 1.0))[1] < 1e-5  # a double one
+        assert np.sort(np.abs(end.orbit.multipliers().values - 1.0))[1] < 1e-5  # a double one
         assert end.orbit.residual < 1e-9
 
 

@@ -84,8 +84,9 @@ NO_DOORS = {
     "explore.Branch.times_at explore.PointCurve.times_at "
     "steady.Orbit.mean_range "
     "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
-    "steady.ModalState.first stability.LinearMap.dense stability.LinearMap.participation stability.LinearMap.secular"
-    " stability.LinearMap.shares",
+    "steady.ModalState.first steady.PeriodicOrbit.outside steady.LinearMap.dense steady.LinearMap.participation "
+    "steady.LinearMap.secular steady.LinearMap.shares steady.CycleMap.dense steady.CycleMap.participation "
+    "steady.CycleMap.shares",
 }
 LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 
@@ -343,8 +344,6 @@ class Arguments:
             "steady.recorded_valve": {"system": SYSTEM.with_load(Load.square(1.0, 1.3))},
             "steady.si_report": {"orbit": steady.steady_states(self.si).orbits[1]},
             "stability.timed_stability": {"orbit": of["TimedOrbit"]},
-            "stability.characteristic": {"orbit": of["PeriodicOrbit"]},
-            "stability.orbit_m*": {"orbit": of["PeriodicOrbit"]},
             "simulate.Start": {"displacement": (-1.0,), "velocity": (0.0,), "gap": -1.0},
             "simulate.Start.orbit": {"orbit": of["Orbit"], "displacement": 0.0},
             "simulate.Starts": {"displacement": [[-1.0]], "velocity": [[0.0]], "gap": [-1.0], "time": [0.0]},

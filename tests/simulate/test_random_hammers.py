@@ -10,7 +10,6 @@ import pytest
 from percuss.explore import BranchEvent, SystemFamily, follow, orbit_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbits
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
 from random_hammers import RandomHammer, random_hammer
@@ -106,7 +105,7 @@ def near(one: list, other: list) -> bool:
 def test_orbits_are_motions_of_the_simulator(seed: int) -> None:
     hammer = random_hammer(seed)
     for orbit in found_orbits(hammer, seed, 16):
-        if orbit_multipliers(orbit).largest < 10.0:
+        if orbit.multipliers().largest < 10.0:
             check_orbit(orbit)
 
 
@@ -128,7 +127,7 @@ def test_five_hundred_hammers(first: int) -> None:
     for seed in range(first, first + 100):
         hammer = random_hammer(seed)
         for orbit in found_orbits(hammer, seed, 16):
-            if orbit_multipliers(orbit).largest < 10.0:
+            if orbit.multipliers().largest < 10.0:
                 check_orbit(orbit)
                 checked += 1
         motions += check_attractors(hammer, seed, 16)

@@ -10,7 +10,6 @@ import pytest
 from percuss import Kept, Load, System
 from percuss.model import KelvinVoigt, Ratio, Reversed, SteppedBar, UniformBar
 from percuss.simulate import Start, Stop, run
-from percuss.stability import orbit_map, orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbits
 
 COSINE, THREE = Load.harmonic(0.62, 1.0), Load.fourier([0.5, 1.0, 0.4j, -0.2])
@@ -42,7 +41,7 @@ def found(name: str) -> list[PeriodicOrbit]:
 def test_a_motion_started_on_an_orbit_stays_on_it(name: str) -> None:
     assert found(name)
     for orbit in found(name):
-        largest = max(1.0, orbit_multipliers(orbit).largest)
+        largest = max(1.0, orbit.multipliers().largest)
         motion = run(orbit.system, Start.orbit(orbit), modes=orbit.modes, stop=Stop(orbit.impacts, periodic=False))
         assert len(motion.events) == motion.impacts == orbit.impacts
         times = np.append(orbit.times[1:], orbit.times[0] + orbit.period)
@@ -54,7 +53,7 @@ def test_a_motion_started_on_an_orbit_stays_on_it(name: str) -> None:
 
 def test_a_stable_orbit_is_found_by_the_simulation_and_has_its_label() -> None:
     system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
-    stable = [orbit for orbit in orbits(system, 2, modes=0, tries=60).orbits if orbit_multipliers(orbit).stable]
+    stable = [orbit for orbit in orbits(system, 2, modes=0, tries=60).orbits if orbit.multipliers().stable]
     assert len(stable) == 1
     motion = run(system, Start.orbit(stable[0], velocity=[-1e-4]), modes=0)
     assert (motion.label, motion.outcome) == (stable[0].label, "periodic")
@@ -69,10 +68,10 @@ def test_multipliers_by_differences_of_the_simulated_cycle(name: str) -> None:
     The start stands at the wall, so that only disturbances which leave the striking end there are made; the later time
     of the last impact is taken back to a fixed one by the motion after it.
     """
-    orbit = min(found(name), key=lambda one: orbit_multipliers(one).largest)
+    orbit = min(found(name), key=lambda one: one.multipliers().largest)
     modes, p = orbit.modes, orbit.impacts
     gamma = np.append(1.0, orbit.system.body.modes(modes, orbit.system.load.at).gamma)
-    whole, step = orbit_map(orbit), 1e-6
+    whole, step = orbit.map().dense(), 1e-6
     for direction in (np.eye(modes + 1)[0], np.eye(modes + 1)[-1]):  # of the velocities
         ends = []
         for sign in (1.0, -1.0):

@@ -12,7 +12,6 @@ from percuss import Start, Starts, Stop, run, simulate_many
 from percuss.errors import ParameterError
 from percuss.explore import SystemFamily
 from percuss.model import Kept, Load, ModalBody, Mounted, System
-from percuss.stability import orbit_multipliers
 from percuss.steady import orbits
 
 TURN = 2.0 * math.pi
@@ -35,12 +34,12 @@ def test_an_orbit_comes_back(system, modes):
 @pytest.mark.parametrize("nearer", [-0.004, 0.004])
 def test_the_orbit_of_another_gap_starts_on_the_wall_of_this_one(system, modes, nearer):
     moved = SystemFamily(system).system({"gap": system.body.gap + nearer})
-    orbit = min(orbits(system, 1, 1, modes=modes).orbits, key=lambda one: orbit_multipliers(one).largest)
+    orbit = min(orbits(system, 1, 1, modes=modes).orbits, key=lambda one: one.multipliers().largest)
     start = Start.orbit(orbit)
     u, _, gap = start.state(modes, moved)
     assert gap == 0.0 and u[0] == pytest.approx(-moved.body.gap, abs=1e-13)
     motion = run(moved, start, modes=modes, stop=Stop(impacts=2000))
-    here = min(orbits(moved, 1, 1, modes=modes).orbits, key=lambda one: orbit_multipliers(one).largest)
+    here = min(orbits(moved, 1, 1, modes=modes).orbits, key=lambda one: one.multipliers().largest)
     assert motion.label == "z=1/1" and motion.events.phase[-1] == pytest.approx(here.phase, abs=1e-7)
     assert abs(here.phase - orbit.phase) > 1e-4
 

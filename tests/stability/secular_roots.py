@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from percuss.stability import LinearMap
-from percuss.stability import secular_kernels as kn
+from percuss.steady import secular_kernels as kn
 
 Complex = NDArray[np.complex128]
 

@@ -24,15 +24,14 @@ from percuss.stability import (
     LinearMap,
     exact_plane,
     floquet_multipliers,
-    linear_map,
     reduced_criterion,
     stability_plane,
     waveform_criterion,
 )
-from percuss.stability.multipliers import map_at_impact
 from percuss.stability.plane import OUTCOMES
 from percuss.stability.verdict import elastic_feedback, quadratic_coefficients
 from percuss.steady import Orbit
+from percuss.steady.multipliers import map_at_impact
 from secular_roots import farthest, roots_of_poles, secular_roots
 
 Array = NDArray[np.float64]
@@ -128,7 +127,7 @@ class Flights:
 
 def linear_start(orbit: Orbit, modes: int) -> Array:
     """u_n and u_n' just after the impact, from what the linear map was made of."""
-    state, matrix = orbit.modal_state(modes), linear_map(orbit, modes)
+    state, matrix = orbit.modal_state(modes), orbit.linear_map(modes)
     rigid = matrix.speed - float(matrix.blocks.gamma[1:] @ state.velocity)
     after, turned = orbit.system.contact.after(state.displacement, np.append(rigid, state.velocity))
     return np.concatenate([after, turned])
@@ -342,7 +341,7 @@ def test_roots_beside_poles_in_the_plane(n: int) -> None:
 def test_very_many_modes_of_the_reversed_strain(damping: Damping) -> None:
     orbit = steady_states(system_of(damping, Reversed(0.6), 20.0, Load.harmonic(0.9, 1.0))).orbits[-1]
     many = floquet_multipliers(orbit, 600)
-    assert complex(many.values.sum()) == pytest.approx(np.trace(linear_map(orbit, 600).dense()), abs=1e-9)
+    assert complex(many.values.sum()) == pytest.approx(np.trace(orbit.linear_map(600).dense()), abs=1e-9)
     assert many.rhythm == pytest.approx(floquet_multipliers(orbit, 40).rhythm, rel=0.03)
 
 

@@ -1,7 +1,6 @@
 """Exact multipliers over arrays, beside those of single orbits."""
 
 import math
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +11,7 @@ from hypothesis import strategies as st
 import strategies
 from percuss import Load, System
 from percuss.errors import ConvergenceError, ParameterError, ResonanceError
-from percuss.stability import exact_plane, floquet_multipliers, linear_map, stability_of, stability_plane
+from percuss.stability import exact_plane, floquet_multipliers, stability_of, stability_plane
 from percuss.stability.plane import KINDS, OUTCOMES
 from percuss.steady import Orbit, steady_states
 from percuss.steady.forced import forced_response
@@ -38,7 +37,7 @@ def single(orbit, modes):
     worst = max((floquet_multipliers(orbit, modes, side=s) for s in sides.values()), key=lambda m: m.largest)
     blur = 0.0
     for side in sides.values():
-        matrix = linear_map(orbit, modes, side).dense()
+        matrix = orbit.linear_map(modes, side).dense()
         values, right = np.linalg.eig(matrix)
         other, left = np.linalg.eig(matrix.T)
         i = int(np.argmax(np.abs(values)))
@@ -207,18 +206,16 @@ def test_no_motion_and_none_that_lasts():
 
 
 def test_a_cell_that_cannot_be_solved_is_a_value(monkeypatch):
-    module = sys.modules["percuss.stability.plane"]
-
     def fails(*arguments, **more):
         raise ConvergenceError("crowded")
 
-    from percuss.stability import secular_kernels as exact_kernels
+    from percuss.steady import secular_kernels as exact_kernels
 
     solved = exact_plane(PNEUMATIC, 0.6, 0.9)
     monkeypatch.setattr(exact_kernels, "largest_multipliers", lambda *a: a[-1].fill(-1))
     alone = exact_plane(PNEUMATIC, 0.6, 0.9)
     np.testing.assert_allclose(alone.largest, solved.largest, rtol=1e-11)
-    monkeypatch.setattr(module, "floquet_multipliers", fails)
+    monkeypatch.setattr(Orbit, "multipliers", fails)
     found = exact_plane(PNEUMATIC, 0.6, 0.9)
     assert np.all(found.outcome == OUTCOMES.index("unsolved")) and np.isnan(found.largest).all()
     assert not found.stable.any() and np.all(found.kind == 0)

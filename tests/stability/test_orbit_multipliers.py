@@ -14,7 +14,7 @@ from orbit_cases import ENTRIES, motions, of_kind, orbit_at, periods_of, system_
 from percuss import Kept, Load, System, steady_states
 from percuss.errors import ParameterError
 from percuss.model import External, Reversed, UniformBar
-from percuss.stability import characteristic, floquet_multipliers, linear_map, orbit_map, orbit_multipliers
+from percuss.stability import floquet_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near
 
 TURN = 2.0 * math.pi
@@ -32,7 +32,7 @@ def test_multipliers_of_the_figures(name: str) -> None:
     entry = ENTRIES[name]
     orbit = orbit_near(system_of(entry), times_of(entry), periods_of(entry), modes=entry["system"]["modes"])
     assert orbit is not None
-    found = orbit_multipliers(orbit)
+    found = orbit.multipliers()
     wanted = np.array([complex(*pair) for pair in entry["multipliers"]])
     assert found.values.size == 2 * orbit.modes + 2
     assert apart(found.values, wanted) < 1e-8 * abs(wanted[0])
@@ -46,7 +46,7 @@ def test_multipliers_at_the_special_points_of_the_figures(name: str) -> None:
         if point["type"].startswith("grazing"):
             continue
         wanted = np.array([complex(*pair) for pair in point["multipliers"]])
-        found = orbit_multipliers(orbit_at(ENTRIES[name], point)).values
+        found = orbit_at(ENTRIES[name], point).multipliers().values
         assert apart(found, wanted) < 1e-8 * max(1.0, float(np.abs(wanted).max()))
 
 
@@ -57,9 +57,9 @@ def test_one_impact_has_the_map_of_the_steady_motion(contact, load: Load) -> Non
     for motion in steady_states(system, modes=6).orbits:
         orbit = PeriodicOrbit(system, 1, (motion.phase,), 6)
         for side in ("left", "right"):
-            dense = linear_map(motion, 6, side).dense()
-            assert orbit_map(orbit, side=side) == pytest.approx(dense, abs=1e-10 * np.abs(dense).max())
-        assert orbit_multipliers(orbit).largest == pytest.approx(floquet_multipliers(motion, 6).largest, rel=1e-9)
+            dense = motion.linear_map(6, side).dense()
+            assert orbit.map(side=side).dense() == pytest.approx(dense, abs=1e-10 * np.abs(dense).max())
+        assert orbit.multipliers().largest == pytest.approx(floquet_multipliers(motion, 6).largest, rel=1e-9)
 
 
 @settings(max_examples=30)
@@ -67,10 +67,10 @@ def test_one_impact_has_the_map_of_the_steady_motion(contact, load: Load) -> Non
 def test_the_small_determinant_is_the_characteristic_polynomial(orbit: PeriodicOrbit, xi: complex) -> None:
     if np.abs(orbit.speeds).min() < 1e-3 * np.abs(orbit.speeds).max():
         return
-    whole = orbit_map(orbit)
+    whole = orbit.map().dense()
     values = np.linalg.eigvals(whole)
     room = 1e-11 * float(np.prod(np.abs(xi) + np.abs(values)))  # of the product, whose factors may nearly vanish
-    assert characteristic(orbit, xi) == pytest.approx(complex(np.prod(xi - values)), abs=max(room, 1e-9))
+    assert orbit.characteristic(xi) == pytest.approx(complex(np.prod(xi - values)), abs=max(room, 1e-9))
 
 
 @given(motions())
@@ -80,7 +80,7 @@ def test_the_determinant_of_the_map_is_that_of_its_parts(orbit: PeriodicOrbit) -
         return
     contact, system = orbit.system.contact, orbit.system
     wanted = contact.velocity_factor ** (2 * orbit.impacts) * math.exp(-system.d * orbit.period)
-    whole = orbit_map(orbit)
+    whole = orbit.map().dense()
     assert np.linalg.det(whole) == pytest.approx(wanted, abs=1e-12 * (1.0 + float(np.abs(whole).max()) ** 2))
 
 
@@ -90,10 +90,10 @@ def test_an_impact_without_speed_has_a_matrix_but_no_multipliers() -> None:
     orbit = orbit_at(entry, point)
     assert np.isfinite(orbit.linearised()).all()
     assert abs(np.linalg.det(orbit.linearised())) > 0.1
-    assert orbit_multipliers(orbit).largest > 1e9  # the speed is rounding
+    assert orbit.multipliers().largest > 1e9  # the speed is rounding
 
 
 def test_too_many_modes_are_refused() -> None:
     system = System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.62, 1.0))
     with pytest.raises(ParameterError, match="at most 512 modes"):
-        orbit_multipliers(PeriodicOrbit(system, 1, (0.4, 2.3), 513))
+        PeriodicOrbit(system, 1, (0.4, 2.3), 513).multipliers()

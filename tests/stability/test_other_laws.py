@@ -13,7 +13,7 @@ from percuss.explore import Axis, boundaries, sweep
 from percuss.model import External, Kept, Ratio, SteppedBar, UniformBar
 from percuss.model.checks import Array
 from percuss.model.contact import Contact, Result
-from percuss.stability import linear_map, reduced_criterion, stability_of, stability_plane, waveform_criterion
+from percuss.stability import reduced_criterion, stability_of, stability_plane, waveform_criterion
 from percuss.steady import grows
 from secular_roots import secular_roots
 
@@ -129,7 +129,7 @@ def test_a_law_of_ones_own_moves_as_it_is_said_to(body: Any, r: float) -> None:
         assert hits.time[0] == pytest.approx(orbit.phase + orbit.period, rel=0.0, abs=1e-10)
         assert hits.impact_velocity[0] == pytest.approx(orbit.impact_velocity, rel=1e-10)
         assert abs(motion.energy_balance().imbalance) <= 1e-12 * hits.impact_velocity[0] ** 2
-        matrix = linear_map(orbit, 6)
+        matrix = orbit.linear_map(6)
         roots = secular_roots(matrix)
         assert roots.sum() == pytest.approx(np.trace(matrix.dense()), abs=1e-9 * max(1.0, np.abs(roots).max()))
 

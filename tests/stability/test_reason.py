@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from percuss import Load, System, stability_of, steady_states
 from percuss.explore import REASONS, sweep
 from percuss.steady import Reason
-from percuss.steady.orbit import VERDICTS
+from percuss.steady.multipliers import VERDICTS
 
 SENTENCES = {
     Reason.STABLE: ("stable: ",),

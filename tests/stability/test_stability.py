@@ -18,7 +18,6 @@ from percuss.errors import ConvergenceError, ParameterError
 from percuss.stability import (
     LinearMap,
     floquet_multipliers,
-    linear_map,
     reduced_criterion,
     waveform_criterion,
 )
@@ -150,7 +149,7 @@ def test_liouville_and_trace(drawn: Drawn, modes: int) -> None:
     system, m = drawn
     orbits = steady_states(system, m, modes=4).orbits
     assume(orbits and (system.restitution < 1 or system.d > 1e-6))
-    matrix = linear_map(orbits[0], modes)
+    matrix = orbits[0].linear_map(modes)
     assume(abs(matrix.speed) > 1e-3 * abs(matrix.g).max())
     values = floquet_multipliers(orbits[0], modes).values
     size = float(np.abs(matrix.dense()).sum(axis=1).max())
@@ -214,7 +213,7 @@ def secular_against_dense(matrix: LinearMap, tolerance: float = 1e-9) -> None:
 def test_secular_roots_on_random_orbits(drawn: Drawn, modes: int) -> None:
     orbits = steady_states(drawn.system, drawn.periods, modes=4).orbits
     assume(orbits and (drawn.system.restitution < 1 or drawn.system.d > 1e-6))
-    matrix = linear_map(orbits[0], modes)
+    matrix = orbits[0].linear_map(modes)
     assume(abs(matrix.speed) > 1e-2 * abs(matrix.g).max())
     secular_against_dense(matrix)
 
@@ -228,7 +227,7 @@ def test_secular_roots_in_a_crowd(s: float, d: float, m: int, kappa: float, mode
     orbits = steady_states(System(s=s, d=d, restitution=1.0, load=Load.square(1.0, kappa, 16)), m, modes=4).orbits
     assert orbits
     for orbit in orbits:
-        secular_against_dense(linear_map(orbit, modes))
+        secular_against_dense(orbit.linear_map(modes))
 
 
 @pytest.mark.parametrize("modes", [41, 120])
@@ -267,7 +266,7 @@ def test_secular_roots_of_many_modes(s: float, d: float, r: float, m: int, modes
     if s * math.pi * 2 % 1 < 1e-9 and d == 0.0:
         load = Load.fourier([0.05, 1.0])
     orbit = orbit_at(s, d, r, m, load)
-    secular_against_dense(linear_map(orbit, modes), 1e-8)
+    secular_against_dense(orbit.linear_map(modes), 1e-8)
 
 
 @given(st.integers(1, 30), st.integers(0, 2**32 - 1), st.sampled_from(["spread", "clustered", "equal", "weak"]))
@@ -298,16 +297,16 @@ def test_secular_roots_of_dead_and_of_equal_poles() -> None:
 @pytest.mark.parametrize("d", [0.0, 1e-3])
 def test_secular_roots_of_a_thousand_modes(d: float, r: float) -> None:
     orbit = orbit_at(5.0, d, r, 1, Load.harmonic(0.2, 1.0))
-    secular_against_dense(linear_map(orbit, 260), 1e-8)
+    secular_against_dense(orbit.linear_map(260), 1e-8)
     many = floquet_multipliers(orbit, 1024)
     assert many.values.size == 2050
-    assert complex(many.values.sum()) == pytest.approx(np.trace(linear_map(orbit, 1024).dense()), abs=1e-7)
+    assert complex(many.values.sum()) == pytest.approx(np.trace(orbit.linear_map(1024).dense()), abs=1e-7)
 
 
 @pytest.mark.parametrize("modes", [39, 40, 41, 42])
 def test_both_methods_meet_where_they_change_over(modes: int) -> None:
     orbit = orbit_at(4.0, 0.001, 0.7, 1, Load.fourier([0.2, 1.0, 0.3j]))
-    matrix = linear_map(orbit, modes)
+    matrix = orbit.linear_map(modes)
     assert farthest(floquet_multipliers(orbit, modes).values, np.linalg.eigvals(matrix.dense())) < 1e-9
 
 
@@ -454,12 +453,12 @@ def test_secular_roots_that_converge_slowly() -> None:
     """R = 1 and little damping: poles close to +-sqrt(E) in two crowds, strong residues."""
     load = Load.fourier([0.014238350175330051, 1.0, -0.5224413639190784 - 1.6061770608253054j])
     orbit = orbit_at(1.3884068775361385, 0.016765193869253035, 1.0, 3, load, 0)
-    matrix = linear_map(orbit, 80)
+    matrix = orbit.linear_map(80)
     dense = np.linalg.eigvals(matrix.dense())
     assert farthest(floquet_multipliers(orbit, 80).values, dense) < 1e-6
     square = orbit_at(1.0, 0.01, 1.0, 1, Load.square(1.0, 1.4995, 16), 0)
     for modes in (15, 60):
-        secular_against_dense(linear_map(square, modes))
+        secular_against_dense(square.linear_map(modes))
 
 
 @pytest.mark.parametrize("modes", [120, 1000])
@@ -471,7 +470,7 @@ def test_many_modes_of_a_bar_that_rebounds_fully(modes: int) -> None:
         assert modes > 300
         assert "modes" in error.remedy
         return
-    assert complex(values.sum()) == pytest.approx(np.trace(linear_map(square, modes).dense()), abs=1e-8)
+    assert complex(values.sum()) == pytest.approx(np.trace(square.linear_map(modes).dense()), abs=1e-8)
 
 
 # ---------------------------------------------------------------- two margins: rhythm and ringing
@@ -502,7 +501,7 @@ def test_the_rhythm_is_that_of_the_rigid_motion_followed_from_apart(s: float, d:
     assert orbits or r < 0.2
     for orbit in orbits:
         found = floquet_multipliers(orbit, 9)
-        apart = np.abs(followed_from_apart(linear_map(orbit, 9)))
+        apart = np.abs(followed_from_apart(orbit.linear_map(9)))
         assert found.rhythm == pytest.approx(float(apart.max()), abs=1e-9)
 
 
@@ -539,7 +538,7 @@ def test_participation_by_both_eigenvectors() -> None:
     """l_0·r_0 with l·r = 1 from a dense eigensolver; over all multipliers it sums to the two states of the mode."""
     from scipy.linalg import eig
 
-    matrix = linear_map(orbit_at(3.0, 0.02, 0.6, 1, Load.fourier([0.3, 1.0, 0.2j])), 6)
+    matrix = orbit_at(3.0, 0.02, 0.6, 1, Load.fourier([0.3, 1.0, 0.2j])).linear_map(6)
     values, left, right = eig(matrix.dense(), left=True)
     both = np.conj(left) * right
     expected = both[:2].sum(axis=0) / both.sum(axis=0)

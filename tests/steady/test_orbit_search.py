@@ -27,7 +27,7 @@ def check(found) -> None:
     """What holds of every search."""
     assert found.tries == (0 if found.complete else len(found.orbits) + sum(found.dropped.values()))
     assert all(orbit.admissible and orbit.residual < 1e-11 for orbit in found.orbits)
-    assert all(not orbit.admissible or orbit.resonant_modes for orbit in found.rejected)
+    assert all(not orbit.admissible or orbit.resonant_modes for orbit in found.impossible)
     assert all(0.0 <= orbit.times[0] < TURN for orbit in found.orbits)
     assert all(repeats(np.array(orbit.times), orbit.period, TURN) == 1 for orbit in found.orbits)
 
@@ -61,8 +61,8 @@ def test_one_impact_is_found_exactly_and_completely() -> None:
     assert found.complete
     assert (found.tries, found.unseen) == (0, 0.0)
     assert [orbit.phase for orbit in found.orbits] == [motion.phase for motion in motions if motion.admissible]
-    assert [orbit.phase for orbit in found.rejected] == [motion.phase for motion in motions if not motion.admissible]
-    assert sum(found.dropped.values()) == len(found.rejected) > 0
+    assert [orbit.phase for orbit in found.impossible] == [motion.phase for motion in motions if not motion.admissible]
+    assert sum(found.dropped.values()) == len(found.impossible) > 0
 
 
 def test_seeds_do_not_matter_where_all_is_found() -> None:
@@ -92,7 +92,7 @@ def test_what_passes_the_wall_or_strikes_backwards_is_told_of() -> None:
     system = System(s=5.0, d=0.0, restitution=1.0, load=Load.harmonic(0.3, 1.0))
     found = orbits(system, 2, modes=0, tries=100)
     check(found)
-    assert {orbit.obstacle for orbit in found.rejected} == {Reason.NO_BLOW, Reason.THROUGH_WALL}
+    assert {orbit.obstacle for orbit in found.impossible} == {Reason.NO_BLOW, Reason.THROUGH_WALL}
     assert {Drop.NO_BLOW, Drop.THROUGH_WALL, Drop.COALESCED} <= set(found.dropped)
     assert found.unseen is None
     assert str(found).startswith("z=2/1: 0 orbits in 100 tries")
@@ -120,7 +120,7 @@ def test_an_odd_number_of_full_rebounds_leaves_every_mode_in_resonance() -> None
     found = orbits(system, 3, modes=2, tries=60)
     assert not found.orbits
     assert found.dropped[Drop.RESONANT] > 0
-    assert all(orbit.resonant_modes == (1, 2) for orbit in found.rejected)
+    assert all(orbit.resonant_modes == (1, 2) for orbit in found.impossible)
 
 
 @pytest.mark.parametrize("load", [Load.harmonic(0.62, 1.0), Load.fourier([0.5, 1.0, 0.3j])])
@@ -134,7 +134,7 @@ def test_near_resonance_the_orbits_with_one_impact_are_the_steady_motions(load: 
     assert found.dropped.get(Drop.RESONANT) is None
     steady = {orbit.phase: orbit for orbit in steady_states(system, m, modes=6).orbits}
     assert steady
-    for orbit in (*found.orbits, *found.rejected):
+    for orbit in (*found.orbits, *found.impossible):
         beside = steady.pop(orbit.phase)
         forced = [
             sum(

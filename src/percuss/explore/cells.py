@@ -31,12 +31,11 @@ from percuss.explore.quantities import (
 from percuss.model import Machine, System
 from percuss.model.checks import Array
 from percuss.stability import stability_plane
-from percuss.stability.multipliers import NEUTRAL
-from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
 from percuss.steady.forced import forced_response
-from percuss.steady.orbit import VERDICTS
+from percuss.steady.multipliers import NEUTRAL, VERDICTS
+from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.phases import Arcs
 from percuss.steady.self_excited import Obstacle, self_excited_motion
 from percuss.steady.self_excited.many_pistons import rigid_cycles

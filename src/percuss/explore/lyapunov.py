@@ -198,7 +198,7 @@ def lyapunov_many(
     ParameterError
         For numbers out of range, or of systems and starts that do not go together.
     """
-    used, before = _numbers(impacts, discard)
+    (used, before), every = _numbers(impacts, discard), flag("every", every)
     given: Any = [systems] if isinstance(systems, System | Machine) else systems
     whole: list[System | Machine] = list(several("systems", given, "a System or a Machine, or a list of them"))
     for system in whole:

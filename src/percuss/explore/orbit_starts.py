@@ -12,7 +12,6 @@ from percuss.errors import PercussError
 from percuss.explore.continuation.following import follow
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import MAX_MODES
@@ -212,7 +211,7 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
     Returns
     -------
     PeriodicOrbit or None
-        With the modes of the motion; `percuss.stability.orbit_multipliers` tells how fast disturbances die out. None
+        With the modes of the motion; `PeriodicOrbit.multipliers` tells how fast disturbances die out. None
         for cycles with rest, for motions that settle on none, and for more than 64 impacts, 256 periods or 256 modes.
 
     Examples
@@ -236,7 +235,7 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
         return None
     for p, n in _lengths(times, speeds):
         found = _near(motion, times[-p:], n, _NEARLY)
-        if found is not None and orbit_multipliers(found).stable:
+        if found is not None and found.multipliers().stable:
             return found
     return None
 

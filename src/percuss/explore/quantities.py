@@ -12,7 +12,7 @@ from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
 from percuss.steady.figures import FIGURES
-from percuss.steady.orbit import VERDICTS
+from percuss.steady.multipliers import VERDICTS
 from percuss.steady.self_excited import Obstacle
 
 BRANCHES = 8

@@ -32,7 +32,7 @@ from percuss.model import HeldBody, Machine, ModalBody, System
 from percuss.model.checks import count, instance, mapping
 from percuss.shown import Shown
 from percuss.simulate import OUTCOMES
-from percuss.stability.verdict import DEFAULT_MODES
+from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
 if TYPE_CHECKING:

@@ -16,14 +16,13 @@ import numpy.typing as npt
 
 from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, MotionArc, orbit_on
+from percuss.explore.boundary_curves.plane_lines import Line, orbit_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
-from percuss.model.load import Side
 from percuss.paper.figure import DAMPING, PaperFigure
-from percuss.stability import floquet_multipliers, linear_map, reduced_criterion
-from percuss.steady import Orbit, steady_states
+from percuss.stability import floquet_multipliers, reduced_criterion
+from percuss.steady import steady_states
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
@@ -78,14 +77,10 @@ def _map(system: System) -> dict[str, npt.NDArray[Any]]:
         stretch = next(part for part in folds_and_stretches(line, 2)[1] if part.place(np.array([0.5]))[1][0] > HALF)
         t = (np.arange(_HEIGHTS) + 0.5) / _HEIGHTS
         heights[i] = stretch.place(t)[0]
-        matrices = [linear_map(*_at(stretch, place)).dense() for place in t.tolist()]
+        motions = [orbit_on(stretch, place) for place in t.tolist()]
+        matrices = [orbit.linear_map(MODES, side).dense() for orbit, side in motions]
         moduli[i] = np.abs(np.linalg.eigvals(np.array(matrices))).max(axis=1)
     return {"heights": heights, "moduli": moduli}
-
-
-def _at(stretch: MotionArc, t: float) -> tuple[Orbit, int, Side]:
-    orbit, side = orbit_on(stretch, t)
-    return orbit, MODES, side
 
 
 def _beyond_the_fold(found: Boundaries, kind: str) -> Array:

@@ -20,10 +20,10 @@ from percuss.model.checks import Array, ComplexArray, count, instance, numbers
 from percuss.model.contact import Result, restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.multipliers import NEUTRAL, TURNING, blocks, floquet_multipliers
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
 from percuss.steady.forced import Response, forced_response
+from percuss.steady.multipliers import NEUTRAL, TURNING, blocks
 from percuss.steady.phases import Arcs, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
 from percuss.steady.trigonometric import harmonic_sums, on_circle
@@ -371,7 +371,7 @@ class _Job:
 
     def _largest(self, index: npt.NDArray[np.intp], side: Side) -> tuple[ComplexArray, npt.NDArray[np.int16]]:
         ensure_cache()
-        from percuss.stability import secular_kernels as kn  # only here is the compiler needed
+        from percuss.steady import secular_kernels as kn  # only here is the compiler needed
 
         f, rate = (np.ascontiguousarray(x.T) for x in self.response.modal_apart(self.modes, self.phase[index]))
         work, state = np.zeros((kn.WORK_ROWS, 2 * self.modes + 2)), np.zeros((kn.STATE_ROWS, 2 * self.modes + 2), int)
@@ -390,7 +390,7 @@ class _Job:
         load = self.system.load.with_mean(float(self.mean[i]))
         try:
             system = self.system.with_restitution(float(self.r[i])).with_load(load)
-            found = floquet_multipliers(Orbit(system, self.periods, float(self.phase[i])), self.modes, side=side)
+            found = Orbit(system, self.periods, float(self.phase[i])).multipliers(self.modes, side=side)
         except (PercussError, ArithmeticError, np.linalg.LinAlgError):
             return complex(np.nan, np.nan), -1
         return complex(found.values[0]), found.dominant_mode

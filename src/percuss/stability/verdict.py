@@ -8,13 +8,15 @@ from typing import TypeVar
 
 import numpy as np
 
+from percuss.errors import ParameterError
 from percuss.mechanics.flow import phi1
 from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
 from percuss.model.contact import Contact, Result
+from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
-from percuss.steady import Orbit, Reason, TimedOrbit
+from percuss.steady import Orbit, PeriodicOrbit, Reason, RestCycle, TimedOrbit
+from percuss.steady.multipliers import NEUTRAL, TURNING, Multipliers, reason_of, worse_side
 
 # ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
 
@@ -199,7 +201,43 @@ def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
 
 # ---- The verdict on an orbit: stable or not, why, and by what margin
 
-DEFAULT_MODES = 32
+
+def floquet_multipliers(
+    orbit: Orbit | PeriodicOrbit | RestCycle, modes: int | None = None, *, side: Side = "right"
+) -> Multipliers:
+    """All multipliers of an orbit over its cycle, exact for the bar with modes 0 … `modes`.
+
+    Parameters
+    ----------
+    orbit
+        The orbit, whatever way it was found.
+    modes
+        N, 0 to 16384, of a motion of `steady_states`; by default those that it was asked for, or 32. Other orbits have
+        the modes that they were found with.
+    side
+        Which value of the load counts when it jumps at an impact.
+
+    Raises
+    ------
+    ParameterError
+        For N out of range, or other than that of the orbit; for an orbit of several impacts with more than 512 modes,
+        or with one of no speed, beside which multipliers grow without bound.
+    ConvergenceError
+        When the roots fail the check by the trace of the map.
+
+    Examples
+    --------
+    >>> from percuss import Load, System
+    >>> from percuss.steady import orbit_near
+    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
+    >>> print(floquet_multipliers(orbit_near(system, [0.33, 2.07], modes=0)))
+    z=2/1: stable, largest modulus 0.34302
+    """
+    if not isinstance(orbit, PeriodicOrbit | RestCycle):
+        return instance("orbit", orbit, Orbit).multipliers(modes, side=side)
+    if modes not in (None, orbit.modes):
+        raise ParameterError("modes", modes, f"{orbit.modes}, the modes of the orbit")
+    return orbit.multipliers() if isinstance(orbit, RestCycle) else orbit.multipliers(side=side)
 
 
 @dataclass(frozen=True)
@@ -265,18 +303,19 @@ class Stability(Shown):
         return f"Stability: {first}, margin {self.margin:.4g} ({self.reason}){also}"
 
 
-def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
+def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
     The multipliers are exact for the contact law of the system. Under the law that keeps the strain (B77) an elastic
     mode may grow where the rigid motion is stable; that is a property of the law, not of bars, as the reason says then.
+    The two criteria are those of motions of `steady_states`, which strike once in a cycle.
 
     Parameters
     ----------
     orbit
-        An orbit of `steady_states`.
+        An orbit of `steady_states`, of `orbits`, or a cycle with rest.
     modes
-        Elastic modes of the exact multipliers; by default those that the orbit was asked for, or 32.
+        Elastic modes of the exact multipliers, as `floquet_multipliers` takes them.
 
     Examples
     --------
@@ -287,16 +326,17 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     unstable, beyond the fold: multiplier 3.180
     stable: elastic mode 3 dies out slowest, by a factor of 0.9848 per impact
     """
-    instance("orbit", orbit, Orbit)
-    n = modes if modes is not None else DEFAULT_MODES if orbit.requested_modes is None else orbit.requested_modes
-    load, free = orbit.system.load, orbit.system.body.is_free
-    multipliers = floquet_multipliers(orbit, n)
-    if "left" in load.sides and load.value(orbit.phase, "left") != load.value(orbit.phase):  # the worse side decides
-        multipliers = max(multipliers, floquet_multipliers(orbit, n, side="left"), key=lambda m: m.largest)
-    criteria = (reduced_criterion(orbit), waveform_criterion(orbit)) if free else None
-    margin, disagreement = 1.0 - multipliers.largest, None
-    unseen = criteria is not None and criteria[0].stable and multipliers.dominant_mode != 0
-    kind = _kind(complex(multipliers.values[0]), margin, orbit.fold, unseen)
+    of_one = None if isinstance(orbit, PeriodicOrbit | RestCycle) else instance("orbit", orbit, Orbit)
+
+    def found(side: Side = "right") -> Multipliers:
+        return floquet_multipliers(orbit, modes, side=side)
+
+    multipliers = worse_side(found, orbit.system.load, orbit.times)
+    margin, n, disagreement, criteria = 1.0 - multipliers.largest, multipliers.modes, None, None
+    if of_one is not None and of_one.system.body.is_free:
+        criteria = (reduced_criterion(of_one), waveform_criterion(of_one))
+    unseen = criteria is not None and criteria[0].stable and margin < -NEUTRAL and multipliers.dominant_mode != 0
+    kind = reason_of(complex(multipliers.values[0]), margin, of_one is not None and of_one.fold, unseen)
     stable = kind is Reason.STABLE
     if criteria is not None and stable != criteria[0].stable and abs(margin) > NEUTRAL:
         words = {True: "stable", False: "unstable"}
@@ -307,26 +347,14 @@ def stability_of(orbit: Orbit, *, modes: int | None = None) -> Stability:
     return Stability(stable, kind, _in_words(kind, orbit, multipliers), margin, criteria, multipliers, disagreement)
 
 
-def _kind(first: complex, margin: float, fold: bool, unseen: bool = False) -> Reason:
-    """What decides: the multiplier of largest modulus; `unseen`: by an elastic mode that B77's criterion cannot see."""
-    if fold:
-        return Reason.FOLD
-    if margin > NEUTRAL:
-        return Reason.STABLE
-    if margin >= -NEUTRAL:
-        return Reason.NEUTRAL
-    if unseen:
-        return Reason.ELASTIC
-    if abs(first.imag) > TURNING * abs(first):
-        return Reason.SPIRAL
-    return Reason.FOLD if first.real > 0.0 else Reason.FLIP
-
-
-def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers) -> str:
+def _in_words(kind: Reason, orbit: Orbit | PeriodicOrbit | RestCycle, multipliers: Multipliers) -> str:
+    if isinstance(orbit, RestCycle):
+        return "stable: a rest on the wall in every cycle erases all disturbances"
     first, load = complex(multipliers.values[0]), orbit.system.load
-    modulus, mode = multipliers.largest, multipliers.dominant_mode
-    free = orbit.system.body.is_free
+    modulus, mode, free = multipliers.largest, multipliers.dominant_mode, orbit.system.body.is_free
     what = "the rigid motion" if mode == 0 else f"elastic mode {mode}" if free else f"mode {mode}"
+    if isinstance(orbit, PeriodicOrbit):
+        return _in_short(kind, first, what, "cycle", orbit)
     if orbit.continuum is not None:
         start, stop = orbit.continuum
         grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"
@@ -335,23 +363,29 @@ def _in_words(kind: Reason, orbit: Orbit, multipliers: Multipliers) -> str:
             f"one of a continuum: every impact phase from {start:.6g} to {stop:.6g} rad is steady (multiplier 1){also}"
         )
     if orbit.fold and load.value(orbit.phase, "left") != load.value(orbit.phase):
-        before, after = (floquet_multipliers(orbit, multipliers.modes, side=side).largest for side in ("left", "right"))
+        before, after = (orbit.multipliers(multipliers.modes, side=side).largest for side in load.sides)
         return (
             "two motions meet here at a jump of the load, and neither need have the multiplier 1: the largest modulus "
             f"is {before:.4g} just before the jump and {after:.4g} just after it"
         )
     if orbit.fold:
         return "fold: two motions meet here, the multiplier is 1"
+    return _in_short(kind, first, what, "impact", orbit)
+
+
+def _in_short(kind: Reason, first: complex, what: str, per: str, orbit: Orbit | PeriodicOrbit) -> str:
+    modulus = abs(first)
     if kind is Reason.STABLE:
-        return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per impact"
+        return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per {per}"
     if kind is Reason.NEUTRAL:
         return f"neutral: {what} neither grows nor dies out (largest modulus 1)"
     if kind is Reason.ELASTIC:
         note = orbit.system.contact.elastic_growth
         flips = abs(first.imag) <= TURNING * modulus and first.real < 0.0
         how = "turns over and grows" if flips else "grows"
-        return f"elastic mode {mode} {how} by a factor of {modulus:.6f} per impact{'; ' if note else ''}{note}"
-    return _unstable(kind, first, "the rigid motion" if free else what, "impact")
+        return f"{what} {how} by a factor of {modulus:.6f} per {per}{'; ' if note else ''}{note}"
+    free = isinstance(orbit, Orbit) and orbit.system.body.is_free
+    return _unstable(kind, first, "the rigid motion" if free else what, per)
 
 
 def _unstable(kind: Reason, first: complex, what: str, blow: str) -> str:
@@ -420,7 +454,7 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
     pairs = [_multipliers(orbit, force) for force in orbit.forces]
     worst = max(pairs, key=lambda pair: abs(pair[0]))
     first, modulus = worst[0], abs(worst[0])
-    kind = None if orbit.straddles else _kind(first, 1.0 - modulus, orbit.fold)
+    kind = None if orbit.straddles else reason_of(first, 1.0 - modulus, orbit.fold)
     if kind is None:
         reason = "not judged: the load jumps while the blow acts, and how it shares the two values decides"
     elif orbit.fold:

@@ -11,23 +11,17 @@ if TYPE_CHECKING:
     from percuss.steady.energy import Energy
     from percuss.steady.figures import SIReport, si_report
     from percuss.steady.forced import Field
-    from percuss.steady.orbit import Orbit, Reason
+    from percuss.steady.multipliers import Reason
+    from percuss.steady.orbit import Orbit
     from percuss.steady.oscillator import ModalState
     from percuss.steady.periodic.periodic_orbit import PeriodicOrbit, parameter_column, time_rates
     from percuss.steady.periodic.search import Drop, FoundOrbits, orbit_near, orbits
     from percuss.steady.phases import grows, level
-    from percuss.steady.recorded import (
-        ForceRecord,
-        Interval,
-        PortAndDelay,
-        Reading,
-        RecordedSwitch,
-        RecordedValve,
-        recorded_together,
-        recorded_valve,
-    )
+    from percuss.steady.recorded.force_record import ForceRecord
+    from percuss.steady.recorded.machines_read import Interval, PortAndDelay, Reading, RecordedSwitch
+    from percuss.steady.recorded.recorded_valve import RecordedValve, recorded_together, recorded_valve
     from percuss.steady.rest import Rest, rest_on_wall
-    from percuss.steady.resting import FoundRestCycles, RestCycle, rest_cycles
+    from percuss.steady.resting.rest_cycles import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.self_excited import (
         BlankBlow,
         Obstacle,

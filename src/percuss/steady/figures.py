@@ -8,19 +8,45 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.model.checks import instance
 from percuss.shown import Shown
-from percuss.steady.orbit import Orbit
 
 if TYPE_CHECKING:
     from percuss.model import System
+    from percuss.steady.energy import Energy
 
 _NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
+
+
+class Striking(Protocol):
+    """What an orbit must have for its figures: of several impacts speeds of the strongest, energies as means."""
+
+    @property
+    def system(self) -> System: ...
+    @property
+    def periods(self) -> int: ...
+    @property
+    def impacts(self) -> int: ...
+    @property
+    def period(self) -> float: ...
+    @property
+    def phase(self) -> float: ...
+    @property
+    def impact_velocity(self) -> float: ...
+    @property
+    def rigid_velocity(self) -> float: ...
+    @property
+    def blow_energy(self) -> float: ...
+    @property
+    def delivered_energy(self) -> float: ...
+    @property
+    def energy(self) -> Energy | None: ...
+    @property
+    def stroke(self) -> float | None: ...
 
 
 @dataclass(frozen=True)
@@ -51,30 +77,32 @@ class Figure:
     label: str
     meaning: str
     unit: str
-    value: Callable[[Orbit], float | None]
+    value: Callable[[Striking], float | None]
     scale: Callable[[System], float] | None = None
 
-    def in_si(self, orbit: Orbit) -> float | None:
+    def in_si(self, orbit: Striking) -> float | None:
         """The figure in its unit, of an orbit whose system has scales."""
         found = self.value(orbit)
         return found if found is None or self.scale is None else self.scale(orbit.system) * found
 
 
-def _efficiency(orbit: Orbit) -> float | None:
+def _efficiency(orbit: Striking) -> float | None:
     """None where nothing is put in and nothing taken (R = 1 without damping), beside the blow's energy."""
+    if orbit.energy is None:
+        return None
     put_in = orbit.energy.input
     if put_in <= _NOTHING * orbit.blow_energy or not math.isfinite(put_in):
         return None
     return orbit.delivered_energy / put_in
 
 
-def _peak_stress(orbit: Orbit) -> float | None:
+def _peak_stress(orbit: Striking) -> float | None:
     """At first contact, with R read as a ratio of impedances: over E (theory §10)."""
     speed = orbit.impact_velocity
     return 0.5 * orbit.system.contact.impulse * speed / orbit.system.s if speed > 0.0 else None
 
 
-def _receiving_stress(orbit: Orbit) -> float | None:
+def _receiving_stress(orbit: Striking) -> float | None:
     """The same force on the greater area of the struck rod, of the same material."""
     stress = _peak_stress(orbit)
     return None if stress is None else orbit.system.contact.impedance_ratio * stress
@@ -89,8 +117,8 @@ def _stress_scale(system: System) -> float:
     return struck.impedance / struck.area * system.speed_scale * system.s
 
 
-def _mean_force(orbit: Orbit) -> float:
-    return orbit.system.contact.impulse * orbit.rigid_velocity / orbit.period
+def _mean_force(orbit: Striking) -> float:
+    return orbit.impacts * orbit.system.contact.impulse * orbit.rigid_velocity / orbit.period
 
 
 def _frequency(system: System) -> float:
@@ -129,14 +157,15 @@ FIGURES = {
         lambda o: o.delivered_energy, _energy,
     ),
     "blow_rate": Figure(
-        "blow rate", "blows in a load period, or in a second", "Hz", lambda o: 1.0 / o.periods, _frequency
+        "blow rate", "blows in a load period, or in a second", "Hz", lambda o: o.impacts / o.periods, _frequency
     ),
     "power": Figure(
         "percussive power", "blow energy times blow rate; the rebound keeps a part", "W",
-        lambda o: o.blow_energy / o.period, _power,
+        lambda o: o.impacts * o.blow_energy / o.period, _power,
     ),
     "input_power": Figure(
-        "input power", "mean of force times speed where the load acts", "W", lambda o: o.energy.input / o.period, _power
+        "input power", "mean of force times speed where the load acts", "W",
+        lambda o: None if o.energy is None else o.energy.input / o.period, _power,
     ),
     "efficiency": Figure("efficiency", "power that the impact takes over input power", "", _efficiency),
     "stroke": Figure(
@@ -167,6 +196,11 @@ FIGURES = {
     ),
 }  # fmt: skip
 """Every figure by the name that maps and programs have for it."""
+
+
+def figures_of(orbit: Striking) -> dict[str, float | None]:
+    """All of them, dimensionless; None where there is none."""
+    return {name: figure.value(orbit) for name, figure in FIGURES.items()}
 
 
 # ---- What an orbit means in SI units (definitions of theory §10)
@@ -221,7 +255,7 @@ CARDS = tuple(one.name for one in fields(SIReport) if one.metadata["card"])
 """What a report shows of them, in order."""
 
 
-def si_report(orbit: Orbit) -> SIReport:
+def si_report(orbit: Striking) -> SIReport:
     """The figures of an orbit in joules, hertz, metres per second and megapascals.
 
     Raises
@@ -239,7 +273,9 @@ def si_report(orbit: Orbit) -> SIReport:
     >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")
     306 J, 60 Hz, 11.0 m/s
     """
-    system = instance("orbit", orbit, Orbit).system
+    if not isinstance(orbit, Shown) or not hasattr(orbit, "blow_energy"):
+        raise ParameterError("orbit", orbit, "an orbit")
+    system = orbit.system
     if system.bar is None or system.frequency is None:
         raise ParameterError(
             "system", "dimensionless", "a system made from SI", "use System.from_si for figures in SI units"
@@ -247,7 +283,7 @@ def si_report(orbit: Orbit) -> SIReport:
     return SIReport(**figures_in_si(orbit, REPORTED))  # type: ignore[arg-type]
 
 
-def figures_in_si(orbit: Orbit, keys: Iterable[str]) -> dict[str, float | None]:
+def figures_in_si(orbit: Striking, keys: Iterable[str]) -> dict[str, float | None]:
     """Some of the figures of an orbit whose system has scales, by their names in `SIReport`."""
     found: dict[str, float | None] = {}
     for key in keys:

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model import System
-from percuss.model.checks import Array, array, count
+from percuss.model import HeldBody, System
+from percuss.model.checks import Array, array, choice, count
+from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
 from percuss.steady.energy import Energy, exchange
+from percuss.steady.figures import figures_of
 from percuss.steady.flight import Flown
 from percuss.steady.forced import Field
+from percuss.steady.multipliers import (
+    MAX_MODES,
+    LinearMap,
+    Multipliers,
+    Reason,
+    map_at_impact,
+    multipliers_of,
+    worse_side,
+)
 from percuss.steady.oscillator import ModalState, modal_state
 
 _MOST_IMPACTS = 10**7
+DEFAULT_MODES = 32  # of the multipliers of a continuous bar
 
 
 @dataclass(frozen=True)
@@ -73,6 +83,28 @@ class Orbit(Flown, Shown):
         That is so under a load of steps where one step just keeps up v_f. Every phase between has its motion.
         """
         return self.response.plateau(self.phase) if self.fold else None
+
+    # -- as every orbit --
+
+    @property
+    def impacts(self) -> int:
+        """p = 1."""
+        return 1
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """When the impact is, in rad of the load."""
+        return (self.phase,)
+
+    @property
+    def label(self) -> str:
+        """z=1/m."""
+        return f"z=1/{self.periods}"
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """The figures that maps and reports have, by name; dimensionless, None where there is none."""
+        return figures_of(self)
 
     # -- speeds and energies --
 
@@ -207,6 +239,49 @@ class Orbit(Flown, Shown):
         row = [self.phase, self.phase, self.impact_velocity, self.rebound_velocity]
         return np.asarray(np.tile(row, (n.size, 1)) + np.outer(n, [self.period, 0.0, 0.0, 0.0]))
 
+    # -- is it stable --
+
+    def linear_map(self, modes: int, side: Side = "right") -> LinearMap:
+        """The linearised map from impact to impact, with modes 0 … `modes`.
+
+        The orbit is that of the bar with so many modes: its forced part is cut there as well. Where the load jumps at
+        the impact, `side` chooses its value.
+        """
+        modes = count("modes", modes, least=0, most=MAX_MODES)
+        choice("side", side, "left", "right")
+        state, system = self.modal_state(modes), self.system
+        gamma = system.body.modes(modes, system.load.at).gamma
+        # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
+        bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
+        rigid = (system.push * self.period + system.d * bent) / system.contact.impulse
+        force = float(system.load.value(self.phase, side))
+        return map_at_impact(system, self.period, force, state.displacement, np.append(rigid, state.velocity))
+
+    def multipliers(self, modes: int | None = None, *, side: Side = "right") -> Multipliers:
+        """All multipliers, exact for the bar with modes 0 … N; see `percuss.stability.floquet_multipliers`."""
+        n = DEFAULT_MODES if modes is None and self.requested_modes is None else modes
+        n = count("modes", self.requested_modes if n is None else n, least=0, most=MAX_MODES)
+        n = self.system.body.chosen(n) if isinstance(self.system.body, HeldBody) else n
+
+        def fewer(few: int) -> Multipliers:
+            return self.multipliers(few, side=side)
+
+        return multipliers_of(self.label, self.system, self.linear_map(n, side), fewer)
+
+    @cached_property
+    def _judged(self) -> Multipliers:
+        return worse_side(self.multipliers, self.system.load, self.times)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out; `percuss.stability.stability_of` says why, and by what margin."""
+        return self.verdict is Reason.STABLE
+
+    @property
+    def verdict(self) -> Reason:
+        """What the multipliers say; the worse side of a jump of the load decides."""
+        return Reason.FOLD if self.fold else self._judged.verdict
+
     # -- is it real --
 
     @cached_property
@@ -282,51 +357,9 @@ class Orbit(Flown, Shown):
     def __str__(self) -> str:
         where = "admissible" if self.admissible else "not admissible"
         return (
-            f"Orbit z=1/{self.periods}: phase {self.phase:.6f} rad, striking speed {self.impact_velocity:.6g}, "
+            f"Orbit {self.label}: phase {self.phase:.6f} rad, striking speed {self.impact_velocity:.6g}, "
             f"{where}, {self.modes} mode{'s' if self.modes != 1 else ''} (error {self.error_bound:.1e} of the stroke)"
         )
-
-
-# ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page
-
-
-class Reason(Enum):
-    """What decides whether a hammer can sustain a steady motion; its value is the word that files and tables have.
-
-    The first six are verdicts on the stability of a motion, the next two say why a motion is not physical, the last
-    one why there is none.
-
-    Attributes
-    ----------
-    words
-        The same in a few words; of the motions that are not physical, what the striking end does.
-
-    Examples
-    --------
-    >>> Reason("flip") is Reason.FLIP, Reason.FLIP.words
-    (True, 'the rigid motion grows and turns over with every impact (period doubling)')
-    """
-
-    words: str
-
-    def __new__(cls, word: str, words: str) -> Self:
-        made = object.__new__(cls)
-        made._value_, made.words = word, words
-        return made
-
-    STABLE = "stable", "small disturbances die out"
-    FOLD = "fold", "two motions meet here, or the motion lies beyond the place where they met"
-    FLIP = "flip", "the rigid motion grows and turns over with every impact (period doubling)"
-    SPIRAL = "spiral", "the rigid motion grows while its phase turns"
-    ELASTIC = "elastic", "an elastic mode grows, where B77's reduced criterion says stable"
-    NEUTRAL = "neutral", "the largest multiplier has the modulus 1, as far as rounding tells"
-    NO_BLOW = "no blow", "does not strike forward"
-    THROUGH_WALL = "through the wall", "passes through the wall"
-    NO_MOTION = "no motion", "the level is above what the load can reach"
-
-
-VERDICTS = tuple(Reason)[:6]
-"""The reasons that are verdicts, in the order of the numbers by which maps and archives keep them."""
 
 
 # ---- Warnings about a strong drag, and about elastic modes near resonance with the load or with the impacts

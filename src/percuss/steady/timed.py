@@ -19,7 +19,8 @@ from percuss.shown import Shown
 from percuss.steady.admissible import Violation, flight_check
 from percuss.steady.flight import Flight
 from percuss.steady.forced import HarmonicResponse, forced_response
-from percuss.steady.orbit import Orbit, Reason
+from percuss.steady.multipliers import Reason
+from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import modal_state
 from percuss.steady.phases import Arcs, level_at
 from percuss.steady.states import MAX_PERIODS, SteadyStates, steady_states

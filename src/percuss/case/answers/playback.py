@@ -23,7 +23,6 @@ from percuss.model.body import ModalBody, SizedBody
 from percuss.model.checks import Array, count
 from percuss.simulate import Start, Stop, run
 from percuss.simulate.events import IMPACT
-from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, steady_states
 from percuss.steady.resting.rest_cycles import cycle_through
 
@@ -389,7 +388,7 @@ def branch_frames(
         found = orbit_near(system, at, periods, modes=modes)
         if found is None:
             raise ParameterError("times", list(at), f"times near those of an orbit z={len(at)}/{periods}")
-        start, told = Start.orbit(found), orbit_dict(found, orbit_multipliers(found).values)
+        start, told = Start.orbit(found), orbit_dict(found, found.multipliers().values)
         stop = Stop(found.impacts, time=1.5 * found.period, periodic=False)
     motion = run(system, start, modes=found.modes, stop=stop)
     struck = motion.events.time

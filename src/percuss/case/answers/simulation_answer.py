@@ -28,7 +28,6 @@ from percuss.model.checks import Array, callback, count, positive
 from percuss.model.system import rests
 from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
-from percuss.stability import orbit_multipliers
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -166,7 +165,7 @@ class SimulationAnswer(ToldMotion):
             **picked(motion, "transient period_unresolved"),
             "warnings": list(self.warnings),
             "summary": plain(asdict(motion.summary)),
-            "orbit": None if found is None else orbit_dict(found, orbit_multipliers(found).values),
+            "orbit": None if found is None else orbit_dict(found, found.multipliers().values),
         }
 
     def _event(self, event: Event) -> dict[str, Any]:
@@ -547,7 +546,7 @@ def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
 
 def orbit_in_words(orbit: PeriodicOrbit) -> str:
     """Its label, its largest multiplier, and what that means."""
-    found = orbit_multipliers(orbit)
+    found = orbit.multipliers()
     text = f"{orbit.label}, largest multiplier {number(found.largest)}"
     if not found.stable:
         return text

@@ -19,8 +19,8 @@ from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
 from percuss.stability import floquet_multipliers, stability_of, timed_stability
-from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
+from percuss.steady.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
     from percuss.case.case import Case

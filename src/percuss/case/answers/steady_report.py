@@ -12,7 +12,7 @@ from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
 from percuss.case.answers.numerals import as_typed, counted, every, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
 from percuss.steady.figures import FIGURES
-from percuss.steady.orbit import Reason
+from percuss.steady.multipliers import Reason
 
 if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import (

@@ -35,8 +35,8 @@ from percuss.model.body import need_free
 from percuss.model.checks import Array, callback, count, finite, numbers, several
 from percuss.model.contact import Result
 from percuss.shown import Shown
-from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
+from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
 FOLD = "fold"

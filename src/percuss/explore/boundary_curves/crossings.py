@@ -23,9 +23,9 @@ from percuss.explore.boundary_curves.plane_lines import (
 )
 from percuss.halting import look
 from percuss.model.checks import Array
-from percuss.stability.multipliers import LinearMap, linear_map
 from percuss.steady import Orbit
 from percuss.steady.admissible import a_passage, start_acceleration, stays_off, tops
+from percuss.steady.multipliers import LinearMap
 
 FLIP, SPIRAL = "flip", "neimark-sacker"
 
@@ -115,7 +115,7 @@ def exact_crossings(
         if told is not None:
             told(min(next(steps) / nodes.size, 1.0) * (0.5 if spirals else 1.0))
         orbit, side = orbit_on(stretch, t)
-        return linear_map(orbit, modes, side)
+        return orbit.linear_map(modes, side)
 
     def matrix(t: float) -> LinearMap:
         look()  # its multipliers are solved for again each time

@@ -21,8 +21,6 @@ from percuss.explore.continuation.orbit_curve import (
 )
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
-from percuss.stability import orbit_multipliers
-from percuss.stability.orbit_multipliers import outside_number
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
@@ -43,7 +41,7 @@ def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
 
     The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
     """
-    return None if _has_dead(orbit) else orbit_multipliers(orbit).values
+    return None if _has_dead(orbit) else orbit.multipliers().values
 
 
 def _has_dead(orbit: PeriodicOrbit) -> bool:
@@ -61,7 +59,7 @@ def outside(values: ComplexArray | None) -> int:
 def unstable(orbit: PeriodicOrbit) -> int:
     """`outside` of the multipliers of an orbit; of many modes by the determinants of K(ξ) on the circle alone."""
     if orbit.modes >= _MANY and not _has_dead(orbit):
-        counted = outside_number(orbit, BEYOND)
+        counted = orbit.outside(BEYOND)
         if counted is not None:
             return counted
     return outside(multipliers(orbit))

@@ -55,9 +55,8 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, text
 from percuss.shown import Shown
-from percuss.stability import orbit_multipliers
-from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
+from percuss.steady.multipliers import TURNING
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
@@ -581,7 +580,7 @@ def reach(
     """
     instance("orbit", orbit, PeriodicOrbit)
     callback("halt", halt)
-    if not orbit_multipliers(orbit).stable:
+    if not orbit.multipliers().stable:
         raise ParameterError("orbit", str(orbit), "a stable orbit", "'follow' goes along unstable ones")
     branch = follow(orbit, along, between, family=family, value=value, halt=halt)
     systems = SystemFamily(orbit.system) if family is None else family_of(family)

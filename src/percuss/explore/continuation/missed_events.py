@@ -25,7 +25,7 @@ from percuss.explore.continuation.walk import (
 )
 from percuss.mechanics.flow import propagator
 from percuss.model.checks import Array, ComplexArray
-from percuss.stability.multipliers import TURNING
+from percuss.steady.multipliers import TURNING
 from percuss.steady.periodic.search import COALESCED
 
 # ---- Where another branch crosses: det K(1) vanishes there, and the parameter does not turn back

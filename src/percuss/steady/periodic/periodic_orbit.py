@@ -12,17 +12,23 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.admissible import Contactless, Violation, flight_check
+from percuss.steady.energy import Energy
+from percuss.steady.figures import figures_of
 from percuss.steady.flight import Flight
-from percuss.steady.orbit import Reason
+from percuss.steady.multipliers import CycleMap, Multipliers, Reason, blocks, multipliers_of, worse_side
+from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import ModalState
 from percuss.steady.periodic.impact_chain import ImpactChain, Passage, RationalMatrix, orbit_kernels
 
 TURN = 2.0 * math.pi
+MOST_MAPPED = 512
+"""An eigensolve with more modes takes minutes."""
 
 
 # ---- One periodic motion with p impacts in n load periods, as a value: is it possible, where does the bar go?
@@ -125,6 +131,44 @@ class PeriodicOrbit(Shown):
         """The free part of each elastic mode, as it is just before each impact; shape (p, N)."""
         u, v, f, rate = self._passage.elastic
         return np.asarray(np.hypot(u - f, (v - rate) / self._chain.known.omega))
+
+    @property
+    def impact_velocity(self) -> float:
+        """Greatest of the speeds."""
+        return float(self.speeds.max())
+
+    @property
+    def blow_energy(self) -> float:
+        """Mean of the energies of the blows."""
+        return float(self.blow_energies.mean())
+
+    @property
+    def delivered_energy(self) -> float:
+        """Mean of what the impacts take."""
+        weight, contact, omega = self._chain.known.weight, self.system.contact, self._chain.known.omega
+        strain = 0.5 * (omega * self._passage.elastic[0]) ** 2 @ weight
+        taken = [contact.energy_taken(*pair) for pair in zip(self.blow_energies.tolist(), strain.tolist(), strict=True)]
+        return float(np.mean(taken))
+
+    @property
+    def steady(self) -> Orbit | None:
+        """The same as a motion of `steady_states`, of so many modes, where it strikes once."""
+        return Orbit(self.system, self.periods, self.phase, requested_modes=self.modes) if self.impacts == 1 else None
+
+    @property
+    def energy(self) -> Energy | None:
+        """Energy over the cycle, where it strikes once."""
+        return None if self.steady is None else self.steady.energy
+
+    @property
+    def stroke(self) -> float | None:
+        """Range of the striking end's position, where it strikes once."""
+        return None if self.steady is None else self.steady.stroke
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """The figures that maps and reports have, by name; of several blows the greatest speed and mean energies."""
+        return figures_of(self)
 
     # -- just after the first impact, as for a steady motion --
 
@@ -236,6 +280,86 @@ class PeriodicOrbit(Shown):
         if not isinstance(xi, complex):
             xi = finite("xi", xi)
         return np.asarray(self._passage.blocks.away(xi)[2])
+
+    # -- is it stable --
+    #
+    # The linearised motion over a cycle is W = S_p Φ_p … S_1 Φ_1, flights and saltation matrices of the states of all
+    # modes (`percuss.mechanics.cycle`). The p × p matrix K(ξ) of the shifts of the impacts says the same,
+    #
+    #     det(ξ − W) = det K(ξ) (Πβ E_i − ξ) Π_n det(ξ − M_n) / Π_i (−h·ẋ⁻_i),
+    #
+    # with M_n the map of mode n through the cycle with the times held; the eigenvalue that belongs to a shift of the
+    # whole bar along its path has dropped out of K.
+
+    def map(self, side: Side = "right") -> CycleMap:
+        """W, the linearised motion over a cycle, from just after the first impact; at fixed times.
+
+        Raises
+        ------
+        ParameterError
+            For an orbit of more than 512 modes, or with an impact of no speed, beside which it grows without bound.
+        """
+        choice("side", side, "left", "right")
+        if self.modes > MOST_MAPPED:
+            raise ParameterError("modes", self.modes, f"an orbit with at most {MOST_MAPPED} modes")
+        if not np.all(self.speeds != 0.0):
+            raise ParameterError("orbit", str(self), "impacts with a speed", "see `linearised`, which stays finite")
+        system, first = self.system, int(not self.system.body.is_free)
+        flights = [blocks(system.body, system.load.at, flight, self.modes) for flight in self.flight_times.tolist()]
+        damping, omega, gamma = flights[0].damping, flights[0].omega, flights[0].gamma
+        turn = np.array([system.contact.strain_factor, system.contact.velocity_factor])
+        forces = system.load.value(self.times, side)
+
+        def rate(state: Array, force: float) -> Array:
+            return np.stack([state[:, 1], force - damping * state[:, 1] - omega**2 * state[:, 0]], axis=1)
+
+        events = []
+        for i, flight in enumerate(flights):
+            to, flow = (i + 1) % self.impacts, np.stack(flight[:4], axis=-1)
+            place, velocity = self.states[to].displacement, self.states[to].velocity
+            state = np.stack([np.append(0.0, place), np.append(self.rigid_velocities[to], velocity)], axis=1)[first:]
+            force = float(forces[to])
+            events.append(CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
+        size = 2 * omega.size
+        whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(gamma, now, rate))
+        return CycleMap(whole.reshape(size, size), omega, gamma)
+
+    def multipliers(self, *, side: Side = "right") -> Multipliers:
+        """All multipliers over the cycle, exact for the bar with modes 0 … N; errors as of `map`."""
+        return multipliers_of(self.label, self.system, self.map(side))
+
+    @cached_property
+    def _judged(self) -> Multipliers:
+        return worse_side(self.multipliers, self.system.load, self.times)
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out; `percuss.stability.stability_of` says why, and by what margin."""
+        return self._judged.stable
+
+    @property
+    def verdict(self) -> Reason:
+        """What the multipliers say; the worse side of a jump of the load decides."""
+        return self._judged.verdict
+
+    def characteristic(self, xi: complex, side: Side = "right") -> complex:
+        """det(ξ − W), whose zeros are the multipliers, in O(p²N) from K(ξ).
+
+        Its sign at 1 and at −1 tells which folds and flips an orbit has gone through. It may overflow with thousands of
+        modes, and grows without bound where the speed of an impact goes to 0; det `linearised` does neither.
+        """
+        whole = complex(np.linalg.det(self.bordered(xi, side)))
+        scale = float(np.prod(-self.speeds)) if self.system.body.is_free else -float(np.prod(self.speeds))  # −1 below K
+        return whole * complex(np.prod(self.modal_determinants(xi))) / scale
+
+    def outside(self, beyond: float = 0.0) -> int | None:
+        """The number of multipliers with a modulus greater than 1 + `beyond`, which is from 0 to 1.
+
+        None where a multiplier is so near to that circle that rounding decides, or so many modes are hardly damped that
+        several may be near it side by side, where det K(ξ) turns about 0 unseen.
+        """
+        numbers = self.many_numbers()
+        return outside_number(numbers, 2 if self.system.body.is_free else 0, 1.0 + finite("beyond", beyond))
 
     # -- as an orbit --
 
@@ -355,6 +479,41 @@ class SampledFlights(NamedTuple):
     time: float
     flight: int
     proven: bool
+
+
+# ---- How many multipliers are outside the unit circle, from the p equations for the impact times: no matrix of all
+# modes
+#
+# Outside the circle det K(ξ) has no poles, since with the times held no mode grows. It grows as ξ² there (as ξ⁰ of a
+# body that is held), so that by the argument principle the number of its zeros outside is 2, or 0, less the number of
+# turns that it makes about 0 as ξ goes once round the circle.
+
+_WINDING = 0.7  # rad, by which det K(ξ) may turn between two places
+_NODES = 48  # places at first, of half the circle, besides those nearest to the poles
+_DEPTH, _FEW = 0.01, 2  # distance from the circle of a pole of a mode that is hardly damped; so many may be there
+_FINEST, _MOST = 1e-13, 1 << 14  # distance of places; more are not looked at
+
+
+def outside_number(numbers: RationalMatrix, growth: int, radius: float) -> int | None:
+    """How many zeros det K(ξ), which grows as ξ to a power, has outside a circle; None where rounding decides."""
+    size, poles = np.abs(numbers.blocks.poles), np.abs(np.angle(numbers.blocks.poles))
+    if np.count_nonzero(size > 1.0 - _DEPTH) > _FEW:
+        return None
+    depth = np.clip(1.0 - size, 1e-9, 0.2)
+    beside = np.concatenate([poles, poles - depth, poles + depth])  # there det K(ξ) turns fast
+    angles = np.unique(np.append(np.linspace(0.0, np.pi, _NODES), beside[(beside > 0.0) & (beside < np.pi)]))
+    signs = numbers.directions(radius * np.exp(1j * angles))
+    while True:
+        turns = np.angle(signs[1:] / signs[:-1])
+        wide = np.flatnonzero(~(np.abs(turns) <= _WINDING))
+        if not wide.size:
+            break
+        middle = 0.5 * (angles[wide] + angles[wide + 1])
+        if np.min(angles[wide + 1] - angles[wide]) < _FINEST or angles.size > _MOST:
+            return None
+        angles = np.insert(angles, wide + 1, middle)
+        signs = np.insert(signs, wide + 1, numbers.directions(radius * np.exp(1j * middle)))
+    return growth - round(float(turns.sum()) / np.pi)  # of both halves, which mirror each other
 
 
 # ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load

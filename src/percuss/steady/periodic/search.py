@@ -17,7 +17,7 @@ from percuss.halting import halting, look
 from percuss.model import HeldBody, System
 from percuss.model.checks import Array, array, callback, count, instance, numbers
 from percuss.shown import Shown
-from percuss.steady.orbit import Reason
+from percuss.steady.multipliers import Reason
 from percuss.steady.periodic.impact_chain import ImpactChain, numbers_of, orbit_kernels
 from percuss.steady.periodic.pair_proof import proved_pairs
 from percuss.steady.periodic.periodic_orbit import SAME, PeriodicOrbit, differences, load_turn, repeats
@@ -58,8 +58,8 @@ class FoundOrbits(Shown):
     system, impacts, periods, modes
         What was asked: p, n and N.
     orbits
-        Those that are possible, by the phase of their first impact.
-    rejected
+        Those that are possible, by the phase of their first impact: what length, number and iteration tell of.
+    impossible
         The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
     tries
         Starts that were followed; 0 where none was needed.
@@ -85,7 +85,7 @@ class FoundOrbits(Shown):
     periods: int
     modes: int
     orbits: tuple[PeriodicOrbit, ...]
-    rejected: tuple[PeriodicOrbit, ...] = field(repr=False)
+    impossible: tuple[PeriodicOrbit, ...] = field(repr=False)
     tries: int
     dropped: Mapping[Drop, int]
     unseen: float | None
@@ -93,6 +93,20 @@ class FoundOrbits(Shown):
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
     ended: int = 0
     halted: bool = False
+
+    def __len__(self) -> int:
+        return len(self.orbits)
+
+    def __iter__(self) -> Iterator[PeriodicOrbit]:
+        return iter(self.orbits)
+
+    def __getitem__(self, number: int) -> PeriodicOrbit:
+        return self.orbits[number]
+
+    @property
+    def possible(self) -> tuple[PeriodicOrbit, ...]:
+        """`orbits`, beside `impossible`."""
+        return self.orbits
 
     @property
     def label(self) -> str:
@@ -120,7 +134,7 @@ class FoundOrbits(Shown):
     @property
     def resonant_modes(self) -> tuple[int, ...]:
         """The elastic modes n that come back by themselves after the cycle of a root: internal resonance."""
-        roots = (*self.orbits, *self.rejected)
+        roots = (*self.orbits, *self.impossible)
         return tuple(sorted({n for root in roots for n in root.resonant_modes}))
 
     def __str__(self) -> str:

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.model import HeldBody, System
-from percuss.model.checks import Array, ComplexArray, count, instance, text
+from percuss.model.checks import Array, count, instance, text
 from percuss.model.system import set_at_wall
 from percuss.shown import Shown
+from percuss.steady.multipliers import Multipliers, Reason
 from percuss.steady.resting.flight_chain import RestPath, RestSearch, Swing, release_phases, time_to_release
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
@@ -111,15 +112,19 @@ class RestCycle(Shown):
         ends = np.array([*(chain.release for chain in self.chains[1:]), first + self.period])
         return np.asarray(ends - self._rests)
 
-    @property
-    def multipliers(self) -> ComplexArray:
-        """The multiplier of all disturbances: 0. Shape (1,)."""
-        return np.zeros(1, dtype=complex)
+    def multipliers(self) -> Multipliers:
+        """The multipliers of all disturbances: 0."""
+        return Multipliers(self.label, self.modes, np.zeros(2, dtype=complex), self.system)
 
     @property
     def stable(self) -> bool:
         """Always."""
         return True
+
+    @property
+    def verdict(self) -> Reason:
+        """Always `Reason.STABLE`."""
+        return Reason.STABLE
 
     @property
     def admissible(self) -> bool:

@@ -23,9 +23,8 @@ from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, count, flag, text
-from percuss.stability import orbit_multipliers
-from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
+from percuss.steady.multipliers import NEUTRAL
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, free_amplitude
 from percuss.steady.states import check_pushes
 
@@ -304,7 +303,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     """What a search found."""
     return {
         **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
-        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "orbits": [orbit_dict(orbit, orbit.multipliers().values) for orbit in found.orbits],
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
@@ -558,7 +557,7 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
 
 
 def _orbit_row(number: int, orbit: PeriodicOrbit) -> tuple[str, ...]:
-    found = orbit_multipliers(orbit)
+    found = orbit.multipliers()
     impacts = (_few(orbit.phases.tolist()), _few(orbit.speeds.tolist()))
     return (str(number), *impacts, f"{found.largest:.6g}", "yes" if found.stable else "no")
 

@@ -14,8 +14,8 @@ from percuss.explore.continuation.following import reach
 from percuss.model import HeldBody
 from percuss.model.checks import callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
-from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
+from percuss.steady.orbit import DEFAULT_MODES
 
 if TYPE_CHECKING:
     pass

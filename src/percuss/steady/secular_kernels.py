@@ -22,7 +22,7 @@ STATE_ROWS = 2
 
 EPS = 2.0**-52
 TRACE = 1e-11  # error of the sums of the roots and of their squares, relative
-TIE = 1e-13  # moduli this near are one, as in percuss.stability.multipliers
+TIE = 1e-13  # moduli this near are one, as in percuss.steady.multipliers
 OUT = 1e150  # where a pole or a root is put that is not to count
 NEAR = 0.25  # a first step of at most this part of the distance to the next pole: a root beside its pole
 SWEEPS = 400
@@ -165,7 +165,7 @@ def beside_poles(live, work, state):
         else:
             state[STRONG, strong] = j
             strong += 1
-            # where it would stand alone but in the crowd, as in percuss.stability.multipliers
+            # where it would stand alone but in the crowd, as in percuss.steady.multipliers
             shift = -residue
             if abs(shift) > 0.6 * room:
                 shift = math.copysign(0.6 * room, shift)
@@ -256,11 +256,11 @@ def foremost(count, work):
 
 # ---- The multipliers of a map, and the largest ones of many orbits
 #
-# The linearised map is block-diagonal plus rank one (`percuss.stability.linear_map`), so that its multipliers are the
+# The linearised map is block-diagonal plus rank one (`Orbit.linear_map`), so that its multipliers are the
 # roots of det(M − μ)/det(DΦ − μ) = 1 + (1/W) Σ γ_n [(a_n g_n + b_n g_n') μ − β E_n g_n]/Q_n(μ), Q_n = det(D Φ_n − μ) =
 # μ² − (α a_n + β e_n) μ + α β E_n: a secular function with poles and residues in closed form.
 
-# rows of `bar`, for n = 0 … N: those of percuss.stability.multipliers.Blocks
+# rows of `bar`, for n = 0 … N: those of percuss.steady.multipliers.MapBlocks
 A, B, C, E, DECAY, HALF, LOSS, DAMPING, OMEGA, GAMMA, VERSINE = range(11)
 
 TURNED = 4.0 * 2.0**-52  # as in percuss.steady.oscillator

@@ -11,9 +11,11 @@ the states enters. Over the modes the factors of one multiplier sum to 1, over t
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -21,12 +23,52 @@ from percuss.errors import ConvergenceError
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import phi1
-from percuss.model import Body, HeldBody, System
-from percuss.model.checks import Array, ComplexArray, choice, count, instance
-from percuss.model.load import Side
+from percuss.model import Body, Load, System
+from percuss.model.checks import Array, ComplexArray
 from percuss.shown import Shown
-from percuss.steady import Orbit
 from percuss.steady.oscillator import flights
+
+# ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page
+
+
+class Reason(Enum):
+    """What decides whether a hammer can sustain a steady motion; its value is the word that files and tables have.
+
+    The first six are verdicts on the stability of a motion, the next two say why a motion is not physical, the last
+    one why there is none.
+
+    Attributes
+    ----------
+    words
+        The same in a few words; of the motions that are not physical, what the striking end does.
+
+    Examples
+    --------
+    >>> Reason("flip") is Reason.FLIP, Reason.FLIP.words
+    (True, 'the rigid motion grows and turns over with every impact (period doubling)')
+    """
+
+    words: str
+
+    def __new__(cls, word: str, words: str) -> Self:
+        made = object.__new__(cls)
+        made._value_, made.words = word, words
+        return made
+
+    STABLE = "stable", "small disturbances die out"
+    FOLD = "fold", "two motions meet here, or the motion lies beyond the place where they met"
+    FLIP = "flip", "the rigid motion grows and turns over with every impact (period doubling)"
+    SPIRAL = "spiral", "the rigid motion grows while its phase turns"
+    ELASTIC = "elastic", "an elastic mode grows, where B77's reduced criterion says stable"
+    NEUTRAL = "neutral", "the largest multiplier has the modulus 1, as far as rounding tells"
+    NO_BLOW = "no blow", "does not strike forward"
+    THROUGH_WALL = "through the wall", "passes through the wall"
+    NO_MOTION = "no motion", "the level is above what the load can reach"
+
+
+VERDICTS = tuple(Reason)[:6]
+"""The reasons that are verdicts, in the order of the numbers by which maps and archives keep them."""
+
 
 # ---- The linearised map from impact to impact, in the form that its structure gives it (theory §5)
 #
@@ -159,17 +201,10 @@ class LinearMap:
         return last * u - alpha * b * v, first * v - beta * c * u, first * last - alpha * beta * b * c
 
     def shares(self, multiplier: complex) -> Array:
-        """Share of each mode in the eigenvector of a multiplier, by its energy; shape (N + 1,), sum 1.
-
-        The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load hardly drives has hardly a
-        share, and a bar that is turned round has the same shares.
-        """
+        """Share of each mode in the eigenvector of a multiplier; shape (N + 1,). See `energy_shares`."""
         u, v, determinant = self._adjugate(multiplier, self.g, self.g_velocity)
-        omega, tiny = self.blocks.omega, 1e-300 + np.finfo(float).tiny
-        counted = np.where(omega == 0.0, 1.0, 0.5 * np.abs(self.blocks.gamma))
-        weight = counted * (np.abs(v) ** 2 + np.maximum(omega, 1.0) ** 2 * np.abs(u) ** 2)
-        weight /= np.abs(determinant) ** 2 + tiny
-        return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
+        scale = np.abs(determinant) ** 2 + (1e-300 + np.finfo(float).tiny)
+        return energy_shares(self.blocks.omega, self.blocks.gamma, u, v, scale)
 
 
 def map_at_impact(system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
@@ -184,22 +219,44 @@ def map_at_impact(system: System, period: float, force: float, displacement: Arr
     return LinearMap(flight, (alpha - beta) * velocity, -pull, float(flight.gamma @ velocity), beta, alpha)
 
 
-def linear_map(orbit: Orbit, modes: int, side: Side = "right") -> LinearMap:
-    """The linearised impact-to-impact map of an orbit, with modes 0 … `modes`.
+@dataclass(frozen=True)
+class CycleMap:
+    """The map of a cycle of several impacts as a full matrix, states ordered u_0, u_0', u_1, u_1', …
 
-    The orbit is that of the bar with so many modes: its forced part is cut there as well. Where the load jumps at the
-    impact, `side` chooses its value.
+    ω_n of the coordinates (0 for the rigid motion) and γ_n, (n,) each.
     """
-    instance("orbit", orbit, Orbit)
-    modes = count("modes", modes, least=0, most=MAX_MODES)
-    choice("side", side, "left", "right")
-    state, system = orbit.modal_state(modes), orbit.system
-    gamma = system.body.modes(modes, system.load.at).gamma
-    # what the load gives in a period, less what drag takes as the bar returns to where the impact moves it from
-    bent = (1.0 - system.contact.strain_factor) * float(gamma @ state.displacement) if system.d else 0.0
-    rigid = (system.push * orbit.period + system.d * bent) / system.contact.impulse
-    force = float(system.load.value(orbit.phase, side))
-    return map_at_impact(system, orbit.period, force, state.displacement, np.append(rigid, state.velocity))
+
+    matrix: Array
+    omega: Array
+    gamma: Array
+
+    def dense(self) -> Array:
+        """The matrix."""
+        return self.matrix
+
+    def participation(self, multipliers: ComplexArray) -> ComplexArray:
+        """As of `LinearMap`; those of eigenvectors that are not of their own are 0."""
+        values, right = np.linalg.eig(self.matrix)
+        left = np.linalg.pinv(right)
+        each = (left[:, :2].T * right[:2]).sum(axis=0)
+        return np.asarray(each[np.abs(multipliers[:, None] - values).argmin(axis=1)], dtype=complex)
+
+    def shares(self, multiplier: complex) -> Array:
+        """As of `LinearMap`."""
+        values, right = np.linalg.eig(self.matrix)
+        u, v = right[:, np.abs(values - multiplier).argmin()].reshape(-1, 2).T
+        return energy_shares(self.omega, self.gamma, u, v)
+
+
+def energy_shares(omega: Array, gamma: Array, u: ComplexArray, v: ComplexArray, scale: Any = 1.0) -> Array:
+    """Share of each mode in an eigenvector by its energy, sum 1; shape (n,).
+
+    The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load hardly drives has hardly a
+    share, and a bar that is turned round has the same shares.
+    """
+    counted = np.where(omega == 0.0, 1.0, 0.5 * np.abs(gamma))
+    weight = counted * (np.abs(v) ** 2 + np.maximum(omega, 1.0) ** 2 * np.abs(u) ** 2) / scale
+    return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
 
 
 # ---- Exact Floquet multipliers of an orbit with N elastic modes (not in B77; theory §5), and which motion each belongs
@@ -219,29 +276,25 @@ _NEAR = 64  # multipliers of very many modes among which each of the rigid motio
 
 @dataclass(frozen=True)
 class Multipliers(Shown):
-    """The Floquet multipliers of the map from impact to impact.
+    """The Floquet multipliers of an orbit over its cycle, whatever its label; made by its `multipliers`.
 
     Parameters
     ----------
+    label
+        Of the orbit.
     modes
         N: modes 0 … N were kept.
     values
-        All 2N + 2 multipliers, of a body that is held 2N, largest modulus first; complex, dimensionless.
-    dominant_mode
-        The mode with the greatest share of energy in the eigenvector of the first multiplier; 0 is the rigid motion.
+        All 2N + 2 multipliers, of a body that is held 2N, largest modulus first; complex, dimensionless. Of a cycle
+        with rest, which forgets everything, two of 0.
     """
 
+    label: str
     modes: int
     values: ComplexArray
-    dominant_mode: int
-    _orbit: Orbit = field(repr=False, compare=False)
-    _map: LinearMap = field(repr=False, compare=False)
-    _side: Side = field(repr=False, compare=False)
-
-    @property
-    def system(self) -> System:
-        """What the orbit is one of."""
-        return self._orbit.system
+    system: System = field(repr=False, compare=False)
+    _map: LinearMap | CycleMap | None = field(repr=False, compare=False, default=None)
+    _fewer: Callable[[int], Multipliers] | None = field(repr=False, compare=False, default=None)
 
     @property
     def moduli(self) -> Array:
@@ -253,22 +306,51 @@ class Multipliers(Shown):
         """Largest modulus: less than 1 when the orbit is stable."""
         return float(np.abs(self.values).max())  # of equal ones the first in `values` may be an ulp off
 
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out: the largest modulus is less than 1 by more than rounding."""
+        return self.largest < 1.0 - NEUTRAL
+
+    @property
+    def verdict(self) -> Reason:
+        """What the multipliers say, one of `percuss.steady.Reason`."""
+        return reason_of(complex(self.values[0]), 1.0 - self.largest)
+
+    def _shares(self, multiplier: complex) -> Array:
+        return np.ones(1) if self._map is None else self._map.shares(multiplier)
+
+    @property
+    def _first(self) -> int:
+        return 0 if self.system.body.is_free else 1
+
+    @cached_property
+    def dominant_mode(self) -> int:
+        """The mode with the greatest share of energy in the eigenvector of the first; 0 is the rigid motion."""
+        return self._first + int(np.argmax(self._shares(complex(self.values[0]))))
+
     @cached_property
     def rigid(self) -> tuple[int, int]:
         """Places in `values` of the two that belong to the rigid motion: those in which it takes part most.
 
         Of a body that is held those of its first mode.
         """
-        if self.modes <= _DENSE_CHECK:
+        if self._map is None or self.values.size == 2:
+            return 0, 1
+        if self._fewer is None or self.modes <= _DENSE_CHECK:
             return _rigid_pair(self._map, self.values)
-        return _matched(self._orbit, self._side, self._map, self.values)
+        return _matched(self._fewer(_DENSE), self._map, self.values)
+
+    @cached_property
+    def _slowest(self) -> int | None:
+        """Place of the largest that is not of the rigid motion."""
+        return next((i for i in range(self.values.size) if i not in self.rigid), None)
 
     @property
     def ringing_mode(self) -> int:
         """The mode that dominates the slowest of all others, 1 … N; 0 without elastic modes."""
-        slowest = _slowest(self.rigid, self.values.size)
-        number = 1 if self.system.body.is_free else 2
-        return 0 if slowest is None else number + int(np.argmax(self._map.shares(complex(self.values[slowest]))[1:]))
+        if self._slowest is None:
+            return 0
+        return self._first + 1 + int(np.argmax(self._shares(complex(self.values[self._slowest]))[1:]))
 
     @property
     def rhythm(self) -> float:
@@ -278,43 +360,53 @@ class Multipliers(Shown):
     @property
     def ringing(self) -> float | None:
         """Largest modulus of those of the elastic modes; None when there are none."""
-        slowest = _slowest(self.rigid, self.values.size)
-        return None if slowest is None else float(np.abs(self.values[slowest]))
+        return None if self._slowest is None else float(np.abs(self.values[self._slowest]))
+
+    def __str__(self) -> str:
+        word = "stable" if self.stable else "unstable" if self.largest > 1.0 + NEUTRAL else "neutral"
+        return f"{self.label}: {word}, largest modulus {self.largest:.6g}"
 
 
-def floquet_multipliers(orbit: Orbit, modes: int = 32, *, side: Side = "right") -> Multipliers:
-    """All multipliers of an orbit, exact for the bar with modes 0 … `modes`.
+def multipliers_of(
+    label: str, system: System, matrix: LinearMap | CycleMap, fewer: Callable[[int], Multipliers] | None = None
+) -> Multipliers:
+    """Those of a map; `fewer` finds those of fewer modes.
 
-    Few modes go to a dense eigensolver; many to the secular function, whose cost grows in proportion to N.
-
-    Parameters
-    ----------
-    orbit
-        The orbit.
-    modes
-        N, 0 to 16384.
-    side
-        Which value of the load counts when it jumps at the impact.
-
-    Raises
-    ------
-    ParameterError
-        For N out of range.
-    ConvergenceError
-        When the roots fail the check by the trace of the map.
+    Few modes go to a dense eigensolver; many of one impact to the secular function, whose cost grows in proportion.
     """
-    n = count("modes", modes, least=0, most=MAX_MODES)
-    body = instance("orbit", orbit, Orbit).system.body
-    n = body.chosen(n) if isinstance(body, HeldBody) else n
-    matrix = linear_map(orbit, n, side)
-    values = np.linalg.eigvals(matrix.dense()).astype(complex) if n <= _DENSE else _secular(matrix)
-    values = values[np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))]
-    shares = matrix.shares(complex(values[0]))
-    first = 0 if body.is_free else 1
-    return Multipliers(n, values, first + int(np.argmax(shares)), orbit, matrix, side)
+    omega = matrix.blocks.omega if isinstance(matrix, LinearMap) else matrix.omega
+    modes = omega.size - int(system.body.is_free)
+    if isinstance(matrix, LinearMap) and modes > _DENSE:
+        values = _secular(matrix)
+    else:
+        values = np.linalg.eigvals(matrix.dense()).astype(complex)
+    order = np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))
+    return Multipliers(label, modes, values[order], system, matrix, fewer)
 
 
-def _rigid_pair(matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:
+def worse_side(of: Callable[..., Multipliers], load: Load, times: Sequence[float]) -> Multipliers:
+    """Those of an orbit whose impacts are at given times; where the load jumps at one, of the worse side."""
+    found = of()
+    jumps = "left" in load.sides and any(load.value(t, "left") != load.value(t) for t in times)
+    return max(found, of(side="left"), key=lambda one: one.largest) if jumps else found
+
+
+def reason_of(first: complex, margin: float, fold: bool = False, unseen: bool = False) -> Reason:
+    """What decides: the multiplier of largest modulus; `unseen`: by an elastic mode that B77's criterion cannot see."""
+    if fold:
+        return Reason.FOLD
+    if margin > NEUTRAL:
+        return Reason.STABLE
+    if margin >= -NEUTRAL:
+        return Reason.NEUTRAL
+    if unseen:
+        return Reason.ELASTIC
+    if abs(first.imag) > TURNING * abs(first):
+        return Reason.SPIRAL
+    return Reason.FOLD if first.real > 0.0 else Reason.FLIP
+
+
+def _rigid_pair(matrix: LinearMap | CycleMap, values: ComplexArray) -> tuple[int, int]:
     """The two multipliers in which the rigid motion takes part most.
 
     By the real part: where two multipliers meet, their factors grow without bound with opposite signs. Multipliers of 0
@@ -335,9 +427,8 @@ def _rigid_pair(matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:
     return first, second
 
 
-def _matched(orbit: Orbit, side: Side, matrix: LinearMap, values: ComplexArray) -> tuple[int, int]:
+def _matched(few: Multipliers, matrix: LinearMap | CycleMap, values: ComplexArray) -> tuple[int, int]:
     """Positions of the two rigid multipliers among those of very many modes: nearest to where few modes have them."""
-    few = floquet_multipliers(orbit, _DENSE, side=side)
     found: list[int] = []
     for one in few.values[list(few.rigid)]:
         near = np.argsort(np.abs(values - one), kind="stable")[:_NEAR]
@@ -349,15 +440,10 @@ def _matched(orbit: Orbit, side: Side, matrix: LinearMap, values: ComplexArray) 
     return first, second
 
 
-def _slowest(rigid: tuple[int, int], size: int) -> int | None:
-    """Place of the largest multiplier that is not of the rigid motion, among `size` in order of modulus."""
-    return next((i for i in range(size) if i not in rigid), None)
-
-
 def _secular(matrix: LinearMap) -> ComplexArray:
     """All roots of the secular function, believed only when all converged and two power sums fit the map."""
     ensure_cache()
-    from percuss.stability import secular_kernels as kn  # only here is the compiler needed
+    from percuss.steady import secular_kernels as kn  # only here is the compiler needed
 
     n = matrix.g.size
     work, state = np.zeros((kn.WORK_ROWS, 2 * n)), np.zeros((kn.STATE_ROWS, 2 * n), int)
