@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.best import FIGURES as BLOW_FIGURES
-from percuss.blow.parts import BlowOutcome
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
+from percuss.blow.figures import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.attractors.hammers import ClockedHammer, seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
