@@ -259,7 +259,7 @@ class Blow(BlowBalance):
         for i in range(course.striker):
             back = course.transit[i]
             right, left = (course.trace(row, 0, -back, 0) for row in (2 * i, 2 * i + 1))
-            signs = np.where(np.arange(right.coefficients.shape[1]) % 2, -1.0, 1.0)
+            signs = 1.0 - 2.0 * (np.arange(right.coefficients.shape[1]) % 2)
             mirrored = Trace(-right.times[::-1] - back * course.tick, right.coefficients[::-1] * signs)
             found += float(course.impedance[i]) * mirrored.product_integral(left)
         return 0.5 * self.energy_before + found * course.scales.energy
@@ -303,10 +303,7 @@ class Blow(BlowBalance):
     def waves_at(self, x: float) -> GaugeWaves:
         """The waves that pass a gauge on the rod, x from the struck face (m; dimensionless: time of a wave).
 
-        Raises
-        ------
-        ParameterError
-            For a place that is not on the rod, and for a wall.
+        ParameterError for a place that is not on the rod, and for a wall.
         """
         course, rod, x = self._course, self._course.held.rod, non_negative("x", x)
         if rod is None:
@@ -337,10 +334,7 @@ class Blow(BlowBalance):
     def state_at(self, time: float) -> StringState:
         """Force and velocity along striker and rod at a time in the window.
 
-        Raises
-        ------
-        ParameterError
-            For a time outside the window.
+        ParameterError for a time outside the window.
         """
         if not 0.0 <= finite("time", time) <= self.until:
             raise ParameterError("time", time, f"a time in the window, from 0 to {self.until:g}")
@@ -386,12 +380,8 @@ class Blow(BlowBalance):
         """The greatest forces at every place of the striker, and of the rod; `size`, `reach` as `cells_over_time`.
 
         Stepwise waves are looked at between all their breaks, which is exact; bent waves, and those of very many
-        pieces, at 4000 instants. `peaks` has the greatest of each section, always exact.
-
-        Raises
-        ------
-        ParameterError
-            For a number of cells below 1, and a reach that is not positive.
+        pieces, at 4000 instants. `peaks` has the greatest of each section, always exact; ParameterError for a number of
+        cells below 1, and a reach that is not positive.
 
         Examples
         --------

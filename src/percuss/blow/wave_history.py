@@ -43,10 +43,7 @@ class Trace:
     def at(self, time: npt.ArrayLike) -> Array:
         """Values at times, at a break that of the later piece; the shape of `time`.
 
-        Raises
-        ------
-        ParameterError
-            For times that are not finite numbers.
+        ParameterError for times that are not finite numbers.
         """
         t = np.clip(numbers("time", time), self.times[0], self.times[-1])
         return self._values(self._pieces(t), t)
