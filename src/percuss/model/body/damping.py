@@ -90,8 +90,9 @@ def _limited(name: str, value: object) -> float:
 
 def check_damping(damping: object) -> None:
     """Refuse what is no law of damping of a bar, and a drag beyond any bar's."""
-    if instance("damping", damping, Damping).rigid > MOST_DAMPING:
-        raise ParameterError("d", damping.rigid, f"a damping of at most {MOST_DAMPING:g}")
+    drag = instance("damping", damping, Damping).rigid
+    if drag > MOST_DAMPING:
+        raise ParameterError("d", drag, f"a damping of at most {MOST_DAMPING:g}")
 
 
 def share_of_critical(name: str, value: object) -> float:

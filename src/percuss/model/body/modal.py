@@ -51,7 +51,7 @@ class _ModeTable:
 
 
 @dataclass(frozen=True)
-class ModalBody(_ModeTable, HeldBody):  # type: ignore[misc]  # the table has the damping
+class ModalBody(_ModeTable, HeldBody):  # type: ignore[override]  # the table has the damping
     """A structure with one gap, told by its modes: y = Σ a_n q_n − g, q_n'' + δ_n q_n' + ω_n² q_n = b_n p(t).
 
     Parameters
@@ -155,7 +155,7 @@ def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, flo
 
 
 @dataclass(frozen=True)
-class SizedModes(_ModeTable, SizedBody):  # type: ignore[misc]  # likewise
+class SizedModes(_ModeTable, SizedBody):  # type: ignore[override]  # likewise
     """The same in SI: frequencies in rad/s, modes normalised to the modal mass 1 kg, the gap in m.
 
     Its scales are 1 kg and 1 m: the dimensionless displacements of the contact are metres.
