@@ -108,7 +108,7 @@ def pressure_multiplier(slope: Array, modes: int) -> complex:
     """The multiplier of a cycle's map in which the pressure of a supply has the greatest part."""
     from scipy.linalg import eig  # slow to import
 
-    values, left, right = eig(slope, left=True, right=True)
+    values, left, right = (np.asarray(one) for one in eig(slope, left=True, right=True))
     number = 2 * (modes + 1)
     return complex(values[np.argmax(np.abs(left[number].conj() * right[number]))])
 
