@@ -1,6 +1,7 @@
 """Experiments and basins: starts, shares and intervals, attractors told apart, by energy and by single motions."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -572,7 +573,7 @@ def test_modal_amplitudes():
 def test_what_is_not_done_has_no_number():
     found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
     found.columns["code"][:7] = -1
-    part = Basins(found.system, 0, found.stop, found.x, found.y, (), found.columns)
+    part = replace(found)
     assert (part.image.reshape(-1)[:7] == -1).all() and (part.image.reshape(-1)[7:] >= 0).all()
     assert (part.label.reshape(-1)[:7] == "").all() and sum(a.members for a in part.attractors) == 13
 

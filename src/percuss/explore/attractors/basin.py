@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +13,8 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.explore.attractors.drawn_starts import done, mode_of, start_columns
 from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, checked_question
-from percuss.explore.attractors.hammers import DISTANCE, Hammer, hammer_from
+from percuss.explore.attractors.hammers import DISTANCE, Hammer
 from percuss.explore.family import Axis
-from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
 from percuss.model.checks import Array, mapping, non_negative, numbers
 
@@ -107,7 +106,7 @@ def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]
 # ---- The image of them
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Basins(StartsFollowed):
     """Which attractor every start of a plane leads to; made by `basins`.
 
@@ -125,30 +124,17 @@ class Basins(StartsFollowed):
         What tells attractors of one label apart.
     """
 
-    system: System | Machine
-    modes: int
-    stop: Stop
     x: tuple[str, tuple[float, ...]]
     y: tuple[str, tuple[float, ...]]
     at: tuple[tuple[str, float], ...]
-    columns: Columns = field(repr=False)
-    distance: float = DISTANCE
-
-    @classmethod
-    def of(cls, job: BasinsJob, columns: Columns, distance: float = DISTANCE) -> Basins:
-        """The result of a job."""
-        return cls(job.system, job.modes, job.stop, job.x, job.y, job.at, columns, distance)
 
     @classmethod
     def from_archive(cls, archive: Any) -> Basins:
         """The basins that an archive holds; starts that are not done are −1 in the image."""
-        from percuss.simulate import Stop
-
-        ask = archive.ask
-        axes = [(ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy"]
-        columns = {name: np.asarray(values) for name, values in archive.read().items()}
+        ask, columns = archive.ask, {name: np.asarray(values) for name, values in archive.read().items()}
+        x, y = ((ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy")
         at = tuple((str(name), float(value)) for name, value in ask["at"].items())
-        return cls(hammer_from(ask), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns)
+        return cls(columns=columns, x=x, y=y, at=at, **cls.asked_in(ask))
 
     def _imaged(self, known: npt.NDArray[Any], empty: Any) -> npt.NDArray[Any]:
         """What is known of the starts that are done as an image."""

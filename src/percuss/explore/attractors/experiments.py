@@ -7,10 +7,10 @@ import os
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +28,11 @@ from percuss.explore.attractors.drawn_starts import (
     start_values,
     starts_from,
 )
-from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_from, hammer_of, seconds_of_start
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_of, seconds_of_start
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, non_negative
+from percuss.model.described import machine_from, system_from
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
@@ -48,7 +49,11 @@ _MOST_STARTS = 10**12
 
 @dataclass(frozen=True, eq=False)
 class StartsJob(ABC):
-    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion."""
+    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion.
+
+    `amplitudes`: how many modal displacements and velocities a start has. `asked`: the kind of the job, and what its
+    starts depend on.
+    """
 
     system: System | Machine
     modes: int
@@ -71,13 +76,11 @@ class StartsJob(ABC):
 
     @property
     @abstractmethod
-    def amplitudes(self) -> tuple[int, int]:
-        """How many modal displacements and velocities a start has."""
+    def amplitudes(self) -> tuple[int, int]: ...
 
     @property
     @abstractmethod
-    def asked(self) -> dict[str, Any]:
-        """The kind of the job, and what its starts depend on."""
+    def asked(self) -> dict[str, Any]: ...
 
     @property
     def rough_seconds(self) -> float:
@@ -216,15 +219,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 @dataclass(frozen=True)
 class Share(Shown):
-    """The share of the starts that ends in an attractor.
-
-    Parameters
-    ----------
-    attractor
-        Which.
-    share, low, high
-        The part, and Wilson's interval of 95 % of its probability.
-    """
+    """The share of the starts that ends in an attractor, and Wilson's interval of 95 % of its probability."""
 
     attractor: Attractor
     share: float
@@ -258,6 +253,7 @@ class Share(Shown):
 # ---- What starts end in, drawn by chance or over a plane
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
 class StartsFollowed(Shown):
     """Starts that were followed, and what they settle on.
 
@@ -268,8 +264,22 @@ class StartsFollowed(Shown):
     system: System | Machine
     modes: int
     stop: Stop
-    columns: Columns
-    distance: float
+    columns: Columns = field(repr=False)
+    distance: float = DISTANCE
+
+    @classmethod
+    def of(cls, job: Any, columns: Columns, distance: float = DISTANCE) -> Self:
+        """The result of a job."""
+        asked = {one.name: getattr(job, one.name) for one in fields(cls) if one.name not in ("columns", "distance")}
+        return cls(columns=columns, distance=distance, **asked)
+
+    @staticmethod
+    def asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
+        """What was followed, of what an archive says that was asked."""
+        from percuss.simulate import Stop
+
+        what = machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])
+        return {"system": what, "modes": int(ask["modes"]), "stop": Stop(**ask["stop"])}
 
     @cached_property
     def hammer(self) -> Hammer:
@@ -344,7 +354,7 @@ class StartsFollowed(Shown):
         return xarray.Dataset(variables, {"attractor": np.arange(len(self.shares))}, attributes)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
 
@@ -360,29 +370,16 @@ class Experiment(StartsFollowed):
         What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
-    system: System | Machine
-    modes: int
-    stop: Stop
     distribution: str
     seed: int
-    columns: Columns = field(repr=False)
-    distance: float = DISTANCE
-
-    @classmethod
-    def of(cls, job: ExperimentJob, columns: Columns, distance: float = DISTANCE) -> Experiment:
-        """The result of a job."""
-        return cls(job.system, job.modes, job.stop, job.distribution, job.seed, columns, distance)
 
     @classmethod
     def from_archive(cls, archive: Any) -> Experiment:
         """The experiment that an archive holds, of those starts that are done."""
-        from percuss.simulate import Stop
-
         ask, columns = archive.ask, archive.read()
-        whole = done(columns)
-        kept = {name: np.asarray(values)[whole] for name, values in columns.items()}
-        system, stop = hammer_from(ask), Stop(**ask["stop"])
-        return cls(system, int(ask["modes"]), stop, ask["distribution"], int(ask["seed"]), kept)
+        kept = {name: np.asarray(values)[done(columns)] for name, values in columns.items()}
+        asked = cls.asked_in(ask)
+        return cls(columns=kept, distribution=ask["distribution"], seed=int(ask["seed"]), **asked)
 
     def __len__(self) -> int:
         return int(self.columns["code"].size)
