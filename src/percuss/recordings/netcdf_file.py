@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.errors import HistoryError, MissingExtraError
+from percuss.errors import HistoryError, extra_package
 from percuss.recordings.separate_process import Found, bounds_of, need, read_apart
 from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, vetted_hdf5
 
@@ -19,10 +19,7 @@ if TYPE_CHECKING:
 
 def netcdf_content(path: Path) -> xarray.Dataset:
     """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    xarray = extra_package("xarray", "io")
     need("h5netcdf")
     told, arrays = read_apart("percuss.recordings.netcdf_file:read_netcdf", path, {}, bounds_of(path))
     try:

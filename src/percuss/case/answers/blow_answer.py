@@ -27,7 +27,7 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
+from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
 from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
@@ -786,10 +786,7 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     MissingExtraError
         Without xarray.
     """
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    xarray = extra_package("xarray", "io")
     blow, waves, si = answer.blow, answer.waves, answer.is_si
     time = np.linspace(0.0, blow.until, POINTS)
     force = "N" if si else "1"

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.explore.attractors.drawn_starts import done, mode_of, start_columns
+from percuss.explore.attractors.drawn_starts import done, mode_of
 from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, checked_question
 from percuss.explore.attractors.hammers import DISTANCE, Hammer
 from percuss.explore.family import Axis
@@ -152,17 +152,14 @@ class Basins(StartsFollowed):
         """What motion each start ends in, empty where it is not done; shape (y, x)."""
         return self._imaged(self.hammer.labels(self.known), "")
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """All columns over the dimensions of the plane, and the attractors, with units and meanings."""
         (x, over), (y, up) = self.x, self.y
-        columns = {name: values for name, values in self.columns.items() if name not in (x, y)}
         about = {"title": f"percuss basins: {y} over {x}", **{f"at_{name}": value for name, value in self.at}}
-        found = self._dataset_over((y, x), columns, self.image, about)
-        known = start_columns(1, 1, not self.hammer.states)
+        found = self._dataset_over((y, x), self.image, about, but=(x, y))
         for name, values in ((x, over), (y, up)):
-            attributes = {"units": known[name].unit if name in known else "1", **self._si_of(name)}
-            found = found.assign_coords({name: (name, np.array(values), attributes)})
+            unit = self._about[name].unit if name in self._about else "1"
+            found = found.assign_coords({name: (name, np.array(values), {"units": unit, **self._si_of(name)})})
         return found
 
     def __str__(self) -> str:

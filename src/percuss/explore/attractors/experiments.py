@@ -7,7 +7,7 @@ import os
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Any, Self
@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import MissingExtraError, ParameterError
+from percuss._version import __version__
+from percuss.errors import ParameterError, extra_package
 from percuss.explore.attractors.drawn_starts import (
     DISTRIBUTIONS,
     done,
@@ -29,6 +30,7 @@ from percuss.explore.attractors.drawn_starts import (
     starts_from,
 )
 from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_of, seconds_of_start
+from percuss.explore.jobs.archive_export import HandedOver, variables_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, non_negative
@@ -254,7 +256,7 @@ class Share(Shown):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class StartsFollowed(Shown):
+class StartsFollowed(HandedOver):
     """Starts that were followed, and what they settle on.
 
     `columns` has one row for each start; those that are not done have the code −1. `distance` tells attractors of one
@@ -264,6 +266,7 @@ class StartsFollowed(Shown):
     system: System | Machine
     modes: int
     stop: Stop
+    ask: dict[str, Any] = field(repr=False)
     columns: Columns = field(repr=False)
     distance: float = DISTANCE
 
@@ -279,7 +282,7 @@ class StartsFollowed(Shown):
         from percuss.simulate import Stop
 
         what = machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])
-        return {"system": what, "modes": int(ask["modes"]), "stop": Stop(**ask["stop"])}
+        return {"ask": dict(ask), "system": what, "modes": int(ask["modes"]), "stop": Stop(**ask["stop"])}
 
     @cached_property
     def hammer(self) -> Hammer:
@@ -316,42 +319,42 @@ class StartsFollowed(Shown):
         """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
         return dict(zip(("si_scale", "si_units"), self.hammer.scales.get(name, ()), strict=False))
 
+    @property
+    def _about(self) -> Mapping[str, Column]:
+        clock = not self.hammer.states
+        known = {**start_columns(2, 2, clock), **start_columns(1, 1, clock), **self.hammer.columns}
+        return {name: replace(known[name], shape=values.shape[1:]) for name, values in self.columns.items()}
+
     def _dataset_over(
-        self, dims: tuple[str, ...], columns: Columns, number: npt.NDArray[np.int64], about: dict[str, Any]
+        self, dims: tuple[str, ...], number: npt.NDArray[np.int64], about: dict[str, Any], but: tuple[str, ...] = ()
     ) -> xarray.Dataset:
-        """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
+        """The columns and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
 
         All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and
         `si_units` of each variable that has one.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtraError("xarray", "io") from None
-        from percuss._version import __version__
-
-        hammer, clock = self.hammer, not self.hammer.states
-        known = {**start_columns(2, 2, clock), **start_columns(1, 1, clock), **hammer.columns}
-        variables: dict[str, Any] = {
-            "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
-        }
-        for name, values in columns.items():
-            column = known[name]
-            inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
-            attributes = {"long_name": column.meaning, "units": column.unit or "1", **self._si_of(name)}
-            if not column.unit and column.dtype == "float64":
+        hammer, columns = self.hammer, self._about
+        inner = {name: f"{name}_mode" for name in ("start_displacement", "start_velocity")}
+        told = {"attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"})}
+        arrays = {name: values for name, values in self.columns.items() if name not in but}
+        variables = told | variables_of(
+            columns, arrays, dims, number.shape, {**inner, "invariants": "invariant"}, hammer.words
+        )
+        for name in arrays:
+            attributes = variables[name][2]
+            attributes |= self._si_of(name)
+            if not columns[name].unit and columns[name].dtype == "float64":
                 attributes["comment"] = "dimensionless"
-            if name in hammer.words:
-                attributes["words"] = ", ".join(hammer.words[name])
-            variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
         meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
         for name, meaning in meanings.items():
             found = np.array([getattr(share, name) for share in self.shares])
             key = name if name == "share" else f"attractor_{name}"
             variables[key] = ("attractor", found, {"long_name": meaning})
-        about = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
-        attributes = {**about, "percuss_version": __version__}
-        return xarray.Dataset(variables, {"attractor": np.arange(len(self.shares))}, attributes)
+        attributes = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
+        attributes["percuss_version"] = __version__
+        attractors = {"attractor": np.arange(len(self.shares))}
+        made: xarray.Dataset = extra_package("xarray", "io").Dataset(variables, attractors, attributes)
+        return made
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -365,7 +368,7 @@ class Experiment(StartsFollowed):
     distribution, seed
         What the starts were drawn from, and with.
     columns
-        One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
+        One row for each start: the start, how it ended and the numbers of its motion; see `to_xarray`.
     distance
         What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
@@ -407,12 +410,11 @@ class Experiment(StartsFollowed):
             found[attractor.label] += attractor.members
         return {name: (k / len(self), *wilson(k, len(self))) for name, k in found.most_common()}
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """All columns over the dimension ``start``, and the attractors over ``attractor``, with units and meanings."""
         title = f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}"
         about = {"title": title, "distribution": self.distribution, "seed": self.seed}
-        return self._dataset_over(("start",), self.columns, self.attractor, about)
+        return self._dataset_over(("start",), self.attractor, about)
 
     def to_json_dict(self) -> dict[str, Any]:
         """What ``percuss experiment --json`` prints: plain numbers, the most frequent attractor first."""
@@ -478,7 +480,7 @@ def experiment(
     Returns
     -------
     Experiment
-        With `shares`, the columns of all starts as `dataset`, and `to_json_dict`.
+        With `shares`, the columns of all starts by `to_xarray`, and `to_json_dict`.
 
     Raises
     ------
