@@ -528,7 +528,10 @@ def test_results_of_kinds(tmp_path, monkeypatch):
 
     class Result:
         def __init__(self, archive: Archive) -> None:
-            self.dataset = xarray.Dataset({"label": ("start", np.array(["z=1/1", "rest"], dtype=object))})
+            pass
+
+        def to_xarray(self) -> Any:
+            return xarray.Dataset({"label": ("start", np.array(["z=1/1", "rest"], dtype=object))})
 
     monkeypatch.setitem(RESULTS, "sines", f"{__name__}:Result")
     monkeypatch.setitem(globals(), "Result", Result)

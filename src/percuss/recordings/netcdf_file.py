@@ -14,17 +14,18 @@ from percuss.recordings.separate_process import Found, bounds_of, need, read_apa
 from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, vetted_hdf5
 
 if TYPE_CHECKING:
-    import xarray
+    from xarray import Dataset
 
 
-def netcdf_content(path: Path) -> xarray.Dataset:
+def netcdf_content(path: Path) -> Dataset:
     """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers."""
     xarray = extra_package("xarray", "io")
     need("h5netcdf")
     told, arrays = read_apart("percuss.recordings.netcdf_file:read_netcdf", path, {}, bounds_of(path))
     try:
         variables = {name: (dims, arrays[name], about) for name, (dims, about) in told["variables"].items()}
-        return xarray.Dataset(variables, attrs=told["attributes"])
+        made: Dataset = xarray.Dataset(variables, attrs=told["attributes"])
+        return made
     except ValueError:  # sizes that contradict each other
         raise Damaged("is not a readable NetCDF 4 file") from None
 

@@ -34,7 +34,7 @@ from percuss.model.checks import Array, choice, flag, instance, non_negative, po
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    import xarray
+    from xarray import Dataset
 
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
     from percuss.blow.gauges import RecordFit
@@ -778,7 +778,7 @@ POINTS = 4001
 """Equal steps of the window, less one."""
 
 
-def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
+def blow_dataset(answer: BlowAnswer) -> Dataset:
     """Forces, waves and penetration at equal steps of the window; at a jump the later value.
 
     Raises
@@ -803,7 +803,8 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     }
     about = {"units": "s" if si else "1", "long_name": "time from the start of the window"}
     attributes = {"title": answer.title, "answer": json.dumps(answer.to_json_dict(), allow_nan=False)}
-    return xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+    made: Dataset = xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+    return made
 
 
 # ---- Lay a record over the blow

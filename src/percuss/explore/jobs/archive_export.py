@@ -21,7 +21,6 @@ from percuss.shown import Shown
 from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:
-    import pandas
     import xarray
 
 _ROWS = 1 << 15
@@ -71,12 +70,11 @@ class HandedOver(Shown, ABC):
     def _about(self) -> Mapping[str, Column]:
         """What the columns hold."""
 
-    def to_pandas(self) -> pandas.DataFrame:
+    def to_pandas(self) -> Any:
         """What has a number for every cell or start, as a table with a row for each."""
         data = self.to_xarray()
         rows = _row_dims(data)
-        table: pandas.DataFrame = data[[n for n, one in data.data_vars.items() if one.dims == rows]].to_dataframe()
-        return table
+        return data[[name for name, one in data.data_vars.items() if one.dims == rows]].to_dataframe()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write one file: NetCDF (``.nc``), which `load` reads, or a table as text (``.csv``)."""
