@@ -134,7 +134,7 @@ class Basins(StartsFollowed):
         ask, columns = archive.ask, {name: np.asarray(values) for name, values in archive.read().items()}
         x, y = ((ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy")
         at = tuple((str(name), float(value)) for name, value in ask["at"].items())
-        return cls(columns=columns, x=x, y=y, at=at, **cls.asked_in(ask))
+        return cls(columns=columns, x=x, y=y, at=at, **cls._asked_in(ask))
 
     def _imaged(self, known: npt.NDArray[Any], empty: Any) -> npt.NDArray[Any]:
         """What is known of the starts that are done as an image."""

@@ -277,7 +277,7 @@ class StartsFollowed(HandedOver):
         return cls(columns=columns, distance=distance, **asked)
 
     @staticmethod
-    def asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
+    def _asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
         """What was followed, of what an archive says that was asked."""
         from percuss.simulate import Stop
 
@@ -381,7 +381,7 @@ class Experiment(StartsFollowed):
         """The experiment that an archive holds, of those starts that are done."""
         ask, columns = archive.ask, archive.read()
         kept = {name: np.asarray(values)[done(columns)] for name, values in columns.items()}
-        asked = cls.asked_in(ask)
+        asked = cls._asked_in(ask)
         return cls(columns=kept, distribution=ask["distribution"], seed=int(ask["seed"]), **asked)
 
     def __len__(self) -> int:

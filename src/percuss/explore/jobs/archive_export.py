@@ -7,6 +7,7 @@ import json
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -16,6 +17,7 @@ from percuss.errors import ParameterError, extra_package
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.archive_layout import about_column, canonical, column_from, parsed
 from percuss.explore.jobs.job import Column
+from percuss.model.checks import path as checked_path
 from percuss.recordings.netcdf_file import netcdf_content
 from percuss.shown import Shown
 from percuss.whole_file import whole_file, write_dataset
@@ -78,7 +80,7 @@ class HandedOver(Shown, ABC):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write one file: NetCDF (``.nc``), which `load` reads, or a table as text (``.csv``)."""
-        name = os.fspath(path).lower()
+        name = checked_path("path", path).lower()
         if name.endswith(".csv"):
             write_csv(self.to_xarray(), path)
         elif name.endswith(".nc"):
@@ -92,10 +94,8 @@ class HandedOver(Shown, ABC):
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Self:
         """The result that `save` wrote into a NetCDF file; ParameterError for a file of something else."""
-        from pathlib import Path
-
         try:
-            data = netcdf_content(Path(path))
+            data = netcdf_content(Path(checked_path("path", path)))
             rows = json.loads(data.attrs["rows"])
             columns = {name: column_from(one) for name, one in json.loads(data.attrs["columns"]).items()}
             over = data[next(iter(data.data_vars))].isel({}).reset_coords(drop=True)
