@@ -18,7 +18,7 @@ from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.archive_layout import about_column, canonical, column_from, parsed
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import path as checked_path
-from percuss.recordings.netcdf_file import netcdf_content
+from percuss.recordings.file_formats import netcdf_content
 from percuss.shown import Shown
 from percuss.whole_file import whole_file, write_dataset
 
