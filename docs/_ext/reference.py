@@ -36,7 +36,7 @@ from percuss.case.answers.steady_answer import (
     WAVEFORM,
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
-from percuss.case.answers.waves_answer import SETTLED
+from percuss.case.answers.waves_answer import IMPACT, SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of
 from percuss.cli.arguments import Parser
@@ -61,6 +61,7 @@ FACTS = {
     "machine": (*CYCLE, *POWER),
     "blank": BLANK,
     "settled": SETTLED,
+    "impact": IMPACT,
     "ends": END,
     "event": EVENT,
     "blow": (*STRIKER, *ROD, *ROCK),

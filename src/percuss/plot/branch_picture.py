@@ -64,7 +64,7 @@ def _rows(line: Branch | DiagramBranch, quantity: str) -> Array:
 
 def _cut(x: Array, y: Array, quantity: str) -> tuple[Array, Array]:
     """A line with gaps where a phase goes round."""
-    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1 if quantity == "phase" else []
+    gone = np.flatnonzero(np.abs(np.diff(y)) > (_JUMP if quantity == "phase" else np.inf)) + 1
     return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 

@@ -756,7 +756,7 @@ def _contacts(answer: BlowAnswer) -> Grid | ReportSection:
 CONTACT: tuple[Fact[ContactInterval], ...] = (
     Fact("", "start", "from the start of the window", "time", "start", "{start:time}"),
     Fact("", "end", "of the contact", "time", "end", lambda one, tell: said("{end:time}", one, tell) or "still closed"),
-    Fact("", "impulse", "of its force", "momentum", "impulse"),
+    Fact("", "impulse", "of its force", "momentum", "impulse", "{impulse:momentum}"),
     Fact("", "peak force", "the greatest", "force", "peak_force", "{peak_force:force}"),
 )  # fmt: skip
 """A contact as a report tells it."""

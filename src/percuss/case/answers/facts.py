@@ -221,7 +221,7 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
 
 def grid_of(heading: str, subjects: Iterable[S], facts: Iterable[Fact[S]], tell: Teller) -> Grid:
     """A table of a report: a line for each subject, a column for each figure with a label, its unit in the head."""
-    shown = [(fact, tell.unit(fact.dimension)) for fact in facts if fact.label]
+    shown = [(fact, "" if fact.words else tell.unit(fact.dimension)) for fact in facts if fact.label]
     heads = tuple(f"{fact.label} [{unit}]" if unit else fact.label for fact, unit in shown)
     return Grid(heading, heads, tuple(tuple(_cell(one, fact, tell) for fact, _ in shown) for one in subjects))
 
