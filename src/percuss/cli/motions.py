@@ -37,6 +37,8 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
+    from matplotlib.figure import Figure
+
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
@@ -347,15 +349,13 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
     report: Any = motion_report
-    drawn: Any = None
     if options.contact == "waves":
         from percuss.case.answers.waves_answer import waves_report as report
-    else:
-        drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
-    answered(
-        options, lambda: answer.to_json_text(last), lambda: report(answer, shown), lambda: drawn(answer),
-        motion=options.output,
-    )  # fmt: skip
+
+    def drawn() -> Figure:
+        return plot.trajectory(answer) if answer.motion.is_clocked else plot.machine_motion(answer)
+
+    answered(options, lambda: answer.to_json_text(last), lambda: report(answer, shown), drawn, motion=options.output)
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 
