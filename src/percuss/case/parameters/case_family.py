@@ -264,7 +264,12 @@ class CaseFamily:
         from percuss.simulate.stop import MAX_MODES
 
         kept = count("modes", modes, least=0, most=MAX_MODES)
-        return start_of(self.case.tables.start, self.system(values), kept, self.case.file)
+        return start_of(
+            self.case.tables.start,
+            (self.machine if self.case.is_machine else self.system)(values),
+            kept,
+            self.case.file,
+        )
 
     def describe(self) -> dict[str, Any]:
         """The case, and the load of its recording."""
