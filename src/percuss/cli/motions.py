@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case import Case, MachineAnswer, RecordedAnswer
+    from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
 
@@ -238,8 +239,6 @@ def _told_machine(
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
-    from percuss.case.answers.machine_answer import machine_report
-    from percuss.case.answers.recorded_answer import recorded_report
     from percuss.cli.report_printing import answered
 
     for warning in answer.warnings:
@@ -251,11 +250,18 @@ def _told_machine(
         from percuss.whole_file import write_whole
 
         write_whole(output, cycle_table(answer.machine, answer.cycle))
-    return answered(
-        options, (record or answer).to_json_dict,
-        lambda: machine_report(answer) if record is None else recorded_report(record), lambda: plot.machine(answer),
-        indent=1, table=output,
-    )  # fmt: skip
+
+    def report() -> Report:
+        if record is not None:
+            from percuss.case.answers.recorded_answer import recorded_report
+
+            return recorded_report(record)
+        from percuss.case.answers.machine_answer import machine_report
+
+        return machine_report(answer)
+
+    told = (record or answer).to_json_dict
+    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:
