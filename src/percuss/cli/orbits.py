@@ -305,6 +305,6 @@ def diagram(parser: Parser, options: argparse.Namespace) -> int:
     mode = "elastic mode" if case.tables.body is None else "mode"
     answered(
         options, lambda: diagram_dict(case, found), lambda: diagram_report(case.title, found, mode),
-        lambda: plot.diagram(found, case.title, options.show), dataset=lambda: found.dataset, diagram=options.output,
+        lambda: plot.diagram(found, case.title, options.show), dataset=found.to_xarray, diagram=options.output,
     )  # fmt: skip
     return code

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.blow.best import FIGURES as BLOW_FIGURES
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
 from percuss.errors import ParameterError
 from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import Column
@@ -77,7 +77,7 @@ def _figure(name: str, more: str = "") -> Quantity:
 
 
 def _of_blow(name: str) -> Quantity:
-    """A figure of one blow, as `percuss.blow.best` has it."""
+    """A figure of one blow, as `percuss.blow.figures` has it."""
     figure = BLOW_FIGURES[name]
     return single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 

@@ -27,18 +27,18 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
+from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
 from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    import xarray
+    from xarray import Dataset
 
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
     from percuss.blow.gauges import RecordFit
-    from percuss.blow.question import Field
+    from percuss.blow.striking import Field
     from percuss.case.case import Case
     from percuss.case.file_format.body_building import BlowQuestion
     from percuss.recordings import Recording
@@ -778,7 +778,7 @@ POINTS = 4001
 """Equal steps of the window, less one."""
 
 
-def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
+def blow_dataset(answer: BlowAnswer) -> Dataset:
     """Forces, waves and penetration at equal steps of the window; at a jump the later value.
 
     Raises
@@ -786,10 +786,7 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     MissingExtraError
         Without xarray.
     """
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    xarray = extra_package("xarray", "io")
     blow, waves, si = answer.blow, answer.waves, answer.is_si
     time = np.linspace(0.0, blow.until, POINTS)
     force = "N" if si else "1"
@@ -806,7 +803,8 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     }
     about = {"units": "s" if si else "1", "long_name": "time from the start of the window"}
     attributes = {"title": answer.title, "answer": json.dumps(answer.to_json_dict(), allow_nan=False)}
-    return xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+    made: Dataset = xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+    return made
 
 
 # ---- Lay a record over the blow
