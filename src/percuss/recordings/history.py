@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError
+from percuss.recordings.columns import Array, ComplexArray
 from percuss.recordings.cycle_fit import (
     LEAST_SAMPLES,
     MAX_CYCLES,
@@ -29,7 +30,6 @@ from percuss.recordings.cycle_fit import (
     no_repetition,
     unlike,
 )
-from percuss.recordings.table import Array, ComplexArray
 from percuss.shown import Shown
 
 # ---- Whether a record stays at its highest or lowest value, as where a sensor or a recorder has reached its limit
@@ -79,14 +79,10 @@ class HistoryReport(Shown):
 
     Attributes
     ----------
-    cycles
-        Whole cycles used.
-    frequency
-        Of the load, Hz: the one that was given, or the one that was found.
-    frequency_given
-        Whether it was given.
-    frequency_found
-        At which the record repeats, Hz.
+    cycles, samples, sample_rate
+        Whole cycles and samples used, and their mean rate, Hz.
+    frequency, frequency_given, frequency_found
+        Of the load, Hz: the one that was given, or else the one that was found, at which the record repeats.
     jitter
         Standard deviation of the length of the cycles, as a fraction of the period.
     scatter
@@ -97,10 +93,6 @@ class HistoryReport(Shown):
         rms of the mean cycle less the harmonics kept, as a fraction of the same.
     harmonics
         The highest harmonic kept.
-    samples
-        Samples used.
-    sample_rate
-        Their mean rate, Hz.
     warnings
         What a reader should know before trusting the load, one sentence each.
     clipped

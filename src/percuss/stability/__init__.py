@@ -1,34 +1,27 @@
-"""Stability of steady motions: B77's reduced criterion, exact Floquet multipliers, the waveform criterion, verdicts."""
+"""Stability of steady motions: B77's reduced criterion, exact Floquet multipliers, the waveform criterion, verdicts.
 
-from percuss.stability.plane import ExactPlane, Plane, exact_plane, stability_plane
-from percuss.stability.verdict import (
-    Reduced,
-    Stability,
-    TimedStability,
-    Waveform,
-    floquet_multipliers,
-    reduced_criterion,
-    stability_of,
-    timed_stability,
-    waveform_criterion,
-)
-from percuss.steady.multipliers import CycleMap, LinearMap, Multipliers
+The names are imported when first used: a verdict loads nothing of the planes.
+"""
 
-__all__ = [
-    "CycleMap",
-    "ExactPlane",
-    "LinearMap",
-    "Multipliers",
-    "Plane",
-    "Reduced",
-    "Stability",
-    "TimedStability",
-    "Waveform",
-    "exact_plane",
-    "floquet_multipliers",
-    "reduced_criterion",
-    "stability_of",
-    "stability_plane",
-    "timed_stability",
-    "waveform_criterion",
-]
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from percuss.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from percuss.stability.plane import ExactPlane, Plane, exact_plane, stability_plane
+    from percuss.stability.verdict import (
+        Reduced,
+        Stability,
+        TimedStability,
+        Waveform,
+        floquet_multipliers,
+        reduced_criterion,
+        stability_of,
+        timed_stability,
+        waveform_criterion,
+    )
+    from percuss.steady.multipliers import CycleMap, LinearMap, Multipliers
+
+__all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -41,10 +41,8 @@ class Modes:
 
     Parameters
     ----------
-    omega
-        Undamped frequencies ω_n, increasing, per radian of the load.
-    damping
-        d_n.
+    omega, damping
+        Undamped frequencies ω_n, increasing, per radian of the load, and d_n.
     inertia
         1/φ_n(1)²: the mass that the mode has at the striking end (uniform bar: 1/2). Never 0.
     at_load
@@ -199,12 +197,8 @@ class Body(ABC):
         """Σ_{n≥1} φ_n(x) φ_n(source)/(ω_n² − z²), and its slope; each of shape (K, len(x)).
 
         By default the sum of the modes that differ, with the static shape in place of all others. That costs digits
-        where z is beyond the frequencies summed; bodies with a closed form write it here.
-
-        Parameters
-        ----------
-        z
-            Complex frequencies, Im z ≤ 0, shape (K,).
+        where z is beyond the frequencies summed; bodies with a closed form write it here. `z`: complex frequencies,
+        Im z ≤ 0, shape (K,).
         """
         n = _DIFFERENCES
         omega, shapes, static = self.frequencies(n), self.shapes(x, n), self.static_shape(x, source)
@@ -249,13 +243,7 @@ class Body(ABC):
         return cast("Kind", replace(cast("Any", self), damping=damping))
 
     def place(self, number: int) -> float:
-        """x of the place with a number.
-
-        Raises
-        ------
-        ParameterError
-            When the body has no such place.
-        """
+        """x of the place with a number; ParameterError when the body has no such place."""
         if count("at", number, least=0) >= len(self.places):
             most = len(self.places) - 1
             wanted = f"a step of the bar, 0 (the driven end) to {most}" if most else "0: this bar has no steps"
@@ -281,12 +269,8 @@ class Body(ABC):
     def receptance(self, k: Array, x: Array, at: int = 0, count: int | None = None) -> ComplexShape:
         """g_k(x) = Σ_n φ_n(x) φ_n(x_p)/(ω_n² + ik d_n − k²) of the elastic modes, and its slope; shapes (K, len(x)).
 
-        All modes, in closed form where body and damping have one, or the first `count`.
-
-        Parameters
-        ----------
-        k
-            Numbers of harmonics, shape (K,), greater than 0.
+        All modes, in closed form where body and damping have one, or the first `count`. `k`: numbers of harmonics,
+        shape (K,), greater than 0.
         """
         x = np.asarray(x, dtype=float)
         if count is not None:
@@ -396,10 +380,7 @@ class HeldBody(Body):
     def chosen(self, modes: int | None) -> int:
         """N, the modes that are taken where so many are asked for; None for `most_modes`.
 
-        Raises
-        ------
-        ParameterError
-            For none: its modes are all that moves.
+        ParameterError for none: its modes are all that moves.
         """
         if modes == 0:
             raise ParameterError("modes", 0, "1 or more: a body that is held has no rigid motion beside its modes")
@@ -448,10 +429,7 @@ class HeldBody(Body):
 def need_free(body: Body, what: str) -> None:
     """Refuse a body that is held where the answer is one of bars that move as a whole.
 
-    Raises
-    ------
-    ParameterError
-        With what was asked for.
+    ParameterError with what was asked for.
     """
     if not body.is_free:
         raise _of_bars(what)

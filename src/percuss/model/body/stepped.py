@@ -16,8 +16,8 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.halting import look
 from percuss.model.body.body import Body, ComplexShape, Shape
-from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
-from percuss.model.body.uniform import LEAST_S, MOST_S, Bar, Piece, SizedBody
+from percuss.model.body.damping import UNDAMPED, Damping, check_damping
+from percuss.model.body.uniform import Bar, Piece, SizedBody, sinc_deficit, wave_speed
 from percuss.model.checks import Array, ComplexArray, instance, non_negative, numbers, positive, several
 
 # ---- A chain of sections as its mechanics see it: impedances, transit times, and which point lies in which section
@@ -25,27 +25,14 @@ from percuss.model.checks import Array, ComplexArray, instance, non_negative, nu
 Numbers = npt.NDArray[np.intp]
 """Numbers of sections, from 0 on."""
 
-_SERIES_BELOW = 0.5
-
 
 class SectionChain:
     """Sections from the driven end to the striking end, of mass 1 and length 1 together.
 
-    Parameters
-    ----------
-    impedances, transit_times
-        Of each section; only the ratios of the impedances matter.
-    lengths
-        Of each section; only their ratios matter. None takes the transit times for them.
-
-    Attributes
-    ----------
-    impedance, transit
-        Z_i with Σ Z_i τ_i = 1, and τ_i; shape (K,).
-    before, after
-        Mass on the driven end's and on the striking end's side of the sections' boundaries; shape (K + 1,).
-    start, width
-        Where sections begin, from 0 to 1, and their lengths; shape (K,).
+    Only the ratios of impedances and lengths matter; without lengths the transit times stand for them. Attributes:
+    `impedance` Z_i with Σ Z_i τ_i = 1, and `transit` τ_i, shape (K,); `before` and `after`, mass on the driven end's
+    and on the striking end's side of the sections' boundaries, shape (K + 1,); `start` and `width`, where sections
+    begin, from 0 to 1, and their lengths, shape (K,).
     """
 
     def __init__(self, impedances: Array, transit_times: Array, lengths: Array | None = None) -> None:
@@ -106,16 +93,6 @@ def chain(
     return SectionChain(np.asarray(impedances), times, None if lengths is None else np.asarray(lengths))
 
 
-def sinc_deficit(q: ComplexArray) -> ComplexArray:
-    """1 − sin q/q without cancellation near 0, where it is q²/6; any shape."""
-    near = np.abs(q) < _SERIES_BELOW
-    square, far = np.where(near, q, 0.0) ** 2, np.where(near, 1.0, q)
-    total = np.zeros_like(square)
-    for j in range(9, 0, -1):
-        total = square / (2 * j * (2 * j + 1)) * (1.0 - total)
-    return np.asarray(np.where(near, total, 1.0 - np.sin(far) / far))
-
-
 # ---- Receptance of a chain of sections at complex frequencies: all its modes together, by transfer matrices
 #
 # U is the motion with unit displacement at a free end, M the sum of all mass between there and a point, each part times
@@ -140,12 +117,7 @@ def elastic_receptance(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Σ_{n≥1} φ_n(x) φ_n(p)/(ω_n² − z²) and its slope, shapes (K, len(x)), of a unit force at p = `source`.
 
-    Parameters
-    ----------
-    z
-        Complex frequencies, Im z ≤ 0, shape (K,).
-    lowest
-        ω_1.
+    For complex frequencies, Im z ≤ 0, shape (K,); `lowest` is ω_1.
     """
     shape = np.empty((z.size, x.size), complex)
     slope = np.empty_like(shape)
@@ -258,9 +230,7 @@ def _cubic(q: ComplexArray) -> ComplexArray:
 # nothing is lost near the quarter turns, where a step of 10⁶ leaves nearly all angles.
 
 _BLOCK = 4096  # modes found at a time: bounds the memory
-_LEAST_END = (
-    1e-75  # of |φ_n(1)|, where a mode hardly reaches the end: its square stays in the range of double precision
-)
+_LEAST_END = 1e-75  # of |φ_n(1)|, where a mode hardly reaches the end: its square stays in the range of doubles
 _ANGLE_ROUNDING = 4e-16
 _MOST_STEPS = 200  # bisection alone needs half of them
 
@@ -268,14 +238,7 @@ _MOST_STEPS = 200  # bisection alone needs half of them
 class SectionWaves(NamedTuple):
     """Modes n = 1 … N: φ_n = Re(wave e^{iωt}), t the time of a wave from the start of the section; φ_n(1) > 0.
 
-    Parameters
-    ----------
-    omega
-        ω_n, shape (N,).
-    wave
-        Shape (K, N); the modal mass is 1.
-    end
-        φ_n(1), shape (N,).
+    Shapes (N,), (K, N) and (N,); the modal mass is 1.
     """
 
     omega: Array
@@ -422,10 +385,9 @@ class SteppedBar(Body):
     ----------
     s
         One over the time of a wave from end to end, in radians of the load; dimensionless, greater than 0.
-    impedances
-        Z_i = A_i √(E_i ρ_i) of the sections from the driven end to the striking end, in any one unit; 1 to 200.
-    transit_times
-        Times of a wave through them, in any one unit.
+    impedances, transit_times
+        Z_i = A_i √(E_i ρ_i) of the 1 to 200 sections from the driven end to the striking end, and times of a wave
+        through them, each in any one unit.
     damping
         The law of damping.
     lengths
@@ -453,11 +415,8 @@ class SteppedBar(Body):
     lengths: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "s", positive("s", self.s))
-        if not LEAST_S <= self.s <= MOST_S:
-            raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
-        if instance("damping", self.damping, Damping).rigid > MOST_DAMPING:
-            raise ParameterError("d", self.damping.rigid, f"a damping of at most {MOST_DAMPING:g}")
+        object.__setattr__(self, "s", wave_speed(self.s))
+        check_damping(self.damping)
         count = len(_sections("impedances", self.impedances))
         for name in ("impedances", "transit_times", "lengths"):
             values = getattr(self, name)
@@ -602,16 +561,12 @@ class Section:
     ----------
     length
         In m; None for the endless last section of a rod that is struck, which no bar has.
-    area
-        Cross-sectional area in m², a bore taken off; or give `diameter`.
-    diameter
-        Outer diameter in m of a round section, instead of `area`.
+    area, diameter
+        Cross-sectional area in m², a bore taken off; or the outer diameter in m of a round section.
     bore
         Diameter in m of a hole along its axis.
-    youngs_modulus
-        In Pa.
-    density
-        In kg/m³.
+    youngs_modulus, density
+        In Pa and kg/m³.
 
     Raises
     ------
@@ -706,8 +661,7 @@ class SectionedBar(SizedBody):
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the driven end to the striking end."""
-        starts = accumulate(self._lengths[:-1], initial=0.0)
-        return tuple(section.piece(start) for section, start in zip(self.sections, starts, strict=True))
+        return pieces_of(self.sections)
 
     @property
     def _lengths(self) -> tuple[float, ...]:
@@ -737,6 +691,12 @@ class SectionedBar(SizedBody):
             f"{self.mass:.3g} kg, transit time {1e6 * self.transit_time:.3g} µs, "
             f"first mode {self.natural_frequencies(1)[0]:.4g} Hz"
         )
+
+
+def pieces_of(sections: tuple[Section, ...]) -> tuple[Piece, ...]:
+    """The sections where they lie, from the first one on; an endless last one ends at infinity."""
+    starts = accumulate((section.length or 0.0 for section in sections[:-1]), initial=0.0)
+    return tuple(section.piece(start) for section, start in zip(sections, starts, strict=bool(sections)))
 
 
 def section_of(number: int, given: object) -> Section:

@@ -319,9 +319,11 @@ class PeriodicOrbit(Shown):
             place, velocity = self.states[to].displacement, self.states[to].velocity
             state = np.stack([np.append(0.0, place), np.append(self.rigid_velocities[to], velocity)], axis=1)[first:]
             force = float(forces[to])
-            events.append(CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
-        size = 2 * omega.size
-        whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(gamma, now, rate))
+            events.append(
+                CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), np.diag(turn))
+            )
+        size, row = 2 * omega.size, np.stack([gamma, 0.0 * gamma], axis=1)
+        whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(row, now, rate))
         return CycleMap(whole.reshape(size, size), omega, gamma)
 
     def multipliers(self, *, side: Side = "right") -> Multipliers:
