@@ -146,13 +146,7 @@ def measured(job: Job, stopped: Callable[[], bool]) -> Pace:
 
 
 def chunk_of(size: int, item_seconds: float, workers: int) -> int:
-    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks.
-
-    Examples
-    --------
-    >>> chunk_of(10**6, 1e-3, workers=2), chunk_of(10**4, 1e-3, workers=4), chunk_of(40, 10.0, workers=2)
-    (2000, 1000, 1)
-    """
+    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks."""
     whole = max(item_seconds, 1e-12) ** -1 * CHUNK_SECONDS * max(1.0, workers / _WRITERS)
     wanted = min(max(size / (4 * workers), 0.5 * whole), whole)
     fewer = min(math.ceil(size / _MANY_CHUNKS), int(whole * _LONG_CHUNK / CHUNK_SECONDS))
