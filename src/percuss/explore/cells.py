@@ -451,18 +451,19 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
         many = rigid_cycles(machines, [family.room(machine) for machine in machines], starts="starts" in out)
         cycles = zip(*(getattr(many, name).tolist() for name in _OF_CYCLES), strict=True)
         left = []
-        for one, obstacle, starts, numbers, answered in zip(
+        for one, obstacle, starts, figures, answered in zip(
             there, many.obstacles, many.starts, cycles, many.answered, strict=True
         ):
             if answered:
-                _put(job, out, *one, obstacle, starts, numbers)
+                _put(job, out, *one, obstacle, starts, figures)
             else:
                 left.append(one)
     for i, machine in left:
         try:
             kept = job.multiplier_modes if machine.valve.supply is None else 0  # under a supply the piston is rigid
             motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
-            cycle, numbers = motion.cycle, None
+            cycle = motion.cycle
+            numbers: tuple[float, ...] | None = None
             if cycle is not None and cycle.blows == 1:
                 numbers = tuple(getattr(cycle, name) for name in _OF_CYCLES[:5])
                 numbers = (*numbers, cycle.blow_speed, cycle.blow_energy, abs(cycle.multiplier))

@@ -175,8 +175,8 @@ def _distance(a: BoundaryCrossing, b: BoundaryCrossing, span: float) -> float:
 
 def boundaries(
     system: System | Family,
-    x: Axis | tuple[str, npt.ArrayLike],
-    y: Axis | tuple[str, float, float],
+    x: Axis | str | tuple[str, npt.ArrayLike],
+    y: Axis | str | tuple[str, float, float],
     periods: int = 1,
     criterion: str = "reduced",
     *,
@@ -197,7 +197,8 @@ def boundaries(
     system
         The system, or a family of systems, of which x and y are parameters.
     x
-        A parameter and its values; besides the family's own, "m" for the load periods per impact.
+        A parameter and its values, also as text, ``"restitution=0:0.9:31"``; besides the family's own, "m" for the load
+        periods per impact.
     y
         Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
     periods
@@ -279,8 +280,8 @@ def boundaries(
 
 def checked_boundaries(
     family: Family,
-    x: Axis | tuple[str, npt.ArrayLike],
-    y: Axis | tuple[str, float, float],
+    x: Axis | str | tuple[str, npt.ArrayLike],
+    y: Axis | str | tuple[str, float, float],
     periods: int = 1,
     criterion: str = "reduced",
     modes: int | None = None,
@@ -288,6 +289,7 @@ def checked_boundaries(
 ) -> tuple[str, Array, str, float, float]:
     """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
     kinds = several("kinds", kinds, f"some of {', '.join(KINDS)}")
+    x, y = (Axis.parsed(one) if isinstance(one, str) else one for one in (x, y))
     if isinstance(x, Axis):
         axis = x
     else:
