@@ -295,7 +295,7 @@ def test_files_that_cannot_be_read(tmp_path):
         (ELASTIC, {"x": ("position", -1.0, 0.5, 3)}, "wall"),
         (ELASTIC, {"x": ("u_3", -1.0, 0.5, 3)}, "modes"),
         (ELASTIC, {"x": ("u_0", -1.0, 0.5, 3)}, "u_1"),
-        (ELASTIC, {"x": "time"}, "time=0:0.9:200"),
+        (ELASTIC, {"x": "time"}, "NAME=FROM:TO"),
         (ELASTIC, {"x": ("time",)}, "name, first"),
         (ELASTIC, {"at": {"velocity": 1.0}}, "not on an axis"),
         (ELASTIC, {"at": {"place": 1.0}}, "position, velocity, time"),

@@ -204,7 +204,11 @@ class SweepJob:
         if simulated:
             if ask["modes"] != self.simulated:
                 ask["simulated"] = self.simulated
-            ask["start"] = None if self.start is None else _described(self.start, self.simulated)
+            ask["start"] = None
+            if self.start is not None:
+                u, v, gap = self.start.state(self.simulated)
+                place = {"displacement": u.tolist(), "velocity": v.tolist(), "gap": float(gap)}
+                ask["start"] = {**place, "time": self.start.time}
             ask["stop"] = {"impacts": self.stop.impacts, "time": self.stop.time, "tolerance": self.stop.tolerance}
             if "lyapunov" in self.quantities:
                 ask["lyapunov"] = {"impacts": self.impacts, "discard": self.discard}
@@ -285,12 +289,6 @@ class SweepJob:
                     except (PercussError, ArithmeticError) as error:
                         out["outcome"][i] = failure(error)
         return out
-
-
-def _described(start: Start, modes: int) -> dict[str, Any]:
-    """A start in JSON's types."""
-    u, v, gap = start.state(modes)
-    return {"displacement": u.tolist(), "velocity": v.tolist(), "gap": float(gap), "time": start.time}
 
 
 # ---- Steady motions of systems

@@ -289,12 +289,12 @@ def checked_boundaries(
 ) -> tuple[str, Array, str, float, float]:
     """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
     kinds = several("kinds", kinds, f"some of {', '.join(KINDS)}")
-    x, y = (Axis.parsed(one) if isinstance(one, str) else one for one in (x, y))
-    if isinstance(x, Axis):
-        axis = x
+    if isinstance(x, Axis | str):
+        axis = Axis.parsed(x) if isinstance(x, str) else x
     else:
         _check_line("x", x, 2, "(name, values) or an Axis")
         axis = Axis(x[0], np.atleast_1d(numbers(x[0], x[1])))
+    y = Axis.parsed(y) if isinstance(y, str) else y
     if isinstance(y, Axis):
         y = y.name, float(y.values.min()), float(y.values.max())
     _check_line("y", y, 3, "(name, lowest, highest) or an Axis")
