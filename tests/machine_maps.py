@@ -61,7 +61,7 @@ def _left(orders: Orders, time: float) -> Orders:
 
 
 def differences(cycle: ValveCycle, step: float = 1e-5) -> np.ndarray:
-    """The derivative of that map on the wall, by central differences of the fourth order: u_0 follows from the others."""
+    """The derivative of that map on the wall, by differences of the fourth order: u_0 follows from the others."""
     begin, n = beginning(cycle), cycle.modes + 1
     at_end = np.concatenate([[1.0], 2.0 * (-1.0) ** np.arange(1, n)])  # of a uniform bar
     columns = []

@@ -344,7 +344,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
 def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
     """An orbit of either kind of hammer, with its multipliers."""
     if not hasattr(orbit, "switches"):
-        return orbit_dict(cast("PeriodicOrbit", orbit), orbit_multipliers(cast("PeriodicOrbit", orbit)).values)
+        return orbit_dict(orbit, orbit_multipliers(orbit).values)
     cycle = cast("ValveCycle", orbit)
     blows = zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)
     return {
