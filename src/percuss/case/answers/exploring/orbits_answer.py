@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from itertools import combinations, islice
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -343,17 +343,16 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
 
 def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
     """An orbit of either kind of hammer, with its multipliers."""
-    if not hasattr(orbit, "switches"):
+    if isinstance(orbit, PeriodicOrbit):
         return orbit_dict(orbit, orbit_multipliers(orbit).values)
-    cycle = cast("ValveCycle", orbit)
-    blows = zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)
+    blows = zip(orbit.blow_times.tolist(), orbit.blow_speeds.tolist(), strict=True)
     return {
-        **picked(cycle, "label period flight_times"),
+        **picked(orbit, "label period flight_times"),
         "impacts": [{"time": time, "speed": speed} for time, speed in blows],
-        "ports": [picked(one, "port time") for one in cycle.uncoverings],
-        "pressure": cycle.rebound.pressure,
-        "multipliers": plain_value(cycle.multipliers.tolist()),
-        "stable": bool(abs(cycle.multiplier) < 1.0 - NEUTRAL),
+        "ports": [picked(one, "port time") for one in orbit.uncoverings],
+        "pressure": orbit.rebound.pressure,
+        "multipliers": plain_value(orbit.multipliers.tolist()),
+        "stable": bool(abs(orbit.multiplier) < 1.0 - NEUTRAL),
         "admissible": True,
         "reason": None,
     }
@@ -616,13 +615,11 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
 
 
 def _orbit_row(number: int, orbit: PeriodicOrbit | ValveCycle) -> tuple[str, ...]:
-    if hasattr(orbit, "switches"):
-        cycle = cast("ValveCycle", orbit)
-        figures = _few(cycle.blow_times.tolist()), _few(cycle.blow_speeds.tolist()), f"{abs(cycle.multiplier):.6g}"
-        return (str(number), *figures, "yes" if abs(cycle.multiplier) < 1.0 - NEUTRAL else "no")
-    clocked = cast("PeriodicOrbit", orbit)
-    found = orbit_multipliers(clocked)
-    impacts = (_few(clocked.phases.tolist()), _few(clocked.speeds.tolist()))
+    if not isinstance(orbit, PeriodicOrbit):
+        figures = _few(orbit.blow_times.tolist()), _few(orbit.blow_speeds.tolist()), f"{abs(orbit.multiplier):.6g}"
+        return (str(number), *figures, "yes" if abs(orbit.multiplier) < 1.0 - NEUTRAL else "no")
+    found = orbit_multipliers(orbit)
+    impacts = (_few(orbit.phases.tolist()), _few(orbit.speeds.tolist()))
     return (str(number), *impacts, f"{found.largest:.6g}", "yes" if found.stable else "no")
 
 
