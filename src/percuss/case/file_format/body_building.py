@@ -148,13 +148,7 @@ def _value(table: DampingTable, units: bool) -> float | tuple[float, ...]:
 
 
 def damping_table(law: Damping) -> dict[str, Any]:
-    """The table of a law, as JSON has it; `damping_law` backwards.
-
-    Examples
-    --------
-    >>> damping_table(Ratio(0.001))
-    {'kind': 'ratio', 'value': 0.001}
-    """
+    """The table of a law, as JSON has it; `damping_law` backwards."""
     (value,) = vars(law).values()
     return {"kind": law.kind, "value": list(value) if isinstance(value, tuple) else value}
 

@@ -241,13 +241,7 @@ def _numbers_of(section: SectionTable, last: bool) -> list[str]:
 
 
 def with_generic_places(keys: Iterable[str]) -> list[str]:
-    """The keys with those that differ only by a place in a list told once.
-
-    Examples
-    --------
-    >>> with_generic_places(["bar.density", "bar.sections[0].length", "bar.sections[1].length"])
-    ['bar.density', 'bar.sections[i].length']
-    """
+    """The keys with those that differ only by a place in a list told once."""
     return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", key) for key in keys))
 
 
