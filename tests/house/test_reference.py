@@ -356,6 +356,7 @@ ANSWERS = {
         " --curve flip --over restitution=0.145:0.155",
         "follow laboratory-striker --orbit chatter/1 --along load_factor=0.54:0.61 --modes 0"
         " --curve onset --over restitution=0.33:0.36",
+        "follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.40:0.41 --modes 0",
     ),
     "diagram": (
         "diagram pneumatic-jackleg --along load_factor=0.35:0.45:3 --label 1/1 --searched 1 --switch 0 --starts 1 "

@@ -14,7 +14,14 @@ from starlette.responses import Response
 
 from percuss.case import experiment_job_of, simulation_answer
 from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
-from percuss.case.answers.playback import Frames, blow_frames, machine_frames, motion_frames, orbit_frames, start_frames
+from percuss.case.answers.exploring.playback import (
+    Frames,
+    blow_frames,
+    machine_frames,
+    motion_frames,
+    orbit_frames,
+    start_frames,
+)
 from percuss.web.questions import (
     BlowAsked,
     CaseAsked,
