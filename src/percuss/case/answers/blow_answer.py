@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from percuss.blow.striking import Field
     from percuss.case.answers.recorded_answer import MeasuredGauge
     from percuss.case.case import Case
-    from percuss.case.file_format.body_building import BlowQuestion
+    from percuss.case.file_format.target import BlowQuestion
     from percuss.steady import Orbit
 
 

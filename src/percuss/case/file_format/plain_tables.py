@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case
-from percuss.case.file_format.body_building import damping_table, modes_in
-from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.bodies import damping_table, modes_in
+from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.file_format.reading import case_form, checked_tables
 from percuss.case.file_format.schema import PhysicalCase, missing_tables
 from percuss.errors import CaseError

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.file_format.body_tables import SectionTable
-from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
+from percuss.case.file_format.bodies import SectionTable
+from percuss.case.file_format.loads import HistoryLoad, ValveLoad
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
