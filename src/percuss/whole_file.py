@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import PercussError, extra_package
 
 if TYPE_CHECKING:
     import xarray
@@ -57,10 +57,7 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
 
 def write_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write a dataset as one NetCDF 4 file."""
-    try:
-        import h5netcdf
-    except ImportError:
-        raise MissingExtraError("h5netcdf", "io") from None
+    h5netcdf = extra_package("h5netcdf", "io")
     from xarray.backends import H5NetCDFStore
 
     with whole_file(path) as part, open(part, "r+b", buffering=0) as raw:
