@@ -180,7 +180,7 @@ def test_nothing_that_a_search_finds_is_missing(seed: int, monkeypatch: pytest.M
     for one in proved:
         assert one.complete is not (system.restitution == 1.0 and system.d < 1e-4)
         searched = orbits(system, 2, one.periods, modes=0, tries=60)
-        for name in ("orbits", "rejected"):
+        for name in ("orbits", "impossible"):
             listed = np.array([orbit.times for orbit in getattr(one, name)]).reshape(-1, 2)
             for orbit in getattr(searched, name):
                 assert np.abs(listed - orbit.times).max(axis=1).min() < 1e-9
