@@ -26,6 +26,7 @@ from percuss.cli.long_commands import CARRYING, SELDOM, carrying, watching
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
+    from percuss.case import Case
     from percuss.steady import FoundOrbits
 
 _SEED = option("--seed N", "of the random starts (default 0)", whole(), default=0)
@@ -90,6 +91,8 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.halting import halting
 
     case = named_case(options.case)
+    if case.is_machine:
+        return _orbits_of_machine(parser, options, case)
     if any(is_rest_label(label) for label in (options.label, options.up_to or "")):
         if options.up_to is not None:
             parser.error(
@@ -130,6 +133,33 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     return answered(
         options, data, lambda: orbits_report(case.title, found, resting, rests, mode), indent=1,
         cut=done if watch.interrupted else "",
+    )  # fmt: skip
+
+
+def _orbits_of_machine(parser: Parser, options: argparse.Namespace, case: Case) -> int:
+    """The cycles of a machine that switches its own valve."""
+    from percuss.case.answers.exploring.orbits_answer import cycles_dict, cycles_report
+    from percuss.case.answers.numerals import counted
+    from percuss.cli.report_printing import answered
+    from percuss.explore.machine_orbits import label_numbers, valve_cycles
+
+    first = label_numbers(options.label)
+    last = first if options.up_to is None else label_numbers(options.up_to)
+    labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
+    if not labels:
+        parser.error(f"argument --up-to: '{options.up_to}': at least the blows and valve cycles of --label")
+    modes = case.simulation().modes if options.modes is None else options.modes
+    asked = {"modes": modes, "starts": options.motions, "seed": options.seed}
+    found = []
+    with watching(parser, SELDOM) as watch:
+        for label in labels:
+            if not watch.interrupted:
+                found.append(valve_cycles(case.machine(), label, **asked, halt=watch.asked))
+    return answered(
+        options,
+        lambda: [cycles_dict(one) for one in found] if options.up_to is not None else cycles_dict(found[0]),
+        lambda: cycles_report(case.title, found, "elastic mode"), indent=1,
+        cut=f"the search is done for {len(found) - 1} of {counted(len(labels), 'label')}" if watch.interrupted else "",
     )  # fmt: skip
 
 

@@ -69,8 +69,10 @@ def branch(found: Branch, title: str = "") -> Figure:
             _lines(upper, one.values, one.stable, one.speeds, colour, one.label)
             _lines(lower, one.values, one.stable, one.phases, colour)
             for point in one.points:
-                _marked(upper, point, point.orbit.speeds)
-                _marked(lower, point, point.orbit.phases, named=False)
+                motion = point.motion
+                speeds = motion.blow_speeds if one.is_machine else motion.speeds  # type: ignore[union-attr]
+                _marked(upper, point, speeds)
+                _marked(lower, point, motion.phases, named=False)  # type: ignore[union-attr]
         kept = named_once(upper)
         upper.legend(kept.values(), kept.keys(), loc="best", ncols=2)
         titled(figure, title)

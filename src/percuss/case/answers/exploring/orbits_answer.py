@@ -19,14 +19,16 @@ from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
-from percuss.explore.parameters import PARAMETERS
+from percuss.explore.machine_orbits import FoundCycles, label_numbers, valve_cycles
+from percuss.explore.parameters import parameters_of
 from percuss.halting import halting
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array, count, flag, text
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, free_amplitude
+from percuss.steady.self_excited import ValveCycle
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
@@ -204,10 +206,11 @@ def branch_answer(
     Parameters
     ----------
     case
-        A hammer whose load keeps time.
+        Of any hammer.
     orbit
         ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
         time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
+        Of a machine that switches its own valve labels are blows and valve cycles in a period.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
         Without a range, ``load_factor``, the branch is followed to its ends. Where the range does not hold the value of
@@ -235,6 +238,10 @@ def branch_answer(
     name, family, ends = followed(case, along)
     own, kept = _value(case, family, name), _modes(case, modes)
     value = own if ends is None else min(max(own, ends[0]), ends[1])
+    if case.is_machine:
+        machine = case.machine() if value == own else family.machine({name: value})
+        begun = _chosen_of_machine(machine, orbit, kept)
+        return follow(begun, name, ends, family=family, value=value, switch=switch, halt=halt)
     system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
         if count("switch", switch, least=0):
@@ -280,9 +287,11 @@ def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float
 def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
-        found = PARAMETERS[name].get(case.system())
+        hammer: Any = case.machine() if case.is_machine else case.system()
+        parameter = parameters_of(hammer)[name]
+        found = parameter.get(hammer)
         if found is None or not math.isfinite(found):  # of a structure s
-            PARAMETERS[name].check(case.system())
+            parameter.check(hammer)
             raise ParameterError(name, None, "a parameter that the case has")
         return found
     if key == LOAD_SCALE:
@@ -307,6 +316,21 @@ def _chosen(system: System, orbit: str, modes: int) -> PeriodicOrbit:
     number = count("orbit", int(which or 1), most=10**4)
     if number > len(found.orbits):
         told = f"one of the {len(found.orbits)} orbits {found.label} that were found"
+        raise ParameterError("orbit", orbit, told, "'percuss orbits' lists them")
+    return found.orbits[number - 1]
+
+
+def _chosen_of_machine(machine: Machine, orbit: str, modes: int) -> ValveCycle:
+    """The cycle of a machine that a text names."""
+    label, _, which = text("orbit", orbit, _CHOICE).partition(":")
+    if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
+        raise ParameterError("orbit", orbit, "P/N:NUMBER: blows and valve cycles in a period of a machine")
+    p, n = label_numbers(label)
+    found = valve_cycles(machine, f"{p}/{n}", modes=modes, starts=0 if (p, n, which) == (1, 1, "") else 64)
+    found = found if found.orbits else valve_cycles(machine, f"{p}/{n}", modes=modes)
+    number = count("orbit", int(which or 1), most=10**4)
+    if number > len(found.orbits):
+        told = f"one of the {len(found.orbits)} cycles {found.label} that were found"
         raise ParameterError("orbit", orbit, told, "'percuss orbits' lists them")
     return found.orbits[number - 1]
 
@@ -349,7 +373,10 @@ def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, 
 def curve_dict(curve: PointCurve) -> dict[str, Any]:
     """Points of a branch followed through two parameters, or ends of cycles with rest."""
     points = [{"type": point.kind.value, **picked(point, "values beyond")} for point in curve.points]
-    if not curve.has_rest:
+    if curve.is_machine:
+        along = picked(curve, "values is_orbit angles")
+        along["angles"] = None if None in along["angles"] else along["angles"]
+    elif not curve.has_rest:
         orbits = [picked(point.orbit, "phases speeds") for point in curve.points]
         points = [told | orbit for told, orbit in zip(points, orbits, strict=True)]
         along = picked(curve, "values phases is_orbit angles")
@@ -361,6 +388,7 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
 
 def _branch_dict(branch: Branch) -> dict[str, Any]:
     along = picked(branch, "phases times speeds stable")
+    along |= picked(branch, "cycle_times") if branch.is_machine else {}
     if branch.has_rest:  # each cycle has its own number of impacts
         names = ("phases", "times", "speeds", "stable", "release_phases", "rest_phases")
         along = {name: [plain_value(getattr(cycle, name)) for cycle in branch.cycles] for name in names}
@@ -374,10 +402,27 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
     told = picked(point, "value beyond impact touch_phase")
+    if isinstance(point.motion, ValveCycle):
+        return {"type": point.kind.value, "orbit": valve_cycle_dict(point.motion), **told}
     if not has_rest:
         return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
     told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None
     return {"type": point.kind.value, "orbit": rest_cycle_dict(point.cycle), **told}
+
+
+def cycles_dict(found: FoundCycles) -> dict[str, Any]:
+    """What a search for cycles of a machine found."""
+    return {**picked(found, "label modes tries"), "orbits": [valve_cycle_dict(cycle) for cycle in found.orbits]}
+
+
+def valve_cycle_dict(cycle: ValveCycle) -> dict[str, Any]:
+    """A cycle of a machine that switches its own valve."""
+    blows = zip(cycle.phases.tolist(), cycle.blow_speeds.tolist(), strict=True)
+    return {
+        **picked(cycle, "label period stable"),
+        "impacts": [{"phase": phase, "speed": speed} for phase, speed in blows],
+        "multipliers": plain_value(cycle.multipliers.tolist()),
+    }
 
 
 def _impacts(orbit: PeriodicOrbit | RestCycle) -> list[dict[str, float]]:
@@ -554,6 +599,22 @@ def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> R
 
 _COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
 _REST_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
+
+
+def cycles_report(title: str, found: Sequence[FoundCycles], mode: str) -> Report:
+    """The cycles of a machine that searches found."""
+    sections: list[ReportSection | Grid] = []
+    for one in found:
+        rows = tuple(
+            (str(i), _few(cycle.phases.tolist()), _few(cycle.blow_speeds.tolist()), f"{cycle.period:.6g}",
+             f"{abs(cycle.multiplier):.6g}", "yes" if cycle.stable else "no")
+            for i, cycle in enumerate(one.orbits, 1)
+        )  # fmt: skip
+        heads = ("number", "phases [rad]", "speeds", "period", "largest multiplier", "stable")
+        sections += [Grid(one.label, heads, rows)] if rows else []
+        sections.append(ReportSection(f"{one.label}: the search", (("tries", str(one.tries)),)))
+    told = counted(sum(len(one.orbits) for one in found), "cycle")
+    return Report(title, f"{told}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))
 
 
 def orbits_report(
