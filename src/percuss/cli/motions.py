@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
+    from percuss.steady.self_excited import ValveCycle
 
 MAX_STARTS = 1000
 
@@ -89,12 +90,18 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     if case.is_machine:
         from percuss.case import machine_answer
 
-        asked = {"periods": options.periods != (1,), "starts": options.starts, "reach": options.reach}
-        asked |= {"reach-of": options.reach_of is not None, "report": options.report is not None}
+        asked = {"periods": options.periods != (1,), "starts": options.starts, "report": options.report is not None}
         for name in (name for name, given in asked.items() if given):
             parser.error(f"argument --{name}: not for a hammer whose piston switches its own valve")
         with of_file(case):
-            return _told_machine(options, machine_answer(case, options.modes))
+            machine = machine_answer(case, options.modes)
+            if reaches:
+                cycle = (
+                    machine.cycle if machine.runs and machine.cycle is not None and not machine.cycle.rests else None
+                )
+                rows, cut = _reached(parser, options, case, cycle)
+                machine = replace(machine, reach=rows)
+            return _told_machine(options, machine, cut=cut)
     if case.tables.body is not None:
         from percuss.case import structure_answer
 
@@ -138,7 +145,7 @@ def _refuse_for_structures(parser: Parser, options: argparse.Namespace) -> None:
 
 
 def _reached(
-    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
+    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | ValveCycle | None
 ) -> tuple[tuple[CaseReach, ...], str]:
     """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
     from percuss.case.answers.exploring.reach_answer import reach_answer, varied_parameters
@@ -232,7 +239,11 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
 
 
 def _told_machine(
-    options: argparse.Namespace, answer: MachineAnswer, record: RecordedAnswer | None = None, output: str | None = None
+    options: argparse.Namespace,
+    answer: MachineAnswer,
+    record: RecordedAnswer | None = None,
+    output: str | None = None,
+    cut: str = "",
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
@@ -252,7 +263,7 @@ def _told_machine(
     return answered(
         options, (record or answer).to_json_dict,
         lambda: machine_report(answer) if record is None else recorded_report(record), lambda: plot.machine(answer),
-        indent=1, table=output,
+        indent=1, table=output, cut=cut,
     )  # fmt: skip
 
 

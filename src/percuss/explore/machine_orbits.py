@@ -101,7 +101,7 @@ def valve_cycles(
 
     own = self_excited_motion(machine, modes=modes).cycle
     add(own if own is not None and not own.rests else None)
-    for start in _starts(machine, starts, draw):
+    for start in machine_starts(machine, starts, draw):
         if halt is not None and halt():
             break
         asked += 1
@@ -139,7 +139,14 @@ def settled_cycle(machine: Machine, motion: Trajectory, modes: int) -> ValveCycl
     except PercussError:
         return None
     sequence = sequence_in(machine.valve, rhythm)
-    return None if sequence is None else _proved(sequence, machine, modes, np.array([time for time, _ in rhythm.guarded]))
+    return (
+        None if sequence is None else _proved(sequence, machine, modes, np.array([time for time, _ in rhythm.guarded]))
+    )
+
+
+def cycle_start(cycle: ValveCycle) -> Start:
+    """The start of a cycle, just after a blow, of its piston as a whole."""
+    return Start.rigid(0.0, -cycle.rebound.speed).with_valve(cycle.state, cycle.orders)
 
 
 def _proved(sequence: EventSequence, machine: Machine, modes: int, unknowns: np.ndarray) -> ValveCycle | None:
@@ -163,7 +170,8 @@ def _same(one: ValveCycle, other: ValveCycle) -> bool:
     return any(bool(np.all(np.abs(np.roll(mine, shift) - its) < scale)) for shift in range(one.blows))
 
 
-def _starts(machine: Machine, number: int, draw: np.random.Generator) -> Iterator[Start]:
+def machine_starts(machine: Machine, number: int, draw: np.random.Generator) -> Iterator[Start]:
+    """Random starts behind the wall, with any state of the valve."""
     valve = machine.valve
     way = max((port.behind for port in valve.ports if port.behind is not None), default=1.0)
     push = max(abs(valve.force(name)) for name, _ in valve.pairs)

@@ -127,8 +127,8 @@ class BranchPoint(Shown):
     values
         Of the parameter, to 1e-10 of it or better; of both on a curve over two.
     motion
-        The orbit there, its impacts in the order of the branch, the cycle with rest, or that of a machine; on a branch of a diagram these
-        as plain numbers, and None on a curve of ends of cycles with rest.
+        The orbit there, its impacts in the order of the branch, the cycle with rest, or that of a machine; on a branch
+        of a diagram these as plain numbers, and None on a curve of ends of cycles with rest.
     beyond
         What lies beyond, in a sentence.
     multipliers
@@ -227,8 +227,10 @@ class Branch(Shown):
     cycles
         The cycles with rest themselves; none of orbits.
     cycle_times
-        Of machines that switch their own valve the duration of each cycle, in which `times` are those of the blows after
+        Of machines that switch their own valve the duration of each cycle, whose `times` are those of the blows after
         the last one of the cycle before, in the unit of the machine; shape (m,). Empty of others.
+    energies
+        Mean kinetic energy just before a blow, of machines and in diagrams; NaN where it is not known. Shape (m,).
     switched
         The branches that begin at its points, as far as they were asked for; the first point of each is that.
     """
@@ -245,6 +247,7 @@ class Branch(Shown):
     rests: Array = field(default_factory=_nothing, repr=False)
     cycles: tuple[RestCycle, ...] = field(default=(), repr=False)
     cycle_times: Array = field(default_factory=_nothing, repr=False)
+    energies: Array = field(default_factory=_nothing, repr=False)
     switched: tuple[Branch, ...] = ()
 
     @property
@@ -309,11 +312,18 @@ class Branch(Shown):
 
     def times_at(self, value: float) -> list[Array]:
         """The times of the impacts where it has a value of the parameter, straight between its points."""
+        return self._between(value, self.times)
+
+    def speeds_at(self, value: float) -> list[Array]:
+        """The same of their speeds."""
+        return self._between(value, self.speeds)
+
+    def _between(self, value: float, rows: Array) -> list[Array]:
         off = self.values - value
-        found = [self.times[i] for i in np.flatnonzero(off == 0.0).tolist()]
+        found = [rows[i] for i in np.flatnonzero(off == 0.0).tolist()]
         for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
             share = off[i] / (off[i] - off[i + 1])
-            found.append((1.0 - share) * self.times[i] + share * self.times[i + 1])
+            found.append((1.0 - share) * rows[i] + share * rows[i + 1])
         return found
 
     def family(self) -> Iterator[Branch]:

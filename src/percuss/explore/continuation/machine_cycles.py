@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +19,11 @@ from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem, unit_tangent
 from percuss.explore.family import SwitchingFamily
 from percuss.halting import look
-from percuss.mechanics.crossing import first_entering
-from percuss.mechanics.flow import state_flows
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.self_excited import Rhythm, ValveCycle
-from percuss.steady.self_excited.event_sequence import EventSequence, Fault, regions_of, sequence_in
+from percuss.steady.self_excited.event_sequence import EventSequence, Fault, sequence_in
 
 # ---- The cycles of an order of events
 
@@ -33,10 +31,6 @@ _KEPT = 64  # motions
 _MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
 _STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
 _ROUNDED, _INSTANT = 1e-8, 1e-7  # of a flight, before its end; of the period: nothing is met in a shorter flight
-_LOOKED = 64  # places around a touch at which its height is looked for …
-_AROUND = 0.06  # … so far on either side, of the flight, or …
-_WAVES = 2.0  # … so many periods of the fastest mode
-_HALVINGS = 60
 
 
 @dataclass(frozen=True)
@@ -226,86 +220,30 @@ class MachineCurve(Problem):
     # -- whether a machine does this --
 
     def fault(self, x: Array) -> Fault | None:
-        """The first thing that is not as the order of events says, but for what rounding makes of the events' places."""
+        """The first thing that is not as the order of events says, but for what rounding makes of their places."""
         cycle = self.motion(x)
         spans = [one.duration for one in cycle.flights]
         seen = [0.0 if 0.0 <= span < _INSTANT * cycle.period else span * (1.0 - _ROUNDED) for span in spans]
         flights = tuple(replace(one, duration=span) for one, span in zip(cycle.flights, seen, strict=True))
         return self.sequence.fault(replace(cycle, flights=flights))
 
-    def margin(self, x: Array, fault: Fault) -> Margin:
-        """What has changed its sign where a fault is."""
-        cycle = self.motion(x)
-        ends = np.array([flight.time + flight.duration for flight in cycle.flights])
-        if fault.kind == "order":
-            return Margin(BranchEvent.ORDER_LOST, int(np.argmin(np.diff(ends, prepend=0.0))))
-        if fault.kind == "direction":
-            met = _met(cycle)
-            which = next(i for i, (time, _, _) in enumerate(met) if time == fault.time)
-            return Margin(BranchEvent.DEATH if met[which][2] < 0 else BranchEvent.PORT_LOST, which)
-        number = min(int(np.searchsorted(ends, fault.time)), len(ends) - 1)
-        flight = cycle.flights[number]
-        regions, which = regions_of(cycle.machine, state_flows(cycle.machine, cycle.modes)[flight.state], flight)
-        other = first_entering(flight, regions)
-        region = max(other.which, 0)
-        kind = {-1: BranchEvent.TOUCH, -2: BranchEvent.PRESSURE_GONE}.get(which[region], BranchEvent.PORT_TOUCH)
-        after = fault.time - flight.time
-        if kind is BranchEvent.TOUCH and after <= 1e-9 * cycle.period and cycle.contact.velocity_factor == 0.0:
-            kind = BranchEvent.STICKING
-        return Margin(kind, number, region, after / flight.duration if flight.duration else 0.0)
-
-    def off(self, margin: Margin, point: CurvePoint) -> float:
-        """A margin at a point: positive on the branch, negative beyond its end."""
-        cycle, (kind, number, region, share) = self.motion(point.x), margin
-        if kind is BranchEvent.ORDER_LOST:
-            return cycle.flights[number].duration
-        if kind in (BranchEvent.DEATH, BranchEvent.PORT_LOST):
-            return _met(cycle)[number][1]
-        flight = cycle.flights[number]
-        flow = state_flows(cycle.machine, cycle.modes)[flight.state]
-        if kind is BranchEvent.STICKING:
-            whole = np.stack([flight.begin[:, 0], 0.0 * flight.begin[:, 1]], axis=1)
-            return -float(flow.modes.end @ flow.rates(whole, flight.pressure)[0][:, 1])
-        regions, _ = regions_of(cycle.machine, flow, flight)
-        row, level, drift = regions.rows[region], regions.levels[region], regions.drifts[region]
-        fastest = float(flow.modes.omega[-1]) if cycle.modes else 0.0
-        reach = flight.duration * _AROUND
-        reach = min(reach, _WAVES * 2.0 * np.pi / fastest) if fastest else reach
-        middle = share * flight.duration
-        low, high = max(middle - reach, 1e-6 * flight.duration), min(middle + reach, flight.duration * (1.0 - 1e-6))
-
-        def speeds(t: Array) -> Array:
-            return np.asarray(row @ flight.moved(t)[1] - drift)
-
-        t = np.linspace(low, high, _LOOKED)
-        v = speeds(t)
-        tops = np.flatnonzero((v[:-1] > 0.0) & (v[1:] <= 0.0))
-        places = [t[0], t[-1]] if not tops.size else []
-        for i in tops.tolist():
-            first, last = t[i], t[i + 1]
-            for _ in range(_HALVINGS):
-                half = 0.5 * (first + last)
-                first, last = (half, last) if speeds(np.array([half]))[0] > 0.0 else (first, half)
-            places.append(0.5 * (first + last))
-        at = np.array(places)
-        return -float((row @ (flight.begin[:, :1] + flight.moved(at)[0]) - level - drift * at).max())
+    def tests(self, x: Array) -> dict[str, float]:
+        """What changes its sign where the order of events ends; see `EventSequence.tests`."""
+        return self.sequence.tests(self.motion(x))
 
 
-class Margin(NamedTuple):
-    """What ends a branch: its kind, the event or flight that it belongs to, and the region with the share of a flight."""
-
-    kind: BranchEvent
-    number: int
-    region: int = 0
-    share: float = 0.0
+def kind_of(test: str) -> tuple[BranchEvent, int]:
+    """What happens where a test of an order of events changes its sign, and the number of the event or the flight."""
+    name, _, number = test.partition(" ")
+    return _KINDS[name], int(number.partition(".")[0])
 
 
-def _met(cycle: ValveCycle) -> list[tuple[float, float, int]]:
-    """Of every blow and port in order the time, the speed in the way that counts, and the port or −1."""
-    ports = cycle.machine.valve.ports
-    met = [(blow.time, blow.speed, -1) for blow in cycle.struck]
-    met += [
-        (one.time, one.velocity * (1.0 if ports[one.port].side == "back" else -1.0), one.port)
-        for one in cycle.uncoverings
-    ]
-    return sorted(met)
+_KINDS = {
+    "blow": BranchEvent.DEATH, "port": BranchEvent.PORT_LOST, "order": BranchEvent.ORDER_LOST,
+    "wall": BranchEvent.TOUCH, "edge": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
+}  # fmt: skip
+OF_FAULTS = {
+    "order": BranchEvent.ORDER_LOST, "direction": BranchEvent.PORT_LOST, "wall": BranchEvent.TOUCH,
+    "port": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
+}  # fmt: skip
+"""What ends a branch by the kind of a fault, where no test tells it."""

@@ -1,18 +1,18 @@
-"""The walk along cycles of machines that switch their own valve: what happens on it, and the branches that begin there."""
+"""The walk along cycles of machines that switch their own valve: what happens on it, and what begins there."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import in_words, outside
-from percuss.explore.continuation.machine_cycles import MachineCurve, Margin
+from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
 from percuss.explore.continuation.missed_events import nearest
-from percuss.explore.continuation.orbit_curve import where_it_vanishes
 from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,
@@ -29,7 +29,7 @@ from percuss.explore.continuation.walk import (
 )
 from percuss.explore.family import drives_itself
 from percuss.halting import halting
-from percuss.model.checks import ComplexArray
+from percuss.model.checks import Array, ComplexArray
 from percuss.stability.multipliers import TURNING
 from percuss.steady.self_excited import ValveCycle
 from percuss.steady.self_excited.event_sequence import sequence_of
@@ -44,26 +44,29 @@ _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
 
 
-def end_of(segment: CurveSegment) -> tuple[LocatedEvent, Margin] | None:
-    """The first thing in a step beyond which a machine does something else."""
+def end_of(segment: CurveSegment) -> LocatedEvent | None:
+    """The first thing in a step beyond which a machine does something else: a test below 0, or what the proof finds."""
     curve, last, found = segment.curve, segment.length, None
     for _ in range(_ENDS):
         x = segment.at(last).x
-        fault = curve.fault(x)
-        if fault is None:
-            return found
-        margin = curve.margin(x, fault)
-
-        def number(point: CurvePoint, margin: Margin = margin) -> float:
-            return float(curve.off(margin, point))
-
-        place = segment.root(number, 0.0, last)
-        if place == last:  # the margin does not tell it
-            place = _bisected(segment, last)
-        found = segment.event(margin.kind, place, margin.number), margin
-        last = place - _BEFORE * segment.length
+        below = [name for name, value in curve.tests(x).items() if value < 0.0]
+        fault = None if below else curve.fault(x)
+        if not below and fault is None:
+            break
+        for name in below:
+            place = segment.root(lambda point, name=name: curve.tests(point.x).get(name, 1.0), 0.0, last)
+            if found is None or place < found.place:
+                kind, which = kind_of(name)
+                found = segment.event(kind, place, which)
+        if fault is not None:
+            kind = OF_FAULTS[fault.kind]
+            found = segment.event(kind, _bisected(segment, last))
+            if kind is BranchEvent.TOUCH and curve.motion(found.point.x).contact.velocity_factor == 0.0:
+                found = found._replace(kind=BranchEvent.STICKING)
+        assert found is not None
+        last = found.place - _BEFORE * segment.length
         if last <= 0.0:
-            return found
+            break
     return found
 
 
@@ -89,7 +92,7 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
         found.append(segment.event(BranchEvent.FLIP, segment.root(curve.flip, 0.0, last)))
     places = sorted([0.0, *(one.place for one in found), last])
     if not fresh:
-        for low, high in zip(places[:-1], places[1:], strict=True):
+        for low, high in pairwise(places):
             found += _pair(segment, low, high)
     return sorted(found, key=lambda one: one.place)
 
@@ -127,20 +130,40 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     return [segment.event(BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, stop))]
 
 
+_ONE, _HALVED, _NEAR_HALVED = 1e-8, 0.01, 3.0  # rad, between the halves of a cycle: they are one, or nearly
+_ROUNDS, _NEARLY, _ASIDE_OF_ALL = 12, 1e-8, 1e-6
+
+
+def _flip_near(curve: MachineCurve, x: Array) -> Array:
+    """The flip near unknowns, by Newton's method; CorrectorFailed where there is none."""
+    for _ in range(_ROUNDS):
+        matrix, off = curve.linearised(x)
+        here, ways = curve.flip(CurvePoint(x, x, 0)), _ASIDE_OF_ALL * np.eye(x.size)
+        row = [curve.flip(CurvePoint(x + way, x, 0)) - curve.flip(CurvePoint(x - way, x, 0)) for way in ways]
+        try:
+            row = np.array(row) / (2.0 * _ASIDE_OF_ALL)
+            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
+        except np.linalg.LinAlgError:
+            break
+        if not float(np.abs(step).max()) < 0.5:
+            break
+        x = x + step
+        if float(np.abs(step).max()) < _NEARLY:
+            return x
+    raise CorrectorFailed("no flip")
+
+
 # ---- The walk
 
 
 class MachineWalk(Walk):
-    """A walk along cycles of machines; its marks are how many multipliers are outside, `fresh` where it begins at a flip.
-
-    `margins` are what ends it, of the kinds that are located by one.
-    """
+    """A walk along cycles; its marks are how many multipliers are outside, `fresh` where it begins at a flip."""
 
     def __init__(
         self, curve: MachineCurve, start: CurvePoint, bounds: Sequence[tuple[float, float]], *, fresh: bool = False
     ) -> None:
         super().__init__(curve, start, bounds)
-        self.fresh, self.margins = fresh, dict[int, Margin]()
+        self.fresh = fresh
         if fresh:
             self.size = _FRESH * self.scale
 
@@ -152,27 +175,31 @@ class MachineWalk(Walk):
         halving = None if self.fresh else self._halving(segment)
         if halving is not None:
             return Look(segment, [], None, halving)
-        found = end_of(segment)
-        last = None if found is None else found[0]
-        if found is not None:
-            self.margins[id(found[0].point)] = found[1]
+        last = end_of(segment)
         length = segment.length if last is None else last.place
         return Look(segment, changes_of_stability(segment, length, self.fresh), target.limit, last)
 
     def _halving(self, segment: CurveSegment) -> LocatedEvent | None:
-        """Where both halves of the cycle become one."""
-        sides = [self.curve.halves(point.x) for point in (segment.start, segment.stop)]
-        if sides[0] is None or sides[1] is None or not float(sides[0][1] @ sides[1][1]) < 0.0:
+        """Where both halves of the cycle become one, which is the flip of the cycle of one of them.
+
+        Near it Newton's method decides by rounding between the branch, its image, and the branch of that cycle.
+        """
+        first, second = (self.curve.halves(point.x) for point in (segment.start, segment.stop))
+        if first is None or second is None:
             return None
-        narrow = self.curve.halved(segment.start.x)
+        before, after = (float(np.linalg.norm(side[1])) for side in (first, second))
+        passed = float(first[1] @ second[1]) < 0.0 or after < _ONE
+        if before < _ONE or not (passed or (after < before and after < _HALVED)):
+            return None
+        narrow, share = self.curve.halved(segment.start.x), before / (before + after) if passed else 1.0
         if narrow is None:
             return None
-        apart = [float(np.linalg.norm(side[1])) for side in sides]
-        share = apart[0] / sum(apart)
-        x = where_it_vanishes(narrow, (1.0 - share) * sides[0][0] + share * sides[1][0], narrow.flip)
+        x = _flip_near(narrow, (1.0 - share) * first[0] + share * second[0])
         made = narrow.doubled(x)
-        if made is None or float(np.abs(made[1] - segment.start.x).max()) > 2.0 * segment.length:
-            raise CorrectorFailed("another flip")
+        if made is None or float(np.abs(made[1] - segment.stop.x).max()) > _NEAR_HALVED * max(before, segment.length):
+            if passed:
+                raise CorrectorFailed("another flip")
+            return None
         return LocatedEvent(BranchEvent.HALVING, segment.length, CurvePoint(made[1], segment.start.tangent, 0))
 
     def went(self, look: Look) -> None:
@@ -359,5 +386,6 @@ def _branch(
         times=np.array([motion.blow_times for motion in motions]),
         speeds=np.array([motion.blow_speeds for motion in motions]),
         cycle_times=np.array([motion.period for motion in motions]),
+        energies=np.array([float(motion.blow_energies.mean()) for motion in motions]),
         unstable=np.array(marks, dtype=np.int64), points=found, switched=tuple(switched),
     )  # fmt: skip

@@ -155,6 +155,7 @@ class Problem(ABC):
     periods: int
     oriented = True  # whether the equations stay the same along the curve: then their derivatives keep its sense
     difference = 1e-6  # by which the unknowns are moved for derivatives
+    motion: Any  # at a point, where impacts are among the unknowns
 
     @property
     @abstractmethod

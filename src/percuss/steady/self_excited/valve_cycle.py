@@ -404,6 +404,17 @@ class ValveCycle(Shown):
         return self.blow_times.size
 
     @property
+    def label(self) -> str:
+        """Blows and valve cycles in a cycle: "1/1"; the valve has gone round when it is in one state again."""
+        states = [switch.to for switch in self.switches]
+        return f"{self.blows}/{max((states.count(state) for state in set(states)), default=0)}"
+
+    @property
+    def phases(self) -> Array:
+        """When the blows fall in the cycle, in rad of it; the last one at 0."""
+        return np.mod(2.0 * math.pi * self.blow_times / self.period, 2.0 * math.pi)
+
+    @property
     def blow_speed(self) -> float:
         """Speed just before the strongest blow."""
         return float(self.blow_speeds.max())

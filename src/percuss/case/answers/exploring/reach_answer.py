@@ -119,7 +119,9 @@ def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, 
     return rows[key]
 
 
-def _row(case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], halt: Callable[[], bool] | None) -> CaseReach:
+def _row(
+    case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], halt: Callable[[], bool] | None
+) -> CaseReach:
     name, unit, value = row["name"], row["unit"], row["value"]
     about = (name, row["label"], unit, value)
     family = CaseFamily(case, {name: unit} if unit else {})
@@ -136,7 +138,11 @@ def _row(case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], hal
 def _is_open(start: PeriodicOrbit | ValveCycle, name: str, value: float) -> bool:
     """Whether a parameter that is 0 may be of either sign: the gap and the mean load of what is held."""
     short = name.rpartition(".")[2]
-    return not value and not (start.machine if isinstance(start, ValveCycle) else start.system).body.is_free and short in ("gap", "mean", "load_factor")
+    return (
+        not value
+        and not (start.machine if isinstance(start, ValveCycle) else start.system).body.is_free
+        and short in ("gap", "mean", "load_factor")
+    )
 
 
 def _range(name: str, value: float) -> tuple[float, float]:
