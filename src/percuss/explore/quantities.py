@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.blow.best import FIGURES as BLOW_FIGURES
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
 from percuss.errors import ParameterError
 from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import Column
@@ -26,9 +26,6 @@ CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system"
 check. ``no system``: the parameters make none. ``no start``: the simulation has none to begin from, such as a steady
 motion that does not exist there. From ``resonance`` on, what could not be computed holds NaN, −1 or False.
 """
-
-CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
-"""What a periodic motion has in it, by number."""
 
 REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
@@ -80,7 +77,7 @@ def _figure(name: str, more: str = "") -> Quantity:
 
 
 def _of_blow(name: str) -> Quantity:
-    """A figure of one blow, as `percuss.blow.best` has it."""
+    """A figure of one blow, as `percuss.blow.figures` has it."""
     figure = BLOW_FIGURES[name]
     return single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 

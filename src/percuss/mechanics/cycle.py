@@ -247,7 +247,7 @@ class Cycle:
                 """For the columns of c, shape (2N + 3, C)."""
                 right = turn @ c
                 right[0] = 0.0
-                return np.asarray(np.linalg.solve(matrix, right))
+                return np.asarray(np.linalg.solve(matrix, right), dtype=float)
 
             return together
         end, beta = row[:, 0], self.turn[1]

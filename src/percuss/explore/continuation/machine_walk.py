@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -54,7 +55,7 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if not below and fault is None:
             break
         for name in below:
-            place = segment.root(lambda point, name=name: curve.tests(point.x).get(name, 1.0), 0.0, last)
+            place = segment.root(partial(_test, curve, name), 0.0, last)
             if found is None or place < found.place:
                 kind, which = kind_of(name)
                 found = segment.event(kind, place, which)
@@ -68,6 +69,10 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if last <= 0.0:
             break
     return found
+
+
+def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
+    return curve.tests(point.x).get(name, 1.0)
 
 
 def _bisected(segment: CurveSegment, last: float) -> float:

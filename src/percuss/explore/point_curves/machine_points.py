@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -152,13 +153,16 @@ class MachinePointWalk(Walk):
         found = self.curve.base.tests(point.x)
         return {name: 0.0 if abs(v) < _ROUNDING else v for name, v in found.items() if name != self.curve.test}
 
+    def _test(self, name: str, point: CurvePoint) -> float:
+        return self._tests(point).get(name, 0.0)
+
     def look(self, target: Target) -> Look:
         segment, base = CurveSegment(self.curve, self.here, target.point), self.curve.base
         before, after = self._tests(segment.start), self._tests(segment.stop)
         found = []
         for name in before.keys() & after.keys():
             if before[name] * after[name] < 0.0:
-                place = segment.root(lambda point, name=name: self._tests(point).get(name, 0.0))
+                place = segment.root(partial(self._test, name))
                 kind, which = kind_of(name)
                 found.append(segment.event(_WITH.get(kind, kind), place, which))
         for kind, number in ((BranchEvent.FOLD, base.fold), (BranchEvent.FLIP, base.flip)):

@@ -108,7 +108,7 @@ def pressure_multiplier(slope: Array, modes: int) -> complex:
     """The multiplier of a cycle's map in which the pressure of a supply has the greatest part."""
     from scipy.linalg import eig  # slow to import
 
-    values, left, right = eig(slope, left=True, right=True)
+    values, left, right = (np.asarray(one) for one in eig(slope, left=True, right=True))
     number = 2 * (modes + 1)
     return complex(values[np.argmax(np.abs(left[number].conj() * right[number]))])
 
@@ -413,6 +413,11 @@ class ValveCycle(Shown):
     def phases(self) -> Array:
         """When the blows fall in the cycle, in rad of it; the last one at 0."""
         return np.mod(2.0 * math.pi * self.blow_times / self.period, 2.0 * math.pi)
+
+    @property
+    def speeds(self) -> Array:
+        """`blow_speeds`, as other orbits call them."""
+        return self.blow_speeds
 
     @property
     def blow_speed(self) -> float:
