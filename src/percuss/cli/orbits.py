@@ -38,7 +38,9 @@ The orbits z=p/n of a hammer: its periodic motions with p impacts in n load peri
 a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
 search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
 others. Each is proved to stay off the wall between its impacts. Cycles in which the bar comes to rest on the wall, at
-the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. All numbers are
+the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. Of a hammer whose
+piston switches its own valve p/n are blows and valve cycles in a period, searched for from simulated motions, among
+repeated cycles whose times are moved, and on branches that begin at flips. All numbers are
 dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the answer is what has been
 found so far.""",
     """\
@@ -174,7 +176,10 @@ circle and corners at steps of the load are located to 1e-10, and of each it is 
 number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time; or a cycle with rest,
 which is followed to where its chatter meets the next release or it ends otherwise. With --curve points of the branch
 are followed themselves, through its parameter and the one of --over: the curves in their plane at which motions or
-their stability begin and end. After Ctrl-C the answer is what has been followed so far.""",
+their stability begin and end. A range that does not hold the value of the case begins at its end that is nearest to it.
+Of a hammer whose piston switches its own valve the ends are also where two events of the valve exchange their order,
+where the piston turns just at a port, and where the pressure of its pump is gone. After Ctrl-C the answer is what has
+been followed so far.""",
     """\
   percuss follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.3:1.2
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png

@@ -144,9 +144,9 @@ def _flip_near(curve: MachineCurve, x: Array) -> Array:
     for _ in range(_ROUNDS):
         matrix, off = curve.linearised(x)
         here, ways = curve.flip(CurvePoint(x, x, 0)), _ASIDE_OF_ALL * np.eye(x.size)
-        row = [curve.flip(CurvePoint(x + way, x, 0)) - curve.flip(CurvePoint(x - way, x, 0)) for way in ways]
+        sides = [[curve.flip(CurvePoint(x + one, x, 0)) for one in (way, -way)] for way in ways]
+        row = np.diff(sides, axis=1).T / (-2.0 * _ASIDE_OF_ALL)
         try:
-            row = np.array(row) / (2.0 * _ASIDE_OF_ALL)
             step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
         except np.linalg.LinAlgError:
             break
