@@ -350,6 +350,7 @@ ANSWERS = {
     "orbits": (
         "orbits pneumatic-jackleg --label 2/1 --modes 0 --tries 40",
         "orbits laboratory-striker --label chatter/1 --modes 0",
+        "orbits valve-breaker --label 1/1 --modes 0 --tries 4 --motions 0",
     ),
     "follow": (
         "follow pneumatic-jackleg --orbit 1/1:2 --along load_factor=0.28:0.9 --modes 0 --switch 1"

@@ -26,7 +26,6 @@ from percuss.cli.long_commands import CARRYING, SELDOM, carrying, watching
 from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
-    from percuss.case import Case
     from percuss.steady import FoundOrbits
 
 _SEED = option("--seed N", "of the random starts (default 0)", whole(), default=0)
@@ -35,23 +34,23 @@ _SEED = option("--seed N", "of the random starts (default 0)", whole(), default=
 @command(
     """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
-a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
-search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
-others. Each is proved to stay off the wall between its impacts. Cycles in which the bar comes to rest on the wall, at
-the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. Of a hammer whose
-piston switches its own valve p/n are blows and valve cycles in a period, searched for from simulated motions, among
-repeated cycles whose times are moved, and on branches that begin at flips. All numbers are
-dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the answer is what has been
-found so far.""",
+a guess; of a machine whose piston switches the valve p/n, with p blows in n cycles of the valve. Of one impact in a
+cycle under a clock, and of two of a rigid bar, they are proved to be all there are; of more, those that a search finds
+from simulated motions and from random times, with an estimate of the share of random times that lead to others. Each is
+proved to stay off the wall between its impacts, and of a machine to do nothing else in between. Cycles in which the bar
+comes to rest on the wall, at the end of complete chatter or without restitution, are chatter/n and rest/n: all of them
+are found. All numbers are dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the
+answer is what has been found so far.""",
     """\
   percuss orbits pneumatic-jackleg --label 2/1
   percuss orbits case.toml --label 1/1 --up-to 3/2 --modes 0
   percuss orbits case.toml --label 3/2 --tries 5000 --json
-  percuss orbits pneumatic-jackleg --label chatter/1""",
+  percuss orbits pneumatic-jackleg --label chatter/1
+  percuss orbits valve-breaker --up-to 2/2 --modes 4""",
     CASE,
     option(
         "--label P/N",
-        "impacts and load periods of a cycle, or chatter/N or rest/N for cycles with rest (default 1/1)",
+        "impacts and periods of a cycle, of the load or the valve, or chatter/N or rest/N with rest (default 1/1)",
         orbit_label,
         default="1/1",
     ),
@@ -93,8 +92,6 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.halting import halting
 
     case = named_case(options.case)
-    if case.is_machine:
-        return _orbits_of_machine(parser, options, case)
     if any(is_rest_label(label) for label in (options.label, options.up_to or "")):
         if options.up_to is not None:
             parser.error(
@@ -118,7 +115,8 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
                 found.append(orbits_answer(case, label, **asked, halt=watch.asked))
             if watch.interrupted:
                 break
-        if options.up_to is not None and case.system().body.is_free and not watch.interrupted:
+        free = not case.is_machine and case.system().body.is_free
+        if options.up_to is not None and free and not watch.interrupted:
             with suppress(Interrupted), halting(watch.asked):
                 resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
     if not found:
@@ -135,33 +133,6 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     return answered(
         options, data, lambda: orbits_report(case.title, found, resting, rests, mode), indent=1,
         cut=done if watch.interrupted else "",
-    )  # fmt: skip
-
-
-def _orbits_of_machine(parser: Parser, options: argparse.Namespace, case: Case) -> int:
-    """The cycles of a machine that switches its own valve."""
-    from percuss.case.answers.exploring.orbits_answer import cycles_dict, cycles_report
-    from percuss.case.answers.numerals import counted
-    from percuss.cli.report_printing import answered
-    from percuss.explore.machine_orbits import label_numbers, valve_cycles
-
-    first = label_numbers(options.label)
-    last = first if options.up_to is None else label_numbers(options.up_to)
-    labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
-    if not labels:
-        parser.error(f"argument --up-to: '{options.up_to}': at least the blows and valve cycles of --label")
-    modes = case.simulation().modes if options.modes is None else options.modes
-    asked = {"modes": modes, "starts": options.motions, "seed": options.seed}
-    found = []
-    with watching(parser, SELDOM) as watch:
-        for label in labels:
-            if not watch.interrupted:
-                found.append(valve_cycles(case.machine(), label, **asked, halt=watch.asked))
-    return answered(
-        options,
-        lambda: [cycles_dict(one) for one in found] if options.up_to is not None else cycles_dict(found[0]),
-        lambda: cycles_report(case.title, found, "elastic mode"), indent=1,
-        cut=f"the search is done for {len(found) - 1} of {counted(len(labels), 'label')}" if watch.interrupted else "",
     )  # fmt: skip
 
 

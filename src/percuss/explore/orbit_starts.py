@@ -4,25 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.model import System
+from percuss.halting import halting, look
+from percuss.model import Machine, System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.states import MAX_MODES
 
 if TYPE_CHECKING:
-    from percuss.simulate import Trajectory
+    from percuss.simulate import Start, Trajectory
+    from percuss.steady import ValveCycle
 
 SWITCHED = "branches of shorter orbits"
 """What the starts are called."""
 
 _MOST_POINTS = 400  # of a branch, each way
+_AROUND = 0.2  # of the pressure or the flow, on either side, where flips of machines are looked for
 
 
 def switched_seeds(
@@ -86,6 +90,20 @@ def switched_seeds(
     return {SWITCHED: np.array(rows).reshape(-1, p)}
 
 
+def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int) -> dict[str, list[Rhythm]]:
+    """The same of a machine: rhythms of what begins at flips of its shorter cycles, over pressure or flow."""
+    from percuss.explore.continuation.machine_walk import doubled_cycles
+    from percuss.explore.continuation.walk import varied
+
+    supply, found = machine.valve.supply, list[Rhythm]()
+    name, here = ("pressure", 1.0) if supply is None else ("supply.flow", supply.flow)
+    around = (1.0 - _AROUND) * here, (1.0 + _AROUND) * here
+    for cycle in orbits(machine, blows // 2, valve_cycles // 2, modes=modes).orbits:
+        over = varied(machine, None, [name], [around], [here])
+        found += [one.rhythm for one in doubled_cycles(cast("ValveCycle", cycle), over)]
+    return {SWITCHED: found}
+
+
 # ---- Starts for a search for orbits: close returns of simulated motions
 
 SIMULATED = "simulated motions"
@@ -100,7 +118,7 @@ _NEW = 1e-4  # rad, by which two starts must differ
 
 
 def orbit_seeds(
-    system: System,
+    system: System | Machine,
     impacts: int,
     periods: int = 1,
     *,
@@ -108,7 +126,7 @@ def orbit_seeds(
     motions: int = 64,
     seed: int = 0,
     halt: Callable[[], bool] | None = None,
-) -> dict[str, Array]:
+) -> dict[str, Any]:
     """Where `percuss.steady.orbits` is to start: impacts of simulated motions that come back nearly after a cycle.
 
     Stable orbits are found in this way where few random starts lead to them; and an aperiodic motion comes near the
@@ -117,7 +135,7 @@ def orbit_seeds(
     Parameters
     ----------
     system
-        What moves.
+        What moves; or a machine that switches its own valve.
     impacts, periods
         p and n.
     modes
@@ -132,7 +150,7 @@ def orbit_seeds(
     Returns
     -------
     dict
-        Rows of p times, by where they come from; for the parameter `near` of `orbits`.
+        Rows of p times, of a machine each a `Rhythm`, by where they come from; for the parameter `near` of `orbits`.
 
     Raises
     ------
@@ -152,6 +170,8 @@ def orbit_seeds(
     """
     from percuss.simulate import Starts, Stop, simulate_many  # loads the compiler
 
+    if isinstance(system, Machine):
+        return {SIMULATED: _rhythms(system, impacts, modes, motions, seed, halt)}
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     start = count("seed", seed, least=0, most=2**63 - 1)
@@ -163,6 +183,47 @@ def orbit_seeds(
     )  # fmt: skip
     found = [row for times in np.asarray(ensemble.last_time) for row in _returns(times[np.isfinite(times)], p, n)]
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}
+
+
+_BLOWS = 120  # of each motion of a machine
+
+
+def last_rhythm(machine: Machine, start: Start, motion: Trajectory) -> Rhythm | None:
+    """Of the last blow of a simulated motion of a machine; None where there are fewer than two."""
+    if motion.impacts < 2:
+        return None
+    return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), 1)
+
+
+def _heard(motion: Trajectory) -> list[tuple[float, str, Any]]:
+    """The events of a motion of a machine as `Rhythm.of_events` takes them."""
+    return [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
+
+
+def _rhythms(
+    machine: Machine, blows: int, modes: int, motions: int, seed: int, halt: Callable[[], bool] | None
+) -> list[Rhythm]:
+    """Of motions of a machine the stretches of so many blows that come back most nearly: the last one, and the best."""
+    from percuss.explore.attractors.drawn_starts import named, speed_scale
+    from percuss.simulate import Stop, run
+
+    starts = named(machine, "wall" if speed_scale(machine) else "field", count("motions", motions, most=_MOST), seed)
+    found = []
+    with halting(halt):
+        for start in starts:
+            look()
+            motion = run(machine, start, modes=modes, stop=Stop(impacts=_BLOWS))
+            events = _heard(motion)
+            struck = [i for i, event in enumerate(events) if event[1] == "impact"]
+            speeds = motion.blow_speeds
+            if len(struck) <= 2 * blows:
+                continue
+            apart = np.abs(speeds[blows:] - speeds[:-blows])
+            best = blows + int(np.argmin(apart[blows:])) + blows if apart.size > blows else len(struck) - 1
+            for last in {best, len(struck) - 1}:
+                before = Switching(machine.valve, *start.valve_of(machine))
+                found.append(rhythm_of(before, events[: struck[last] + 1], blows))
+    return found
 
 
 def _returns(times: Array, impacts: int, periods: int) -> Array:

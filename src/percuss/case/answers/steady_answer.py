@@ -21,7 +21,6 @@ from percuss.shown import Shown
 from percuss.stability import floquet_multipliers, stability_of, timed_stability
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
-from percuss.steady.self_excited import ValveCycle
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -231,9 +230,8 @@ def _end_in_words(end: ReachEnd, unit: str, name: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
         return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
-    motion = end.motion
-    body = (motion.machine if isinstance(motion, ValveCycle) else end.orbit.system).body
-    names = _HAMMER if body.is_free else _STRUCTURE
+    machine = getattr(end.motion, "machine", None)  # of a cycle of a machine that switches its own valve
+    names = _HAMMER if machine is not None or end.orbit.system.body.is_free else _STRUCTURE
     return f"{number(end.value)}{unit}, {_WHERE.get(end.kind.value, end.kind.words).format(**names)}{then}"
 
 
@@ -241,7 +239,7 @@ def _end_dict(end: ReachEnd) -> dict[str, Any]:
     return {
         "type": end.kind.value,
         "value": json_number(end.value),
-        "phase": None if isinstance(end.motion, ValveCycle) else json_number(end.orbit.phase),
+        "phase": None if hasattr(end.motion, "machine") else json_number(end.orbit.phase),
         "beyond": end.beyond,
         "then": end.then,
     }

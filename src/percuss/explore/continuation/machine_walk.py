@@ -182,7 +182,11 @@ class MachineWalk(Walk):
             return Look(segment, [], None, halving)
         last = end_of(segment)
         length = segment.length if last is None else last.place
-        return Look(segment, changes_of_stability(segment, length, self.fresh), target.limit, last)
+        found = changes_of_stability(segment, length, self.fresh)
+        if last is not None and last.kind in (BranchEvent.DEATH, BranchEvent.PORT_LOST):
+            # the time at which a guard is met turns back where it is met without speed: that is no fold
+            found = [one for one in found if last.place - one.place > _ASIDE * segment.length]
+        return Look(segment, found, target.limit, last)
 
     def _halving(self, segment: CurveSegment) -> LocatedEvent | None:
         """Where both halves of the cycle become one, which is the flip of the cycle of one of them.
@@ -332,28 +336,27 @@ def follow_cycle(
     return _branch(curve, ways, over.bounds, most, switch, halt, [])
 
 
-def doubled_cycles(cycle: ValveCycle, over: Varied, halt: Callable[[], bool] | None) -> list[ValveCycle]:
+def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
     """The cycles at the value of a cycle on the branches that begin at the flips of its own."""
     family, found = over.family, list[ValveCycle]()
     assert drives_itself(family)
     curve = MachineCurve(
         family, over.names, over.units, sequence_of(cycle), cycle.modes, cycle.period / (2.0 * math.pi)
     )
-    with halting(halt):
-        start = beginning(curve, cycle, over.here)
-        ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
-        for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):
-            partner = doubled(curve, one.point)
-            if partner is None:
-                continue
-            wide, begin = partner
-            walk = MachineWalk(wide, begin, over.bounds, fresh=True).walked(_FEW)
-            off = np.array([point.x[-1] for point in walk.points]) - np.divide(over.here, over.units)
-            for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
-                first, last = walk.points[i : i + 2]
-                x = first.x + off[i] / (off[i] - off[i + 1]) * (last.x - first.x)
-                held = np.eye(x.size)[-1]
-                found.append(wide.motion(wide.corrected(x, held, first.tangent, first).x))
+    start = beginning(curve, cycle, over.here)
+    ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
+    for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):
+        partner = doubled(curve, one.point)
+        if partner is None:
+            continue
+        wide, begin = partner
+        walk = MachineWalk(wide, begin, over.bounds, fresh=True).walked(_FEW)
+        off = np.array([point.x[-1] for point in walk.points]) - np.divide(over.here, over.units)
+        for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
+            first, last = walk.points[i : i + 2]
+            x = first.x + off[i] / (off[i] - off[i + 1]) * (last.x - first.x)
+            held = np.eye(x.size)[-1]
+            found.append(wide.motion(wide.corrected(x, held, first.tangent, first).x))
     return found
 
 

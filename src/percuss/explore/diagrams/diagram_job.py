@@ -375,10 +375,9 @@ class DiagramJob:
         if i == len(self.labels):  # longer cycles begin at flips alone
             return _with_lines(found, [])
         values = low + (np.arange(self.searched) + 0.5) / self.searched * (high - low)
-        p, n = self.labels[i]
         lines = machine_branches(
-            family, self.axis.name, (low, high), values.tolist(), f"{p}/{n}", switch=self.switch, modes=self.modes,
-            stopped=stopped,
+            family, self.axis.name, (low, high), values.tolist(), self.labels[i], switch=self.switch,
+            tries=self.tries, modes=self.modes, stopped=stopped,
         )  # fmt: skip
         return _with_lines(found, lines)
 
@@ -418,7 +417,7 @@ class DiagramJob:
         systems = self.systems
         if drives_itself(self.family):
             known, along = _empty(len(systems)), number >= self.starts
-            machine_pass(systems, self.modes, self.stop, (self.seed, number), known, along, stopped)
+            machine_pass(systems, self.modes, self.stop, self.seed + 7919 * number, known, along, stopped)
             return known
         if number < self.starts:
             return fresh_pass(systems, self.modes, self.stop, self.seed, number, stopped)

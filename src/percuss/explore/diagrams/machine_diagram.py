@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -12,15 +12,17 @@ from percuss.explore.continuation.following import follow
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, with_new
 from percuss.explore.family import SwitchingFamily
 from percuss.explore.jobs.job import Columns
-from percuss.explore.machine_orbits import cycle_start, machine_starts, settled_cycle, valve_cycles
+from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
 from percuss.model import Machine
 from percuss.model.checks import Array
+from percuss.steady import orbits
 
 if TYPE_CHECKING:
     from percuss.explore.diagrams.diagram import SettledMotion
     from percuss.simulate import Start, Stop, Trajectory
+    from percuss.steady import ValveCycle
 
-_STARTS, _TRIES = 16, 24  # at each value at which cycles are searched for
+_STARTS = 16  # at each value at which cycles are searched for
 _IMPACTS = 600  # of a simulation, where its stop rule allows more
 _SAME = 1e-4  # of the greatest speed, by which the blows of two motions that are one may differ
 _TURN = 2.0 * np.pi
@@ -31,9 +33,10 @@ def machine_branches(
     name: str,
     between: tuple[float, float],
     values: Sequence[float],
-    label: str,
+    label: tuple[int, int],
     *,
     switch: int,
+    tries: int,
     modes: int,
     stopped: Callable[[], bool],
 ) -> list[DiagramBranch]:
@@ -44,14 +47,13 @@ def machine_branches(
             break
         try:
             machine = family.machine({name: value})
-            known = valve_cycles(
-                machine, label, modes=modes, starts=_STARTS, tries=_TRIES, switch=False, halt=stopped
-            ).orbits
+            near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
+            known = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
         except PercussError:  # there is no such machine
             continue
-        for cycle in known:
-            near = [line.speeds_at(value) for line in found if line.label == cycle.label]
-            if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for rows in near for row in rows):
+        for cycle in cast("tuple[ValveCycle, ...]", known):
+            rows = [line.speeds_at(value) for line in found if line.label == cycle.label]
+            if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for its in rows for row in its):
                 continue
             try:
                 branch = follow(cycle, name, between, family=family, value=value, switch=switch, halt=stopped)
@@ -71,21 +73,23 @@ def machine_pass(
     machines: Sequence[Machine | None],
     modes: int,
     stop: Stop,
-    seed: tuple[int, int],
+    seed: int,
     found: Columns,
     taken_along: bool,
     stopped: Callable[[], bool],
 ) -> Columns:
     """A random start for each machine, or one motion taken along, up the values; what is kept is put into `found`."""
+    from percuss.explore.attractors.drawn_starts import named, speed_scale
     from percuss.simulate import STALLS, Stop, run
 
-    draw, begun = np.random.default_rng(seed), None
+    begun = None
     limited = Stop(min(stop.impacts or _IMPACTS, _IMPACTS), stop.time, stop.periodic, stop.tolerance)
     for i, machine in enumerate(machines):
         if machine is None or stopped():
             continue
-        (start,) = machine_starts(machine, 1, draw)
-        motion = run(machine, begun if taken_along and begun is not None else start, modes=modes, stop=limited)
+        if begun is None:
+            (begun,) = named(machine, "wall" if speed_scale(machine) else "field", 1, seed + i)
+        motion = run(machine, begun, modes=modes, stop=limited)
         cycle, stalls = motion.cycle, motion.label.partition("(")[2].rstrip(")")
         code = STALLS.index(stalls) + 1 if stalls in STALLS else _CYCLE if cycle is not None else _IRREGULAR
         found["code"][i] = _UNDECIDED if motion.label == "undecided" else code
@@ -93,7 +97,7 @@ def machine_pass(
             found["cycle_impacts"][i], found["cycle_periods"][i] = cycle.impacts, cycle.periods
             found["cycle_kind"][i] = cycle.kind
         _put(found, i, motion)
-        begun = _going_on(machine, motion, modes) if taken_along else None
+        begun = _going_on(machine, begun, motion) if taken_along and cycle is not None else None
     return found
 
 
@@ -111,10 +115,15 @@ def _put(found: Columns, i: int, motion: Trajectory) -> None:
     found["phases"][i, :wanted] = np.mod(_TURN * (times - times[-1]) / period, _TURN)
 
 
-def _going_on(machine: Machine, motion: Trajectory, modes: int) -> Start | None:
-    """A start in the cycle on which a motion has settled, of its piston as a whole; None without one."""
-    cycle = settled_cycle(machine, motion, modes)
-    return None if cycle is None else cycle_start(cycle)
+def _going_on(machine: Machine, begun: Start, motion: Trajectory) -> Start | None:
+    """The motion of the piston as a whole just after its last blow but one, as a start of another machine."""
+    from percuss.simulate import Start
+
+    rhythm = last_rhythm(machine, begun, motion)
+    struck = motion.events.of("impact")
+    if rhythm is None or len(struck) < 2:
+        return None
+    return Start.rigid(0.0, float(struck.rebound_velocity[-2])).with_valve(rhythm.state, rhythm.orders)
 
 
 def machine_settled_at(passes: Columns, i: int, value: float, scales: Array) -> list[SettledMotion]:

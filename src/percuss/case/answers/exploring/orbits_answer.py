@@ -19,7 +19,7 @@ from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
-from percuss.explore.machine_orbits import FoundCycles, label_numbers, valve_cycles
+from percuss.explore.orbit_starts import doubled_seeds
 from percuss.explore.parameters import parameters_of
 from percuss.halting import halting
 from percuss.model import Machine, System
@@ -34,7 +34,7 @@ from percuss.steady.states import check_pushes
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, DiagramBranch, PointCurve
     from percuss.model.checks import ComplexArray
-    from percuss.steady import FoundRestCycles, RestCycle
+    from percuss.steady import FoundRestCycles, RestCycle, ValveCycle
 
 
 # ---- The orbit of a label that is near the phases of its impacts, whatever load periods these fall into
@@ -128,12 +128,12 @@ def orbits_answer(
     switch: bool = False,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
-    """The orbits z=p/n of a case; see `percuss.steady.orbits`.
+    """The orbits z=p/n of a case, or p/n of one whose piston switches the valve; see `percuss.steady.orbits`.
 
     Parameters
     ----------
     case
-        A hammer whose load keeps time.
+        A hammer.
     label
         p/n.
     modes
@@ -160,11 +160,12 @@ def orbits_answer(
     """
     checked_case(case)
     asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
-    return _searched(case.system(), label, _modes(case, modes), **asked)
+    hammer = case.machine() if case.is_machine else case.system()
+    return _searched(hammer, label, _modes(case, modes), **asked)
 
 
 def _searched(
-    system: System,
+    system: System | Machine,
     label: str,
     kept: int,
     *,
@@ -176,6 +177,14 @@ def _searched(
 ) -> FoundOrbits:
     """The orbits of a label with so many modes."""
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
+    if isinstance(system, Machine):
+        near: dict[str, Any] = (
+            orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt) if drawn else {}
+        )
+        if flag("switch", switch) and impacts % 2 == periods % 2 == 0:
+            with suppress(Interrupted), halting(halt):
+                near |= doubled_seeds(system, impacts, periods, modes=kept)
+        return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
         found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
         if found.complete:
@@ -240,7 +249,7 @@ def branch_answer(
     value = own if ends is None else min(max(own, ends[0]), ends[1])
     if case.is_machine:
         machine = case.machine() if value == own else family.machine({name: value})
-        begun = _chosen_of_machine(machine, orbit, kept)
+        begun = _chosen(machine, orbit, kept)
         return follow(begun, name, ends, family=family, value=value, switch=switch, halt=halt)
     system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
@@ -304,11 +313,11 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
     return value
 
 
-def _chosen(system: System, orbit: str, modes: int) -> PeriodicOrbit:
+def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
     """The orbit that a text names."""
     label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
-    if which.strip().startswith("phases"):
+    if which.strip().startswith("phases") and isinstance(system, System):
         return _near(system, orbit, (impacts, periods), which.partition("=")[2], modes)
     if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
         raise ParameterError("orbit", orbit, _CHOICE)
@@ -316,21 +325,6 @@ def _chosen(system: System, orbit: str, modes: int) -> PeriodicOrbit:
     number = count("orbit", int(which or 1), most=10**4)
     if number > len(found.orbits):
         told = f"one of the {len(found.orbits)} orbits {found.label} that were found"
-        raise ParameterError("orbit", orbit, told, "'percuss orbits' lists them")
-    return found.orbits[number - 1]
-
-
-def _chosen_of_machine(machine: Machine, orbit: str, modes: int) -> ValveCycle:
-    """The cycle of a machine that a text names."""
-    label, _, which = text("orbit", orbit, _CHOICE).partition(":")
-    if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
-        raise ParameterError("orbit", orbit, "P/N:NUMBER: blows and valve cycles in a period of a machine")
-    p, n = label_numbers(label)
-    found = valve_cycles(machine, f"{p}/{n}", modes=modes, starts=0 if (p, n, which) == (1, 1, "") else 64)
-    found = found if found.orbits else valve_cycles(machine, f"{p}/{n}", modes=modes)
-    number = count("orbit", int(which or 1), most=10**4)
-    if number > len(found.orbits):
-        told = f"one of the {len(found.orbits)} cycles {found.label} that were found"
         raise ParameterError("orbit", orbit, told, "'percuss orbits' lists them")
     return found.orbits[number - 1]
 
@@ -353,9 +347,26 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     """What a search found."""
     return {
         **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
-        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "orbits": [told_orbit(orbit) for orbit in found.orbits],
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
+    }
+
+
+def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
+    """An orbit of either kind of hammer, with its multipliers."""
+    if not isinstance(orbit, ValveCycle):
+        return orbit_dict(orbit, orbit_multipliers(orbit).values)
+    blows = zip(orbit.blow_times.tolist(), orbit.blow_speeds.tolist(), strict=True)
+    return {
+        **picked(orbit, "label period flight_times"),
+        "impacts": [{"time": time, "speed": speed} for time, speed in blows],
+        "ports": [picked(one, "port time") for one in orbit.uncoverings],
+        "pressure": orbit.rebound.pressure,
+        "multipliers": plain_value(orbit.multipliers.tolist()),
+        "stable": bool(abs(orbit.multiplier) < 1.0 - NEUTRAL),
+        "admissible": True,
+        "reason": None,
     }
 
 
@@ -406,26 +417,11 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
     told = picked(point, "value beyond impact touch_phase")
     if isinstance(point.motion, ValveCycle):
-        return {"type": point.kind.value, "orbit": valve_cycle_dict(point.motion), **told}
+        return {"type": point.kind.value, "orbit": told_orbit(point.motion), **told}
     if not has_rest:
         return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
     told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None
     return {"type": point.kind.value, "orbit": rest_cycle_dict(point.cycle), **told}
-
-
-def cycles_dict(found: FoundCycles) -> dict[str, Any]:
-    """What a search for cycles of a machine found."""
-    return {**picked(found, "label modes tries"), "orbits": [valve_cycle_dict(cycle) for cycle in found.orbits]}
-
-
-def valve_cycle_dict(cycle: ValveCycle) -> dict[str, Any]:
-    """A cycle of a machine that switches its own valve."""
-    blows = zip(cycle.phases.tolist(), cycle.blow_speeds.tolist(), strict=True)
-    return {
-        **picked(cycle, "label period stable"),
-        "impacts": [{"phase": phase, "speed": speed} for phase, speed in blows],
-        "multipliers": plain_value(cycle.multipliers.tolist()),
-    }
 
 
 def _impacts(orbit: PeriodicOrbit | RestCycle) -> list[dict[str, float]]:
@@ -601,23 +597,8 @@ def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> R
 
 
 _COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
+_CYCLE_COLUMNS = ("number", "blows after", "speeds", "largest multiplier", "stable")
 _REST_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
-
-
-def cycles_report(title: str, found: Sequence[FoundCycles], mode: str) -> Report:
-    """The cycles of a machine that searches found."""
-    sections: list[ReportSection | Grid] = []
-    for one in found:
-        rows = tuple(
-            (str(i), _few(cycle.phases.tolist()), _few(cycle.blow_speeds.tolist()), f"{cycle.period:.6g}",
-             f"{abs(cycle.multiplier):.6g}", "yes" if cycle.stable else "no")
-            for i, cycle in enumerate(one.orbits, 1)
-        )  # fmt: skip
-        heads = ("number", "phases [rad]", "speeds", "period", "largest multiplier", "stable")
-        sections += [Grid(one.label, heads, rows)] if rows else []
-        sections.append(ReportSection(f"{one.label}: the search", (("tries", str(one.tries)),)))
-    told = counted(sum(len(one.orbits) for one in found), "cycle")
-    return Report(title, f"{told}, {counted(found[0].modes, mode)}.", PLAIN, tuple(sections))
 
 
 def orbits_report(
@@ -650,10 +631,14 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
         told += ", …" if len(one.resonant_modes) > _MOST_TOLD else ""
         lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
     search = ReportSection(f"{one.label}: the search", tuple(lines))
-    return [Grid(one.label, _COLUMNS, rows), search] if rows else [search]
+    columns = _COLUMNS if isinstance(one.system, System) else _CYCLE_COLUMNS
+    return [Grid(one.label, columns, rows), search] if rows else [search]
 
 
-def _orbit_row(number: int, orbit: PeriodicOrbit) -> tuple[str, ...]:
+def _orbit_row(number: int, orbit: PeriodicOrbit | ValveCycle) -> tuple[str, ...]:
+    if isinstance(orbit, ValveCycle):
+        figures = _few(orbit.blow_times.tolist()), _few(orbit.blow_speeds.tolist()), f"{abs(orbit.multiplier):.6g}"
+        return (str(number), *figures, "yes" if abs(orbit.multiplier) < 1.0 - NEUTRAL else "no")
     found = orbit_multipliers(orbit)
     impacts = (_few(orbit.phases.tolist()), _few(orbit.speeds.tolist()))
     return (str(number), *impacts, f"{found.largest:.6g}", "yes" if found.stable else "no")
