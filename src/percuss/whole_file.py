@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import PercussError, extra_package
 
 if TYPE_CHECKING:
     import xarray
@@ -88,10 +88,7 @@ def write_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None
     PercussError
         As `whole_file`.
     """
-    try:
-        import h5netcdf
-    except ImportError:
-        raise MissingExtraError("h5netcdf", "io") from None
+    h5netcdf = extra_package("h5netcdf", "io")
     from xarray.backends import H5NetCDFStore
 
     with whole_file(path) as part, open(part, "r+b", buffering=0) as raw:

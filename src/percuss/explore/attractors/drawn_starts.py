@@ -129,17 +129,8 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
     that leaves has a velocity below 0. Every column of every `BLOCK` rows has a stream of its own, spawned from the
     seed by numpy's `SeedSequence`.
 
-    They are `number` rows from row `first` on of the endless table of the seed. ParameterError for an unknown name, for
-    ``wall`` with a load that does not push, and for starts on the wall of a machine whose states all push alike: they
-    have no scale.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
-    >>> starts = named(system, "gentle", 1000, seed=1)
-    >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
-    (1000, True, True)
+    They are `number` rows from row `first` on of the endless table of the seed. ParameterError for ``wall`` with a load
+    that does not push, and for starts on the wall of a machine whose states all push alike: they have no scale.
     """
     from percuss.simulate import Starts
 
@@ -380,9 +371,6 @@ def _netcdf(path: Path) -> dict[str, Array]:
         raise
     except Exception as error:  # as above
         raise ParameterError("distribution", str(path), "a NetCDF file of numbers", str(error)[:200]) from None
-
-
-# -- a plane ----------------------------------------------------------------------------------------------------------
 
 
 def mode_of(name: str) -> int:

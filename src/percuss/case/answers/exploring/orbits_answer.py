@@ -355,7 +355,7 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
 
 def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
     """An orbit of either kind of hammer, with its multipliers."""
-    if not isinstance(orbit, ValveCycle):
+    if isinstance(orbit, PeriodicOrbit):
         return orbit_dict(orbit, orbit_multipliers(orbit).values)
     blows = zip(orbit.blow_times.tolist(), orbit.blow_speeds.tolist(), strict=True)
     return {
@@ -636,7 +636,7 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
 
 
 def _orbit_row(number: int, orbit: PeriodicOrbit | ValveCycle) -> tuple[str, ...]:
-    if isinstance(orbit, ValveCycle):
+    if not isinstance(orbit, PeriodicOrbit):
         figures = _few(orbit.blow_times.tolist()), _few(orbit.blow_speeds.tolist()), f"{abs(orbit.multiplier):.6g}"
         return (str(number), *figures, "yes" if abs(orbit.multiplier) < 1.0 - NEUTRAL else "no")
     found = orbit_multipliers(orbit)
