@@ -384,14 +384,8 @@ def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, 
 def curve_dict(curve: PointCurve) -> dict[str, Any]:
     """Points of a branch followed through two parameters, or ends of cycles with rest."""
     points = [{"type": point.kind.value, **picked(point, "values beyond")} for point in curve.points]
-    if curve.is_machine:
-        points = [
-            one | picked(point.valve_cycle, "phases period") for one, point in zip(points, curve.points, strict=True)
-        ]
-        along = picked(curve, "values is_orbit angles")
-        along["angles"] = None if None in along["angles"] else along["angles"]
-    elif not curve.has_rest:
-        orbits = [picked(point.orbit, "phases speeds") for point in curve.points]
+    if not curve.has_rest:
+        orbits = [picked(point.motion, "phases speeds") for point in curve.points]
         points = [told | orbit for told, orbit in zip(points, orbits, strict=True)]
         along = picked(curve, "values phases is_orbit angles")
         along["angles"] = None if None in along["angles"] else along["angles"]
