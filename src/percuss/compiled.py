@@ -205,6 +205,8 @@ def entry(function: Callable[..., Any]) -> Any:
     version of a function of another file in it.
     """
     dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON, **_WHOLE)(function)
+    if not hasattr(dispatcher, "_cache"):  # the compiler is switched off
+        return dispatcher
     file, digest = dispatcher._cache._cache_file, sources_digest(Path(function.__code__.co_filename))
     file._source_stamp = digest
     # The version is all that is read of an index before its types are: those of other sources may be gone.

@@ -27,6 +27,7 @@ from percuss.simulate.engine import (
     to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
+from percuss.simulate.kernels.motion import begin_valve, follow_valve, wanders_valve
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -54,7 +55,6 @@ from percuss.simulate.kernels.motion_records import (
     Plant,
     Rules,
 )
-from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -549,7 +549,7 @@ class SelfSwitching:
             "states": states.copy() if 4 * states.size < self.log.states.size else states,
             "snapshot": kept(self.plant),
             "outcome": outcome_of(ended, stalled),
-            "label": machine_label("in the chamber" if stalled else ended, cycle, bool(wanders(self.plant.controls))),
+            "label": machine_label("in the chamber" if stalled else ended, cycle, self._wanders),
             "cycle": cycle,
             "end_time": max(begin_time + known, last),
         }
@@ -562,7 +562,7 @@ class SelfSwitching:
             if ended or int(count["work"]) < tries * stride or stopped():
                 ended = ended or ("cancelled" if stopped() else "work")
                 break
-        return ended or "work", bool(wanders(self.plant.controls))
+        return ended or "work", self._wanders
 
     def _on(self, stop: Stop, budget: int) -> int:
         """A stretch, with room for all orders that come to wait: how it ended."""
@@ -595,6 +595,10 @@ class SelfSwitching:
             self.tables[own.piece] = tuple(map(to_change, own.tables))
         table, alone = self.tables[own.piece]
         return self.plant._replace(table=table, alone=alone, gear=own.gear)
+
+    @property
+    def _wanders(self) -> bool:
+        return bool(wanders_valve(self.plant.controls))
 
     @property
     def cycle(self) -> MotionCycle | None:

@@ -1,12 +1,22 @@
-"""Bounds of the free motion of the elastic modes."""
+"""A flight from an anchor on: bounds of its free part, its rounding error, its smooth part, and the anchor moved."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from percuss.compiled import entry, inlined, summed
-from percuss.simulate.kernels.modes import creep_sizes, creeping, drift, most_of, ramped, sine_cosine, sway
+from percuss.compiled import entry, inlined, inner, summed
+from percuss.simulate.kernels.modes import (
+    creep_sizes,
+    creeping,
+    drift,
+    elastic,
+    most_of,
+    ramped,
+    sine_cosine,
+    sway,
+    turn_modes,
+)
 from percuss.simulate.kernels.motion_records import EPS, POWERS
 
 
@@ -319,3 +329,29 @@ def smooth_at_anchor(bar, harmonics, now, osc):
     now.drift = now.rigid_rate - rigid
     now.smooth_rate = now.drift + rate + bar.climb
     now.acceleration = now.free_curve + curve + bar.mean - bar.damping * now.drift
+
+
+# ---- The anchor moved along a flight
+
+
+@inner
+def advance(table, motion, desk, tau):
+    """The anchor moved to τ under a constant load, without an impact; the clock is turned apart."""
+    bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
+    ds, vs, _ = smooth(bar, now, desk.osc, tau)
+    df, fv, _, slip = elastic(bar, modes, z, now, desk, tau)
+    now.rigid_rate = drifted(bar, now, tau)
+    turn_modes(bar, modes, z, desk, tau, 0.0, slip)
+    now.gap += ds + df
+    now.gap_rate = vs + fv
+
+
+@inlined
+def jump_back(table, motion, old, new):
+    """The force on the modes jumps, and with it the places about which they swing; so the free part jumps back."""
+    modes, z = table.modes, motion.z
+    for j in range(modes.omega.shape[0]):
+        jump = modes.statics[j] * (old - new)
+        z[0, j] += jump
+        z[1, j] -= modes.half[j] * jump * modes.inverse[j]
+    amplitudes(table.bar, modes, z, motion.now)

@@ -501,13 +501,10 @@ class Plant(NamedTuple):
     controls: Controls
 
 
-class Drive(NamedTuple):
-    """Of a plant, what nearly all of its functions work with: the fewer arrays, the less there is to compile."""
+class Switching(NamedTuple):
+    """Of a plant, the valve that its motion has besides that of a bar; None in its place under a clock."""
 
-    table: MotionTable
     gear: Gear
-    motion: KernelState
-    desk: Desk
     controls: Controls
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from percuss.compiled import inlined, inner, summed
 from percuss.simulate.kernels.bounds import amplitudes, smooth
-from percuss.simulate.kernels.clock import load_at, turn_clock
+from percuss.simulate.kernels.clock import load_at
 from percuss.simulate.kernels.modes import forced_modes
-from percuss.simulate.kernels.motion_records import CHATTER, NO_PORT, ON_WALL, POWERS, REST, RESTING
-from percuss.simulate.kernels.statistics import forget_run, record
+from percuss.simulate.kernels.motion_records import ON_WALL, POWERS
 
 
 @summed
@@ -124,6 +123,14 @@ def undeformed(table, motion, desk, force):
     now.gap, now.gap_rate, now.rigid_rate = 0.0, 0.0, 0.0
 
 
+@inlined
+def force_on_modes(bar, valve):
+    """The constant part of the force on the modes."""
+    if valve is None:
+        return bar.mean
+    return valve.controls.now.force
+
+
 # ---- The end of chatter, and the bar at rest on the wall
 
 CHATTER_TIME = 1e-5  # a chatter is completed when at most this time of it is left …
@@ -195,34 +202,12 @@ def held(table, motion):
 
 
 @inner
-def stays(table, now, count):
+def stays(table, motion, valve):
     """Whether a bar without rebound stays on the wall: pushed by the load or, bouncing in no time, by its own shape."""
-    bar = table.bar
-    p, _ = load_at(table.harmonics, bar.mean, now.cosine, now.sine)
-    struck = count.mode == ON_WALL
-    return (struck and bar.restitution == 0.0 and p > 0.0) or now.acceleration >= 0.0
-
-
-@inner
-def set_down(table, motion, desk, wait, log):
-    """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
-    bar, now, count = table.bar, motion.now, motion.count
-    lost = all_energy(table, motion, desk, bar.mean)
-    chatter = bar.restitution > 0.0 and (
-        count.run > 1 or wait > 0.0
-    )  # without restitution there are finitely many impacts
-    if wait > 0.0:
-        turn_clock(now, count, wait)
-    undeformed(table, motion, desk, bar.mean)
-    motion.sums[0].taken += lost
-    count.mode = RESTING
-    now.laid += now.phase
-    if chatter:
-        now.chattered = 1.0
-        forget_run(motion)
-        count.chatters += 1
-        count.mark_chatters += 1
-        record(CHATTER, 0.0, lost, NO_PORT, motion, None, log)
-        lost = 0.0
-    count.rests += 1
-    record(REST, 0.0, lost, NO_PORT, motion, None, log)
+    bar, now = table.bar, motion.now
+    if valve is None:
+        p, _ = load_at(table.harmonics, bar.mean, now.cosine, now.sine)
+        pushed = p > 0.0
+    else:  # undeformed, it leaves as from rest
+        pushed = valve.controls.now.force > 0.0 or (bar.strain == 0.0 and table.modes.omega.shape[0] > 0)
+    return (motion.count.mode == ON_WALL and bar.restitution == 0.0 and pushed) or now.acceleration >= 0.0
