@@ -1,11 +1,11 @@
 """How functions are compiled, and what their cache on disk is valid for.
 
-Five decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
+Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python, nor a cache of its own, nor
 machine code (`Whole`).
-`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
-`apart`: an `inner` that is made once, however many places call it. Of other ones numba makes copies where the function
-that was the first to call them is copied: it hands that down.
+`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over. LLVM decides
+which
+others are; numba by itself would hand the copying down from a function to those that it is the first to call.
 `summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
@@ -181,17 +181,16 @@ def pipelines() -> tuple[dict[str, Any], dict[str, Any]]:
 _compile: Callable[..., Any] = njit  # with options that its types do not know
 _PART, _WHOLE = pipelines()
 _COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
-# where nothing is said of fastmath, numba takes it from the caller that happens to be compiled first
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, **_COMMON, **_PART}
+# where nothing is said of fastmath or of inlining, numba takes it from the caller that happens to be compiled first
+_INNER: dict[str, Any] = {
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, "forceinline": False, **_COMMON, **_PART
+}  # fmt: skip
 _SUMS = {"reassoc", "contract", "nsz"}
 
 inner: Callable[[Any], Any] = _compile(**_INNER)
 """Compile a function that only compiled functions call."""
 
-apart: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": False}))
-"""Compile a function that only compiled functions call, once for all of them, where `inner` would be copied."""
-
-inlined: Callable[[Any], Any] = _compile(forceinline=True, **_INNER)
+inlined: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": True}))
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""
 
 summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))

@@ -26,6 +26,7 @@ from percuss.simulate.kernels.clock import (
     push_left,
     release_at,
     set_clock,
+    set_load,
     set_phase,
     to_break,
     turn_clock,
@@ -95,7 +96,16 @@ from percuss.simulate.kernels.valve_sight import (
     push_on_rigid_motion,
     rigid_place,
 )
-from percuss.simulate.kernels.wall import all_energy, chatter_left, force_on_modes, held, impact, stays, undeformed
+from percuss.simulate.kernels.wall import (
+    at_rest,
+    chatter_left,
+    energy_at_rest_lost,
+    force_on_modes,
+    held,
+    impact,
+    keep_shape,
+    stays,
+)
 
 # ---- The steps of a load
 
@@ -111,8 +121,8 @@ def step_load(table, motion):
         count.period += 1
     set_phase(now, breaks[piece])
     count.piece = piece
-    jump_back(table, motion, bar.mean, values[piece])
-    bar.mean = values[piece]
+    jump_back(table, motion, bar.load, values[piece])
+    set_load(bar, values[piece])
 
 
 @inner
@@ -137,7 +147,7 @@ def left_for_good(table, now):
     place = now.gap - now.free - bar.mean * still
     before = now.last_place
     now.last_place = place
-    if mean > 0.0 or before == 0.0:
+    if mean > 0.0 or before == 0.0 or bar.held > 0.0:
         return False
     growth, later = 4.0 * jumps * stiff, 0.0
     if bar.linger > 0.0:
@@ -249,13 +259,17 @@ def released(table, motion, desk, left, log, valve):
     """
     bar, now, count = table.bar, motion.now, motion.count
     if valve is None:
+        if bar.held > 0.0 and table.modes.omega.shape[0] > 1:  # the others would move on, while the wall holds its end
+            return AT_REST
         wait, phase = pull_ahead(table, now)
         if wait < 0.0:
             return AT_REST
         if wait >= left:
             return BY_TIME
+        if bar.held > 0.0:
+            keep_shape(table, motion, desk, bar.load)
         set_clock(table, now, count, phase)
-        now.released = release_at(phase, table.releases)
+        now.released = -1.0 if bar.held > 0.0 else release_at(phase, table.releases)
         count.release_period = count.period
     else:
         own, due = valve.controls.now, first_due(valve)
@@ -272,13 +286,15 @@ def released(table, motion, desk, left, log, valve):
             return GOES_ON
         own.lap, own.pulled, own.clear, own.awaited = bar.wave, 1, 0.0, 0.0
         count.pile = 0
-    undeformed(table, motion, desk, force_on_modes(bar, valve))
+    at_rest(table, motion, desk, force_on_modes(bar, valve))
     count.mode, count.run = ON_WALL, 0
     count.work += 1
     if valve is not None:
         now.hold = math.inf if bar.spring == 0.0 else max(bar.wave, QUARTER / bar.spring)
         if bar.ramp > 0.0:  # the force pushes again
             now.hold = min(now.hold, -valve.controls.now.force / bar.ramp)
+    elif bar.held > 0.0:
+        now.hold = min(pull_lasts(table, now, count), bar.wave)
     elif table.modes.omega.shape[0]:
         now.hold = max(pull_lasts(table, now, count), bar.wave)
     else:
@@ -308,7 +324,7 @@ def at_wall(table, motion, desk, left, ahead, log, valve):
         return GOES_ON, NOTHING
     most = held(table, motion)
     wait = 0.0
-    if most < 0.0 or all_energy(table, motion, desk, force_on_modes(table.bar, valve)) > most:
+    if most < 0.0 or energy_at_rest_lost(table, motion, desk, force_on_modes(table.bar, valve)) > most:
         wait = chatter_left(table, motion, desk, ahead)
     if wait >= left:
         return BY_TIME, NOTHING
@@ -410,7 +426,7 @@ def strike(table, motion, desk, rules, log, valve):
     if valve is None:
         if count.run == 1 and now.since < bar.pushing:
             now.pushes = push_left(table, now)
-        lost = impact(table, motion, desk, bar.mean)
+        lost = impact(table, motion, desk, bar.load)
     else:
         lost = impact_on_oil(table, motion, desk, valve)
     count.run = count.run + 1 if now.since < now.last_flight and still_pushed(table, motion, valve) else 1
@@ -459,6 +475,8 @@ def still_pushed(table, motion, valve):
     now = motion.now
     if valve is not None:
         return valve.controls.now.pulled == 0
+    if table.bar.held > 0.0:
+        return True
     if not now.since < table.bar.pushing:
         return False
     now.pushes -= now.since
@@ -468,12 +486,14 @@ def still_pushed(table, motion, valve):
 
 @inner
 def set_down(table, motion, desk, wait, log, valve):
-    """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
+    """The body comes to rest on the wall, after `wait` when chatter ends then: motion, and strain of a bar, is lost."""
     bar, now, count = table.bar, motion.now, motion.count
-    lost = all_energy(table, motion, desk, force_on_modes(bar, valve))
+    lost = energy_at_rest_lost(table, motion, desk, force_on_modes(bar, valve))
     # without restitution there are finitely many impacts
     chatter = bar.restitution > 0.0 and (count.run > 1 or wait > 0.0)
     if valve is None:
+        if bar.held > 0.0:
+            keep_shape(table, motion, desk, bar.load)
         if wait > 0.0:
             turn_clock(now, count, wait)
         motion.sums[0].taken += lost
@@ -494,7 +514,7 @@ def set_down(table, motion, desk, wait, log, valve):
         if chatter:
             own.chatters += 1
             own.blows -= count.run - 1
-    undeformed(table, motion, desk, force_on_modes(bar, valve))
+    at_rest(table, motion, desk, force_on_modes(bar, valve))
     count.mode = RESTING
     if chatter:
         record(CHATTER, 0.0, lost, NO_PORT, motion, valve, log)
@@ -519,10 +539,10 @@ def put(table, motion, desk, starts, i):
     motion.anchor[:] = 0.0
     motion.totals[:] = 0.0
     if table.values.shape[0]:
-        bar.mean = table.values[starts.piece[i]]
+        set_load(bar, table.values[starts.piece[i]])
     count.period, count.piece = starts.period[i], starts.piece[i]
     set_phase(now, starts.phase[i])
-    still = v[0] == 0.0 and starts.gap[i] == 0.0
+    still = v[0] == 0.0 and starts.gap[i] == 0.0 and bar.held == 0.0
     rate = v[0]
     for j in range(modes.omega.shape[0]):
         z[0, j] = modes.unit[j] * u[j + 1] if j + 1 < u.shape[0] else 0.0
@@ -531,7 +551,7 @@ def put(table, motion, desk, starts, i):
         rate += z[1, j]
     forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
-        z[0, j] -= desk.forced[j] + bar.mean * modes.statics[j]
+        z[0, j] -= desk.forced[j] + bar.load * modes.statics[j]
     forced_modes(table, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         z[1, j] -= desk.forced[j]
@@ -540,7 +560,7 @@ def put(table, motion, desk, starts, i):
     now.gap, now.gap_rate, now.rigid_rate, now.last_flight = starts.gap[i], rate, v[0], -1.0
     now.released = -1.0
     amplitudes(bar, modes, z, now)
-    # undeformed, at rest and on the wall: released at once when the load pulls
+    # at_rest, at rest and on the wall: released at once when the load pulls
     count.mode = RESTING if still else (ON_WALL if starts.gap[i] == 0.0 else FLYING)
 
 
@@ -634,7 +654,7 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
             return i
         if not alone:
             put(table, motion, desk, starts, i)
-        whole = (bar.damping, bar.half, bar.restitution, bar.mean)
+        whole = (bar.damping, bar.half, bar.restitution, bar.load)
         checked, code = False, BY_WORK
         while True:
             budget = rules.budget if alone else min(count.work + SLICE, rules.budget)
@@ -654,11 +674,12 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
             code = fly(table, who, desk, its if checked else own, none if checked else log, None, None)
             if checked:
                 checked = False
-                bar.damping, bar.half, bar.restitution, bar.mean = whole
+                bar.damping, bar.half, bar.restitution, load = whole
+                set_load(bar, load)
                 code = judged(motion, twin, code, rules.until_cycle)
             elif code == TO_VERIFY:
                 checked = True
-                whole = (bar.damping, bar.half, bar.restitution, bar.mean)
+                whole = (bar.damping, bar.half, bar.restitution, bar.load)
                 released_as(table, motion, twin)
                 continue
             if alone or code != BY_WORK or count.work >= rules.budget or stopped[0]:

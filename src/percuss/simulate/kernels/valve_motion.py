@@ -47,7 +47,7 @@ from percuss.simulate.kernels.valve_sight import (
     rising,
     seen,
 )
-from percuss.simulate.kernels.wall import undeformed
+from percuss.simulate.kernels.wall import at_rest
 
 SAME_TIME = 4e-12  # within this events are simultaneous; a period is some units of time
 MANY_PAUSES = 100_000
@@ -70,7 +70,7 @@ def change(table, motion, desk, tolerance, log, valve):
     if own.fresh > 0:  # no contact came under the force that ends now
         usual[before] = 0.0
     if count.mode == RESTING:
-        undeformed(table, motion, desk, new)
+        at_rest(table, motion, desk, new)
     else:
         jump_back(table, motion, old, new)
         if now.hold > 0.0 and new > 0.0:  # just released: not out of the wall's reach before the force pushes again

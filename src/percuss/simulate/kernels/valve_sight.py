@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import apart, inlined, inner, summed
+from percuss.compiled import inlined, inner, summed
 from percuss.simulate.kernels.bounds import amplitudes, smooth_at_anchor
 from percuss.simulate.kernels.first_contact import next_contact
 from percuss.simulate.kernels.motion_records import (
@@ -129,7 +129,7 @@ def held_by_gas(table, motion, valve):
     return True
 
 
-@apart
+@inner
 def met(table, motion, desk, at_edge, begin, guess, horizon, limit):
     """`next_contact`, once for all that a machine may meet."""
     return next_contact(table, motion, desk, at_edge, begin, guess, horizon, limit)

@@ -89,11 +89,16 @@ def impact(table, motion, desk, force):
 
 
 @inner
-def all_energy(table, motion, desk, force):
-    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber."""
+def energy_at_rest_lost(table, motion, desk, force):
+    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber.
+
+    A structure, which keeps its shape, loses its kinetic energy only.
+    """
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table, desk, now.cosine, now.sine, 1)
     total = kinetic_energy(bar, modes, z, now, desk)
+    if bar.held > 0.0:
+        return total
     forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         q = modes.omega[j] * (z[0, j] + desk.forced[j] + force * modes.statics[j])
@@ -107,12 +112,22 @@ def all_energy(table, motion, desk, force):
 
 
 @inner
-def undeformed(table, motion, desk, force):
-    """The bar at rest on the wall: all displacements and velocities 0, so that the free part is less the forced one."""
+def keep_shape(table, motion, desk, force):
+    """The displacements of a structure put by, as `at_rest` takes them: it lies in the shape that it has."""
+    modes, now, z = table.modes, motion.now, motion.z
+    forced_modes(table, desk, now.cosine, now.sine, 0)
+    for j in range(modes.omega.shape[0]):
+        desk.aside_re[j] = z[0, j] + desk.forced[j] + force * modes.statics[j]
+
+
+@inner
+def at_rest(table, motion, desk, force):
+    """The body still on the wall, a bar undeformed: its free part is its shape less the forced one."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
-        z[0, j] = -desk.forced[j] - force * modes.statics[j]
+        shape = desk.aside_re[j] if bar.held > 0.0 else 0.0
+        z[0, j] = shape - desk.forced[j] - force * modes.statics[j]
     forced_modes(table, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         if modes.oscillates[j] > 0.0:
@@ -127,7 +142,7 @@ def undeformed(table, motion, desk, force):
 def force_on_modes(bar, valve):
     """The constant part of the force on the modes."""
     if valve is None:
-        return bar.mean
+        return bar.load
     return valve.controls.now.force
 
 
@@ -206,7 +221,7 @@ def stays(table, motion, valve):
     """Whether a bar without rebound stays on the wall: pushed by the load or, bouncing in no time, by its own shape."""
     bar, now = table.bar, motion.now
     if valve is None:
-        p, _ = load_at(table.harmonics, bar.mean, now.cosine, now.sine)
+        p, _ = load_at(table.harmonics, bar.wall, now.cosine, now.sine)
         pushed = p > 0.0
     else:  # undeformed, it leaves as from rest
         pushed = valve.controls.now.force > 0.0 or (bar.strain == 0.0 and table.modes.omega.shape[0] > 0)
