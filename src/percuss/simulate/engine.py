@@ -17,8 +17,7 @@ from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
 from percuss.simulate.events import Events, MotionCycle, joined, label_of, unresolved
 from percuss.simulate.kernels.clock import release_phases
-from percuss.simulate.kernels.motion import follow as follow_compiled
-from percuss.simulate.kernels.motion import place
+from percuss.simulate.kernels.motion import follow, place
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BAR,
@@ -395,20 +394,6 @@ class Progress:
     fraction: float
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended.
-
-    `wanders`: whether its last impacts do not come near any of the ones before.
-    """
-
-    events: Events
-    states: Array
-    snapshot: Snapshot
-    outcome: str
-    wanders: bool
-
-
 def gathered(
     log: Log,
     count: Any,
@@ -447,38 +432,6 @@ def gathered(
         events.append(events_of(log.events[:n]))
         states.append(log.states[:n] if ended else log.states[:n].copy())
     return joined(events), states[0] if len(states) == 1 else np.concatenate(states), ended
-
-
-def follow(
-    table: MotionTable,
-    snapshot: Snapshot,
-    stop: Stop,
-    begin_time: float,
-    progress: Callable[[Progress], object] | None = None,
-) -> Stretch:
-    """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone."""
-    state, modes = snapshot.copy(), table.modes.omega.size
-    room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
-    log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
-    own = to_change(table)
-    motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
-    if table.values.size:
-        set_load(own.bar, table.values[count["piece"]])
-    found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
-    ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
-
-    def step() -> tuple[str, bool]:
-        budget = (int(count["work"]) // stride + 1) * stride
-        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
-        code = int(found["ended"][0])
-        return ENDS.get(code, ""), code == BY_WORK
-
-    def gone() -> tuple[int, float]:
-        return state.impacts, state.time - begin_time
-
-    events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
-    return Stretch(events, states, state, outcome, bool(found["wanders"][0]))
 
 
 def events_of(log: npt.NDArray[Any]) -> Events:
@@ -527,17 +480,36 @@ class Clocked:
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
     ) -> dict[str, Any]:
         """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
-        stretch = follow(self.table, self.snapshot, stop, begin_time, progress)
-        state = stretch.snapshot
+        table, state = self.table, self.snapshot.copy()
+        modes, own, count = self.modes, to_change(table), state.count[0]
+        room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
+        log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
+        motion, twin, desk = state.motion, state.copy().motion, desk_for(table)
+        if table.values.size:
+            set_load(own.bar, table.values[count["piece"]])
+        found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
+        ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
+
+        def step() -> tuple[str, bool]:
+            budget = (int(count["work"]) // stride + 1) * stride
+            rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+            follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
+            code = int(found["ended"][0])
+            return ENDS.get(code, ""), code == BY_WORK
+
+        def gone() -> tuple[int, float]:
+            return state.impacts, state.time - begin_time
+
+        events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
         cycle = _cycle(state.count)
-        wanders = not self.spectrum.system.load.is_constant and stretch.wanders
-        end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
+        wanders = not self.spectrum.system.load.is_constant and bool(found["wanders"][0])
+        end = state.time if outcome != "time" or stop.time is None else begin_time + stop.time
         return {
-            "events": stretch.events,
-            "states": stretch.states,
+            "events": events,
+            "states": states,
             "snapshot": {name: getattr(state, name) for name in _ARRAYS},
-            "outcome": stretch.outcome,
-            "label": label_of(stretch.outcome, cycle, wanders, unresolved(state.count)),
+            "outcome": outcome,
+            "label": label_of(outcome, cycle, wanders, unresolved(state.count)),
             "cycle": cycle,
             "end_time": max(end, begin_time),
         }
