@@ -9,8 +9,7 @@ import numpy as np
 from percuss.blow import Rod, Wall
 from percuss.blow.periods import Impacts, run_by_waves
 from percuss.blow.periods.lattice import machine_record
-from percuss.blow.periods.lattice_run import LatticeRun, rigid_state
-from percuss.blow.periods.wave_motion import impacts_of
+from percuss.blow.periods.wave_motion import LatticeRun, impacts_of, rigid_state
 from percuss.model import Kept, Load, System
 from percuss.model.body import SteppedBar, UniformBar
 from percuss.simulate import Start, Stop

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from percuss.blow import Rock, Rod, strike
-from percuss.blow.best import FIGURES, OBJECTIVES, best_blow
+from percuss.blow.best import OBJECTIVES, best_blow
 from percuss.blow.closed_forms import BEST_BETA, best_efficiency, matched_efficiency
+from percuss.blow.figures import FIGURES
 from percuss.errors import Interrupted, ParameterError
 from percuss.model import Bar, Section, SectionedBar
 

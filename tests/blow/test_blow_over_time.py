@@ -11,10 +11,8 @@ from scipy.interpolate import BarycentricInterpolator
 
 from blow_strategies import collisions, struck
 from collisions import Collision
-from percuss.blow import Wall, strike
-from percuss.blow import stresses as string_state
+from percuss.blow import Wall, fields, strike
 from percuss.blow.kernels.wave_records import MOST_DEGREE
-from percuss.blow.over_time import cells_over_time, energy_over_time
 from percuss.model import Bar
 from percuss.model.checks import Array
 
@@ -27,7 +25,7 @@ ENOUGH = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, MOST_DEGREE + 9))
 def test_energy_is_where_the_balance_has_it_and_never_lost(case: Collision) -> None:
     blow = struck(case)
     times = np.linspace(0.0, blow.until, 23)
-    found = energy_over_time(blow, times)
+    found = blow.energy_over_time(times)
     whole = found.rigid + found.vibration + found.rod + found.rock_dissipated + found.rock_stored
     scale = max(blow.energy_before, abs(blow.load_work), float(whole.max()))
     at_end = (
@@ -51,9 +49,9 @@ def test_cells_have_what_the_field_of_an_instant_has_there(case: Collision) -> N
     blow = struck(case)
     times = np.linspace(0.0, blow.until, 5)[1:4]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(string_state, "_POINTS", ENOUGH)
+        patch.setattr(fields, "_POINTS", ENOUGH)
         states = [blow.state_at(float(time)) for time in times]
-    for cells, body in zip(cells_over_time(blow, times, 17, 1.0), ("striker", "rod"), strict=True):
+    for cells, body in zip(blow.cells_over_time(times, 17, 1.0), ("striker", "rod"), strict=True):
         for i, state in enumerate(states):
             along = getattr(state, body)
             assert (along is None) == (cells is None)
@@ -94,7 +92,7 @@ def test_a_bar_on_a_wall_is_compressed_as_far_as_the_wave_has_come() -> None:
     bar = Bar(0.5, diameter=0.04)
     blow = strike(bar, Wall(), 8.0)
     transit, stress = bar.transit_time, bar.youngs_modulus * 8.0 * bar.transit_time / 0.5
-    own, rod = cells_over_time(blow, np.array([0.25, 0.75, 1.5]) * transit, 8, 1.0)
+    own, rod = blow.cells_over_time(np.array([0.25, 0.75, 1.5]) * transit, 8, 1.0)
     assert rod is None
     share = own.force / (bar.area * stress)
     wanted = [[0.0] * 6 + [1.0] * 2, [0.0] * 2 + [1.0] * 6, [0.0] * 4 + [1.0] * 4]  # last: its free end lets go

@@ -9,7 +9,6 @@ from hypothesis import example, given, settings
 from blow_strategies import collisions, exact_collisions, struck
 from collisions import Collision
 from percuss.blow import Rod, Wall, strike
-from percuss.blow.over_time import cells_over_time, force_envelope
 from percuss.errors import ParameterError
 from percuss.model import Bar, Section
 
@@ -30,7 +29,7 @@ def test_no_place_has_more_than_its_section(case: Collision) -> None:
     blow = struck(case)
     own, speed = len(case.striker), (2.0 * blow.energy_before / blow.striker_mass) ** 0.5
     known = (blow.peaks[:own], case.striker), (blow.peaks[own:], case.rod or ())
-    for body, (peaks, chain) in zip(force_envelope(blow, CELLS, 2.0), known, strict=True):
+    for body, (peaks, chain) in zip(blow.force_envelope(CELLS, 2.0), known, strict=True):
         if body is None:
             assert not chain
             continue
@@ -48,7 +47,7 @@ def test_stepwise_waves_are_never_missed(case: Collision) -> None:
     """What cells show at instants between all breaks is within what they show at most."""
     blow = struck(case)
     times = blow.until * (np.arange(60) + GOLDEN) / 60.0
-    envelopes, shown = force_envelope(blow, CELLS, 2.0), cells_over_time(blow, times, CELLS, 2.0)
+    envelopes, shown = blow.force_envelope(CELLS, 2.0), blow.cells_over_time(times, CELLS, 2.0)
     for most, cells in zip(envelopes, shown, strict=True):
         if most is None or cells is None:
             assert most is cells is None
@@ -61,7 +60,7 @@ def test_stepwise_waves_are_never_missed(case: Collision) -> None:
 
 def test_a_bar_on_a_wall_is_pressed_everywhere_alike() -> None:
     bar = Bar(0.5, area=1e-3)
-    own, rod = force_envelope(strike(bar, Wall(), 10.0), 50, 1.0)
+    own, rod = strike(bar, Wall(), 10.0).force_envelope(50, 1.0)
     force = 10.0 * 1e-3 * (bar.youngs_modulus * bar.density) ** 0.5
     np.testing.assert_allclose(own.compression, force, rtol=1e-12)
     assert rod is None and not own.tension.any()
@@ -72,7 +71,8 @@ def test_a_pulse_comes_back_from_a_free_end_as_tension() -> None:
     bar, length = Bar(0.2, area=1e-3), 2.0
     speed = bar.wave_speed
     until = 1.6 * length / speed
-    _, rod = force_envelope(strike(bar, Rod([Section(length, area=1e-3)], "free"), 10.0, until=until), 80, 1.0)
+    blow = strike(bar, Rod([Section(length, area=1e-3)], "free"), 10.0, until=until)
+    _, rod = blow.force_envelope(80, 1.0)
     assert rod is not None
     force = 0.5 * 10.0 * 1e-3 * (bar.youngs_modulus * bar.density) ** 0.5
     x = 0.5 * (rod.edges[1:] + rod.edges[:-1])
@@ -87,4 +87,4 @@ def test_nonsense_is_refused() -> None:
     blow = strike(Bar(0.5, area=1e-3), Wall(), 10.0)
     for cells, reach in ((0, 1.0), (10, 0.0), (10, float("nan"))):
         with pytest.raises(ParameterError):
-            force_envelope(blow, cells, reach)
+            blow.force_envelope(cells, reach)

@@ -10,7 +10,7 @@ from percuss.blow import Rock, Rod, effective_blow, strike
 from percuss.blow.kernels.lattice_motion import follow
 from percuss.blow.periods import run_by_waves
 from percuss.blow.periods.lattice import machine_record
-from percuss.blow.periods.lattice_run import LatticeRun
+from percuss.blow.periods.wave_motion import LatticeRun
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Section, SectionedBar
 from percuss.simulate import Start, Stop

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from percuss.blow import Rod, Wall
-from percuss.blow.periods.lattice_run import rigid_state
+from percuss.blow.periods.wave_motion import rigid_state
 from percuss.case import Case, load_case, waves_answer
 from percuss.case.answers.waves_answer import stop_of, struck_by
 from percuss.simulate import Stop

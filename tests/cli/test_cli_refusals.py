@@ -199,10 +199,7 @@ FOLLOW --switch 17                                      | switch = 17
 FOLLOW -o branch.txt                                    | .csv
 FOLLOW --curve flip                                     | --over
 FOLLOW --curve flop --over restitution=0:0.9            | one of
-FOLLOW --curve flip --over mean=0:1                     | another
 FOLLOW --curve flip --over restitution=                 | 'restitution=': expected NAME=FROM:TO
-follow hammer.toml --along mean=0.7:1                   | a range that holds 0.62
-follow hammer.toml --along d=1:2 --orbit chatter/1      | a range that holds 0
 follow hammer.toml --along mean=0.6:0.63 --curve flip --over d=1:2 | a range that holds 0
 follow hammer.toml --along mean=0.61:0.63 --curve flip:9 --over restitution=0:0.9 | flip:9
 follow hammer.toml --along mean=0.61:0.63 --curve flip --over d=0:1 | has no flip, but limit

@@ -281,3 +281,14 @@ def test_ctrl_c_before_the_first_point_leaves_nothing_to_tell(percuss, ctrl_c_at
     ctrl_c_at(1)
     done = percuss(*FOLLOW)
     assert (done.code, done.out, done.err.strip()) == (130, "", "percuss: interrupted")
+
+
+def test_a_range_without_the_value_of_the_case_begins_at_its_nearest_end(percuss):
+    """The branch of the case at that end, and a point over its own parameter stays where it is."""
+    Path("hammer.toml").write_text(CASES["hammer"], encoding="utf-8")  # whose mean is 0.62
+    asked = ("follow", "hammer.toml", "--along", "mean=0.64:0.66", "--modes", "0")
+    found = percuss(*asked, "--curve", "all", "--over", "mean=0.6:0.7", "--json").json
+    own = branch_answer(Case.from_text(CASES["hammer"].replace("0.62", "0.64")), "1/1", "mean=0.64:0.66", modes=0)
+    assert (found["begun_at"], found["curves"]) == (0.64, [])
+    assert found["branch"]["value"] == own.values.tolist() and found["branch"]["phases"] == own.phases.tolist()
+    assert "Begun at 0.64, the end of the range" in " ".join(percuss(*asked).out.split())

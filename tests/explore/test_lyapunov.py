@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hammers import HAMMERS, Hammer
 from percuss import Load, Start, Starts, Stop, System, Trajectory, run, steady_states
 from percuss.errors import ParameterError
 from percuss.explore.lyapunov import LYAPUNOV_OUTCOMES, Lyapunov, lyapunov_exponent, lyapunov_many
+from percuss.model import Machine, Port, Supply, Valve
 from percuss.model.body import Body, External, KelvinVoigt, Ratio, SteppedBar, Table, UniformBar
 from percuss.model.checks import Array
 from percuss.model.contact import Contact, Kept, Reversed
-from percuss.stability import floquet_multipliers
-from percuss.steady import Orbit
+from percuss.stability import floquet_multipliers, orbit_multipliers
+from percuss.steady import Orbit, orbits, self_excited_motion
 
 CHAOTIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.66, 1.0))
 STEPS = System(s=3.0, d=0.1, restitution=0.4, load=Load.steps([0.8, 1.9, 3.3, 4.5], [-0.7, -0.1, 0.8, 1.5]))
@@ -238,3 +240,58 @@ def test_neighbours_part_as_the_exponent_says(body: Body, contact: Contact, fact
     found = lyapunov_exponent(system, start, modes=MODES, impacts=IMPACTS, discard=DISCARD)
     assert found.impacts == IMPACTS == len(growth)
     assert found.exponent == pytest.approx(float(weight @ growth / weight.sum()), abs=1e-5)
+
+
+# -- every hammer: periodic motions have the logarithms of their multipliers, and all exponents together the contraction
+
+NO_DELAY = Valve({"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact")))
+SLIDERS = (Port("power", behind=0.6, side="back", delay=0.3), Port("return", behind=0.2, side="front", delay=0.4))
+BAR = UniformBar(20.0, External(0.01))
+FED = Valve(NO_DELAY.states, SLIDERS, supply=Supply(0.7, 15.0))
+MORE = {
+    "under steps": Hammer(System(3.0, 0.1, 0.4, Load.steps([0.5, 3.0], [2.5, -0.3])), 3, ()),
+    "machine without delays": Hammer(Machine(BAR, NO_DELAY, Kept(0.3)), 3, ()),
+    "machine of sliders": Hammer(Machine(BAR, Valve(NO_DELAY.states, SLIDERS), Kept(0.3)), 2, ()),
+    "two blows of a pump": Hammer(Machine(UniformBar(20.0), FED, Reversed(0.3)), 0, ()),
+}
+
+
+def periodic(hammer: Hammer) -> tuple[Start, Array]:
+    """A start beside a stable periodic motion, and the logarithms of its multipliers over an impact."""
+    what, modes = hammer.what, hammer.modes
+    if isinstance(what, Machine):
+        cycle = self_excited_motion(what, modes=modes).cycle
+        start, moduli, blows = Start.rigid(0.0, -2.0), np.abs(cycle.multipliers), cycle.blows
+    else:
+        every = [one for p, n in ((1, 1), (1, 2), (2, 2)) for one in orbits(what, p, n, modes=modes, tries=60).orbits]
+        orbit = min(every, key=lambda one: orbit_multipliers(one).largest)
+        start, moduli, blows = Start.orbit(orbit, velocity=[1e-4]), orbit_multipliers(orbit).moduli, orbit.impacts
+    assert moduli.max() < 1.0
+    return start, np.sort(np.log(moduli[moduli > 1e-12]))[::-1] / blows
+
+
+@pytest.mark.parametrize("name", [name for name in (HAMMERS | MORE) if name != "elastic"])  # whose rest alone is stable
+def test_all_exponents_of_a_periodic_motion(name: str) -> None:
+    hammer = (HAMMERS | MORE)[name]
+    start, expected = periodic(hammer)
+    found = lyapunov_exponent(hammer.what, start, modes=hammer.modes, every=True)
+    assert found.outcome == "done" and found.spectrum[0] == pytest.approx(found.exponent, rel=1e-9)
+    assert np.array(found.spectrum[: expected.size]) == pytest.approx(expected, abs=3e-3)
+    assert not np.isfinite(found.spectrum[expected.size :]).any()
+
+
+@pytest.mark.parametrize("law", [Kept(0.4), Reversed(0.4), Kept(0.8)])
+@pytest.mark.parametrize("modes", [0, 3])
+def test_all_exponents_together_are_the_contraction(law: Contact, modes: int) -> None:
+    """Per impact: α^(n−1) β^(n+1) of n coordinates and exp(−d t) of each in flight, without delays."""
+    bar, n = UniformBar(7.0, External(0.03)), modes + 1
+    for what, start in (
+        (System(bar, Load.fourier([0.6, 1.0, 0.4j]), law), Start.rigid(-0.5, time=0.3)),
+        (Machine(bar, NO_DELAY, law), None),
+    ):
+        found = lyapunov_exponent(what, start, modes=modes, impacts=300, discard=20, every=True)
+        if found.outcome == "rest":
+            continue
+        time = found.exponent / found.per_period * (1.0 if isinstance(what, Machine) else 2.0 * math.pi)
+        impact = (n - 1) * math.log(abs(law.strain_factor)) + (n + 1) * math.log(abs(law.velocity_factor))
+        assert sum(found.spectrum) == pytest.approx(impact - 0.03 * n * time, rel=1e-6)

@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 from percuss import steady_states
 from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.explore import follow, vary
-from percuss.explore.lyapunov import lyapunov_exponent
 from percuss.model import External, Kept, Load, ModalBody, Mounted, Reversed, System, UniformBar
 from percuss.stability import characteristic, floquet_multipliers, orbit_map, orbit_multipliers, stability_of
 from percuss.steady import PeriodicOrbit, orbit_near, orbits, rest_on_wall
@@ -271,7 +270,6 @@ def test_what_needs_a_free_bar_says_so():
     judged = stability_of(orbit)
     assert judged.stable and judged.multipliers.largest == pytest.approx(0.6424329487950257, abs=1e-12)
     for asked in (
-        lambda: lyapunov_exponent(system, modes=2),
         lambda: judged.reduced,
         lambda: judged.waveform,
         lambda: rest_on_wall(system),

@@ -8,11 +8,11 @@ from percuss.kernel_cache import ensure_cache
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.blow.blow import Blow
+    from percuss.blow.blow import Blow, BlowBalance
     from percuss.blow.bodies import Rock, Rod, Target, Wall
+    from percuss.blow.fields import AlongBody, CellsOverTime, EnergyOverTime, ForceEnvelope, StringState
+    from percuss.blow.figures import BlowOutcome, ContactInterval, Peak, Pulse
     from percuss.blow.gauges import GaugeWaves
-    from percuss.blow.parts import BlowOutcome, ContactInterval, Peak, Pulse
-    from percuss.blow.stresses import AlongBody, StringState
     from percuss.blow.striking import EffectiveBlow, effective_blow, strike
     from percuss.blow.wave_history import Trace
 

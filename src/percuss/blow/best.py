@@ -1,101 +1,20 @@
-"""The figures that blows are compared by, and the best blow within ranges, under a limit of stress."""
+"""The best blow within ranges, under a limit of stress."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from math import inf, isfinite
+from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.blow.parts import BlowOutcome
+from percuss.blow.figures import FIGURES, BlowOutcome
 from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, positive
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
-
-# ---- The figures of a blow that hammers are compared by, each once: what it means, and how it is found
-
-
-@dataclass(frozen=True)
-class BlowFigure:
-    """A figure of a blow.
-
-    Parameters
-    ----------
-    label
-        What it is called before its value.
-    meaning
-        The same in a few words more.
-    unit
-        Its unit in SI without a prefix; "" for a ratio.
-    value
-        Of a blow; None where there is no such figure, as there is no wave in a wall.
-
-    Examples
-    --------
-    >>> from percuss.blow import Wall, strike
-    >>> from percuss.model import UniformBar
-    >>> FIGURES["effective_restitution"].value(strike(UniformBar(20.0), Wall(), 1.0))
-    1.0
-    """
-
-    label: str
-    meaning: str
-    unit: str
-    value: Callable[[Blow], float | None]
-
-
-def _rock_energy(blow: Blow) -> float | None:
-    return None if blow.greatest_penetration is None else blow.rock_work
-
-
-def _incident_energy(blow: Blow) -> float | None:
-    return None if blow.first_pulse is None else blow.first_pulse.energy
-
-
-def _ringing(blow: Blow) -> float | None:
-    before = blow.energy_before
-    return blow.vibration_energy_after / before if before > 0.0 else None
-
-
-def _peak_stress(blow: Blow) -> float:
-    return max(max(peak.compression, peak.tension) for peak in blow.peaks)
-
-
-FIGURES: dict[str, BlowFigure] = {
-    "effective_restitution": BlowFigure(
-        "restitution",
-        "−V₁/V₀, velocities of the striker's centre of mass after and before",
-        "",
-        lambda blow: blow.effective_restitution,
-    ),
-    "rock_energy": BlowFigure("energy into the rock", "work of the bit on the rock", "J", _rock_energy),
-    "rock_efficiency": BlowFigure(
-        "efficiency", "work of the bit on the rock over the energy before", "", lambda blow: blow.efficiency
-    ),
-    "incident_energy": BlowFigure(
-        "energy of the incident wave", "the first pulse into the rod, until a returned wave arrives", "J",
-        _incident_energy,
-    ),
-    "peak_stress": BlowFigure(
-        "peak stress", "the greatest compression or tension in striker and rod; dimensionless: the force", "Pa",
-        _peak_stress,
-    ),
-    "contact_duration": BlowFigure(
-        "duration of contact", "from the start of the first contact to the end of the last", "s",
-        lambda blow: blow.contact_duration,
-    ),
-    "ringing": BlowFigure(
-        "ringing", "share of the energy before that vibrates in the striker afterwards", "", _ringing
-    ),
-}  # fmt: skip
-"""By name, as in maps."""
-
-
-# ---- The best blow within ranges
 
 OBJECTIVES = {
     "rock-energy": ("rock_energy", 1.0),
@@ -114,25 +33,16 @@ _LOCAL = 0.25
 _PER_RANGE = 10
 """Places per range in each generation."""
 
+_EDGE = 0.05
+"""Of the first simplex, inside the unit cube."""
+
 
 @dataclass(frozen=True)
 class Best:
-    """What a search has found.
+    """What a search has found: the values, one for each range, the blow there, and the value of its figure.
 
-    Parameters
-    ----------
-    values
-        One for each range.
-    blow
-        The blow there.
-    value
-        Of the figure that was looked for.
-    allowed
-        Whether its stress is below the limit; where no blow's was, the one of least stress is told.
-    blows
-        How many were computed.
-    complete
-        Whether the search came to its end; false where `progress` ended it.
+    `allowed`: whether its stress is below the limit; where no blow's was, the one of least stress is told. `blows` is
+    how many were computed, `complete` false where `progress` ended the search.
     """
 
     values: tuple[float, ...]
@@ -156,19 +66,14 @@ class _Search:
 
     made: Callable[[tuple[float, ...]], Blow]
     ranges: Array
-    figure: str
-    sign: float
-    below: float
+    objective: str
+    below: float | None
     most: int
     progress: Callable[[int, int], bool] | None
     blows: int = 0
     cost: float = inf
     best: tuple[tuple[float, ...], Blow, float] | None = None
-    refused: PercussError | None = field(default=None)
-
-    def values(self, place: Array) -> tuple[float, ...]:
-        low, high = self.ranges.T
-        return tuple(np.clip(low + (high - low) * np.asarray(place), low, high).tolist())
+    refused: PercussError | None = None
 
     def place(self, values: Sequence[float]) -> Array:
         """Where values lie in the unit cube."""
@@ -179,31 +84,29 @@ class _Search:
         if self.progress is not None and self.progress(self.blows, self.most):
             raise _Ended
         self.blows += 1
-        values = self.values(place)
+        low, high = self.ranges.T
+        values = tuple(np.clip(low + (high - low) * np.asarray(place), low, high).tolist())
         try:
             blow = self.made(values)
+            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
+                raise ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
         except Interrupted:
             raise
         except PercussError as error:
             self.refused = error
             return _NONE
-        value = FIGURES[self.figure].value(blow)
-        if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
-            self.refused = ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
-            return _NONE
+        figure, sign = OBJECTIVES[self.objective]
+        value = FIGURES[figure].value(blow)
         if value is None:
             return _NONE
-        cost = self._cost(blow, value)
+        stress = (FIGURES["peak_stress"].value(blow) or 0.0) if self.below is not None else 0.0
+        if self.below is not None and stress > self.below:
+            cost = stress / self.below - 1.0
+        else:
+            cost = -value if sign > 0.0 else -1.0 / max(value, 1e-300)
         if cost < self.cost:
             self.cost, self.best = cost, (values, blow, value)
         return cost
-
-    def _cost(self, blow: Blow, value: float) -> float:
-        if isfinite(self.below):
-            stress = FIGURES["peak_stress"].value(blow) or 0.0
-            if stress > self.below:
-                return stress / self.below - 1.0
-        return -value if self.sign > 0.0 else -1.0 / max(value, 1e-300)
 
 
 def best_blow(
@@ -264,8 +167,7 @@ def best_blow(
         raise ParameterError("ranges", ranges, "one range or more")
     most, seed = count("most", most, 20, 10**7), count("seed", seed, 0, 2**32 - 1)
     callback("progress", progress)
-    figure, sign = OBJECTIVES[objective]
-    search = _Search(made, limits, figure, sign, inf if below is None else positive("below", below), most, progress)
+    search = _Search(made, limits, objective, None if below is None else positive("below", below), most, progress)
     complete = True
     try:
         _searched(search, first, seed)
@@ -274,7 +176,8 @@ def best_blow(
     if search.best is None and not complete:
         raise Interrupted(search.blows, most, None, "no blow has been found yet")
     if search.best is None:
-        raise ParameterError("ranges", limits.tolist(), "ranges in which a blow has this figure", _refusal(search))
+        why = "" if search.refused is None else f"the last refusal: {search.refused}"
+        raise ParameterError("ranges", limits.tolist(), "ranges in which a blow has this figure", why)
     values, blow, value = search.best
     return Best(values, blow, value, search.cost < 0.0, search.blows, complete)
 
@@ -303,13 +206,9 @@ def _searched(search: _Search, first: Sequence[float] | None, seed: int) -> None
         "maxfev": max(10, int(_LOCAL * search.most)),
         "xatol": 1e-6,
         "fatol": 1e-9 * abs(search.cost),
-        "initial_simplex": _simplex(place),
+        "initial_simplex": [place, *(place + np.diag(np.where(place + _EDGE <= 1.0, _EDGE, -_EDGE)))],
     }
     minimize(search, place, method="Nelder-Mead", bounds=unit, options=options)
-
-
-def _refusal(search: _Search) -> str:
-    return "" if search.refused is None else f"the last refusal: {search.refused}"
 
 
 def _range(number: int, given: tuple[float, float]) -> tuple[float, float]:
@@ -317,11 +216,3 @@ def _range(number: int, given: tuple[float, float]) -> tuple[float, float]:
     if not low < high:
         raise ParameterError(f"ranges[{number}]", given, "two different ends, the smaller one first")
     return low, high
-
-
-def _simplex(place: Array, step: float = 0.05) -> Array:
-    """Corners around a place, inside the unit cube."""
-    corners = np.tile(place, (place.size + 1, 1))
-    for i in range(place.size):
-        corners[i + 1, i] += step if place[i] + step <= 1.0 else -step
-    return corners

@@ -17,19 +17,11 @@ BEST_BETA = 1.2564312086261697
 
 @dataclass(frozen=True)
 class UniformBlow:
-    """A uniform striker on a wall or an endless uniform rod, its first step.
+    """A uniform striker on a wall or an endless uniform rod: its constant force in the first round trip, 2τ.
 
-    Parameters
-    ----------
-    force
-        The constant force of the first round trip.
-    duration
-        2τ, after which the contact of a striker that is no stiffer than the rod ends.
-    restitution
-        (Z_2 − Z)/(Z_2 + Z), what B77's law takes; it is the ratio of speeds only where the contact ends with the
-        first step.
-    passed
-        Share of the energy that passes in the first step, 4 Z Z_2/(Z + Z_2)².
+    After that the contact of a striker that is no stiffer than the rod ends; only there is the restitution that B77's
+    law takes, (Z_2 − Z)/(Z_2 + Z), the ratio of speeds. `passed` is the share of the energy that passes in the first
+    step, 4 Z Z_2/(Z + Z_2)².
     """
 
     force: float
@@ -39,16 +31,9 @@ class UniformBlow:
 
 
 def uniform_blow(impedance: float, transit: float, velocity: float, rod: float = math.inf) -> UniformBlow:
-    """The first step of a blow of a uniform striker (St Venant 1867).
+    """The first step of a blow of a uniform striker of Z and τ on a rod of Z_2 (St Venant 1867).
 
-    Parameters
-    ----------
-    impedance, transit
-        Z in N·s/m and τ in s of the striker.
-    velocity
-        In m/s.
-    rod
-        Z_2 in N·s/m; inf for a rigid wall.
+    Impedances in N·s/m (`rod`: inf for a rigid wall), times in s, velocities in m/s.
 
     Examples
     --------
@@ -56,16 +41,16 @@ def uniform_blow(impedance: float, transit: float, velocity: float, rod: float =
     >>> round(uniform_blow(z, 1.0 / (210e9 / 7800) ** 0.5, 0.1).force, 6)
     1270.827478
     """
-    z, v = positive("impedance", impedance), positive("velocity", velocity)
-    if rod == math.inf:
-        return UniformBlow(z * v, 2.0 * positive("transit", transit), 1.0, 0.0)
-    other = positive("rod", rod)
-    return UniformBlow(
-        force=v * z * other / (z + other),
-        duration=2.0 * positive("transit", transit),
-        restitution=(other - z) / (other + z),
-        passed=4.0 * z * other / (z + other) ** 2,
+    z, v, duration = (
+        positive("impedance", impedance),
+        positive("velocity", velocity),
+        2.0 * positive("transit", transit),
     )
+    if rod == math.inf:
+        return UniformBlow(z * v, duration, 1.0, 0.0)
+    other = positive("rod", rod)
+    both = z + other
+    return UniformBlow(v * z * other / both, duration, (other - z) / both, 4.0 * z * other / both**2)
 
 
 def staircase_force(impedance: float, rod: float, velocity: float, step: int) -> float:
@@ -116,16 +101,10 @@ def two_section_restitution(rear: float, head: float) -> float:
 
 
 def matched_efficiency(beta: float, unloading_ratio: float) -> float:
-    """Share of a rectangular wave's energy that becomes work on rock: 2 (1 − γ)(1 − e^{−β})²/β.
+    """Share of a rectangular wave's energy that becomes work on rock: 2 (1 − γ)(1 − e^{−β})²/β (Lundberg 1973).
 
-    Lundberg (1973).
-
-    Parameters
-    ----------
-    beta
-        K_1 T/Z, T the duration of the wave; 2 K_1 L/(AE) for a hammer of the rod's impedance.
-    unloading_ratio
-        γ of the rock.
+    β = K_1 T/Z, T the duration of the wave: 2 K_1 L/(AE) for a hammer of the rod's impedance; γ is the rock's unloading
+    ratio.
 
     Examples
     --------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.parts import Pulse
+from percuss.blow.figures import Pulse
 from percuss.blow.wave_history import Trace
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, numbers, positive
@@ -20,14 +20,8 @@ _NOTHING = 1e-12
 class GaugeWaves:
     """The forces in the two waves that pass a gauge; their sum is the force there, compression positive.
 
-    Parameters
-    ----------
-    incident
-        Z f of the wave from the struck face: N where nothing has come back yet.
-    reflected
-        −Z g of the wave that comes back.
-    impedance
-        Z at the gauge.
+    `incident` is Z f of the wave from the struck face, N where nothing has come back yet; `reflected` −Z g of the wave
+    that comes back; `impedance` Z at the gauge.
     """
 
     incident: Trace
@@ -99,15 +93,11 @@ def _falls(trace: Trace, start: float, last: float, least: float) -> float:
 
 # ---- A measured force laid over the computed one at a gauge: the shift of the clock, the zero, the sign, what is left
 
-_LEAST = 16
-"""Samples in the window without which nothing can be laid over."""
-_COARSE, _LONGEST = 4096, 1 << 19
-"""Points in the window, and in the whole record, with which the shift is searched for."""
-_ALIKE = 0.1
-"""Share of the record's variance in the window that the computed force must explain."""
+_LEAST = 16  # samples in the window without which nothing can be laid over
+_COARSE, _LONGEST = 4096, 1 << 19  # points in the window, and in the whole record, that the shift is searched for with
+_ALIKE = 0.1  # share of the record's variance in the window that the computed force must explain
 _ROUNDS, _TRIED = 5, 21
-_SEEN = 0.01
-"""Share of the computed force's variance that a record must at least cover."""
+_SEEN = 0.01  # share of the computed force's variance that a record must at least cover
 
 
 @dataclass(frozen=True)

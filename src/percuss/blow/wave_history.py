@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from percuss.blow.bodies import Sections
+from percuss.blow.figures import ContactInterval
 from percuss.blow.kernels.rows import integrals, value_before
-from percuss.blow.kernels.wave_records import ENDLESS, FAR, FREE, WALL
-from percuss.blow.parts import ContactInterval
-from percuss.blow.question import BlowTables
+from percuss.blow.kernels.wave_records import ENDLESS, FAR, FREE, WALL, BlowProblem, State, WaveRows
 from percuss.model.checks import Array, count, numbers
 
 
@@ -42,10 +43,7 @@ class Trace:
     def at(self, time: npt.ArrayLike) -> Array:
         """Values at times, at a break that of the later piece; the shape of `time`.
 
-        Raises
-        ------
-        ParameterError
-            For times that are not finite numbers.
+        ParameterError for times that are not finite numbers.
         """
         t = np.clip(numbers("time", time), self.times[0], self.times[-1])
         return self._values(self._pieces(t), t)
@@ -70,9 +68,8 @@ class Trace:
         times = np.concatenate([self.times[:-1], self.times[1:], inside])
         values = np.concatenate([self.at(self.times[:-1]), self.before(self.times[1:]), self.at(inside)])
         # at a break the earlier piece's value comes first
-        order = np.lexsort(
-            (np.r_[np.full(len(self.times) - 1, 1), np.zeros(len(self.times) - 1), np.ones(size)], times)
-        )
+        breaks = len(self.times) - 1
+        order = np.lexsort((np.r_[np.full(breaks, 1), np.zeros(breaks), np.ones(size)], times))
         return times[order], values[order]
 
     def integral(self) -> float:
@@ -176,6 +173,45 @@ def extreme(row: Array) -> float:
 # ---- A blow that was followed: its waves in the scales of the blow, and the sums of them that results are made of
 
 
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What the numbers of the compiled functions are multiples of."""
+
+    time: float
+    impedance: float
+    velocity: float
+
+    @property
+    def force(self) -> float:
+        return self.impedance * self.velocity
+
+    @property
+    def length(self) -> float:
+        return self.velocity * self.time
+
+    @property
+    def momentum(self) -> float:
+        return self.force * self.time
+
+    @property
+    def energy(self) -> float:
+        return self.force * self.length
+
+
+class BlowTables(NamedTuple):
+    """A blow as the compiled functions know it, and the sections of striker and rod (None for a wall) behind it."""
+
+    own: Sections
+    rod: Sections | None
+    scales: Scales
+    problem: BlowProblem
+    waves: WaveRows
+    state: State
+
+
 class Sums(NamedTuple):
     """∫ p dt, ∫ p² dt and ∫ p (t − begin) dt."""
 
@@ -186,7 +222,7 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class WaveHistory:
-    """A blow until the tick `end`.
+    """A blow until the tick `end`; `first_gap` is that before it.
 
     Row 2i is the wave to the right in section i by the time at which it leaves the section's left end, row 2i + 1 that
     to the left; sections are counted from the driven end through the face to the far end.
@@ -195,6 +231,10 @@ class WaveHistory:
     held: BlowTables
     end: int
     first_gap: float
+
+    @property
+    def scales(self) -> Scales:
+        return self.held.scales
 
     @property
     def striker(self) -> int:
@@ -210,7 +250,7 @@ class WaveHistory:
     def tick(self) -> float:
         return self.held.problem.tick
 
-    @cached_property
+    @property
     def impedance(self) -> Array:
         return self.held.problem.impedance
 
@@ -228,6 +268,10 @@ class WaveHistory:
     def has_rod(self) -> bool:
         return self.held.problem.end != WALL
 
+    def of_each(self, told: Callable[[int, Sections], T]) -> tuple[T, T | None]:
+        """What a function of a body's first section and its sections tells of the striker, and of the rod."""
+        return told(0, self.held.own), None if self.held.rod is None else told(self.striker, self.held.rod)
+
     @cached_property
     def turns(self) -> list[int]:
         """Ticks at which the faces met and parted, in turn."""
@@ -240,7 +284,6 @@ class WaveHistory:
         return len(self.turns) % 2 == 1
 
     def endless(self, section: int) -> bool:
-        """Whether a section has no end."""
         return self.transit[section] == 0
 
     def sums(self, row: int, begin: int, end: int) -> Sums:
@@ -258,18 +301,17 @@ class WaveHistory:
 
     def energy(self, first: int, last: int, time: int) -> float:
         """Kinetic and strain energy in the sections from `first` to before `last`."""
-        found = 0.0
-        for i in range(first, last):
-            f, g = self.section_sums(i, time)
-            found += float(self.impedance[i]) * (f.square + g.square)
-        return found
+        return self._in_sections(first, last, time, 1)
 
     def momentum(self, first: int, last: int, time: int) -> float:
-        """Likewise."""
+        return self._in_sections(first, last, time, 0)
+
+    def _in_sections(self, first: int, last: int, time: int, which: int) -> float:
+        """Σ Z (f + g) of one of the sums over the waves in sections."""
         found = 0.0
         for i in range(first, last):
             f, g = self.section_sums(i, time)
-            found += float(self.impedance[i]) * (f.plain + g.plain)
+            found += float(self.impedance[i]) * (f[which] + g[which])
         return found
 
     def node_velocity(self, section: int, time: int) -> float:
@@ -419,17 +461,18 @@ _GRAZING = 1e-12
 """Share of the greatest impulse below which a contact is rounding, or a touch without force."""
 
 
-def contacts(course: WaveHistory, force: Trace) -> tuple[tuple[ContactInterval, ...], int]:
-    """The contacts, in the scales of the blow, and how many touches without an impulse there were besides."""
+def contacts(course: WaveHistory) -> tuple[tuple[ContactInterval, ...], int]:
+    """The contacts, and how many touches without an impulse there were besides."""
     turns = [*course.turns, course.end] if course.in_contact else course.turns
+    force, scales = course.trace(2 * course.size), course.scales
     peaks, middle = force.piece_peaks, 0.5 * (force.times[:-1] + force.times[1:])
     found = []
     for begin, end in list(pairwise(turns))[::2]:
         inside = (middle > begin * course.tick) & (middle < end * course.tick)
-        impulse = course.sums(2 * course.size, begin, end).plain
-        lasting = end == course.end and course.in_contact
-        peak = float(peaks[inside].max()) if inside.any() else 0.0
-        found.append(ContactInterval(begin * course.tick, None if lasting else end * course.tick, impulse, peak))
+        impulse = scales.momentum * course.sums(2 * course.size, begin, end).plain
+        last = None if end == course.end and course.in_contact else scales.time * (end * course.tick)
+        peak = scales.force * float(peaks[inside].max(initial=0.0))
+        found.append(ContactInterval(scales.time * (begin * course.tick), last, impulse, peak))
     least = _GRAZING * max((spell.impulse for spell in found), default=0.0)
     kept = tuple(spell for spell in found if spell.impulse > least)
     return kept, len(found) - len(kept) + int(course.held.state.now[0].grazes)

@@ -181,7 +181,7 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     """Follow one orbit."""
     from percuss import plot
     from percuss.case import branch_answer, point_curves_answer
-    from percuss.case.answers.exploring.orbits_answer import branch_dict, branch_report, branch_table
+    from percuss.case.answers.exploring.orbits_answer import begun_at, branch_dict, branch_report, branch_table
     from percuss.case.answers.exploring.point_curves_answer import point_curves_table
     from percuss.cli.report_printing import answered
     from percuss.whole_file import write_whole
@@ -189,29 +189,28 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
     along, over = ((text or "").partition("=")[0].strip() for text in (options.along, options.over))
-    if options.over is not None and along == over:
-        parser.error("argument --over: a second parameter, another than that of --along")
     case = named_case(options.case)
     resting = options.orbit.lstrip().startswith(("chatter", "rest"))
     if resting and options.switch:
         parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
     curves: Any = ()
+    of_curves = options.curve is not None and along != over  # over its own parameter a point stays where it is
     with watching(parser, SELDOM) as watch:
         try:
             asked: dict[str, Any] = {"switch": options.switch, "modes": options.modes, "halt": watch.asked}
             branch = branch_answer(case, options.orbit, options.along, **asked)
         except Interrupted:  # before the first point of the branch
             raise KeyboardInterrupt from None
-        if options.curve is not None and not watch.asked():
+        if of_curves and not watch.asked():
             curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
-    if options.output is not None:
-        of_curves = options.curve is not None  # also where Ctrl-C has left none of them
+    begun = begun_at(case, options.along)
+    if options.output is not None:  # of curves also where Ctrl-C has left none of them
         write_whole(options.output, point_curves_table(curves) if of_curves else branch_table(branch))
     drawn = plot.rest_branch if branch.has_rest else plot.branch
     return answered(
         options,
-        lambda: branch_dict(branch, curves),
-        lambda: branch_report(case.title, branch, curves),
+        lambda: branch_dict(branch, curves) | ({} if begun is None else {"begun_at": begun}),
+        lambda: branch_report(case.title, branch, curves, begun, over if along == over else ""),
         lambda: plot.curves(curves, case.title) if curves else drawn(branch, case.title),
         table=options.output,
         cut="the answer is of what was followed until then" if watch.interrupted else "",
@@ -219,9 +218,6 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
 
 
 # ---- All motions over one parameter
-
-_SIZES = ("searched", "switch", "tries", "starts", "runs", "modes", "seed")
-
 
 _SIZES = ("searched", "switch", "tries", "starts", "runs", "modes", "seed")
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.best import FIGURES as BLOW_FIGURES
-from percuss.blow.parts import BlowOutcome
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
+from percuss.blow.figures import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
 from percuss.explore.attractors.hammers import ClockedHammer, seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
@@ -29,7 +29,6 @@ from percuss.explore.quantities import (
     needs,
 )
 from percuss.model import Machine, System
-from percuss.model.body import need_free
 from percuss.model.checks import Array
 from percuss.stability import stability_plane
 from percuss.stability.multipliers import NEUTRAL
@@ -239,7 +238,8 @@ class SweepJob:
         from percuss.simulate import Start
 
         of_family = getattr(self.family, "start", None)
-        return Start.rigid() if of_family is None else of_family(self.values(cell), self.simulated)
+        usual = Start.rigid(0.0 if drives_itself(self.family) else -1.0)
+        return usual if of_family is None else of_family(self.values(cell), self.simulated)
 
     def empty(self, number: int) -> Columns:
         """The columns of so many cells, of which nothing is known but that nothing has failed yet."""
@@ -309,8 +309,6 @@ def _steady(job: SweepJob, out: Columns, i: int, system: System, periods: int) -
             out["rest"][i] = rest_on_wall(system).possible
         if wanted & {"orbits", "exact"}:
             _orbits(job, out, i, system, periods)
-        if "lyapunov" in wanted:
-            need_free(system.body, "the Lyapunov exponent")
     except (PercussError, ArithmeticError) as error:
         out["outcome"][i] = failure(error)
 
@@ -381,13 +379,14 @@ def _simulated(
 
     there = []
     for i, (system, start) in enumerate(zip(hammers, starts, strict=True)):
-        if isinstance(system, System) and start is not None and not _resonant(out, i, system, job.simulated):
+        if system is not None and start is not None and not _resonant(out, i, system, job.simulated):
             there.append((i, system, start))
     for first in range(0, len(there), _PORTION):
         if stopped():
             return
         part = there[first : first + _PORTION]
-        rows, systems, begins = [i for i, _, _ in part], [one for _, one, _ in part], [start for _, _, start in part]
+        rows, begins = [i for i, _, _ in part], [start for _, _, start in part]
+        systems: list[Any] = [one for _, one, _ in part]
         if "simulation" in job.groups:
             many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, threads=1)
             found = {
@@ -403,15 +402,20 @@ def _simulated(
             }
             for name in found.keys() & out.keys():
                 out[name][rows] = found[name]
-        if "lyapunov" in out and all(system.body.is_free for system in systems):
-            exponents = lyapunov_many(
-                systems, begins, modes=job.simulated, impacts=job.impacts, discard=job.discard, threads=1
-            )
-            out["lyapunov"][rows] = exponents.exponent
+        if "lyapunov" in job.groups:
+            every = "lyapunov_all" in out
+            asked = {"modes": job.simulated, "impacts": job.impacts, "discard": job.discard}
+            exponents = lyapunov_many(systems, begins, **asked, every=every, threads=1)
+            if "lyapunov" in out:
+                out["lyapunov"][rows] = exponents.exponent
+            for row, spectrum in zip(rows, exponents.spectrum, strict=False):  # none where it was not asked for
+                out["lyapunov_all"][row, : len(spectrum)] = spectrum[:BRANCHES]
 
 
-def _resonant(out: Columns, i: int, system: System, modes: int) -> bool:
+def _resonant(out: Columns, i: int, system: System | Machine, modes: int) -> bool:
     """Whether the cell has no bounded motion; its outcome then says so."""
+    if isinstance(system, Machine):
+        return False
     from percuss.simulate.engine import table_of
 
     try:

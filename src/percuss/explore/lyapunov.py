@@ -1,4 +1,4 @@
-"""The largest Lyapunov exponent of the map from impact to impact."""
+"""Lyapunov exponents of the map from impact to impact, of whatever hammer."""
 
 from __future__ import annotations
 
@@ -6,30 +6,32 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
-from percuss.model import System
-from percuss.model.body import need_free
-from percuss.model.checks import Array, count, instance, several
+from percuss.model import Machine, System
+from percuss.model.checks import Array, count, flag, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
 from percuss.simulate.ensemble import cores
 
-LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance")
+LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", "stalls")
 """How the computation of an exponent ends.
 
-``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞. ``departed``:
-the bar has left for good; there is none. ``work``, ``memory``: the simulation ended early
-(`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are. ``resonance``: of a batch only; the load
-meets an undamped elastic mode.
+``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞. ``departed``,
+``stalls``: the bar has left for good, or the valve of a machine never switches again; there is none. ``work``,
+``memory``: the simulation ended early (`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are.
+``resonance``: of a batch only; the load meets an undamped elastic mode.
 """
 
 _BATCHES = 20
 _IMPACT, _REST = 0, 3  # numbers of events, as in percuss.simulate.events
 _TURN = 2.0 * math.pi
+_NONE = (math.nan, math.nan, math.nan)
+_ERASED = (-math.inf, -math.inf, 0.0)
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,17 @@ class Lyapunov(Shown):
     exponent
         Mean logarithm of the growth per impact; −inf when the bar rests, NaN when there is none. Dimensionless.
     per_period
-        The same per load period.
+        The same per load period; of a machine that switches its own valve, per unit of its time.
     error
         Standard error of `exponent`, from the scatter of the means of 20 stretches; 0 of −inf.
     impacts
         Impacts that were used.
     outcome
         One of `LYAPUNOV_OUTCOMES`.
+    spectrum
+        Where all are asked for, every exponent per impact, the greatest first: 2N + 2, of a structure 2N; of a machine
+        without the one along its motion, which is 0, and with one for a supply and for each order that waits at a blow.
+        −inf of what is erased.
     """
 
     exponent: float
@@ -55,6 +61,7 @@ class Lyapunov(Shown):
     error: float
     impacts: int
     outcome: str
+    spectrum: tuple[float, ...] = ()
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -88,34 +95,42 @@ class LyapunovMany(Shown):
     error: Array
     impacts: npt.NDArray[np.int64]
     code: npt.NDArray[np.int8]
+    spectrum: tuple[tuple[float, ...], ...] = ()
 
     def __len__(self) -> int:
         return int(self.code.size)
 
     def __getitem__(self, i: int) -> Lyapunov:
         figures = {name: getattr(self, name)[i].item() for name in _FIGURES}
-        return Lyapunov(**figures, outcome=LYAPUNOV_OUTCOMES[self.code[i]])
+        return Lyapunov(
+            **figures, outcome=LYAPUNOV_OUTCOMES[self.code[i]], spectrum=self.spectrum[i] if self.spectrum else ()
+        )
 
 
 _FIGURES = ("exponent", "per_period", "error", "impacts")
-_EXPONENT = "the Lyapunov exponent"
 
 
 def lyapunov_exponent(
-    system: System, start: Start | None = None, *, modes: int = 0, impacts: int = 2000, discard: int = 500
+    system: System | Machine,
+    start: Start | None = None,
+    *,
+    modes: int = 0,
+    impacts: int = 2000,
+    discard: int = 500,
+    every: bool = False,
 ) -> Lyapunov:
-    """The largest Lyapunov exponent of a motion, from its linearised map impact by impact.
+    """The largest Lyapunov exponent of a motion, or every one, from its linearised map impact by impact.
 
     The motion is simulated, and a small difference carried along with it: freely in flight, through the saltation
-    matrix at every impact. Of a steady motion the exponent is the logarithm of the largest modulus of its multipliers.
-    (A motion that starts on an unstable one to the last bit may stay there: start beside it.)
+    matrix at every event. Of a periodic motion the exponents are the logarithms of the moduli of its multipliers, over
+    the impacts of its cycle. (A motion that starts on an unstable one to the last bit may stay there: start beside it.)
 
     Parameters
     ----------
     system
-        What moves.
+        What moves: a bar or a structure under a clock, or a machine that switches its own valve.
     start
-        Where the motion begins; `Start.rigid()` by default.
+        Where the motion begins; that of `run` by default.
     modes
         N, the elastic modes kept.
     impacts
@@ -124,6 +139,9 @@ def lyapunov_exponent(
         (Das et al. 2017).
     discard
         Impacts before them; in the second half of these the difference turns to where it grows fastest.
+    every
+        Whether all of them are wanted, in `Lyapunov.spectrum`: by Gram and Schmidt's columns at each impact (Benettin
+        et al. 1980).
 
     Raises
     ------
@@ -135,6 +153,8 @@ def lyapunov_exponent(
     References
     ----------
     S. Das, Y. Saiki, E. Sander, J. A. Yorke, Quantitative quasiperiodicity, Nonlinearity 30 (2017) 4111–4140.
+    G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Lyapunov characteristic exponents for smooth dynamical
+    systems, Meccanica 15 (1980) 9–30.
 
     Examples
     --------
@@ -146,27 +166,29 @@ def lyapunov_exponent(
     Lyapunov exponent -0.130572 ± ... per impact, -0.130572 per load period (2000 impacts)
     """
     used, before = _numbers(impacts, discard)
-    need_free(instance("system", system, System).body, _EXPONENT)
-    stop = Stop(impacts=used + before + 1, periodic=False)
-    return _of(run(system, start, modes=modes, stop=stop), used, before)
+    if not isinstance(system, Machine):
+        instance("system", system, System)
+    motion = run(system, start, modes=modes, stop=Stop(impacts=used + before + 1, periodic=False))
+    return _of(motion, used, before, flag("every", every))
 
 
 def lyapunov_many(
-    systems: System | Sequence[System],
+    systems: System | Machine | Sequence[System | Machine],
     starts: Start | Starts | Sequence[Start] | None = None,
     *,
     modes: int = 0,
     impacts: int = 2000,
     discard: int = 500,
+    every: bool = False,
     threads: int | None = None,
 ) -> LyapunovMany:
-    """The largest Lyapunov exponents of many motions; each is what `lyapunov_exponent` gives.
+    """The largest Lyapunov exponents of many motions, or all; each is what `lyapunov_exponent` gives.
 
     Parameters
     ----------
     systems, starts
         One of them for all, or as many as members; `Start.rigid()` by default.
-    modes, impacts, discard
+    modes, impacts, discard, every
         See `lyapunov_exponent`.
     threads
         How many; by default as many as cores. The results are the same for any number.
@@ -177,20 +199,18 @@ def lyapunov_many(
         For numbers out of range, or of systems and starts that do not go together.
     """
     used, before = _numbers(impacts, discard)
-    whole = (
-        [systems] if isinstance(systems, System) else list(several("systems", systems, "a System, or a list of them"))
-    )
+    given: Any = [systems] if isinstance(systems, System | Machine) else systems
+    whole: list[System | Machine] = list(several("systems", given, "a System or a Machine, or a list of them"))
     for system in whole:
-        need_free(instance("systems", system, System).body, _EXPONENT)
-    begins: Sequence[Start] | Starts = (
-        [Start.rigid()] if starts is None else [starts] if isinstance(starts, Start) else starts
-    )
-    if not isinstance(begins, Starts):
+        if not isinstance(system, Machine):
+            instance("systems", system, System)
+    begins: Any = [starts] if starts is None or isinstance(starts, Start) else starts
+    if starts is not None and not isinstance(begins, Starts):
         begins = [instance("starts", one, Start) for one in several("starts", begins, "a Start, Starts, or a list")]
     members = max(len(whole), len(begins))
     if {len(whole), len(begins)} - {1, members} or not whole:
-        given = f"{len(whole)} systems and {len(begins)} starts"
-        raise ParameterError("starts", given, "as many starts as systems, or one of either")
+        told = f"{len(whole)} systems and {len(begins)} starts"
+        raise ParameterError("starts", told, "as many starts as systems, or one of either")
     workers = cores() if threads is None else count("threads", threads, most=1024)
     stop = Stop(impacts=used + before + 1, periodic=False)
 
@@ -198,8 +218,8 @@ def lyapunov_many(
         try:
             motion = run(whole[i % len(whole)], begins[i % len(begins)], modes=modes, stop=stop)
         except ResonanceError:
-            return Lyapunov(math.nan, math.nan, math.nan, 0, "resonance")
-        return _of(motion, used, before)
+            return Lyapunov(*_NONE, 0, "resonance")
+        return _of(motion, used, before, every)
 
     if workers == 1:
         found = [one(i) for i in range(members)]
@@ -212,39 +232,48 @@ def lyapunov_many(
                 raise
     figures = {name: np.array([getattr(one, name) for one in found]) for name in _FIGURES}
     code = np.array([LYAPUNOV_OUTCOMES.index(one.outcome) for one in found], dtype=np.int8)
-    return LyapunovMany(**figures, code=code)
+    return LyapunovMany(**figures, code=code, spectrum=tuple(one.spectrum for one in found) if every else ())
 
 
 def _numbers(impacts: int, discard: int) -> tuple[int, int]:
     return count("impacts", impacts, least=_BATCHES, most=10**7), count("discard", discard, least=2, most=10**7)
 
 
-def _of(motion: Trajectory, impacts: int, discard: int) -> Lyapunov:
+def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> Lyapunov:
     """The exponent of a simulated motion, over at most so many impacts after the first `discard`."""
+    from percuss.explore.tangent import growths  # only here is the compiler needed
+
     outcome = "done" if motion.outcome == "impacts" else motion.outcome
     code = motion.events.code
     struck, rests = np.flatnonzero(code == _IMPACT), np.flatnonzero(code == _REST)
-    if outcome == "departed":
-        return Lyapunov(math.nan, math.nan, math.nan, 0, outcome)
+    if outcome in ("departed", "stalls"):
+        return Lyapunov(*_NONE, 0, outcome)
     later = struck[discard] if struck.size > discard else code.size
-    if outcome == "rest" or (rests.size and rests[-1] > later):
-        return Lyapunov(-math.inf, -math.inf, 0.0, max(struck.size - discard, 0), "rest")
+    forgets = motion.is_clocked  # what a machine rests from, its pressure and its orders remember
+    if outcome == "rest" or (forgets and rests.size and rests[-1] > later):
+        return Lyapunov(*_ERASED, max(struck.size - discard, 0), "rest")
     if struck.size <= discard + _BATCHES:
-        return Lyapunov(math.nan, math.nan, math.nan, max(struck.size - discard, 0), outcome)
+        return Lyapunov(*_NONE, max(struck.size - discard, 0), outcome)
     first = struck[discard // 2]
+    rests = rests[rests < later]
     if rests.size and rests[-1] > first:  # no difference survived it
         first = struck[np.searchsorted(struck, rests[-1])]
-    growth = _growths(motion, int(first))
+    growth = growths(motion, int(first), every)
     wanted = struck[discard:]
-    used = growth[-wanted.size + 1 :] if growth.size >= wanted.size - 1 else growth
+    used = growth[-wanted.size + 1 :] if len(growth) >= wanted.size - 1 else growth
+    if not np.all(np.isfinite(used[:, 0])):
+        erased = "rest" if np.count_nonzero(code[later:] == _REST) else outcome
+        return Lyapunov(*_ERASED, len(used), erased, (-math.inf,) * used.shape[1] if every else ())
     times = np.diff(motion.events.period[wanted]) * _TURN + np.diff(motion.events.phase[wanted])
-    if not np.all(np.isfinite(used)):
-        return Lyapunov(-math.inf, -math.inf, 0.0, used.size, outcome)
-    t = np.arange(1, used.size + 1) / (used.size + 1.0)
+    t = np.arange(1, len(used) + 1) / (len(used) + 1.0)
     weight = np.exp(-1.0 / (t * (1.0 - t)))
     weight /= weight.sum()
-    mean = float(weight @ used)
-    return Lyapunov(mean, _TURN * mean / float(weight @ times), _error(used, weight), used.size, outcome)
+    mean, turn = float(weight @ used[:, 0]), _TURN if motion.is_clocked else 1.0
+    dies = ~np.isfinite(used).all(axis=0)
+    means = np.where(dies, -np.inf, weight @ np.where(dies, 0.0, used))
+    spectrum = tuple(sorted(means.tolist(), reverse=True)) if every else ()
+    rate = turn * mean / float(weight @ times)
+    return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, spectrum)
 
 
 def _error(growth: Array, weight: Array) -> float:
@@ -252,29 +281,3 @@ def _error(growth: Array, weight: Array) -> float:
     parts = np.array_split(growth, _BATCHES)
     means, heavy = np.array([p.mean() for p in parts]), [w.sum() for w in np.array_split(weight, _BATCHES)]
     return float(means.std(ddof=1) * math.sqrt(float(np.sum(np.square(heavy)))))
-
-
-def _growths(motion: Trajectory, first: int) -> Array:
-    """Logarithm of the growth from impact to impact, after event number `first`."""
-    from percuss.explore.tangent import (  # only here is the compiler needed
-        ElasticRows,
-        EventRows,
-        ImpactFactors,
-        log_growths,
-    )
-    from percuss.simulate.engine import prepared
-
-    e, load, n = motion.events[first:], motion.system.load, motion.modes
-    spectrum, table = prepared(motion.system, n)
-    z = motion.states[first:, 2:].reshape(len(e), 2, n)
-    steps = np.asarray(load.values)
-    mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
-    gone = np.append(0.0, np.diff(e.period) * _TURN + np.diff(e.phase))
-    force = mean if steps.size else load.value(e.phase)
-    events = EventRows(e.code, gone, e.phase, e.piece, e.impact_velocity, np.asarray(force))
-    elastic = ElasticRows(np.ascontiguousarray(z[:, 0]), spectrum.free_rate(z), *spectrum.forced(e.phase, mean))
-    growth = np.empty(max(len(e) - 1, 1))
-    contact = motion.system.contact
-    law = ImpactFactors(contact.strain_factor, contact.velocity_factor)
-    found = log_growths(table, law, events, elastic, np.empty((2, n)), np.empty((2, n)), growth)
-    return growth[:found]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from percuss.blow.best import FIGURES as BLOW_FIGURES
+from percuss.blow.figures import FIGURES as BLOW_FIGURES
 from percuss.errors import ParameterError
 from percuss.explore.family import Family, drives_itself
 from percuss.explore.jobs.job import Column
@@ -80,10 +80,18 @@ def _figure(name: str, more: str = "") -> Quantity:
 
 
 def _of_blow(name: str) -> Quantity:
-    """A figure of one blow, as `percuss.blow.best` has it."""
+    """A figure of one blow, as `percuss.blow.figures` has it."""
     figure = BLOW_FIGURES[name]
     return single(name, "blow", f"{figure.label} of one blow by waves: {figure.meaning}", unit=figure.unit)
 
+
+_EXPONENTS = {
+    "lyapunov": single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
+    "lyapunov_all": Quantity(
+        {"lyapunov_all": Column("float64", (BRANCHES,), meaning="Lyapunov exponents of the impact map, the greatest")},
+        "lyapunov",
+    ),
+}
 
 QUANTITIES: dict[str, Quantity] = {
     "exists": single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
@@ -123,7 +131,7 @@ QUANTITIES: dict[str, Quantity] = {
     "blow_scatter": single("blow_scatter", "simulation", "standard deviation of the intervals over their mean"),
     "main_blow_rate": single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
     "main_blow_scatter": single("main_blow_scatter", "simulation", "scatter of the main blows"),
-    "lyapunov": single("lyapunov", "lyapunov", "greatest Lyapunov exponent of the impact map, per impact"),
+    **_EXPONENTS,
     **{name: _of_blow(name) for name in BLOW_FIGURES},
 }  # fmt: skip
 """Everything that can be asked of a cell, by name."""
@@ -134,7 +142,6 @@ OF_FREE_BARS = {
     "reduced_stable": "B77's reduced criterion is one of bars that move as a whole: ask for stable",
     "reduced_margin": "B77's reduced criterion is one of bars that move as a whole: ask for margin",
     "rest": "what rests on the wall for good is a bar that moves as a whole",
-    "lyapunov": "the exponent is computed of bars that move as a whole: ask for label",
 }
 """What only a free bar has, and what to ask of a structure that is held."""
 
@@ -190,6 +197,7 @@ MACHINE_QUANTITIES: dict[str, Quantity] = {
     "efficiency": _of_cycle("efficiency", "energy that the blows take over what the valve puts in"),
     "duty": _of_cycle("duty", "part of the period between the last rise of the force and the blow"),
     "multiplier": single("multiplier", "machine", "modulus of the greatest multiplier of the cycle with one blow"),
+    **_EXPONENTS,
     **{name: quantity for name, quantity in QUANTITIES.items() if quantity.group == "blow"},
 }
 """Everything that can be asked of a machine that switches its own valve, by name."""

@@ -1,143 +1,438 @@
-"""The tangent vector of a simulated motion, compiled: how it grows from impact to impact.
+"""Small differences carried along a simulated motion, compiled: how they grow from impact to impact.
 
-The load does not depend on the state, so a small difference at fixed times moves freely between two impacts, whatever
-the load does, and at an impact goes through the saltation matrix (theory §5; `percuss.stability.linear_map`). All in
-q_n, what mode n adds at the striking end.
+Whatever drives the hammer, a difference moves freely between two events, each coordinate by itself, and goes through
+the saltation matrix at every event (`percuss.mechanics.cycle` has the formula; theory §5). Steps of a load are at times
+that nothing moves. A machine that switches its own valve has no clock: differences are taken on the section of its
+blows, the time counted anew from each, so that a shift along the motion is none. An order that waits is as much later
+as the crossing that gave it, and a supply has its pressure for a coordinate more.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.compiled import entry, inner
-from percuss.simulate.kernels.modes import drift, free_motion
-from percuss.simulate.kernels.motion_records import IMPACT, TURN
+from percuss.compiled import entry, inner, twin
+from percuss.mechanics import flow
+from percuss.model import HeldBody
+from percuss.model.checks import Array
+from percuss.simulate import Trajectory
+from percuss.simulate.events import CHATTER, IMPACT, PORT, RELEASE, REST, VALVE, Events
 
-LATE = 1e-9  # an event this little after a step of the load was at it, before it
+free, response = twin(flow.free), twin(flow.response)
 
-Floats = npt.NDArray[np.float64]
+# ---- The events of a motion as rows of numbers, whatever drives it
+
+NOTHING, CROSSED, DUE, SAME, LIFTED, CHATTERED = range(6)
+"""How much later a difference makes an event: not at all; as a guard is met; as the order was given; as the event
+before; as the force that rises lifts a bar that rests; as a chatter ends."""
+
+_LATE = 1e-9  # a step of the load this near to an event is at it
+_TURN = 2.0 * math.pi
+STRUCK = int(IMPACT)
+END = -1  # the guard of the striking end
 
 
-class ImpactFactors(NamedTuple):
-    """α and β of the contact law: what it multiplies q_n by, and q_n'."""
+class Coordinates(NamedTuple):
+    """What moves by itself, in each state of a valve that has modes of its own; all in what it moves the end by.
 
-    strain: float
-    velocity: float
+    `stiffness`, `drag`, `gain`: ω², d and the acceleration under a unit force, of the shape (states, n). `rows`: what
+    each port reads, with a supply the driven place last, (states, rows, n). `turned`: from the coordinates of one state
+    to those of another, (states, states, n, n). `flow`, `draw`, `slope`: of a supply, (states,). `weight`: of
+    displacements in the size of a difference, (n,). `factors`: α and β of an impact. `clocked`: whether time is told.
+    """
+
+    stiffness: Array
+    drag: Array
+    gain: Array
+    rows: Array
+    turned: Array
+    flow: Array
+    draw: Array
+    slope: Array
+    weight: Array
+    factors: Array
+    clocked: bool
 
 
 class EventRows(NamedTuple):
-    """The events of a motion, rows: the first is an impact, all others impacts or grazes.
+    """Events, or steps of the load; the first is an impact. All but `gone` are of the moment just after.
 
-    `gone`: time since the one before. `speed`: of the striking end before an impact; `force`: of the load.
+    `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
+    `given`: the slot of the order that it gives, −1 for none. `step`: whether the motion only goes on. `place` and
+    `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these.
     """
 
+    gone: Array
     code: npt.NDArray[np.int8]
-    gone: Floats
-    phase: Floats
-    piece: npt.NDArray[np.int64]
-    speed: Floats
-    force: Floats
+    later: npt.NDArray[np.int8]
+    guard: npt.NDArray[np.int64]
+    slot: npt.NDArray[np.int64]
+    given: npt.NDArray[np.int64]
+    step: npt.NDArray[np.bool_]
+    rests: npt.NDArray[np.bool_]
+    state: npt.NDArray[np.int64]
+    force: Array
+    place: Array
+    speed: Array
+    waves: Array
 
 
-class ElasticRows(NamedTuple):
-    """q_n of the free motion after each event and its rate, and those of the forced one; each of shape (events, N)."""
-
-    value: Floats
-    slope: Floats
-    shape: Floats
-    rate: Floats
+def told(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
+    """The rows of a motion from an impact on, by its number among the events."""
+    return _clocked(motion, first) if motion.is_clocked else _self_switching(motion, first)
 
 
-@inner
-def flown(modes, tau, values, rates):
-    """Free motions for a time τ, in place: q_n and q_n' of the motion and of the difference, each of shape (2, N)."""
-    for n in range(modes.omega.shape[0]):
-        square = modes.omega[n] * modes.omega[n]
-        left, h, h_rate = free_motion(modes.damping[n], modes.signed[n], modes.omega[n], tau)
-        for row in range(2):
-            q, w = values[row, n], rates[row, n]
-            values[row, n] = q * left + w * h
-            rates[row, n] = w * h_rate - q * (square * h)
+def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
+    spectrum, system, e = motion.spectrum, motion.system, motion.events[first:]
+    begin = int(isinstance(system.body, HeldBody))  # it has no motion as a whole
+    omega, gain = np.append(0.0, spectrum.omega)[begin:], np.append(1.0, spectrum.elastic.gamma)[begin:]
+    steps, load = np.asarray(system.load.values), system.load
+    mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
+    z = motion.states[first:, 2:].reshape(len(e), 2, motion.modes)
+    k = spectrum.k
+    turned = np.exp(1j * np.outer(e.phase, k))
+    shapes = np.hstack([spectrum.rigid[:, None], spectrum.response])[:, begin:]
+    moved = np.hstack([1j * k[:, None] * shapes, -((k**2)[:, None]) * shapes])
+    waves = (turned @ moved).real.reshape(len(e), 2, -1) if k.size else np.zeros((1, 2, omega.size))
+    speed = np.hstack([motion.states[first:, 1:2], spectrum.free_rate(z)])[:, begin:]
+    if not begin and k.size:
+        speed[:, 0] -= waves[:, 0, 0]
+    place = np.hstack([np.zeros((len(e), 1)), z[:, 0] + mean[:, None] * spectrum.statics])[:, begin:]
+    later = np.where(e.code == IMPACT, CROSSED, NOTHING).astype(np.int8)
+    gone = np.append(0.0, np.diff(e.period) * _TURN + np.diff(e.phase))
+    no = np.full(len(e), -1)
+    rows = EventRows(
+        gone, e.code, later, no, no, no, np.zeros(len(e), bool), motion.lies[first + 1 :], 0 * no, mean, place,
+        speed, waves,
+    )  # fmt: skip
+    none = np.zeros(1)
+    own = Coordinates(
+        omega[None] ** 2, np.append(system.d, spectrum.damping)[None, begin:], gain[None], np.empty((1, 0, omega.size)),
+        np.empty((1, 1, 0, 0)), none, none, none, np.where(omega > 0.0, omega, 1.0), _factors(motion), True,
+    )  # fmt: skip
+    return own, _over_steps(rows, e, np.asarray(load.breaks), steps) if steps.size else rows
 
 
-@inner
-def flown_on(table, events, i, values, rates):
-    """From event i − 1 to event i, over the steps of the load between them."""
-    modes, breaks, steps = table.modes, table.breaks, table.values
-    left, at, step = events.gone[i], events.phase[i - 1], events.piece[i - 1]
-    while breaks.shape[0]:
-        following = step + 1 if step + 1 < breaks.shape[0] else 0
-        ahead = breaks[following] - at
-        if following == 0 and ahead < 0.0:
-            ahead += TURN
-        ahead = max(ahead, 0.0)
-        if step == events.piece[i] and ahead >= left - LATE:
-            break
-        flown(modes, ahead, values, rates)
-        for n in range(modes.omega.shape[0]):  # the static shape jumps, so the free part jumps back
-            values[0, n] += modes.statics[n] * (steps[step] - steps[following])
-        left, at, step = left - ahead, breaks[following], following
-    flown(modes, left, values, rates)
+def _factors(motion: Trajectory) -> Array:
+    contact = motion.hammer.contact
+    return np.array([contact.strain_factor, contact.velocity_factor])
 
 
-@inner
-def struck(modes, law, events, elastic, i, moved, drifting, values, rates):
-    """The difference just after impact number i: the saltation matrix of a law that multiplies q_n by α, q_n' by β.
+def _over_steps(rows: EventRows, e: Events, breaks: Array, values: Array) -> EventRows:
+    """With a row for each step of the load between two events."""
+    following = np.append(rows.gone[1:], 0.0)
+    ahead = np.mod(breaks - e.phase[:, None], _TURN)
+    turns = _TURN * np.arange(int(following.max(initial=0.0) / _TURN) + 1)
+    times = ahead[:, :, None] + turns
+    at, number, turn = np.nonzero((times > _LATE) & (times < following[:, None, None] - _LATE))
+    since = times[at, number, turn]
+    order = np.lexsort((np.append(np.zeros(len(e)), since), np.append(np.arange(len(e)), at)))
+    which, step = np.append(np.arange(len(e)), at)[order], order >= len(e)
+    when = np.append(np.zeros(len(e)), since)[order]
+    force = np.append(rows.force, values[number])[order]
+    gone = np.where(step, when, rows.gone[which]) - np.append(0.0, when[:-1])
+    parts: list[Any] = [part if part.shape[0] == 1 else part[which] for part in rows]
+    taken = EventRows(*parts)
+    later = np.where(step, NOTHING, taken.later).astype(np.int8)
+    return taken._replace(gone=gone, step=step, later=later, force=force)
 
-    `moved`, `drifting`: of the rigid motion and its rate. Returns them after the impact, and the size of all of it.
+
+def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
+    mechanism, e, states = motion.mechanism, motion.events[first:], motion.states[first:]
+    fed = mechanism.supply is not None
+    sets = mechanism.states_of if fed else [mechanism]
+    unit, ports, size = mechanism.unit, mechanism.machine.valve.ports, motion.modes + 1
+    place, speed, force = np.empty((len(e), size)), np.empty((len(e), size)), np.empty(len(e))
+    for piece, one in enumerate(mechanism.states_of):
+        here = e.piece == piece
+        place[here], speed[here] = one.bound(states[here])
+        force[here] = one.force_of(states[here])
+    omega = np.array([np.append(one.spring, one.slow.omega) for one in sets]) * unit
+    drag = np.array([np.append(mechanism.machine.drag, one.slow.damping) for one in sets]) * unit
+    gain = np.array([np.append(one.gear.gain, one.slow.statics * one.slow.omega**2) for one in sets])
+    turned = np.array([[a.turned(b) for b in sets] for a in sets]) if fed else np.empty((1, 1, 0, 0))
+    flow, draw, slope = np.array([[one.gear.flow, one.gear.draw, one.gear.slope] for one in sets]).T.copy()
+    own = Coordinates(
+        omega**2, drag, gain, np.array([one.gear.ratio for one in sets]), turned, flow, draw, slope,
+        np.where(omega[0] > 0.0, omega[0], 1.0), _factors(motion), False,
+    )  # fmt: skip
+    gone = np.append(0.0, np.diff(e.phase)) / unit
+    at_once = gone == 0.0
+    before = np.append(-1, e.code[:-1])
+    later = np.full(len(e), NOTHING, dtype=np.int8)
+    later[e.code == IMPACT] = CROSSED
+    later[e.code == CHATTER] = CHATTERED
+    later[((e.code == REST) | (e.code == RELEASE)) & at_once] = SAME
+    later[(e.code == RELEASE) & ~(at_once & (before == VALVE)) & fed] = LIFTED
+    crossing = np.array([port.side is not None for port in ports] + [False])[e.port] & ~at_once
+    later[e.code == PORT] = np.where(crossing, CROSSED, SAME)[e.code == PORT]
+    slot, given = _orders(motion, e)
+    later[slot >= 0] = DUE
+    rows = EventRows(
+        gone, e.code, later, np.where(e.code == PORT, e.port, END), slot, given, np.zeros(len(e), bool),
+        motion.lies[first + 1 :], e.piece if fed else 0 * e.piece, force, place, speed, np.zeros((1, 2, size)),
+    )  # fmt: skip
+    return own, rows
+
+
+def _orders(motion: Trajectory, e: Events) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Of each event the slot of the order that it carries out, and of that which it gives; −1 for none.
+
+    The order that a change of the valve carries out is that to its state which was due then.
     """
-    alpha, beta, apart, impulse = law.strain, law.velocity, law.strain - law.velocity, 1.0 - law.velocity
-    total, rigid = moved, events.speed[i]
-    for n in range(modes.omega.shape[0]):
-        total += values[1, n]
-        rigid -= rates[0, n] + elastic.rate[i, n]
-    late = -total / events.speed[i]  # by how much the difference strikes later
-    moved += impulse * rigid * late
-    drifting = beta * drifting - impulse * events.force[i] * late
-    size = drifting * drifting
-    for n in range(modes.omega.shape[0]):
-        square = modes.omega[n] * modes.omega[n]
-        before, place = rates[0, n] + elastic.rate[i, n], values[0, n] + elastic.shape[i, n]
-        pushed = impulse * (square * modes.statics[n]) * events.force[i]
-        u = alpha * values[1, n] + apart * before * late
-        v = beta * rates[1, n] + (apart * square * place - pushed) * late
-        moved += (1.0 - alpha) * (values[1, n] + before * late)  # the striking end stays where it is
-        values[1, n], rates[1, n] = u, v
-        size += square * u * u + v * v
-    return moved, drifting, math.sqrt(size + moved * moved)
+    ports, names = motion.machine.valve.ports, motion.mechanism.names
+    to, delay = [names.index(port.to) for port in ports], [port.delay for port in ports]
+    waiting: list[tuple[float, int]] = []
+    pairs: list[tuple[int, int]] = []
+    for i in np.flatnonzero((e.code == PORT) | (e.code == VALVE)).tolist():
+        time = float(e.phase[i])
+        if e.code[i] == PORT:
+            waiting.append((time + delay[e.port[i]], i))
+            continue
+        mine = [(abs(due - time), by) for due, by in waiting if to[e.port[by]] == e.piece[i]]
+        if mine:
+            pairs.append((min(mine)[1], i))
+        waiting = [one for one in waiting if one[0] > time]
+    slot, given = np.full(len(e), -1), np.full(len(e), -1)
+    if pairs:
+        by, due = np.array(pairs).T
+        number = np.arange(by.size)
+        number %= int((np.searchsorted(by, due) - number).max())  # orders are carried out as they were given
+        slot[due], given[by] = number, number
+    return slot, given
+
+
+# ---- The differences, carried from impact to impact
+
+LOST = 1e-14  # of a column: what is left beside the ones before it is rounding
+
+
+def differences(own: Coordinates, rows: EventRows, columns: int) -> tuple[Array, Array]:
+    """Where the columns begin: of displacement and velocity, (n, 2, C), of pressure and orders, (1 + slots, C)."""
+    n = own.weight.size
+    now, more = np.zeros((2 * n, columns)), np.zeros((2 + int(rows.given.max(initial=-1)), columns))
+    whole = np.array([[1.0, 1.0]]) if n and own.stiffness[0, 0] == 0.0 else np.empty((0, 2))
+    omega = np.sqrt(own.stiffness[0, len(whole) :])
+    shares = 1.0 / (np.arange(omega.size) + 2.0)
+    elastic = np.stack([shares, (omega - 0.5 * own.drag[0, len(whole) :]) * shares], axis=1)
+    now[:, 0] = np.concatenate([whole, elastic]).reshape(-1)
+    rest = np.arange(1, columns)
+    now[rest[rest < 2 * n], rest[rest < 2 * n]] = 1.0
+    more[rest[rest >= 2 * n] - 2 * n, rest[rest >= 2 * n]] = 1.0
+    return now.reshape(n, 2, columns), more
+
+
+def growths(motion: Trajectory, first: int, every: bool) -> Array:
+    """Logarithm of the growth from impact to impact after event number `first`; shape (impacts, exponents)."""
+    own, rows = told(motion, first)
+    n, fed = own.weight.size, bool(own.flow.any())
+    columns = 2 * n if own.clocked else 2 * n - 1 + fed + _waiting(rows)
+    now, more = differences(own, rows, columns if every else 1)
+    growth = np.empty((max(int(np.count_nonzero(motion.events.code[first:] == IMPACT)) - 1, 1), now.shape[2]))
+    waits = np.zeros(more.shape[0], dtype=np.int64)
+    found = log_growths(own, rows, now, more, waits, np.zeros((4, n, 2)), np.zeros((3, now.shape[2])), growth)
+    return growth[:found]
+
+
+def _waiting(rows: EventRows) -> int:
+    """The most orders that wait at an impact."""
+    events, struck = np.arange(rows.code.size), np.flatnonzero((rows.code == IMPACT) & ~rows.step)
+    given, carried = events[rows.given >= 0], events[rows.slot >= 0]
+    return int((np.searchsorted(given, struck) - np.searchsorted(carried, struck)).max(initial=0))
+
+
+@inner
+def flown(own, k, gone, force, now, more, motion, charge):
+    """Free motions in the coordinates of state k, in place: of the hammer under a force, and of the differences."""
+    gain, draw, slope, ramp = own.gain[k], own.draw[k], own.slope[k], own.slope[k] * own.flow[k]
+    for j in range(charge.shape[0]):
+        charge[j] = more[0, j] + draw * moved(own.rows[k], now, 0, j) if draw != 0.0 else 0.0
+    for m in range(motion.shape[0]):
+        square, drag, lift = own.stiffness[k, m], own.drag[k, m], gain[m] * slope
+        u, v = motion[m, 0], motion[m, 1]
+        if slope == 0.0 and square > 0.0:  # about its place at rest
+            ds, s = free(gone, square, drag)
+            rest, q = gain[m] * force / square, 0.0
+            motion[m, 0], motion[m, 1] = rest + (u - rest) * (ds + drag * s) + v * s, v * ds - square * (u - rest) * s
+        else:
+            ds, s, q, w = response(gone, square, drag)
+            pull, climb = gain[m] * force - square * u, gain[m] * ramp
+            motion[m, 0], motion[m, 1] = u + v * s + pull * q + climb * w, v * ds + pull * s + climb * q
+        left = ds + drag * s  # of a displacement, without a force
+        for j in range(charge.shape[0]):
+            u, v, more_force = now[m, 0, j], now[m, 1, j], lift * charge[j]
+            now[m, 0, j], now[m, 1, j] = u * left + v * s + more_force * q, v * ds + (more_force - square * u) * s
+    if draw != 0.0:
+        for j in range(charge.shape[0]):
+            more[0, j] = charge[j] - draw * moved(own.rows[k], now, 0, j)
+
+
+@inner
+def moved(rows, now, part, j):
+    """What a difference moves the driven place of a machine with a supply by, or its speed."""
+    total = 0.0
+    for m in range(now.shape[0]):
+        total += rows[rows.shape[0] - 1, m] * now[m, part, j]
+    return total
+
+
+@inner
+def rates_at(own, rows, i, k, force, motion, rests, found):
+    """Velocity and acceleration of the motion at row i, in the coordinates of state k."""
+    for m in range(found.shape[0]):
+        found[m, 0] = found[m, 1] = 0.0
+        if not rests:
+            found[m, 0] = motion[m, 1]
+            found[m, 1] = own.gain[k, m] * force - own.stiffness[k, m] * motion[m, 0] - own.drag[k, m] * motion[m, 1]
+            if rows.waves.shape[0] > 1:
+                found[m, 0] += rows.waves[i, 0, m]
+                found[m, 1] += rows.waves[i, 1, m]
+
+
+@inner
+def met_later(own, rows, i, k, now, before, j):
+    """How much later a guard is met: that of the striking end, or of a port."""
+    guard = rows.guard[i]
+    off = rate = 0.0
+    for m in range(now.shape[0]):
+        weight = 1.0 if guard == END else own.rows[k, guard, m]
+        off += weight * now[m, 0, j]
+        rate += weight * before[m, 0]
+    return -off / rate
+
+
+@inner
+def handed(turned, now, room):
+    """The coordinates of another state of the valve."""
+    for part in range(2):
+        for j in range(now.shape[2]):
+            for m in range(now.shape[0]):
+                room[m] = 0.0
+                for other in range(now.shape[0]):
+                    room[m] += turned[m, other] * now[other, part, j]
+            for m in range(now.shape[0]):
+                now[m, part, j] = room[m]
+
+
+@inner
+def orthonormal(weight, now, more, growth):
+    """Gram and Schmidt's columns in the size that a difference has, and the logarithm of what each was long."""
+    for j in range(now.shape[2]):
+        whole = left = inside(weight, now, more, j, j)
+        for i in range(j):
+            part = inside(weight, now, more, i, j)
+            added(now, more, j, -part, i)
+            left = inside(weight, now, more, j, j)
+        if j > 0 and not left > LOST * LOST * whole:
+            left = 0.0
+        growth[j] = 0.5 * math.log(left) if left > 0.0 else -math.inf
+        scale = 1.0 / math.sqrt(left) if left > 0.0 else 0.0
+        added(now, more, j, scale - 1.0, j)
+
+
+@inner
+def inside(weight, now, more, i, j):
+    """The inner product of two columns."""
+    total = 0.0
+    for m in range(now.shape[0]):
+        total += weight[m] * weight[m] * now[m, 0, i] * now[m, 0, j] + now[m, 1, i] * now[m, 1, j]
+    for m in range(more.shape[0]):
+        total += more[m, i] * more[m, j]
+    return total
+
+
+@inner
+def added(now, more, j, share, i):
+    """A share of column i on column j."""
+    for m in range(now.shape[0]):
+        now[m, 0, j] += share * now[m, 0, i]
+        now[m, 1, j] += share * now[m, 1, i]
+    for m in range(more.shape[0]):
+        more[m, j] += share * more[m, i]
 
 
 @entry
-def log_growths(table, law, events, elastic, values, rates, growth):
-    """Logarithm of the growth of a small difference over each flight and impact, into `growth`; returns how many.
+def log_growths(own, rows, now, more, waits, room, late, growth):
+    """Logarithms of the growth of differences over each flight and impact, into `growth`; returns of how many.
 
-    `values`, `rates`: room for two rows of N numbers, the motion and the difference.
+    `now`, `more`: the columns, as `differences` says; `waits`, zeros: whether each order waits; `room`: of the motion,
+    its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: three rows of a number for each
+    column.
     """
-    modes, impacts, count = table.modes, 0, table.modes.omega.shape[0]
-    moved, drifting = 1.0, 1.0  # of the rigid motion
-    for n in range(count):
-        values[1, n], rates[1, n] = 1.0 / (n + 2.0), (modes.omega[n] - 0.5 * modes.damping[n]) / (n + 2.0)
-    for i in range(1, events.code.shape[0]):
-        for n in range(count):
-            values[0, n], rates[0, n] = elastic.value[i - 1, n], elastic.slope[i - 1, n]
-        ahead, _ = drift(table.bar.damping, events.gone[i])
-        moved += ahead * drifting
-        drifting *= 1.0 - table.bar.damping * ahead
-        flown_on(table, events, i, values, rates)
-        if events.code[i] != IMPACT:
+    motion, before, after, other = room[0], room[1], room[2], room[3, :, 0]
+    shift, rebound, charge = late[0], late[1], late[2]
+    size, columns, impacts, since = now.shape[0], now.shape[2], 0, 0.0
+    for i in range(rows.gone.shape[0]):
+        struck = rows.code[i] == STRUCK and not rows.step[i]
+        k, to = rows.state[max(i - 1, 0)], rows.state[i]
+        if i > 0:
+            since += rows.gone[i]
+            if not rows.rests[i - 1]:
+                flown(own, k, rows.gone[i], rows.force[i - 1], now, more, motion, charge)
+            if rows.step[i]:
+                continue
+            force = rows.force[i - 1] + own.slope[k] * own.flow[k] * rows.gone[i]
+            rates_at(own, rows, i, k, force, motion, rows.rests[i - 1], before)
+        for m in range(size):
+            motion[m, 0], motion[m, 1] = rows.place[i, m], rows.speed[i, m]
+        if i == 0:
             continue
-        moved, drifting, size = struck(modes, law, events, elastic, i, moved, drifting, values, rates)
-        growth[impacts] = math.log(size) if size > 0.0 else -math.inf
-        impacts += 1
-        if not 0.0 < size < math.inf:
-            return impacts
-        moved /= size
-        drifting /= size
-        for n in range(count):
-            values[1, n] /= size
-            rates[1, n] /= size
+        rates_at(own, rows, i, to, rows.force[i], motion, rows.rests[i], after)
+        drawn = own.draw[to] * moved(own.rows[to], after.reshape(size, 2, 1), 0, 0) if own.flow[to] > 0.0 else 0.0
+        drawn_before = own.draw[k] * moved(own.rows[k], before.reshape(size, 2, 1), 0, 0) if own.flow[to] > 0.0 else 0.0
+        for j in range(columns):
+            how = rows.later[i]
+            if how == CROSSED:
+                shift[j] = met_later(own, rows, i, k, now, before, j)
+            elif how == DUE:
+                shift[j] = more[1 + rows.slot[i], j]
+                more[1 + rows.slot[i], j] = 0.0
+            elif how == LIFTED:
+                shift[j] = -more[0, j] / own.flow[to]
+            elif how == CHATTERED:
+                shift[j] = since * rebound[j]
+            elif how == NOTHING:
+                shift[j] = 0.0
+            for m in range(size):
+                now[m, 0, j] += before[m, 0] * shift[j]
+                now[m, 1, j] += before[m, 1] * shift[j]
+            more[0, j] += (own.flow[to] - drawn_before) * shift[j]
+        if rows.slot[i] >= 0:
+            waits[1 + rows.slot[i]] = 0
+        if to != k:
+            handed(own.turned[k, to], now, other)
+        if rows.rests[i]:
+            now[:] = 0.0
+        if struck:
+            since, rate = 0.0, 0.0
+            for m in range(size):
+                rate += after[m, 0]
+            for j in range(columns):
+                rebound[j] = 0.0
+                for m in range(size):
+                    now[m, 0, j] *= own.factors[0]
+                    now[m, 1, j] *= own.factors[1]
+                    rebound[j] += now[m, 1, j] / rate if rate != 0.0 else 0.0
+                if not own.clocked:  # the time anew
+                    for one in range(1, more.shape[0]):
+                        more[one, j] -= shift[j] * waits[one]
+                    shift[j] = 0.0
+        for j in range(columns):
+            for m in range(size):
+                now[m, 0, j] -= after[m, 0] * shift[j]
+                now[m, 1, j] -= after[m, 1] * shift[j]
+            more[0, j] -= (own.flow[to] - drawn) * shift[j]
+            if rows.given[i] >= 0:
+                more[1 + rows.given[i], j] = shift[j]
+        if rows.given[i] >= 0:
+            waits[1 + rows.given[i]] = 1
+        if struck:
+            orthonormal(own.weight, now, more, growth[impacts])
+            impacts += 1
+            if not -math.inf < growth[impacts - 1, 0] < math.inf:
+                return impacts
     return impacts

@@ -49,13 +49,7 @@ def describe_machine(machine: Machine) -> dict[str, Any]:
 
 
 def system_from(about: Mapping[str, Any]) -> System:
-    """The system that a description tells of; `describe_system` backwards.
-
-    Raises
-    ------
-    ParameterError
-        When it tells of none.
-    """
+    """The system that a description tells of; `describe_system` backwards; ParameterError when it tells of none."""
     load = _load_from(about["load"])
     if "body" in about:
         body, contact = _made("body", about["body"]), _made("contact", about["contact"])
@@ -67,13 +61,7 @@ def system_from(about: Mapping[str, Any]) -> System:
 
 
 def machine_from(about: Mapping[str, Any]) -> Machine:
-    """The machine that a description tells of; `describe_machine` backwards.
-
-    Raises
-    ------
-    ParameterError
-        When it tells of none.
-    """
+    """The machine that a description tells of; `describe_machine` backwards; ParameterError when it tells of none."""
     body, contact, valve = _made("body", about["body"]), _made("contact", about["contact"]), about["valve"]
     made = Valve(
         tuple(tuple(state) for state in valve["states"]),

@@ -18,26 +18,12 @@ def _every(what: object) -> None:
 class Parameter(Generic[T]):
     """One number of a thing: of a body, of a law of damping, of a whole system.
 
-    Parameters
-    ----------
-    name
-        Its word in commands, Python and JSON.
-    label
-        What stands on an axis or beside a slider, in a few words that begin small.
-    meaning
-        What it is, in one sentence without a full stop.
-    get
-        Its value; None where the thing has no such number.
-    put
-        The thing with another value of it; ParameterError for a value out of range.
-    check
-        ParameterError when the thing does not have the parameter.
-    span
-        From and to of a first look at it; None for half to one and a half of its value.
-    sets
-        The word of what it sets: of two parameters that set the same, one would do nothing.
-    turn
-        Those with a smaller number are put first: a size that is measured by another is put after it.
+    `name` is its word in commands, Python and JSON; `label` stands on an axis or beside a slider, in a few words that
+    begin small; `meaning` is one sentence without a full stop. `get` finds its value, None where the thing has no such
+    number; `put` gives the thing another value, and `check` refuses a thing that does not have it (ParameterError).
+    `span` is from where to where one first looks at it; None for half to one and a half of its value. `sets` is the
+    word of what it sets: of two parameters that set the same, one would do nothing. Those with a smaller `turn` are put
+    first: a size that is measured by another is put after it.
     """
 
     name: str

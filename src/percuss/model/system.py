@@ -142,10 +142,7 @@ class System(Shown):
     def from_si(cls, bar: SizedBody, load: Load, contact: Contact) -> System:
         """The system of a body in SI units, a load in newtons with its frequency, and a contact.
 
-        Raises
-        ------
-        ParameterError
-            When the load has no frequency.
+        ParameterError when the load has no frequency.
         """
         instance("bar", bar, SizedBody), instance("load", load, Load), instance("contact", contact, Contact)
         if load.frequency is None:
@@ -234,17 +231,14 @@ class System(Shown):
     def stress(self, x: npt.ArrayLike, strain: npt.ArrayLike) -> Array:
         """Stress in Pa where the strain is u_x, negative in compression: E of the section at each place times it.
 
+        ParameterError for a system without sizes, places beyond the bar, and strains of another shape.
+
         Parameters
         ----------
         x
             Places from 0 at the driven end to 1, shape (n,).
         strain
             Dimensionless, shape (n,) or (n, …), as `Orbit.strain` and `Trajectory.strain` give it.
-
-        Raises
-        ------
-        ParameterError
-            For a system without sizes, places beyond the bar, and strains of another shape.
         """
         moduli, found = self._si()[0].youngs_modulus_at(array("x", x, 0.0, 1.0)), numbers("strain", strain)
         if found.shape[:1] != moduli.shape:
@@ -264,10 +258,7 @@ class System(Shown):
     def uniform(self, s: float | None = None, d: float | None = None) -> System:
         """The same load and contact on a uniform bar with another s or external d, without the scales to SI.
 
-        Raises
-        ------
-        ParameterError
-            When the body has other numbers than these.
+        ParameterError when the body has other numbers than these.
         """
         if not isinstance(self.body, UniformBar):
             raise ParameterError("body", self.body.kind, "a uniform bar, which s and d describe")
@@ -278,10 +269,7 @@ class System(Shown):
     def with_load_factor(self, load_factor: float) -> System:
         """The same alternating load about the mean that makes p_0/p_k equal to `load_factor`.
 
-        Raises
-        ------
-        ParameterError
-            When the load is constant.
+        ParameterError when the load is constant.
         """
         present = self.load.harmonics
         if not present.size:
@@ -300,10 +288,7 @@ class System(Shown):
 def _matched(names: tuple[str, ...], given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
     """The arguments of one of the two ways to make a system, by name; None for what is missing.
 
-    Raises
-    ------
-    ParameterError
-        For too many of them, or those of both ways.
+    ParameterError for too many of them, or those of both ways.
     """
     if len(given) > len(names):
         raise ParameterError("system", len(given), f"{', '.join(names)}: no more without a name")
@@ -334,10 +319,7 @@ def rests(system: System, modes: int) -> bool:
 def wall_load(system: System, modes: int) -> Load:
     """The load whose pull takes the contact off the wall: that of a bar; of one mode sign(γ) (p − ω² g/γ).
 
-    Raises
-    ------
-    ParameterError
-        For a structure with several modes, which moves on while the wall holds its contact.
+    ParameterError for a structure with several modes, which moves on while the wall holds its contact.
     """
     body = system.body
     if not isinstance(body, HeldBody):
@@ -357,10 +339,7 @@ def wall_load(system: System, modes: int) -> Load:
 def set_at_wall(system: System, modes: int) -> System:
     """The system whose impacts are those of a structure of one mode, with the wall at 0; a bar as it is.
 
-    Raises
-    ------
-    ParameterError
-        As `wall_load`.
+    ParameterError as `wall_load`.
     """
     if system.body.is_free:
         return system

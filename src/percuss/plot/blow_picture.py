@@ -49,11 +49,9 @@ def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: s
     """The stress over place and time."""
     from matplotlib.colors import TwoSlopeNorm
 
-    from percuss.blow.over_time import cells_over_time
-
     scales = _axes_of(answer)
     edges = np.linspace(0.0, last, _TIMES + 1)
-    own, rod = cells_over_time(answer.blow, 0.5 * (edges[1:] + edges[:-1]), _CELLS, _reach(answer))
+    own, rod = answer.blow.cells_over_time(0.5 * (edges[1:] + edges[:-1]), _CELLS, _reach(answer))
     bodies = [(own.edges - own.edges[-1], own.force / _areas(answer, 0)[own.section])]
     if rod is not None:
         bodies.append((rod.edges, rod.force / _areas(answer, 1)[rod.section]))
@@ -73,10 +71,8 @@ def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: s
 
 def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     """The greatest compression and tension at every place, with the exact ones of the sections as dots."""
-    from percuss.blow.over_time import force_envelope
-
     scales = _axes_of(answer)
-    bodies = [body for body in force_envelope(answer.blow, _CELLS, _reach(answer)) if body is not None]
+    bodies = [body for body in answer.blow.force_envelope(_CELLS, _reach(answer)) if body is not None]
     kinds = (
         ("compression", -scales.stress, palette.STRAIN[1].light),
         ("tension", scales.stress, palette.STRAIN[-2].light),

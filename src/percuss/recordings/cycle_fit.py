@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from percuss.errors import HistoryError
-from percuss.recordings.table import Array, ComplexArray
+from percuss.recordings.columns import Array, ComplexArray
 
 # ---- A first period of a record, to about a part in a thousand, from its autocorrelation
 
@@ -132,19 +132,56 @@ def too_few_cycles(count: float, frequency: float) -> HistoryError:
     )
 
 
-# ---- The samples of a record by their place in its cycles, and what is linear once these places are known
+# ---- The fit of one repeated waveform to a record: boundaries of the cycles, drift and harmonics
 
 TURN = 2.0 * math.pi
+MAX_CYCLES = 400
+"""Cycles beyond these add nothing and are left out (the report says so)."""
+MAX_HARMONICS = 64
+SIGNIFICANT = 3.5  # standard errors: one false harmonic in some thousand records
+NEGLIGIBLE = 1e-3  # of the largest harmonic
 
 
-class CyclePhases:
-    """Samples cut into cycles at given boundaries.
+class CycleFit:
+    """The model at the head of ``history.py``, fitted to the whole cycles of a record.
 
-    Attributes: `bounds` the times of the cycle boundaries; `t`, `v` the samples inside; for each of these `cell` the
-    number of its cycle, `u` the fraction of that cycle gone by, and `turn` exp(2πiu).
+    Attributes: `t`, `v` the samples used, for each of these `cell` the number of its cycle, `u` the fraction of that
+    cycle gone by, and `turn` exp(2πiu); `bounds` the times of the cycle boundaries; `drift` at these boundaries;
+    `coefficients`; `rest` what the fit leaves of every sample; `jitter`; `alternating` the rms of the fitted cycle.
     """
 
     bounds: Array
+
+    def __init__(self, t: Array, v: Array, period: float, harmonics: int | None) -> None:
+        per_cycle = period * (t.size - 1) / float(t[-1] - t[0])
+        if per_cycle < 0.99 * LEAST_SAMPLES:
+            raise too_few_samples(per_cycle, 1.0 / period)
+        whole = t.size / per_cycle
+        cycles = min(math.floor(whole + 0.05), MAX_CYCLES)
+        if cycles < 2:
+            raise too_few_cycles(whole, 1.0 / period)
+        most = min(math.floor(0.45 * per_cycle), 1024)
+        if harmonics is not None and not 1 <= harmonics <= most:
+            many = "1 harmonic" if harmonics == 1 else f"{harmonics} harmonics"
+            raise HistoryError(
+                f"{many} of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
+                f"give harmonics = {most} or fewer, but at least 1" if most else "sample faster",
+            )
+        gap = int(np.argmax(np.diff(t)))
+        if t[gap + 1] - t[gap] > 0.25 * period:
+            raise HistoryError(f"the record has a gap from {t[gap]:.6g} s to {t[gap + 1]:.6g} s", "cut it there")
+        self._record = t, v
+        block = max(1, int(per_cycle // 192))  # aligning needs no more samples than this in a cycle
+        rows = t.size // block
+        self._coarse = tuple(x[: rows * block].reshape(rows, block).mean(axis=1) for x in (t, v))
+        self.asked = harmonics
+        self.limit = min(most, MAX_HARMONICS) if harmonics is None else harmonics
+        self.bounds = t[0] + period * np.arange(cycles + 1)
+        self._align()
+        whole = float(t[-1] - self.bounds[0]) / self.period + 1.0 / per_cycle
+        if whole < 1.94:
+            raise too_few_cycles(whole, 1.0 / self.period)
+        self._finish()
 
     @property
     def cycles(self) -> int:
@@ -154,7 +191,7 @@ class CyclePhases:
     def period(self) -> float:
         return float(self.bounds[-1] - self.bounds[0]) / self.cycles
 
-    # Phases. Harmonics have whole numbers, so a sample is at exp(2πi · fraction of its own cycle).
+    # Samples by their place: harmonics have whole numbers, so one is at exp(2πi · fraction of its own cycle)
 
     def place(self, t: Array, v: Array) -> None:
         """Cut the samples of whole cycles and give each its cycle and its place in it."""
@@ -221,78 +258,6 @@ class CyclePhases:
         place = np.clip((self.u * count).astype(np.int64), 0, count - 1)
         means = np.bincount(place, data, count) / np.maximum(np.bincount(place, minlength=count), 1)
         return np.asarray(means[place])
-
-
-def _toeplitz_solve(column: ComplexArray, rhs: ComplexArray) -> ComplexArray:
-    """Solve a Hermitian Toeplitz system that is nearly diagonal, by conjugate gradients with products by FFT.
-
-    A threaded BLAS takes 50 ms for such a small system when the machine is busy; this takes one.
-    """
-    n = rhs.size
-    length = 1 << (2 * n).bit_length()
-    circulant = np.zeros(length, complex)
-    circulant[:n], circulant[length - n + 1 :] = column, column[:0:-1].conj()
-    kernel = np.fft.fft(circulant).real
-    x, rest = np.zeros_like(rhs), rhs.copy()
-    step, size = rest, float(np.sum(np.abs(rest) ** 2))
-    least = 1e-28 * size
-    for _ in range(300):
-        if size <= least:
-            break
-        image = np.fft.ifft(kernel * np.fft.fft(step, length))[:n]
-        move = size / float(np.sum(step.conj() * image).real)
-        x, rest = x + move * step, rest - move * image
-        size, before = float(np.sum(np.abs(rest) ** 2)), size
-        step = rest + (size / before) * step
-    return x
-
-
-# ---- The fit of one repeated waveform to a record: boundaries of the cycles, drift and harmonics
-
-MAX_CYCLES = 400
-"""Cycles beyond these add nothing and are left out (the report says so)."""
-MAX_HARMONICS = 64
-SIGNIFICANT = 3.5  # standard errors: one false harmonic in some thousand records
-NEGLIGIBLE = 1e-3  # of the largest harmonic
-
-
-class CycleFit(CyclePhases):
-    """The model at the head of ``history.py``, fitted to the whole cycles of a record.
-
-    Attributes: `t`, `v` the samples used; `bounds` the times of the cycle boundaries; `drift` at these boundaries;
-    `coefficients`; `rest` what the fit leaves of every sample; `jitter`; `alternating` the rms of the fitted cycle.
-    """
-
-    def __init__(self, t: Array, v: Array, period: float, harmonics: int | None) -> None:
-        per_cycle = period * (t.size - 1) / float(t[-1] - t[0])
-        if per_cycle < 0.99 * LEAST_SAMPLES:
-            raise too_few_samples(per_cycle, 1.0 / period)
-        whole = t.size / per_cycle
-        cycles = min(math.floor(whole + 0.05), MAX_CYCLES)
-        if cycles < 2:
-            raise too_few_cycles(whole, 1.0 / period)
-        most = min(math.floor(0.45 * per_cycle), 1024)
-        if harmonics is not None and not 1 <= harmonics <= most:
-            many = "1 harmonic" if harmonics == 1 else f"{harmonics} harmonics"
-            raise HistoryError(
-                f"{many} of {1.0 / period:.5g} Hz from {per_cycle:.4g} samples in a cycle",
-                f"give harmonics = {most} or fewer, but at least 1" if most else "sample faster",
-            )
-        gap = int(np.argmax(np.diff(t)))
-        if t[gap + 1] - t[gap] > 0.25 * period:
-            raise HistoryError(f"the record has a gap from {t[gap]:.6g} s to {t[gap + 1]:.6g} s", "cut it there")
-        self._record = t, v
-        block = max(1, int(per_cycle // 192))  # aligning needs no more samples than this in a cycle
-        rows = t.size // block
-        self._coarse = tuple(x[: rows * block].reshape(rows, block).mean(axis=1) for x in (t, v))
-        self.asked = harmonics
-        self.limit = min(most, MAX_HARMONICS) if harmonics is None else harmonics
-        self.bounds = t[0] + period * np.arange(cycles + 1)
-        self._align()
-        whole = float(t[-1] - self.bounds[0]) / self.period + 1.0 / per_cycle
-        if whole < 1.94:
-            raise too_few_cycles(whole, 1.0 / self.period)
-        self._finish()
 
     # Alignment
 
@@ -430,6 +395,30 @@ class CycleFit(CyclePhases):
             if any(_line_at(spectrum, n // b, chance, least) for spectrum, chance in tests):
                 return b
         return 1
+
+
+def _toeplitz_solve(column: ComplexArray, rhs: ComplexArray) -> ComplexArray:
+    """Solve a Hermitian Toeplitz system that is nearly diagonal, by conjugate gradients with products by FFT.
+
+    A threaded BLAS takes 50 ms for such a small system when the machine is busy; this takes one.
+    """
+    n = rhs.size
+    length = 1 << (2 * n).bit_length()
+    circulant = np.zeros(length, complex)
+    circulant[:n], circulant[length - n + 1 :] = column, column[:0:-1].conj()
+    kernel = np.fft.fft(circulant).real
+    x, rest = np.zeros_like(rhs), rhs.copy()
+    step, size = rest, float(np.sum(np.abs(rest) ** 2))
+    least = 1e-28 * size
+    for _ in range(300):
+        if size <= least:
+            break
+        image = np.fft.ifft(kernel * np.fft.fft(step, length))[:n]
+        move = size / float(np.sum(step.conj() * image).real)
+        x, rest = x + move * step, rest - move * image
+        size, before = float(np.sum(np.abs(rest) ** 2)), size
+        step = rest + (size / before) * step
+    return x
 
 
 def _line_at(spectrum: Array, step: int, chance: float, least: float) -> bool:

@@ -1,23 +1,29 @@
-"""Tables in ``.mat``, ``.h5``, ``.tdms`` and ``.wav`` files, with the extra ``[io]``; each gives named arrays."""
+"""Files that are no text, with the extra ``[io]``: tables in ``.mat``, ``.h5``, ``.tdms``, ``.wav``, and NetCDF 4."""
 
 from __future__ import annotations
 
 import io
 import math
+import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError, MissingExtraError
+from percuss.recordings.columns import Array, RecordedTable
 from percuss.recordings.separate_process import Found, bounds_of, need, read_apart
-from percuss.recordings.table import Array, RecordedTable
-from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted
+from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted, vetted_hdf5
 from percuss.units import split_header
+
+if TYPE_CHECKING:
+    import xarray
+
+# ---- Tables of named arrays
 
 
 def _arrays_table(
@@ -164,3 +170,52 @@ READERS: dict[str, Callable[[Path], RecordedTable]] = {
     ".wav": _read_wav,
 }
 """By the ending of the file; any other is read as text."""
+
+
+# ---- NetCDF 4: the variables of a file as plain arrays
+
+
+def netcdf_content(path: Path) -> xarray.Dataset:
+    """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers."""
+    try:
+        import xarray
+    except ImportError:
+        raise MissingExtraError("xarray", "io") from None
+    need("h5netcdf")
+    told, arrays = read_apart("percuss.recordings.file_formats:read_netcdf", path, {}, bounds_of(path))
+    try:
+        variables = {name: (dims, arrays[name], about) for name, (dims, about) in told["variables"].items()}
+        return xarray.Dataset(variables, attrs=told["attributes"])
+    except ValueError:  # sizes that contradict each other
+        raise Damaged("is not a readable NetCDF 4 file") from None
+
+
+def read_netcdf(path: Path, _: Mapping[str, Any]) -> Found:
+    """Dimensions and attributes of the variables, and their numbers."""
+    import h5netcdf
+    import h5py
+
+    try:
+        vetted_hdf5(path, most=os.path.getsize(path) // 4 + MOST_NUMBERS)
+        with h5py.File(path, "r") as content:
+            links = [content.get(key, getlink=True) for key in content]
+        if not all(isinstance(link, h5py.HardLink) for link in links):
+            raise HistoryError("refers to another file")
+        with h5netcdf.File(path, "r", decode_vlen_strings=True) as content:
+            arrays = {name: _plain(np.asarray(variable[...])) for name, variable in content.variables.items()}
+            about = {name: (list(v.dimensions), _said(v.attrs)) for name, v in content.variables.items()}
+            return {"variables": about, "attributes": _said(content.attrs)}, arrays
+    except HistoryError:
+        raise
+    except Exception:  # a damaged file raises whatever it happens to hit
+        raise Damaged("is not a readable NetCDF 4 file") from None
+
+
+def _plain(array: Any) -> Any:
+    """Texts as arrays of fixed width: all others are plain."""
+    return array.astype(str) if array.dtype == object else array
+
+
+def _said(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    plain = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in attributes.items()}
+    return {name: value.decode() if isinstance(value, bytes) else value for name, value in plain.items()}

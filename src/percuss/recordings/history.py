@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError
+from percuss.recordings.columns import Array, ComplexArray
 from percuss.recordings.cycle_fit import (
     LEAST_SAMPLES,
     MAX_CYCLES,
@@ -29,7 +30,6 @@ from percuss.recordings.cycle_fit import (
     no_repetition,
     unlike,
 )
-from percuss.recordings.table import Array, ComplexArray
 from percuss.shown import Shown
 
 # ---- Whether a record stays at its highest or lowest value, as where a sensor or a recorder has reached its limit

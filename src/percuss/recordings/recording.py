@@ -16,24 +16,29 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from percuss.errors import HistoryError, ParameterError, UnitError
-from percuss.recordings.file_formats import READERS
-from percuss.recordings.table import RATE_REMEDY, SOUGHT, Array, RecordedTable, as_rate, without_gaps
-from percuss.recordings.text_table import (
+from percuss.recordings.columns import (
+    RATE_REMEDY,
+    SOUGHT,
+    Array,
     Column,
+    RecordedTable,
     against_clock,
+    as_rate,
     given_scale,
     meant_columns,
-    read_text,
     scales_of,
     seconds,
+    without_gaps,
 )
+from percuss.recordings.file_formats import READERS
+from percuss.recordings.text_table import read_text
 from percuss.shown import Shown
 from percuss.units import si
 
 # ---- What a caller says of a recording, checked before its file is opened: path, columns, rate, moments
 
 
-def file_path(value: object) -> Path:
+def _file_path(value: object) -> Path:
     """The path of a file; bytes and the numbers of open files are none."""
     try:
         found = os.fspath(value)  # type: ignore[call-overload]  # whatever is no path is refused below
@@ -44,13 +49,13 @@ def file_path(value: object) -> Path:
     return Path(found)
 
 
-def check_column(name: str, key: object) -> None:
+def _check_column(name: str, key: object) -> None:
     """Refuse what can name no column; None leaves the choice to the reader."""
     if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
         raise ParameterError(name, key, "the heading of a column, or its number from 1")
 
 
-def in_hertz(sample_rate: float | str) -> float:
+def _in_hertz(sample_rate: float | str) -> float:
     """A sample rate in Hz, from a number in Hz or from text such as "50 kHz"."""
     rate = si(sample_rate, "frequency" if isinstance(sample_rate, str) else "dimensionless", "sample_rate")
     if rate <= 0.0:
@@ -58,17 +63,17 @@ def in_hertz(sample_rate: float | str) -> float:
     return rate
 
 
-def in_seconds(value: float | str, name: str) -> float:
+def _in_seconds(value: float | str, name: str) -> float:
     """A moment in s, from a number in s or from text such as "0.2 s"."""
     return si(value, "time" if isinstance(value, str) else "dimensionless", name)
 
 
 # ---- Whether columns make a usable series: enough samples, finite ones, over a time that increases; and a part of it
 
-MIN_SAMPLES = 16
+_MIN_SAMPLES = 16
 
 
-def check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: int, value: int) -> None:
+def _check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: int, value: int) -> None:
     if time.size != values[0].size:
         remedy = f"name the time that belongs to it, time_column = …, or {RATE_REMEDY}"
         raise table.refused(
@@ -76,15 +81,15 @@ def check_sizes(table: RecordedTable, time: Array, values: list[Array], clock: i
         )
 
 
-def check_values(table: RecordedTable, values: list[Array], faces: list[int]) -> None:
+def _check_values(table: RecordedTable, values: list[Array], faces: list[int]) -> None:
     sizes = [v.size for v in values]
     if len(set(sizes)) > 1:
         raise table.refused(
             f"{table.heading(faces[0])} has {sizes[0]} samples, {table.heading(faces[1])} {sizes[1]}",
             "name two columns recorded together",
         )
-    if sizes[0] < MIN_SAMPLES:
-        raise table.refused(f"only {sizes[0]} samples", f"at least {MIN_SAMPLES}{table.sought.length} are needed")
+    if sizes[0] < _MIN_SAMPLES:
+        raise table.refused(f"only {sizes[0]} samples", f"at least {_MIN_SAMPLES}{table.sought.length} are needed")
     for data, face in zip(values, faces, strict=True):
         bad = np.flatnonzero(np.isinf(data))
         if bad.size:
@@ -94,7 +99,7 @@ def check_values(table: RecordedTable, values: list[Array], faces: list[int]) ->
             )
 
 
-def check_time(table: RecordedTable, time: Array, clock: int) -> None:
+def _check_time(table: RecordedTable, time: Array, clock: int) -> None:
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
         raise table.refused(
@@ -116,14 +121,14 @@ def check_time(table: RecordedTable, time: Array, clock: int) -> None:
         )
 
 
-def cut(
+def _cut(
     table: RecordedTable, time: Array, values: list[Array], start: float | str | None, end: float | str | None
 ) -> tuple[Array, list[Array]]:
     """The part of the record from `start` to `end`."""
     if start is None and end is None:
         return time, values
-    first = -np.inf if start is None else in_seconds(start, "from")
-    last = np.inf if end is None else in_seconds(end, "to")
+    first = -np.inf if start is None else _in_seconds(start, "from")
+    last = np.inf if end is None else _in_seconds(end, "to")
     used = (time >= first) & (time <= last)
     if not first < last or not np.any(used):
         raise table.refused(
@@ -229,14 +234,14 @@ def read_recording(
     >>> recording.quantity, recording.values[:3].tolist()
     ('force', [0.0, 1000.0, 2000.0])
     """
-    path = file_path(path)
+    path = _file_path(path)
     for option, key in (("column", column), ("time_column", time_column), ("opposing_column", opposing_column)):
-        check_column(option, key)
+        _check_column(option, key)
     if not isinstance(sensor, str) or sensor not in SOUGHT:
         raise ParameterError("sensor", sensor, " or ".join(f'"{word}"' for word in SOUGHT))
     _check_file(path)
     table = replace(READERS.get(path.suffix.lower(), read_text)(path), sought=SOUGHT[sensor])
-    rate = None if sample_rate is None else in_hertz(sample_rate)
+    rate = None if sample_rate is None else _in_hertz(sample_rate)
     notes: list[str] = []
     given = given_scale(table, unit, path)
     clock, faces = meant_columns(table, (column, time_column, opposing_column), rate, given is not None, notes)
@@ -252,10 +257,10 @@ def read_recording(
         notes += against_clock(table, column, cast(float, rate))
     else:
         time = seconds(table, clock, notes)
-        check_sizes(table, time, values, clock, faces[0])
-        check_time(table, time, clock)
-    time, values = cut(table, time, values, start, end)
-    check_values(table, values, faces)
+        _check_sizes(table, time, values, clock, faces[0])
+        _check_time(table, time, clock)
+    time, values = _cut(table, time, values, start, end)
+    _check_values(table, values, faces)
     time, values = without_gaps(time, values, table, notes)
     found = [v * scale for v, (scale, _) in zip(values, scales, strict=True)]
     opposing = found[1] if len(found) > 1 else None

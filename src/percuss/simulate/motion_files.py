@@ -19,7 +19,7 @@ from percuss.model import Machine, System
 from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
-from percuss.recordings.netcdf_file import netcdf_content
+from percuss.recordings.file_formats import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
 from percuss.shown import watched

@@ -176,7 +176,7 @@ class SimulatedMotion(Shown):
         return Anchor(float(self.events.phase[i]), int(self.events.piece[i]), self.states[i])
 
     @cached_property
-    def _lies(self) -> npt.NDArray[np.bool_]:
+    def lies(self) -> npt.NDArray[np.bool_]:
         """Whether the bar rests on the wall after the start and each event; a valve may change while it does."""
         codes = np.concatenate([[REST if self.resting else RELEASE], self.events.code])
         told = np.where(np.isin(codes, (REST, RELEASE, IMPACT)), np.arange(codes.size), 0)
@@ -232,7 +232,7 @@ class SimulatedMotion(Shown):
 
     def _between(self, i: int, times: Array) -> ModalMotion:
         nothing = np.zeros((self.modes + 1, times.size))
-        lies = self._lies[i + 1]
+        lies = self.lies[i + 1]
         if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
             return ModalMotion(nothing, nothing)
         # a structure rests as it was struck last; infinitely many bounces of less than 1e-9 are none
@@ -345,7 +345,7 @@ class SimulatedMotion(Shown):
         return np.where(self._rests(times), self.force(times), 0.0)
 
     def _rests(self, times: Array) -> npt.NDArray[np.bool_]:
-        return self._lies[np.searchsorted(self.events.time, times, side="right")]
+        return self.lies[np.searchsorted(self.events.time, times, side="right")]
 
     def _shapes(self, x: npt.ArrayLike) -> Array:
         places = array("x", x, 0.0, 1.0)

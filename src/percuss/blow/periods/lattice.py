@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.bodies import Rod, Target, Wall
+from percuss.blow.bodies import Rod, Target, Wall, rod_sections, striker_sections
 from percuss.blow.kernels.lattice_records import Bit, Face, LatticeDrag, LatticeMachine, LatticeRow
 from percuss.errors import ParameterError
 from percuss.model import Load, System
-from percuss.model.body import Damping, External, SteppedBar, UniformBar
+from percuss.model.body import Damping, External
 from percuss.model.checks import Array
 from percuss.shown import Shown
 
@@ -34,14 +34,10 @@ class Lattice(Shown):
 
     Attributes
     ----------
-    steps
-        Of a load period.
-    step
-        Length of one in radians, 2π/`steps`.
-    cells
-        Of each section of the striker, then of the rod.
-    striker
-        How many of the sections are the striker's.
+    steps, step
+        Of a load period, and the length of one in radians, 2π/`steps`.
+    cells, striker
+        Of each section of the striker, then of the rod, and how many of the sections are the striker's.
     impedances
         Of all sections; dimensionless, the striker's mass Σ Z_i n_i Δt is 1.
     rounding
@@ -188,22 +184,18 @@ def _modes(mass: Array, half: Array, step: float) -> tuple[Array, Array]:
 _WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its mass on the rock: then it may be fed
 
 
-def rod_sections(system: System, target: Target) -> tuple[Array, Array, float]:
+def _struck(system: System, target: Target) -> tuple[Array, Array, float]:
     """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless."""
     none = np.zeros(0)
     if isinstance(target, Wall):
         return none, none, math.inf
     if any(mass > 0.0 for _, mass in target.joint_masses):
         raise ParameterError("joint_masses", target.joint_masses, "none", "give a short section instead")
-    if target.impedance is not None:
-        return none, none, target.impedance / _impedance_scale(system)
-    pieces = target.pieces
-    if not system.is_si:
-        raise ParameterError("target", "a rod in SI", "an impedance", "use Rod.of_impedance before a dimensionless bar")
-    impedances = np.array([piece.impedance for piece in pieces]) / _impedance_scale(system)
-    own = pieces[:-1] if target.end == "infinite" else pieces
-    times = np.array([piece.transit_time for piece in own]) * system.angular_frequency
-    return impedances[: len(own)], times, float(impedances[-1]) if target.end == "infinite" else math.inf
+    rod, rate = rod_sections(target, system.bar or system.body), system.angular_frequency if system.is_si else 1.0
+    impedances = rod.impedance / (1.0 if system.bar is None else system.bar.mass * rate)
+    if target.end == "infinite":
+        return impedances[:-1], rod.transit[:-1] * rate, float(impedances[-1])
+    return impedances, rod.transit * rate, math.inf
 
 
 _NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
@@ -227,22 +219,17 @@ def _bit(system: System, target: Target, scale: float, *, impedance: float, tran
     return Bit(True, impedance, mass, stiffness * scale, ratio, gap, not pushed_back, wait)
 
 
-def _impedance_scale(system: System) -> float:
-    """M Ω in N·s/m, or 1 for a dimensionless system."""
-    return system.bar.mass * system.angular_frequency if system.bar is not None else 1.0
-
-
 def machine_record(
     system: System, target: Target, cells: int, *, pushed_back: bool, quiet: bool
 ) -> tuple[Lattice, LatticeMachine]:
     """The lattice of at least so many cells in the striker, and a machine at rest on it."""
-    own_z, own_times = _striker_sections(system)
-    z, times, behind = rod_sections(system, target)
-    lattice = lattice_of(np.concatenate([own_z, z]), np.concatenate([own_times, times]), own_z.size, cells)
-    scaled, k = np.asarray(lattice.impedances), own_z.size
+    own, (z, times, behind) = striker_sections(system.body), _struck(system, target)
+    k = own.impedance.size
+    lattice = lattice_of(np.concatenate([own.impedance, z]), np.concatenate([own.transit, times]), k, cells)
+    scaled = np.asarray(lattice.impedances)
     bar = _chain(scaled[:k], lattice.cells[:k])
     rod = _chain(scaled[k:], lattice.cells[k:])
-    scale = scaled[0] / own_z[0]
+    scale = scaled[0] / own.impedance[0]
     behind *= scale
     struck = float(scaled[k]) if z.size else behind
     striker = float(scaled[k - 1])
@@ -252,15 +239,6 @@ def machine_record(
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
     load = load_means(system.load, lattice.steps)
     return lattice, LatticeMachine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
-
-
-def _striker_sections(system: System) -> tuple[Array, Array]:
-    body = system.body
-    if isinstance(body, UniformBar):
-        return np.array([body.s]), np.array([1.0 / body.s])
-    if isinstance(body, SteppedBar):
-        return body.sections.impedance, body.sections.transit
-    raise ParameterError("body", body.kind, "a bar of sections: waves need impedances and transit times")
 
 
 def _chain(impedances: Array, cells: tuple[int, ...]) -> LatticeRow:

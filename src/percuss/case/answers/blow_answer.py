@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
     from percuss.blow.gauges import RecordFit
-    from percuss.blow.question import Field
+    from percuss.blow.striking import Field
     from percuss.case.case import Case
     from percuss.case.file_format.body_building import BlowQuestion
     from percuss.recordings import Recording

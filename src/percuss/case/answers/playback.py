@@ -28,9 +28,8 @@ from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, steady_states
 from percuss.steady.resting.rest_cycles import cycle_through
 
 if TYPE_CHECKING:
-    from percuss.blow import Blow, Trace
+    from percuss.blow import Blow, CellsOverTime, Trace
     from percuss.blow.bodies import Sections
-    from percuss.blow.over_time import CellsOverTime
     from percuss.case.answers.machine_figures import CycleCurve
     from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.case.case import Case
@@ -551,7 +550,6 @@ def blow_frames(
     dimensionless rod are those of one with the wave speed of the striking end.
     """
     from percuss.blow.bodies import rod_sections, striker_sections
-    from percuss.blow.over_time import cells_over_time, energy_over_time
 
     until = None if whole or show != "start" else _shortened(case)
     answer = blow_answer(case, until=until, most_pieces=most_pieces)
@@ -560,8 +558,8 @@ def blow_frames(
     end = _end(blow, show, sections)
     times = np.linspace(0.0, end, frames)
     reach = _REACH * float(sections.length.sum() if answer.is_si else sections.transit.sum())
-    own, rod = cells_over_time(blow, times, cells, reach)
-    energy = energy_over_time(blow, times)
+    own, rod = blow.cells_over_time(times, cells, reach)
+    energy = blow.energy_over_time(times)
     arrays: dict[str, npt.NDArray[Any]] = {"t": times, **_body("striker", own, sections)}
     told = None
     if rod is not None and answer.rod is not None:

@@ -161,7 +161,7 @@ def _rod_of(system: System) -> Rod:
 
 def stop_of(case: Case) -> Stop:
     """When to end: what [simulation] says; without a time after 200 load periods."""
-    from percuss.blow.periods.lattice_run import TOLERANCE
+    from percuss.blow.periods.wave_motion import TOLERANCE
 
     table, stop = case.tables.simulation, case.simulation().stop
     given = None if table is None else table.tolerance

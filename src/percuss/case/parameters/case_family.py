@@ -263,7 +263,12 @@ class CaseFamily:
     def start(self, values: Mapping[str, float], modes: int) -> Start:
         """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
         kept = count("modes", modes, least=0, most=MAX_MODES)
-        return start_of(self.case.tables.start, self.system(values), kept, self.case.file)
+        return start_of(
+            self.case.tables.start,
+            (self.machine if self.case.is_machine else self.system)(values),
+            kept,
+            self.case.file,
+        )
 
     def describe(self) -> dict[str, Any]:
         """The case, and the load of its recording."""

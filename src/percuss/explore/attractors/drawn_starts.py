@@ -19,7 +19,7 @@ from percuss.explore.jobs.job import Column, Columns
 from percuss.model import Machine, System
 from percuss.model.body import Body
 from percuss.model.checks import Array, count
-from percuss.recordings.netcdf_file import netcdf_content
+from percuss.recordings.file_formats import netcdf_content
 
 if TYPE_CHECKING:
     from percuss.simulate import Starts

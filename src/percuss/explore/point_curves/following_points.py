@@ -101,7 +101,8 @@ def follow_point(
     A fold stays a fold, a flip a flip, a grazing a grazing, while both parameters change: the curve that divides the
     plane into those with and without the orbit, or with it stable and unstable. Points of codimension two on the way
     are located and named. Where the motion ceases to be an orbit for another reason, since it touches the wall
-    elsewhere or an impact strikes backwards, the curve goes on and is marked.
+    elsewhere or an impact strikes backwards, the curve goes on and is marked; where a ringing bar touches a second time
+    in the same flight it goes on with that touch, which is what ends motions beyond.
 
     Parameters
     ----------

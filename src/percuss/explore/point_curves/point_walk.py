@@ -579,6 +579,7 @@ _BEND, _NEAR_STEP = 0.01, 4.0  # a step below which a corner may be what bends a
 _BESIDE = 5e-6  # rad, beyond a step of the load, so that differences are taken on one side of it
 _HALVED = 0.02  # rad, between the halves of a cycle that may become one
 _DOUBLE = BranchEvent.RESONANCE_1, BranchEvent.RESONANCE_2
+_BOTH = 1e-9  # height of a second touch, of 1, where two come together
 
 
 class PointWalk(Walk):
@@ -604,7 +605,42 @@ class PointWalk(Walk):
             before, after = (halves(self.curve, point.x)[1] for point in (self.here, target.point))
             if before @ after < 0.0:
                 return Look(segment, [], None, halved(self.curve, target.point.x))
-        return Look(segment, events_between(segment, self.clear, self.passed), target.limit)
+        found = events_between(segment, self.clear, self.passed)
+        for i, one in enumerate(found):
+            beyond = self._other_touch(one) if one.kind is BranchEvent.WITH_TOUCH and self.clear.is_orbit else None
+            if beyond is not None:
+                return Look(CurveSegment(self.curve, self.here, one.point), found[:i], None, one, beyond)
+        return Look(segment, found, target.limit)
+
+    def _other_touch(self, one: LocatedEvent) -> CurvePoint | None:
+        """Where the ringing of a flight touches in two places, the other one, with the way on which this one is lost.
+
+        Beyond, the other touch is what ends motions: this one would come back to it after a loop of none.
+        """
+        condition, x = self.curve.condition, one.point.x
+        if not (isinstance(condition, Touch) and self.curve.modes):
+            return None
+        tops, heights = maxima(self.curve.motion(x).flights[condition.flight], self.curve.modes)
+        others = np.abs(tops - x[-1]) > _SAME
+        if not np.any(others) or abs(float(heights[others].max())) > _BOTH:
+            return None
+        other = np.append(x[:-1], tops[others][int(np.argmax(heights[others]))])
+        try:
+            matrix, own = self.curve.matrix(other), self.curve.matrix(x)[-2]  # how the height of this touch changes
+            tangent = np.linalg.svd(matrix)[2][-1]
+        except (PercussError, np.linalg.LinAlgError):
+            return None
+        rate = float(own[:-1] @ tangent[:-1])
+        return CurvePoint(other, tangent if rate < 0.0 else -tangent, 0, matrix)
+
+    def at_last(self, one: LocatedEvent, look: Look) -> None:
+        if look.beyond is not None:
+            self.keep(one.point, self.marks[-1])
+            self.happened.append(one)
+            self.arrive(look.beyond)
+            self.size = min(self.size, FIRST)
+        else:
+            super().at_last(one, look)
 
     def ends_at(self, one: LocatedEvent) -> bool:
         condition = self.curve.condition

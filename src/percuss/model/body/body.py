@@ -249,13 +249,7 @@ class Body(ABC):
         return cast("Kind", replace(cast("Any", self), damping=damping))
 
     def place(self, number: int) -> float:
-        """x of the place with a number.
-
-        Raises
-        ------
-        ParameterError
-            When the body has no such place.
-        """
+        """x of the place with a number; ParameterError when the body has no such place."""
         if count("at", number, least=0) >= len(self.places):
             most = len(self.places) - 1
             wanted = f"a step of the bar, 0 (the driven end) to {most}" if most else "0: this bar has no steps"
@@ -396,10 +390,7 @@ class HeldBody(Body):
     def chosen(self, modes: int | None) -> int:
         """N, the modes that are taken where so many are asked for; None for `most_modes`.
 
-        Raises
-        ------
-        ParameterError
-            For none: its modes are all that moves.
+        ParameterError for none: its modes are all that moves.
         """
         if modes == 0:
             raise ParameterError("modes", 0, "1 or more: a body that is held has no rigid motion beside its modes")
@@ -448,10 +439,7 @@ class HeldBody(Body):
 def need_free(body: Body, what: str) -> None:
     """Refuse a body that is held where the answer is one of bars that move as a whole.
 
-    Raises
-    ------
-    ParameterError
-        With what was asked for.
+    ParameterError with what was asked for.
     """
     if not body.is_free:
         raise _of_bars(what)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.model.checks import Array, ComplexArray, non_negative, numbers
+from percuss.model.checks import Array, ComplexArray, instance, non_negative, numbers
 from percuss.model.parameter import Parameter, of_field
 
 MOST_DAMPING = 1e6
@@ -22,14 +22,8 @@ _SOME_LOSS = (1.0 - 0.02j) ** 0.5  # keeps a lossless bar that stands for a tabl
 class Lossless(NamedTuple):
     """The lossless bar that answers a harmonic as the damped one does: ω_n² + ik d_n − k² = (ω_n² − z²)/factor.
 
-    Parameters
-    ----------
-    z
-        Complex frequency of the lossless bar, Im z ≤ 0; shape (K,).
-    factor
-        What its response is multiplied by; shape (K,).
-    exact
-        Whether this holds for every mode; else only for those in resonance, and the others differ by little.
+    Shapes (K,), Im z ≤ 0. `exact`: whether this holds for every mode; else only for those in resonance, and the others
+    differ by little.
     """
 
     z: ComplexArray
@@ -94,6 +88,13 @@ def _limited(name: str, value: object) -> float:
     return found
 
 
+def check_damping(damping: object) -> None:
+    """Refuse what is no law of damping of a bar, and a drag beyond any bar's."""
+    drag = instance("damping", damping, Damping).rigid
+    if drag > MOST_DAMPING:
+        raise ParameterError("d", drag, f"a damping of at most {MOST_DAMPING:g}")
+
+
 def share_of_critical(name: str, value: object) -> float:
     """`value` as a share of critical damping."""
     found = non_negative(name, value)
@@ -106,10 +107,7 @@ def share_of_critical(name: str, value: object) -> float:
 class External(Damping):
     """B77's d: the same for every mode, the rigid one too, as of a viscous medium around the bar (B77 3).
 
-    Parameters
-    ----------
-    d
-        D/(MΩ), dimensionless; in SI, D/M in 1/s.
+    d = D/(MΩ), dimensionless; in SI, D/M in 1/s.
     """
 
     kind: ClassVar[str] = "external"
@@ -151,13 +149,7 @@ UNDAMPED = External(0.0)
 
 @dataclass(frozen=True)
 class Ratio(Damping):
-    """The same share of critical damping for every elastic mode, d_n = 2ζω_n; the rigid motion is free.
-
-    Parameters
-    ----------
-    ratio
-        ζ, from 0 to 1, dimensionless.
-    """
+    """The same share ζ of critical damping, 0 to 1, for every elastic mode, d_n = 2ζω_n; the rigid motion is free."""
 
     kind: ClassVar[str] = "ratio"
     sentence: ClassVar[str] = (
@@ -193,10 +185,7 @@ class Ratio(Damping):
 class KelvinVoigt(Damping):
     """A material whose stress follows the strain rate too, E(1 + η ∂/∂t): d_n = ηω_n²; the rigid motion is free.
 
-    Parameters
-    ----------
-    eta
-        η, dimensionless (times Ω); in SI, in s.
+    η is dimensionless (times Ω); in SI, in s.
     """
 
     kind: ClassVar[str] = "kelvin_voigt"
@@ -231,10 +220,7 @@ class KelvinVoigt(Damping):
 class Table(Damping):
     """d_n mode by mode, as measured; modes beyond the table have the damping ratio of its last one. No rigid drag.
 
-    Parameters
-    ----------
-    values
-        d_1, d_2, …, dimensionless; in SI, in 1/s. At least one.
+    `values`: d_1, d_2, …, at least one, dimensionless; in SI, in 1/s.
     """
 
     kind: ClassVar[str] = "table"

@@ -11,8 +11,8 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model.body.body import MOST_GAP, Body, HeldBody, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, Table
-from percuss.model.body.uniform import LEAST_S, MOST_S, Bar, Piece, SizedBody
-from percuss.model.checks import Array, count, finite, instance, non_negative, numbers, positive
+from percuss.model.body.uniform import Bar, Piece, SizedBody, wave_speed
+from percuss.model.checks import Array, finite, instance, non_negative, numbers, positive
 from percuss.model.parameter import Parameter, of_field
 
 MOST_MODES = 4096
@@ -24,7 +24,34 @@ GAP: Parameter[Any] = of_field(
 
 
 @dataclass(frozen=True)
-class ModalBody(HeldBody):
+class _ModeTable:
+    """The columns of a table of modes, checked and in the order of the frequencies; no wave runs through it."""
+
+    omega: tuple[float, ...]
+    delta: tuple[float, ...]
+    contact: tuple[float, ...]
+    drive: tuple[float, ...]
+    gap: float = 0.0
+
+    def __post_init__(self) -> None:
+        columns = {name: getattr(self, name) for name in ("omega", "delta", "contact", "drive")}
+        rows = checked_modes(columns, 1.0)
+        for name, column in zip(columns, zip(*rows, strict=True), strict=True):
+            object.__setattr__(self, name, column)
+        object.__setattr__(self, "gap", _gap(self.gap))
+
+    @property
+    def damping(self) -> Damping:
+        """The damping of each mode."""
+        return Table(self.delta)
+
+    @property
+    def transit_time(self) -> float:
+        return 0.0
+
+
+@dataclass(frozen=True)
+class ModalBody(_ModeTable, HeldBody):  # type: ignore[override]  # the table has the damping
     """A structure with one gap, told by its modes: y = Σ a_n q_n − g, q_n'' + δ_n q_n' + ω_n² q_n = b_n p(t).
 
     Parameters
@@ -56,32 +83,10 @@ class ModalBody(HeldBody):
     kind: ClassVar[str] = "modes"
     parameters: ClassVar[tuple[Parameter[Any], ...]] = (GAP,)
 
-    omega: tuple[float, ...]
-    delta: tuple[float, ...]
-    contact: tuple[float, ...]
-    drive: tuple[float, ...]
-    gap: float = 0.0
-
-    def __post_init__(self) -> None:
-        columns = {name: getattr(self, name) for name in ("omega", "delta", "contact", "drive")}
-        rows = checked_modes(columns, 1.0)
-        for name, column in zip(columns, zip(*rows, strict=True), strict=True):
-            object.__setattr__(self, name, column)
-        object.__setattr__(self, "gap", _gap(self.gap))
-
     @property
     def s(self) -> float:  # type: ignore[override]
         """None: no wave runs through a table of modes."""
         raise ParameterError("s", "a table of modes", "a bar, through which waves run")
-
-    @property
-    def damping(self) -> Damping:  # type: ignore[override]
-        """The damping of each mode."""
-        return Table(self.delta)
-
-    @property
-    def transit_time(self) -> float:
-        return 0.0
 
     @property
     def most_modes(self) -> int:
@@ -100,13 +105,7 @@ class ModalBody(HeldBody):
         return np.asarray(1.0 / self._at_contact(count) ** 2)
 
     def shapes(self, x: Array, count: int) -> Shape:
-        """At the load, x = 0, and at the contact, x = 1; the strain is unknown.
-
-        Raises
-        ------
-        ParameterError
-            For other places.
-        """
+        """At the load, x = 0, and at the contact, x = 1; the strain is unknown; ParameterError for other places."""
         places = np.asarray(x, dtype=float)
         if not np.all((places == 0.0) | (places == 1.0)):
             raise ParameterError("x", x, "0 (the load) or 1 (the contact): a table of modes knows no other place")
@@ -134,10 +133,7 @@ def _gap(value: object) -> float:
 def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, float, float, float]]:
     """The rows of a table of modes by rising frequency; `unit` is what frequencies are divided by.
 
-    Raises
-    ------
-    ParameterError
-        By the name of the column, with the row counted from 1.
+    ParameterError by the name of the column, with the row counted from 1.
     """
     given = {name: numbers(name, values).reshape(-1).tolist() for name, values in columns.items()}
     size = len(given["omega"])
@@ -159,7 +155,7 @@ def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, flo
 
 
 @dataclass(frozen=True)
-class SizedModes(SizedBody):
+class SizedModes(_ModeTable, SizedBody):  # type: ignore[override]  # likewise
     """The same in SI: frequencies in rad/s, modes normalised to the modal mass 1 kg, the gap in m.
 
     Its scales are 1 kg and 1 m: the dimensionless displacements of the contact are metres.
@@ -181,34 +177,15 @@ class SizedModes(SizedBody):
 
     kind: ClassVar[str] = "modes"
 
-    omega: tuple[float, ...]
-    delta: tuple[float, ...]
-    contact: tuple[float, ...]
-    drive: tuple[float, ...]
-    gap: float = 0.0
-
-    def __post_init__(self) -> None:
-        made = ModalBody(self.omega, self.delta, self.contact, self.drive, self.gap)
-        for name in ("omega", "delta", "contact", "drive", "gap"):
-            object.__setattr__(self, name, getattr(made, name))
-
     @property
     def length(self) -> float:  # type: ignore[override]
         """The scale of lengths, 1 m."""
         return 1.0
 
     @property
-    def damping(self) -> Damping:  # type: ignore[override]
-        return Table(self.delta)
-
-    @property
     def mass(self) -> float:
         """The modal mass, 1 kg."""
         return 1.0
-
-    @property
-    def transit_time(self) -> float:
-        return 0.0
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
@@ -219,11 +196,6 @@ class SizedModes(SizedBody):
         scale = positive("angular_frequency", angular_frequency)
         omega, delta = (tuple(w / scale for w in values) for values in (self.omega, self.delta))
         return ModalBody(omega, delta, self.contact, self.drive, self.gap)
-
-    def natural_frequencies(self, modes: int) -> Array:
-        squares = np.array(self.omega) ** 2 - (0.5 * np.array(self.delta)) ** 2
-        found = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
-        return np.asarray(found[: count("modes", modes, most=1 << 20)])
 
     def __str__(self) -> str:
         n = len(self.omega)
@@ -293,9 +265,7 @@ class Mounted(HeldBody):
                 raise ParameterError(name, value, f"at most {MOST_STIFFNESS:g}")
             object.__setattr__(self, name, value)
         if self.s != math.inf:
-            object.__setattr__(self, "s", positive("s", self.s))
-            if not LEAST_S <= self.s <= MOST_S:
-                raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
+            object.__setattr__(self, "s", wave_speed(self.s))
         instance("damping", self.damping, Damping)
         object.__setattr__(self, "gap", _gap(self.gap))
 
@@ -426,11 +396,6 @@ class SizedMounted(SizedBody):
             return Mounted(k, c, gap=gap)
         own = self.bar.body(scale)
         return Mounted(k, c, own.s, own.damping, gap)
-
-    def natural_frequencies(self, modes: int) -> Array:
-        found = self.body(1.0).modes(count("modes", modes, most=1 << 20))
-        squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
-        return np.asarray(np.sqrt(squares) / (2.0 * np.pi))
 
     def __str__(self) -> str:
         what = f"mass of {self.mass:.6g} kg" if self.bar is None else str(self.bar)

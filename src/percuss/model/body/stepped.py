@@ -16,8 +16,8 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.halting import look
 from percuss.model.body.body import Body, ComplexShape, Shape
-from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping
-from percuss.model.body.uniform import LEAST_S, MOST_S, Bar, Piece, SizedBody
+from percuss.model.body.damping import UNDAMPED, Damping, check_damping
+from percuss.model.body.uniform import Bar, Piece, SizedBody, wave_speed
 from percuss.model.checks import Array, ComplexArray, instance, non_negative, numbers, positive, several
 
 # ---- A chain of sections as its mechanics see it: impedances, transit times, and which point lies in which section
@@ -31,21 +31,10 @@ _SERIES_BELOW = 0.5
 class SectionChain:
     """Sections from the driven end to the striking end, of mass 1 and length 1 together.
 
-    Parameters
-    ----------
-    impedances, transit_times
-        Of each section; only the ratios of the impedances matter.
-    lengths
-        Of each section; only their ratios matter. None takes the transit times for them.
-
-    Attributes
-    ----------
-    impedance, transit
-        Z_i with Σ Z_i τ_i = 1, and τ_i; shape (K,).
-    before, after
-        Mass on the driven end's and on the striking end's side of the sections' boundaries; shape (K + 1,).
-    start, width
-        Where sections begin, from 0 to 1, and their lengths; shape (K,).
+    Only the ratios of impedances and lengths matter; without lengths the transit times stand for them. Attributes:
+    `impedance` Z_i with Σ Z_i τ_i = 1, and `transit` τ_i, shape (K,); `before` and `after`, mass on the driven end's
+    and on the striking end's side of the sections' boundaries, shape (K + 1,); `start` and `width`, where sections
+    begin, from 0 to 1, and their lengths, shape (K,).
     """
 
     def __init__(self, impedances: Array, transit_times: Array, lengths: Array | None = None) -> None:
@@ -140,12 +129,7 @@ def elastic_receptance(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Σ_{n≥1} φ_n(x) φ_n(p)/(ω_n² − z²) and its slope, shapes (K, len(x)), of a unit force at p = `source`.
 
-    Parameters
-    ----------
-    z
-        Complex frequencies, Im z ≤ 0, shape (K,).
-    lowest
-        ω_1.
+    For complex frequencies, Im z ≤ 0, shape (K,); `lowest` is ω_1.
     """
     shape = np.empty((z.size, x.size), complex)
     slope = np.empty_like(shape)
@@ -258,9 +242,7 @@ def _cubic(q: ComplexArray) -> ComplexArray:
 # nothing is lost near the quarter turns, where a step of 10⁶ leaves nearly all angles.
 
 _BLOCK = 4096  # modes found at a time: bounds the memory
-_LEAST_END = (
-    1e-75  # of |φ_n(1)|, where a mode hardly reaches the end: its square stays in the range of double precision
-)
+_LEAST_END = 1e-75  # of |φ_n(1)|, where a mode hardly reaches the end: its square stays in the range of doubles
 _ANGLE_ROUNDING = 4e-16
 _MOST_STEPS = 200  # bisection alone needs half of them
 
@@ -268,14 +250,7 @@ _MOST_STEPS = 200  # bisection alone needs half of them
 class SectionWaves(NamedTuple):
     """Modes n = 1 … N: φ_n = Re(wave e^{iωt}), t the time of a wave from the start of the section; φ_n(1) > 0.
 
-    Parameters
-    ----------
-    omega
-        ω_n, shape (N,).
-    wave
-        Shape (K, N); the modal mass is 1.
-    end
-        φ_n(1), shape (N,).
+    Shapes (N,), (K, N) and (N,); the modal mass is 1.
     """
 
     omega: Array
@@ -453,11 +428,8 @@ class SteppedBar(Body):
     lengths: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "s", positive("s", self.s))
-        if not LEAST_S <= self.s <= MOST_S:
-            raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
-        if instance("damping", self.damping, Damping).rigid > MOST_DAMPING:
-            raise ParameterError("d", self.damping.rigid, f"a damping of at most {MOST_DAMPING:g}")
+        object.__setattr__(self, "s", wave_speed(self.s))
+        check_damping(self.damping)
         count = len(_sections("impedances", self.impedances))
         for name in ("impedances", "transit_times", "lengths"):
             values = getattr(self, name)
@@ -706,8 +678,7 @@ class SectionedBar(SizedBody):
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the driven end to the striking end."""
-        starts = accumulate(self._lengths[:-1], initial=0.0)
-        return tuple(section.piece(start) for section, start in zip(self.sections, starts, strict=True))
+        return pieces_of(self.sections)
 
     @property
     def _lengths(self) -> tuple[float, ...]:
@@ -737,6 +708,12 @@ class SectionedBar(SizedBody):
             f"{self.mass:.3g} kg, transit time {1e6 * self.transit_time:.3g} µs, "
             f"first mode {self.natural_frequencies(1)[0]:.4g} Hz"
         )
+
+
+def pieces_of(sections: tuple[Section, ...]) -> tuple[Piece, ...]:
+    """The sections where they lie, from the first one on; an endless last one ends at infinity."""
+    starts = accumulate((section.length or 0.0 for section in sections[:-1]), initial=0.0)
+    return tuple(section.piece(start) for section, start in zip(sections, starts, strict=bool(sections)))
 
 
 def section_of(number: int, given: object) -> Section:

@@ -12,11 +12,20 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, IntArray, Shape
-from percuss.model.body.damping import MOST_DAMPING, UNDAMPED, Damping, External, Ratio, share_of_critical
+from percuss.model.body.damping import UNDAMPED, Damping, External, Ratio, check_damping, share_of_critical
 from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, positive
 
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
 LEAST_S, MOST_S = 1e-4, 1e9
+
+
+def wave_speed(value: object) -> float:
+    """`value` as the dimensionless wave speed s of a bar."""
+    found = positive("s", value)
+    if not LEAST_S <= found <= MOST_S:
+        raise ParameterError("s", found, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
+    return found
+
 
 _RESONANT = 1e-12
 _SERIES_BELOW = 0.5  # |q| below which sin q − q is taken from its series
@@ -47,11 +56,8 @@ class UniformBar(Body):
     damping: Damping = UNDAMPED
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "s", positive("s", self.s))
-        if not LEAST_S <= self.s <= MOST_S:
-            raise ParameterError("s", self.s, f"a wave speed from {LEAST_S:g} to {MOST_S:g} bar lengths per radian")
-        if instance("damping", self.damping, Damping).rigid > MOST_DAMPING:
-            raise ParameterError("d", self.damping.rigid, f"a damping of at most {MOST_DAMPING:g}")
+        object.__setattr__(self, "s", wave_speed(self.s))
+        check_damping(self.damping)
 
     def frequencies(self, count: int) -> Array:
         return np.asarray(np.pi * self.s * np.arange(1, count + 1), dtype=float)
@@ -170,20 +176,10 @@ def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
 
 
 class Piece(NamedTuple):
-    """A length of one cross-section and one material, as it is drawn and as stress is told of it.
+    """A length of one cross-section and one material, as it is drawn and as stress is told of it; SI.
 
-    Parameters
-    ----------
-    start, end
-        From the driven end, in m.
-    area
-        Cross-sectional area in m².
-    youngs_modulus
-        In Pa.
-    density
-        In kg/m³.
-    diameter, bore
-        Outer and inner diameter in m of a round cross-section; where only the area is known, those of a solid one.
+    `start` and `end` count from the driven end; `diameter` and `bore` are outer and inner ones of a round
+    cross-section, those of a solid one where only the area is known.
     """
 
     start: float
@@ -272,14 +268,9 @@ class SizedBody(ABC):
         return np.asarray(moduli[np.searchsorted(ends, x, side="right")])
 
     def natural_frequencies(self, modes: int) -> Array:
-        """Damped natural frequencies of the elastic modes 1 … `modes` of the free bar.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (modes,), in Hz: λ_n/2π; 0 for a mode that is overdamped.
-        """
-        rate = 1.0 / self.transit_time  # any would do; with this one the numbers are of order 1
+        """Damped natural frequencies λ_n/2π in Hz of the elastic modes 1 … `modes`; 0 for a mode that is overdamped."""
+        # any rate would do; with this one the numbers of a bar are of order 1
+        rate = 1.0 / self.transit_time if self.transit_time > 0.0 else 1.0
         found = self.body(rate).modes(count("modes", modes, most=1 << 20))
         squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
         return np.asarray(rate * np.sqrt(squares) / (2.0 * np.pi))

@@ -41,10 +41,7 @@ def restitution_of_ratio(ratio: X) -> X:
 def restitutions(values: npt.ArrayLike) -> Array:
     """An array of coefficients of restitution that has been looked at.
 
-    Raises
-    ------
-    ParameterError
-        When one of them is no number from 0 to 1.
+    ParameterError when one of them is no number from 0 to 1.
     """
     found = numbers("restitution", values, "numbers from 0 to 1")
     if not (np.all(found >= 0.0) and np.all(found <= 1.0)):
@@ -138,13 +135,7 @@ class Contact(ABC):
         """α: what the displacement of every elastic mode, and so the strain, is multiplied by."""
 
     def check(self, body: Body) -> None:  # noqa: B027  # most laws fit every body
-        """Refuse a body that the law does not hold for.
-
-        Raises
-        ------
-        ParameterError
-            With the reason and the law to take instead.
-        """
+        """Refuse a body that the law does not hold for; ParameterError with the reason and the law to take instead."""
 
     @property
     def velocity_factor(self) -> float:
@@ -213,13 +204,7 @@ class Contact(ABC):
         return result in self.results
 
     def need(self, result: Result) -> None:
-        """Refuse to be asked for what does not hold for this law.
-
-        Raises
-        ------
-        ParameterError
-            With the reason.
-        """
+        """Refuse to be asked for what does not hold for this law; ParameterError with the reason."""
         if not self.holds(result):
             raise ParameterError(
                 "contact",

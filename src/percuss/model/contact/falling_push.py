@@ -19,11 +19,6 @@ _NEAR = 1e-9  # share of c within which the map is its derivative
 class FallingPush:
     """What happens under a push that falls to 0, for a restitution R in [0, 1).
 
-    Parameters
-    ----------
-    restitution
-        R.
-
     Examples
     --------
     >>> push = FallingPush(0.5)
@@ -60,13 +55,8 @@ class FallingPush:
     def excess(self, q: float) -> float:
         """By how much q exceeds c, told so that an impact multiplies it by `growth`, however large it is; R > 0.
 
-        The limit of growthⁿ (q₋ₙ − c), q₋ₙ what q was n impacts before (G. Koenigs, Ann. Sci. Éc. Norm. Sup. (3) 1
+        The limit of growthⁿ (q₋ₙ − c), q₋ₙ ≥ 0 what q was n impacts before (G. Koenigs, Ann. Sci. Éc. Norm. Sup. (3) 1
         (1884) Suppl. 3–41).
-
-        Parameters
-        ----------
-        q
-            Not negative.
         """
         r, c, factor = self.restitution, self.critical, 1.0
         for _ in range(_MOST):

@@ -45,10 +45,7 @@ class Reversed(Contact):
     def check(self, body: Body) -> None:
         """Bars that send no wave back inside them: a step returns a part of one before it has met the far end.
 
-        Raises
-        ------
-        ParameterError
-            For a body whose impedance is not the same all along.
+        ParameterError for a body whose impedance is not the same all along.
         """
         if not body.is_harmonic:
             remedy = 'take the law that keeps the strain: strain = "kept"'

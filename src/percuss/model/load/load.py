@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from percuss.recordings.history import HistoryReport
 
 
-# ---- A force with a period, exactly: its harmonics or its steps, and what they tell at any phase
+# ---- The load: its harmonics or its steps, what they tell at any phase, and the ways to make one
 
 MAX_HARMONICS = 4096
 """The most harmonics a load may have."""
@@ -54,9 +54,45 @@ class Jump:
     after: float
 
 
+_CANCELLED = 8.0 * np.finfo(float).eps
+
+
 @dataclass(frozen=True)
-class PeriodicForce(Shown):
-    """What a `Load` is made of, and what that tells; see there for the parameters."""
+class Load(Shown):
+    """A force with period 2π in its own time, p(t) = Re Σ p_k exp(ikt), positive toward the wall.
+
+    Make one with `harmonic`, `square`, `steps`, `fourier`, `from_function` or `history`.
+
+    Parameters
+    ----------
+    coefficients
+        Complex Fourier coefficients p_0 … p_K; p_0 is real. In N when `frequency` is given, otherwise dimensionless
+        (theory: P/(M L² Ω²)).
+    frequency
+        Frequency of the fundamental in Hz, or None for a dimensionless load.
+    breaks, values
+        For a piecewise-constant load its exact form beside the coefficients: `values[i]` holds from phase `breaks[i]`
+        to the next break. Empty for a smooth load.
+    report
+        What was found in the recording that the load was made from, or None.
+    error
+        Of a load made from a function: its greatest deviation from that function, over the greatest |f − mean|.
+    at
+        Where on the body it acts: 0, the driven end, or the number of a step of the body, counted from there.
+
+    Raises
+    ------
+    ParameterError
+        For coefficients or a frequency that are not finite, a mean that is not real, or breaks out of order.
+
+    Examples
+    --------
+    >>> load = Load.harmonic(mean=0.9, amplitude=1.0)
+    >>> print(load)
+    Load: mean 0.9, 1 harmonic, load factor 0.9
+    >>> round(float(load.value(0.0)), 12)
+    1.9
+    """
 
     coefficients: ComplexArray = field(compare=False)
     frequency: float | None = None
@@ -192,18 +228,9 @@ class PeriodicForce(Shown):
     ) -> tuple[npt.NDArray[np.intp], Array, npt.NDArray[np.intp]]:
         """Where the phases `t` of a piecewise load stand: a phase that is at a break but for rounding is that break.
 
-        Parameters
-        ----------
-        t
-            In radians.
-        error
-            What rounding may have added to them, where that is more than 8 eps · 2π.
-
-        Returns
-        -------
-        turns, phase, piece
-            Turns by which a phase moved to a break of the turn before or after; the phase in [0, 2π); and the number
-            of the step that holds from there on. Each of the shape of `t`.
+        `error` is what rounding may have added to them, where that is more than 8 eps · 2π. Told are turns by which a
+        phase moved to a break of the turn before or after; the phase in [0, 2π); and the number of the step that holds
+        from there on; each of the shape of `t`.
         """
         starts, phases = np.asarray(self.breaks), np.mod(numbers("t", t), TURN)
         off = np.abs(phases[..., None] - np.concatenate([[starts[-1] - TURN], starts, [starts[0] + TURN]]))
@@ -211,70 +238,6 @@ class PeriodicForce(Shown):
         piece = np.where(at, nearest - 1, np.searchsorted(starts, phases, side="right") - 1) % starts.size
         turns = np.where(at, (nearest > starts.size) * 1 - (nearest == 0), 0)
         return turns, np.where(at, starts[piece], phases), piece
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        """Copies and unpickled loads are as read-only as their originals."""
-        self.__dict__.update(state)
-        self.coefficients.setflags(write=False)
-
-    def __hash__(self) -> int:
-        return hash((self._key, self.frequency, self.breaks, self.values, self.at))
-
-    def __repr__(self) -> str:
-        return f"<{self}>"
-
-    def __str__(self) -> str:
-        unit = "" if self.frequency is None else " N"
-        where = "" if self.frequency is None else f", {self.frequency:.4g} Hz"
-        size = self.harmonics.size
-        form = f"{len(self.breaks)} exact steps, " if self.is_piecewise else ""
-        what = "constant" if self.is_constant else f"{form}{size} harmonic{'s' if size != 1 else ''}"
-        factor = "" if self.is_constant else f", load factor {self.load_factor:.4g}"
-        place = f", at step {self.at}" if self.at else ""
-        return f"Load: mean {self.mean:.4g}{unit}, {what}{factor}{where}{place}"
-
-
-# ---- The load: the periodic force on the driven end, and the ways to make one
-
-_CANCELLED = 8.0 * np.finfo(float).eps
-
-
-@dataclass(frozen=True)
-class Load(PeriodicForce):
-    """A force with period 2π in its own time, p(t) = Re Σ p_k exp(ikt), positive toward the wall.
-
-    Make one with `harmonic`, `square`, `steps`, `fourier`, `from_function` or `history`.
-
-    Parameters
-    ----------
-    coefficients
-        Complex Fourier coefficients p_0 … p_K; p_0 is real. In N when `frequency` is given, otherwise dimensionless
-        (theory: P/(M L² Ω²)).
-    frequency
-        Frequency of the fundamental in Hz, or None for a dimensionless load.
-    breaks, values
-        For a piecewise-constant load its exact form beside the coefficients: `values[i]` holds from phase `breaks[i]`
-        to the next break. Empty for a smooth load.
-    report
-        What was found in the recording that the load was made from, or None.
-    error
-        Of a load made from a function: its greatest deviation from that function, over the greatest |f − mean|.
-    at
-        Where on the body it acts: 0, the driven end, or the number of a step of the body, counted from there.
-
-    Raises
-    ------
-    ParameterError
-        For coefficients or a frequency that are not finite, a mean that is not real, or breaks out of order.
-
-    Examples
-    --------
-    >>> load = Load.harmonic(mean=0.9, amplitude=1.0)
-    >>> print(load)
-    Load: mean 0.9, 1 harmonic, load factor 0.9
-    >>> round(float(load.value(0.0)), 12)
-    1.9
-    """
 
     # -- ways to make one --
 
@@ -286,10 +249,8 @@ class Load(PeriodicForce):
         ----------
         mean, amplitude
             In N when `frequency` is given, otherwise dimensionless.
-        harmonic
-            Which multiple of the fundamental.
-        frequency
-            Of the fundamental, in Hz; None for a dimensionless load.
+        harmonic, frequency
+            Which multiple of the fundamental, and its frequency in Hz; None for a dimensionless load.
         """
         k = count("harmonic", harmonic, most=MAX_HARMONICS)
         coefficients = np.zeros(k + 1, dtype=complex)
@@ -331,9 +292,8 @@ class Load(PeriodicForce):
         lengths = np.diff(np.append(b, b[0] + TURN))
         coefficients[0] = float(v @ lengths) / TURN
         sums = np.exp(-1j * np.outer(k, b)) @ jumps
-        sums[np.abs(sums) <= _CANCELLED * (1.0 + k) * np.abs(jumps).sum()] = (
-            0.0  # a harmonic that the steps do not hold
-        )
+        none = np.abs(sums) <= _CANCELLED * (1.0 + k) * np.abs(jumps).sum()
+        sums[none] = 0.0  # a harmonic that the steps do not hold
         coefficients[1:] = sums / (1j * math.pi * k)
         return cls(coefficients, frequency, tuple(b.tolist()), tuple(v.tolist()))
 
@@ -406,10 +366,8 @@ class Load(PeriodicForce):
 
         Parameters
         ----------
-        time
-            Shape (n,), in s, increasing.
-        values
-            Shape (n,): force in N, or pressure in Pa when `area` is given.
+        time, values
+            Shape (n,): s, increasing, and force in N, or pressure in Pa when `area` is given.
         area
             Area in m² that the pressure works on.
         frequency
@@ -463,6 +421,24 @@ class Load(PeriodicForce):
         """The same load on another place of the body: 0, the driven end, or the number of a step."""
         return replace(self, at=number)
 
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Copies and unpickled loads are as read-only as their originals."""
+        self.__dict__.update(state)
+        self.coefficients.setflags(write=False)
+
+    def __hash__(self) -> int:
+        return hash((self._key, self.frequency, self.breaks, self.values, self.at))
+
+    def __str__(self) -> str:
+        unit = "" if self.frequency is None else " N"
+        where = "" if self.frequency is None else f", {self.frequency:.4g} Hz"
+        size = self.harmonics.size
+        form = f"{len(self.breaks)} exact steps, " if self.is_piecewise else ""
+        what = "constant" if self.is_constant else f"{form}{size} harmonic{'s' if size != 1 else ''}"
+        factor = "" if self.is_constant else f", load factor {self.load_factor:.4g}"
+        place = f", at step {self.at}" if self.at else ""
+        return f"Load: mean {self.mean:.4g}{unit}, {what}{factor}{where}{place}"
+
 
 def _record(name: str, values: npt.ArrayLike) -> Array:
     """A row of samples; those that are not finite are told of with the recording's own words."""
@@ -489,29 +465,10 @@ _ROUNDING = 1e-13  # beside the greatest value, a coefficient this small is none
 def coefficients_of(
     function: Callable[[Array], object], harmonics: int | None, tolerance: float, most: int
 ) -> tuple[ComplexArray, float]:
-    """p_0 … p_K of a function with period 2π, and how far the sum is from it.
+    """p_0 … p_K of a function with period 2π, K at most `most`, and how far their sum is from it.
 
-    Parameters
-    ----------
-    function
-        Of the phase in radians; arrays are tried first, single numbers else.
-    harmonics
-        K; None for as few as the tolerance asks for.
-    tolerance
-        Greatest deviation over the greatest |f − mean|. It is looked for at four times as many phases as are sampled,
-        at 32768 or more that lie between those by an irrational share, and at twice as many elsewhere.
-    most
-        The greatest K.
-
-    Returns
-    -------
-    coefficients, error
-        Shape (K + 1,), and the deviation that was found.
-
-    Raises
-    ------
-    ParameterError
-        When the function fails or gives no finite real numbers, or the tolerance cannot be reached.
+    Arrays of phases are tried first, single numbers else. The tolerance is looked for at four times as many phases as
+    are sampled, at 32768 or more that lie between those by an irrational share, and at twice as many elsewhere.
     """
     if not callable(function):
         raise ParameterError("function", function, "a function of the load phase in radians")
@@ -523,7 +480,7 @@ def coefficients_of(
         return seen.p[: kept + 1], seen.error(kept)
     n = _FIRST
     while n <= 2 * _PER_HARMONIC * most:
-        seen, room = _Sampled.of(function, n), _room(n, most)
+        seen, room = _Sampled.of(function, n), min(n // _PER_HARMONIC, most)
         for look in range(len(_APART)):
             if seen.error(room) > wanted:
                 break
@@ -541,10 +498,6 @@ def coefficients_of(
         f"one that {most} harmonics reach: they miss {reached:.2g} of the alternating part{ends}",
         "for a function that jumps, use Load.steps or give harmonics=K; otherwise give a greater tolerance",
     )
-
-
-def _room(n: int, most: int) -> int:
-    return min(n // _PER_HARMONIC, most)
 
 
 @dataclass(frozen=True)

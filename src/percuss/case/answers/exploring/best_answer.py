@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.best import FIGURES, OBJECTIVES
+from percuss.blow.best import OBJECTIVES
+from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.numerals import number, percent

@@ -157,8 +157,23 @@ def orbits_answer(
     z=1/1
     """
     checked_case(case)
-    impacts, periods = parsed_label(label)
-    system, kept, drawn = case.system(), _modes(case, modes), count("motions", motions, least=0, most=10**5)
+    asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
+    return _searched(case.system(), label, _modes(case, modes), **asked)
+
+
+def _searched(
+    system: System,
+    label: str,
+    kept: int,
+    *,
+    tries: int = 400,
+    seed: int = 0,
+    motions: int = 64,
+    switch: bool = False,
+    halt: Callable[[], bool] | None = None,
+) -> FoundOrbits:
+    """The orbits of a label with so many modes."""
+    (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
         found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
         if found.complete:
@@ -195,7 +210,8 @@ def branch_answer(
         time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
-        Without a range, ``load_factor``, the branch is followed to its ends.
+        Without a range, ``load_factor``, the branch is followed to its ends. Where the range does not hold the value of
+        the case, the orbit is one of the case with the nearest end of the range: see `begun_at`.
     switch
         How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
     modes
@@ -217,14 +233,23 @@ def branch_answer(
     """
     checked_case(case)
     name, family, ends = followed(case, along)
-    value = value_of(case, family, name, ends)
+    own, kept = _value(case, family, name), _modes(case, modes)
+    value = own if ends is None else min(max(own, ends[0]), ends[1])
+    system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
         if count("switch", switch, least=0):
             raise ParameterError("switch", switch, "0: nothing branches off a cycle with rest")
-        cycle = _chosen_cycle(case, orbit, modes)
+        cycle = _chosen_cycle(system, orbit, kept)
         return follow_rest_cycle(cycle, name, ends, family=family, value=value, halt=halt)
-    start = _chosen(case, orbit, _modes(case, modes))
+    start = _chosen(system, orbit, kept)
     return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
+
+
+def begun_at(case: Case, along: str) -> float | None:
+    """The end of a range at which a branch of a case begins, whose own value is not in it; else None."""
+    name, family, ends = followed(case, along)
+    own = _value(case, family, name)
+    return None if ends is None or ends[0] <= own <= ends[1] else min(max(own, ends[0]), ends[1])
 
 
 def followed(case: Case, along: str) -> tuple[str, CaseFamily, tuple[float, float] | None]:
@@ -270,15 +295,15 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
     return value
 
 
-def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
+def _chosen(system: System, orbit: str, modes: int) -> PeriodicOrbit:
     """The orbit that a text names."""
     label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
     if which.strip().startswith("phases"):
-        return _near(case, orbit, (impacts, periods), which.partition("=")[2], modes)
+        return _near(system, orbit, (impacts, periods), which.partition("=")[2], modes)
     if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
         raise ParameterError("orbit", orbit, _CHOICE)
-    found = orbits_answer(case, label, modes=modes)
+    found = _searched(system, label, modes)
     number = count("orbit", int(which or 1), most=10**4)
     if number > len(found.orbits):
         told = f"one of the {len(found.orbits)} orbits {found.label} that were found"
@@ -286,7 +311,7 @@ def _chosen(case: Case, orbit: str, modes: int) -> PeriodicOrbit:
     return found.orbits[number - 1]
 
 
-def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
+def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
     """The orbit near phases, which are listed in order of time."""
     try:
         given = [float(phase) for phase in phases.split(",")]
@@ -294,7 +319,7 @@ def _near(case: Case, orbit: str, label: tuple[int, int], phases: str, modes: in
         raise ParameterError("orbit", orbit, _CHOICE) from None
     if len(given) != label[0]:
         raise ParameterError("orbit", orbit, f"{label[0]} phases, one of each impact")
-    return orbit_at_phases(case.system(), orbit, given, label, modes)
+    return orbit_at_phases(system, orbit, given, label, modes)
 
 
 # ---- Orbits and their branches as JSON
@@ -435,7 +460,7 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
     0
     """
     checked_case(case)
-    return rest_cycles(case.system(), modes=case.simulation().modes if modes is None else modes, most=most)
+    return rest_cycles(case.system(), modes=_modes(case, modes), most=most)
 
 
 def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
@@ -460,13 +485,13 @@ def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
     return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
 
 
-def _chosen_cycle(case: Case, orbit: str, modes: int | None) -> RestCycle:
+def _chosen_cycle(system: System, orbit: str, modes: int) -> RestCycle:
     """The cycle that a text names."""
     label, _, which = orbit.partition(":")
     number = re.fullmatch(r"\s*(\d{1,4})\s*", which or "1", re.ASCII)
     if number is None or int(number[1]) < 1:
         raise ParameterError("orbit", orbit, _REST_CHOICE)
-    found = rest_cycles_answer(case, modes=modes)
+    found = rest_cycles(system, modes=modes)
     cycles = found.labelled(re.sub(r"\s", "", label))
     if int(number[1]) > len(cycles):
         others = ", ".join(cycle.label for cycle in found.cycles) or "none"
@@ -487,8 +512,13 @@ def _few(values: list[float]) -> str:
     return told + (", …" if len(values) > _MOST_TOLD else "")
 
 
-def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ()) -> Report:
-    """What happens on a branch and on those that were switched to from it, and on curves of its points."""
+def branch_report(
+    title: str, branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None, again: str = ""
+) -> Report:
+    """What happens on a branch and on those that were switched to from it, and on curves of its points.
+
+    `begun` is where it begins if that is not the value of the case; `again` the parameter that was given twice.
+    """
     every = list(branch.family())
     sections: list[ReportSection | Grid] = [branch_section(one.label, one) for one in every]
     if branch.has_rest:
@@ -508,7 +538,9 @@ def branch_report(title: str, branch: Branch, curves: Sequence[PointCurve] = ())
         sections.append(branch_section(f"{curve.event.value} of {curve.label} over {over}", curve))
     low, high = float(branch.values.min()), float(branch.values.max())
     summary = f"{branch.label} over {branch.parameter}, {low:.9g} to {high:.9g}"
-    return Report(title, f"{summary}; branches: {len(every)}.", PLAIN, tuple(sections))
+    told = "" if begun is None else f" Begun at {begun:.9g}, the end of the range that is nearest to the case."
+    told += f" Over {again} alone a point stays where it is: curves need another second parameter." if again else ""
+    return Report(title, f"{summary}; branches: {len(every)}.{told}", PLAIN, tuple(sections))
 
 
 def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> ReportSection:
