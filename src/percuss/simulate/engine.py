@@ -17,7 +17,7 @@ from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
 from percuss.simulate.events import Events, MotionCycle, joined, label_of, unresolved
 from percuss.simulate.kernels.clock import release_phases
-from percuss.simulate.kernels.motion import follow, place
+from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BAR,
@@ -351,7 +351,9 @@ def begin(spectrum: Spectrum, table: MotionTable, start: Start) -> Snapshot:
     state = Snapshot.empty(spectrum.modes)
     period, phase, piece = begun(spectrum.system.load, np.array([start.time]))
     starts = begins(u[None], v[None], np.array([gap]), phase, period, piece)
-    place(to_change(table), state.motion, desk_for(table), starts)
+    rules, room = Rules(np.inf, 0.0, 0, False, 0.0, 0, 1), (NO_LOG, NO_LOG, _GOES_ON, np.zeros(1, MEMBER), _NO_TAIL)
+    twin = Snapshot.empty(spectrum.modes).motion
+    follow(to_change(table), starts, _ENDLESS, rules, state.motion, twin, desk_for(table), *room)
     return state
 
 
@@ -372,7 +374,7 @@ ENDS = {
 
 # of a motion that goes on by itself
 _NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
-_GOES_ON, _NO_TAIL = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST)
+_GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST), np.array([[math.inf, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -488,7 +490,7 @@ class Clocked:
         if table.values.size:
             set_load(own.bar, table.values[count["piece"]])
         found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
-        ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
+        ends = _ENDLESS if stop.time is None else np.array([clock(begin_time + stop.time)])
 
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride

@@ -35,6 +35,7 @@ from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
@@ -217,6 +218,16 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
         },
     )
     return dataset.assign_attrs(sha256=digest(dataset))
+
+
+def to_table(motion: SimulatedMotion) -> pandas.DataFrame:
+    """See `Trajectory.to_pandas`."""
+    xarray_package()  # which comes with pandas
+    import pandas
+
+    events = motion.events
+    table = pandas.DataFrame({"time": events.time, "kind": events.kind, **events.columns()}).drop(columns="code")
+    return table.assign(state=np.array(events.states)[events.piece]) if events.states else table
 
 
 def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xarray.Dataset:

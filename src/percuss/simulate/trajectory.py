@@ -15,6 +15,7 @@ from percuss.simulate.start import Start
 from percuss.simulate.stop import MAX_MODES, Stop, further
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
@@ -87,6 +88,12 @@ class Trajectory(SimulatedMotion):
         from percuss.simulate.motion_files import to_dataset
 
         return to_dataset(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The table of events, a row each: time, kind, and the columns of `Events`; of a machine the valve's state."""
+        from percuss.simulate.motion_files import to_table
+
+        return to_table(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a NetCDF file that `Trajectory.load` reads."""

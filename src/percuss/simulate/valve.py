@@ -27,7 +27,7 @@ from percuss.simulate.engine import (
     to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
-from percuss.simulate.kernels.motion import begin_valve, follow_valve, wanders_valve
+from percuss.simulate.kernels.motion import follow_valve, wanders_valve
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -457,11 +457,12 @@ ENDS = {
 
 @dataclass
 class SelfSwitching:
-    """A motion of a machine on its way: the kernels' memory, and what they have recorded so far."""
+    """A motion of a machine on its way: the kernels' memory, what they have recorded, and what `follow_valve` begins with."""
 
     mechanism: Mechanism
     plant: Plant
     log: Log = NO_LOG
+    begins: int = 0
     tables: dict[int, tuple[MotionTable, ...]] = field(default_factory=dict)
 
     @property
@@ -499,7 +500,7 @@ class SelfSwitching:
         if gap == 0.0 and not v.any() and not u.any():
             count["mode"] = RESTING
         row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
-        begin_valve(plant, start.orders is None, moved.log)
+        moved.begins = 2 if start.orders is None else 1
         anchor = Anchor(start.time, own.piece, np.array(row))
         return moved, anchor, bool(count["mode"] == RESTING)
 
@@ -568,10 +569,11 @@ class SelfSwitching:
         """A stretch, with room for all orders that come to wait: how it ended."""
         time = np.inf if stop.time is None else stop.time / self.mechanism.unit
         rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        code = follow_valve(self.plant, rules, self.log)
+        code = follow_valve(self.plant, rules, self.log, self.begins)
+        self.begins = 0
         while code in (CROWDED, HANDED):
             self.plant = roomier(self.plant) if code == CROWDED else self._handed()
-            code = follow_valve(self.plant, rules, self.log)
+            code = follow_valve(self.plant, rules, self.log, 0)
         return int(code)
 
     def _handed(self) -> Plant:

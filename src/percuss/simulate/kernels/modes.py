@@ -49,17 +49,6 @@ def creep(d, square, omega, tau):
 
 
 @inner
-def free_motion(d, square, omega, tau):
-    """1 − g, h and h' of any mode: q = q(0) (1 − g) + q'(0) h, q' = q'(0) h' − q(0) ω² h."""
-    if d < 1.9 * omega:
-        lam, fade = math.sqrt(square), math.exp(-0.5 * d * tau)
-        slow, h = fade * math.cos(lam * tau), fade * (math.sin(lam * tau) / lam)
-        return slow + 0.5 * d * h, h, slow - 0.5 * d * h
-    _, h, rate, left = creep(d, square, omega, tau)
-    return left, h, rate
-
-
-@inner
 def most_of(d, square, omega, q, q1, tau, start, start1):
     """Bounds of |q|, |q'|, |q''|, |q‴| from τ on for a mode that is overdamped or close to it.
 

@@ -564,20 +564,6 @@ def put(table, motion, desk, starts, i):
     count.mode = RESTING if still else (ON_WALL if starts.gap[i] == 0.0 else FLYING)
 
 
-@entry
-def place(table, motion, desk, starts):
-    """The anchor at the only start there is."""
-    put(table, motion, desk, starts, starts.gap.shape[0] - 1)  # a 0 would have a type of its own
-
-
-@entry
-def begin_valve(plant, asks, log):
-    """What follows from a machine's start; `asks`: whether ports whose region is occupied demand at once, in order."""
-    amplitudes(plant.table.bar, plant.table.modes, plant.motion.z, plant.motion.now)
-    if asks:
-        occupied(plant.table, plant.motion, log, Switching(plant.gear, plant.controls))
-
-
 # ---- One motion or many, to their ends
 
 NUDGE = 1e-12  # change of R and d under which a cycle from release to release must stay the same to be stated
@@ -699,14 +685,19 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
 
 
 @entry
-def follow_valve(plant, rules, log):
+def follow_valve(plant, rules, log, begins):
     """The motion of a machine from where it stands on, until a rule holds or the record is full; how it ended.
 
-    Time ends at `rules.end_phase`.
+    Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
+    ports whose region is occupied there demand at once, in their order.
     """
-    valve = Switching(plant.gear, plant.controls)
+    table, motion, valve = plant.table, plant.motion, Switching(plant.gear, plant.controls)
     sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
-    return fly(plant.table, plant.motion, plant.desk, rules, log, valve, sight)
+    if begins > 0:
+        amplitudes(table.bar, table.modes, motion.z, motion.now)
+    if begins > 1:
+        occupied(table, motion, log, valve)
+    return fly(table, motion, plant.desk, rules, log, valve, sight)
 
 
 @entry
