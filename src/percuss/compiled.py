@@ -148,7 +148,7 @@ class _Pipeline(_Compiler):  # type: ignore[misc]
 
     def define_pipelines(self) -> list[Any]:
         """numba's passes, without those that our functions give nothing to do: they take a fifth of the time."""
-        found = super().define_pipelines()
+        found: list[Any] = super().define_pipelines()
         for manager in found:
             manager.passes = [one for one in manager.passes if one[0].name() not in _IDLE]
             pruned = [i for i, one in enumerate(manager.passes) if one[0].name() == "dead_branch_prune"]

@@ -15,7 +15,8 @@ from percuss.model import HeldBody, Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
-from percuss.simulate.events import Events, MotionCycle, joined, label_of, unresolved
+from percuss.simulate.events import RELEASE, Events, MotionCycle, joined, label_of, unresolved
+from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.clock import release_phases
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
@@ -29,6 +30,7 @@ from percuss.simulate.kernels.motion_records import (
     EVENT,
     MEMBER,
     NOW,
+    ON_WALL,
     PAST,
     PERIODIC,
     POWERS,
@@ -50,6 +52,7 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
     StartRows,
 )
+from percuss.simulate.pressed_structure import pressed
 from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -57,6 +60,7 @@ from percuss.simulate.stop import Stop
 # ---- The numbers of one system as the kernels want them, computed once for all its motions
 
 _EQUAL = 4.0 * np.finfo(float).eps
+_AWAY = 1e-2  # of a radian of the highest mode: how long a structure of several modes is away at least, once let go
 _RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked at again after a release
 
 
@@ -479,9 +483,12 @@ class Clocked:
         return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == RESTING
 
     def followed(
-        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
+        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None, skip: int = 0
     ) -> dict[str, Any]:
-        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
+        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields.
+
+        `skip`: impacts that the running sums leave out.
+        """
         table, state = self.table, self.snapshot.copy()
         modes, own, count = self.modes, to_change(table), state.count[0]
         room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
@@ -494,9 +501,11 @@ class Clocked:
 
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride
-            rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+            rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
             follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
             code = int(found["ended"][0])
+            if code == AT_REST and not rests(self.spectrum.system, modes):
+                return self._let_go(own, state, log, ends[0]), False
             return ENDS.get(code, ""), code == BY_WORK
 
         def gone() -> tuple[int, float]:
@@ -515,6 +524,35 @@ class Clocked:
             "cycle": cycle,
             "end_time": max(end, begin_time),
         }
+
+    def _let_go(self, own: MotionTable, state: Snapshot, log: Log, ends: Array) -> str:
+        """A structure of several modes at rest released into the state; or how its motion ends before."""
+        spectrum, now, count = self.spectrum, state.now[0], state.count[0]
+        phase, piece, period = float(now["phase"]), int(count["piece"]), int(count["period"])
+        shape, still = spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))
+        held, left = pressed(spectrum.system, self.modes), (ends[0] - period) * TURN + (ends[1] - phase)
+        wait, piece, modes = held.release(phase, piece, (shape, np.zeros_like(still)), left)
+        if not wait < left:
+            return "rest" if wait == math.inf else "work" if math.isnan(wait) else "time"
+        turns, phase = clock(phase + wait)
+        if own.values.size:
+            set_load(own.bar, own.values[piece])
+        state.z[:] = spectrum.amplitudes(*modes, phase, spectrum.mean(piece))
+        for name, value in (
+            ("gap", 0.0), ("gap_rate", 0.0), ("rigid_rate", 0.0), ("phase", phase), ("cosine", math.cos(phase)),
+            ("sine", math.sin(phase)), ("hold", _AWAY / float(spectrum.omega.max())), ("last_flight", -1.0),
+            ("since", 0.0), ("released", -1.0), ("last_place", 0.0),
+        ):  # fmt: skip
+            now[name] = value
+        bounded(own.bar, own.modes, state.z, now)
+        count["period"], count["piece"], count["mode"], count["run"] = period + turns, piece, ON_WALL, 0
+        count["release_period"], count["work"] = count["period"], count["work"] + 1
+        row = log.events[count["events"]]
+        row.fill(0)
+        row["kind"], row["port"], row["phase"], row["period"], row["piece"] = RELEASE, -1, phase, period + turns, piece
+        log.states[count["events"]] = np.concatenate([[0.0, 0.0], state.z.reshape(-1)])
+        count["events"] += 1
+        return ""
 
 
 def _cycle(count: npt.NDArray[Any]) -> MotionCycle | None:

@@ -18,10 +18,12 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, callback, count, instance, several
+from percuss.model.system import rests
 from percuss.shown import Shown, watched
 from percuss.simulate.engine import (
     ENDS,
     NO_LOG,
+    Clocked,
     Snapshot,
     begins,
     begun,
@@ -33,6 +35,7 @@ from percuss.simulate.engine import (
 from percuss.simulate.events import STALLS, MotionCycle, label_of, machine_label
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
+    AT_REST,
     BY_WORK,
     MEMBER,
     PAST,
@@ -431,6 +434,23 @@ class _Systems(_Job):
             to_change(table), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
             self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
+        if not rests(system, self.modes):
+            for i in first + np.flatnonzero(self.found["ended"][window] == AT_REST):
+                self._over_rests(system, int(i))
+
+    def _over_rests(self, system: System, i: int) -> None:
+        """A structure of several modes that came to rest, from its start on: when it leaves is not for the kernels."""
+        start = self.columns[i if len(self.columns) > 1 else 0]
+        moved, *_ = Clocked.begun(system, self.modes, start)
+        made = moved.followed(self.stop, start.time, lambda _: bool(self.stopped[0]), self.skip)
+        state, struck = Snapshot(**made["snapshot"]), made["events"].of("impact")
+        conclude(state.motion, _code(made["outcome"]), self.found[i])
+        kept = min(self.last, len(struck))
+        if kept:
+            row = self.tail[i, self.last - kept :]
+            row["phase"], row["speed"], row["period"] = (
+                values[-kept:] for values in (struck.phase, struck.impact_velocity, struck.period)
+            )
 
     def _desk(self, table: MotionTable) -> tuple[KernelState, KernelState, Desk]:
         """What a thread works in: made once for each."""

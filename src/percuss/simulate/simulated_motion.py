@@ -27,6 +27,7 @@ from percuss.simulate.events import (
     summary_of,
     unresolved,
 )
+from percuss.simulate.pressed_structure import pressed
 from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels
 from percuss.simulate.start import still
 from percuss.simulate.stop import Stop
@@ -235,7 +236,12 @@ class SimulatedMotion(Shown):
         lies = self.lies[i + 1]
         if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
             return ModalMotion(nothing, nothing)
-        # a structure rests as it was struck last; infinitely many bounces of less than 1e-9 are none
+        if lies and self.modes > 1:
+            at = self._anchor(i)
+            periods = self.events.period[i]
+            since = np.maximum((times - periods * _TURN) - at.phase, 0.0)
+            return pressed(self.system, self.modes).after(at.phase, at.piece, (self._at(i), nothing[:, 0]), since)
+        # a structure of one mode rests as it was struck last; infinitely many bounces of less than 1e-9 are none
         if lies or (i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER):
             return ModalMotion(self._at(i)[:, None] + nothing, nothing)
         if i >= 0:
@@ -340,9 +346,19 @@ class SimulatedMotion(Shown):
         return np.asarray(bar + self._flights.stored(at))
 
     def contact_force(self, t: npt.ArrayLike) -> Array:
-        """Force p(t) with which a bar that rests presses on the wall, quasi-static; 0 elsewhere. Shape (len(t),)."""
+        """Force with which a bar that rests presses on the wall, quasi-static p(t), or a structure; 0 elsewhere.
+
+        Shape (len(t),).
+        """
         times = array("t", t, self.begin_time, self.end_time)
-        return np.where(self._rests(times), self.force(times), 0.0)
+        if self.spectrum.system.body.is_free:
+            pressing = self.force(times)
+        else:  # what would move the contact
+            spectrum, at = self.spectrum, self.modal(times)
+            moved = [spectrum.unit[:, None] * modes[1:] for modes in (at.displacement, at.velocity)]
+            pull = spectrum.omega**2 @ moved[0] + spectrum.damping @ moved[1]
+            pressing = (spectrum.elastic.gamma.sum() * self.force(times) - pull) / (1.0 / spectrum.inertia).sum()
+        return np.where(self._rests(times), pressing, 0.0)
 
     def _rests(self, times: Array) -> npt.NDArray[np.bool_]:
         return self.lies[np.searchsorted(self.events.time, times, side="right")]

@@ -457,7 +457,7 @@ ENDS = {
 
 @dataclass
 class SelfSwitching:
-    """A motion of a machine on its way: the kernels' memory, what they have recorded, and what `follow_valve` begins with."""
+    """A motion of a machine on its way: the kernels' memory, what they recorded, and how `follow_valve` begins."""
 
     mechanism: Mechanism
     plant: Plant
