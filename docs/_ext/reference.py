@@ -17,10 +17,11 @@ import re
 from typing import Any
 from unittest import mock
 
-from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.blow_answer import GAUGE, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.recorded_answer import MEASURED
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -35,7 +36,7 @@ from percuss.case.answers.steady_answer import (
     WAVEFORM,
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
-from percuss.case.answers.waves_answer import SETTLED
+from percuss.case.answers.waves_answer import IMPACT, SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of
 from percuss.cli.arguments import Parser
@@ -60,6 +61,7 @@ FACTS = {
     "machine": (*CYCLE, *POWER),
     "blank": BLANK,
     "settled": SETTLED,
+    "impact": IMPACT,
     "ends": END,
     "event": EVENT,
     "blow": (*STRIKER, *ROD, *ROCK),

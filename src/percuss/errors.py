@@ -21,6 +21,8 @@ orbit exists) is not an error: it is a value.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib import import_module
+from typing import Any
 
 __all__ = [
     "ArchiveError",
@@ -173,6 +175,14 @@ class MissingExtraError(PercussError):
         self.package = package
         self.extra = extra
         super().__init__(f"the package '{package}' is needed for this", f"pip install 'percuss[{extra}]'")
+
+
+def extra_package(package: str, extra: str) -> Any:
+    """An optional package, imported when it is first needed; MissingExtraError where it is not installed."""
+    try:
+        return import_module(package)
+    except ImportError:
+        raise MissingExtraError(package.partition(".")[0], extra) from None
 
 
 def _remade(kind: type[PercussError], args: tuple[object, ...], state: dict[str, object]) -> PercussError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from percuss.case.answers.playback import blow_frames
+from percuss.case.answers.exploring.playback import blow_frames
 from percuss.case.file_format.plain_tables import case_of
 
 

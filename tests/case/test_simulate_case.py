@@ -162,7 +162,7 @@ def test_square_and_recorded_loads_run() -> None:
     drifter = load_case("hydraulic-drifter")
     answer = simulation_answer(drifter)
     assert answer.motion.label == "z=1/1"
-    assert answer.history is not None
+    assert answer.system.load.report is not None
     assert answer.notes == drifter.notes
     stable = steady_answer(drifter).running[0]
     assert stable.si is not None

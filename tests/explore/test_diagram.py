@@ -117,7 +117,7 @@ def _told(one: Diagram) -> list[Any]:
 
 
 def test_the_dataset_has_a_row_for_each_impact(found: Diagram) -> None:
-    dataset = found.dataset
+    dataset = found.to_xarray()
     simulated = sum(one.phases.size for one in found.settled)
     followed = [*found.branches, *found.rest_branches]
     assert dataset.sizes["row"] == simulated + sum(np.isfinite(branch.speeds).sum() for branch in followed)

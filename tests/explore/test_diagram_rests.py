@@ -71,7 +71,7 @@ def test_simulations_settle_on_it(found: Diagram, line: DiagramBranch) -> None:
 
 
 def test_the_dataset_tells_when_the_bar_is_let_go(found: Diagram, line: DiagramBranch) -> None:
-    dataset = found.dataset
+    dataset = found.to_xarray()
     resting = dataset.isel(row=np.isfinite(dataset["release_phase"].values))
     assert set(resting["label"].values.tolist()) == {"chatter/1"}
     assert set(resting["number"].values.tolist()) == {len(found.branches) + 1}

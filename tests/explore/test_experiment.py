@@ -1,6 +1,7 @@
 """Experiments and basins: starts, shares and intervals, attractors told apart, by energy and by single motions."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -572,7 +573,7 @@ def test_modal_amplitudes():
 def test_what_is_not_done_has_no_number():
     found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
     found.columns["code"][:7] = -1
-    part = Basins(found.system, 0, found.stop, found.x, found.y, (), found.columns)
+    part = replace(found)
     assert (part.image.reshape(-1)[:7] == -1).all() and (part.image.reshape(-1)[7:] >= 0).all()
     assert (part.label.reshape(-1)[:7] == "").all() and sum(a.members for a in part.attractors) == 13
 
@@ -585,7 +586,7 @@ def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
         assert found.label[i, j] == run(GAS, start, modes=0).label
     again = Basins.from_archive(Archive.open(place))
     assert again.at == (("state", 1.0),) and np.array_equal(again.image, found.image)
-    assert found.dataset["state"].values.tolist() == np.ones((4, 5), dtype=int).tolist()
+    assert found.to_xarray()["state"].values.tolist() == np.ones((4, 5), dtype=int).tolist()
     usual = basins(GAS, ("position", [-0.9]), ("velocity", [0.0]), workers=1)
     assert usual.columns["state"].tolist() == [0]
 
@@ -608,7 +609,7 @@ def test_json():
 
 def test_dataset():
     found = experiment(PNEUMATIC, 60, "wall", 1, workers=1)
-    data = found.dataset
+    data = found.to_xarray()
     assert data.sizes["start"] == 60 and data.sizes["attractor"] == len(found.shares)
     assert data["velocity"].attrs["units"] == "bar lengths/rad" and data["phase"].attrs["units"] == "rad"
     assert all("long_name" in data[name].attrs for name in data.data_vars)
@@ -619,7 +620,7 @@ def test_dataset():
 
 def test_dataset_of_a_plane():
     found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1)
-    data = found.dataset
+    data = found.to_xarray()
     assert data["attractor_number"].dims == ("velocity", "time") and data["attractor_number"].shape == (4, 5)
     assert data["time"].attrs["units"] == "rad" and data.attrs["at_position"] == -0.1
     assert data["invariants"].dims == ("velocity", "time", "invariant")
@@ -629,7 +630,7 @@ def test_dataset_of_a_plane():
 
 def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     experiment(IN_SI, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr")
-    data = Experiment.from_archive(Archive.open(tmp_path / "e.zarr")).dataset
+    data = Experiment.from_archive(Archive.open(tmp_path / "e.zarr")).to_xarray()
     for name, scale, unit in (
         ("impact_velocity", IN_SI.speed_scale, "m/s"),
         ("blow_energy", IN_SI.energy_scale, "J"),
@@ -640,10 +641,10 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     assert data["impact_velocity"].attrs["units"] == "1"
     assert data["impact_velocity"].attrs["comment"] == "dimensionless" and "comment" not in data["code"].attrs
     assert data.attrs["frequency_Hz"] == 60.0 and data.attrs["scaling"].startswith("dimensionless")
-    plain = experiment(PNEUMATIC, 30, "wall", 1, workers=1).dataset
+    plain = experiment(PNEUMATIC, 30, "wall", 1, workers=1).to_xarray()
     assert plain["blow_energy"].attrs["comment"] == "dimensionless" and "si_scale" not in plain["blow_energy"].attrs
     assert "frequency_Hz" not in plain.attrs
-    data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).dataset
+    data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).to_xarray()
     assert data["time"].attrs == {"units": "rad", "si_scale": IN_SI.time_scale, "si_units": "s"}
     assert data["velocity"].attrs["si_scale"] == IN_SI.speed_scale
     assert data.attrs["scaling"].startswith("dimensionless")
@@ -653,7 +654,7 @@ def test_the_table_has_words_units_and_scales():
     from percuss.case import load_case
 
     found = experiment(load_case("valve-drifter").machine(), 20, "wall", seed=1, stop=Stop(impacts=100), workers=1)
-    data = found.dataset
+    data = found.to_xarray()
     assert set(MACHINE_COLUMNS) <= set(data) and data.attrs["machine"].startswith("Machine")
     assert data["state"].attrs["words"] == "return, power" and data["stall"].attrs["words"] == ", ".join(STALLS)
     assert data["velocity"].attrs["si_units"] == "m/s" and data["period"].attrs["si_units"] == "s"

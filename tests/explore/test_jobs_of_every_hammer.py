@@ -98,6 +98,10 @@ def test_interrupted_kept_and_gone_on_with(
     with Archive.open(path) as archive:
         again = archive.result()
         assert archive.ask == json.loads(json.dumps(job.ask))
+    again.save(tmp_path / "a.nc")
+    loaded = type(again).load(tmp_path / "a.nc")
+    assert loaded.ask == again.ask and loaded.to_xarray().identical(again.to_xarray())
+    assert len(again.to_pandas()) == job.size
     if isinstance(again, Experiment | Basins):
         assert (again.stop, again.system) == (STOP, job.system)
         same(again.columns, whole)

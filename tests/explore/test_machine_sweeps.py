@@ -174,7 +174,7 @@ def double_speed(machine):
 def test_functions_of_machines_are_quantities_of_their_own():
     found = sweep(MACHINE, "s=5,10", functions={"twice": double_speed}, modes=0, workers=1)
     assert found["twice"].tolist() == [10.0, 20.0] and found.quantities[0] == "stall"
-    assert found.dataset["stall"].attrs["words"].startswith("runs, ") and found.words["stall"] == STALLS
+    assert found.to_xarray()["stall"].attrs["words"].startswith("runs, ") and found.words["stall"] == STALLS
 
 
 def test_what_machines_do_not_have_is_refused():

@@ -117,7 +117,7 @@ def test_scales_go_with_the_case():
         assert found["blow_energy"][i] == pytest.approx(orbits[at].blow_energy * system.energy_scale, rel=1e-13)
         assert found["impact_velocity"][i] == pytest.approx(orbits[at].impact_velocity * system.speed_scale, rel=1e-13)
         assert found["power"][i] == pytest.approx(found["blow_energy"][i] * frequency, rel=1e-12)
-    data = found.dataset
+    data = found.to_xarray()
     assert data.frequency.attrs["units"] == "Hz" and data.blow_energy.attrs["units"] == "J"
 
 
@@ -211,7 +211,7 @@ def test_functions_of_ones_own():
     found = sweep(PNEUMATIC, *axes, quantities=["exists"], functions={"flight": flight_time}, workers=1)
     assert found["flight"][:, 1:].tolist() == [[4.0 * np.pi, 2.0 * np.pi]] * 2
     assert np.isnan(found["flight"][:, 0]).all()
-    assert found.dataset["flight"].attrs["long_name"].endswith("test_sweep.flight_time")
+    assert found.to_xarray()["flight"].attrs["long_name"].endswith("test_sweep.flight_time")
     alone = sweep(PNEUMATIC, *axes, quantities=[], functions={"flight": flight_time}, workers=2, chunk=2)
     assert np.array_equal(alone["flight"], found["flight"], equal_nan=True)
     for name, function in (("exists", flight_time), ("two words", flight_time), ("flight", 3.0)):

@@ -75,8 +75,8 @@ NO_DOORS = {
     "steady.Orbit.modal_state steady.PeriodicOrbit.modal_state",
     "between the parts of a job that is carried out: its doors are carry_out and Archive.open": "explore.Archive "
     "explore.Archive.bounds explore.Archive.create explore.Archive.keep explore.Archive.resume explore.Archive.write "
-    "explore.Basins.from_archive explore.Basins.of explore.Diagram.from_archive explore.Diagram.of "
-    "explore.Experiment.from_archive explore.Experiment.of "
+    "explore.Basins.from_archive explore.Diagram.from_archive explore.Diagram.of "
+    "explore.Experiment.from_archive "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
@@ -357,6 +357,7 @@ class Arguments:
             "simulate.Trajectory.continued": {"stop": Stop(impacts=4)},
             "simulate.Trajectory.load": {"path": motion},
             "simulate.*Trajectory.save": {"path": folder / "other.nc"},
+            "explore.*.save": {"path": folder / "other.csv"},
             "blow.Rod": {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0}
             | {"joint_masses": [(1, 0.1)], "rock": of["Rock"]},
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}

@@ -19,8 +19,8 @@ pytest.importorskip("fastapi")
 from percuss import case as cases
 from percuss import steady_states
 from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer
-from percuss.case.answers import playback
 from percuss.case.answers.exploring import orbits_answer as told
+from percuss.case.answers.exploring import playback
 from percuss.case.answers.exploring.diagram_answer import diagram_dict
 from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.catalogue.sample_cases import STRUCTURES, machine_text, write_history

@@ -99,9 +99,9 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case.answers.blow_answer import blow_dataset, blow_report
 
     if options.output is not None:
-        from percuss.explore.jobs.archive_export import write_netcdf
+        from percuss.whole_file import write_dataset
 
-        write_netcdf(blow_dataset(answer), options.output)
+        write_dataset(blow_dataset(answer), options.output)
     return answered(
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
         dataset=lambda: blow_dataset(answer), indent=1, waves=options.output,

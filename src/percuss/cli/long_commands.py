@@ -278,10 +278,11 @@ Items that an incomplete archive lacks are NaN, or −1 in columns of whole numb
 def export(_: Parser, options: argparse.Namespace) -> int:
     """Write one archive into one file."""
     from percuss.explore.jobs.archive import Archive
-    from percuss.explore.jobs.archive_export import dataset_of, write_csv, write_netcdf
+    from percuss.explore.jobs.archive_export import dataset_of, write_csv
+    from percuss.whole_file import write_dataset
 
     with Archive.open(options.archive) as archive:
-        write = write_csv if options.output.lower().endswith(".csv") else write_netcdf
+        write = write_csv if options.output.lower().endswith(".csv") else write_dataset
         write(dataset_of(archive), options.output)
         print(f"{archive.kind}: {options.output}")
         if archive.missing():

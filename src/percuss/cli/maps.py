@@ -140,7 +140,7 @@ def sweep(parser: Parser, options: argparse.Namespace) -> int:
         lambda: sweep_dict(case, found, curves),
         lambda: sweep_report(case.title, found, curves, _ranges(job, found), case.notes),
         lambda: plot.sweep(found, case.title, [*(curves.curves if curves else ()), *laid]),
-        dataset=lambda: found.dataset,
+        dataset=found.to_xarray,
         map=options.output,
     )
 

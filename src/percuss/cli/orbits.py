@@ -206,12 +206,11 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     begun = begun_at(case, options.along)
     if options.output is not None:  # of curves also where Ctrl-C has left none of them
         write_whole(options.output, point_curves_table(curves) if of_curves else branch_table(branch))
-    drawn = plot.rest_branch if branch.has_rest else plot.branch
     return answered(
         options,
         lambda: branch_dict(branch, curves) | ({} if begun is None else {"begun_at": begun}),
         lambda: branch_report(case.title, branch, curves, begun, over if along == over else ""),
-        lambda: plot.curves(curves, case.title) if curves else drawn(branch, case.title),
+        lambda: plot.curves(curves, case.title) if curves else plot.branch(branch, case.title),
         table=options.output,
         cut="the answer is of what was followed until then" if watch.interrupted else "",
     )
@@ -305,6 +304,6 @@ def diagram(parser: Parser, options: argparse.Namespace) -> int:
     mode = "elastic mode" if case.tables.body is None else "mode"
     answered(
         options, lambda: diagram_dict(case, found), lambda: diagram_report(case.title, found, mode),
-        lambda: plot.diagram(found, case.title, options.show), dataset=lambda: found.dataset, diagram=options.output,
+        lambda: plot.diagram(found, case.title, options.show), dataset=found.to_xarray, diagram=options.output,
     )  # fmt: skip
     return code

@@ -114,9 +114,10 @@ def answered(
     """
     csv, netcdf, picture = (getattr(options, name, None) for name in ("csv", "netcdf", "plot"))
     if dataset is not None and (csv or netcdf):
-        from percuss.explore.jobs.archive_export import write_csv, write_netcdf
+        from percuss.explore.jobs.archive_export import write_csv
+        from percuss.whole_file import write_dataset
 
-        for path, write in ((csv, write_csv), (netcdf, write_netcdf)):
+        for path, write in ((csv, write_csv), (netcdf, write_dataset)):
             if path is not None:
                 write(dataset(), path)
         files = {**files, **({"table": csv} if csv else {}), "data": netcdf}

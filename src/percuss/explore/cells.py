@@ -14,10 +14,10 @@ import numpy.typing as npt
 from percuss.blow.figures import FIGURES as BLOW_FIGURES
 from percuss.blow.figures import BlowOutcome
 from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterError, PercussError, ResonanceError
-from percuss.explore.attractors.hammers import ClockedHammer, seconds_of_start
+from percuss.explore.attractors.hammers import seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.explore.parameters import PERIODS
+from percuss.explore.parameters import AXES, PERIODS
 from percuss.explore.quantities import (
     BRANCHES,
     CELL_OUTCOMES,
@@ -51,9 +51,6 @@ OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL
 
 SystemFunction = Callable[[System], float] | Callable[[Machine], float]
 """One's own quantity of a map, of a system or of a machine that switches its own valve."""
-
-AXES = ("restitution", "load_factor", PERIODS)
-"""What may vary where arrays answer."""
 
 _CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}  # seconds of one cell, by rule of thumb
 _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}  # of one among many at once
@@ -437,13 +434,13 @@ def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]
     >>> label_text(columns).tolist()
     ['z=2/2', '']
     """
-    names = ("label_outcome", "label_impacts", "label_periods", "label_kind", "label_wanders")
-    code, *_ = numbers = [np.asarray(columns[name]) for name in names]
-    found = np.full(code.shape, "", dtype="<U32")
-    known = code >= 0
+    from percuss.simulate.ensemble import labels_of
+
+    numbers = [np.asarray(columns[f"label_{name}"]) for name in ("outcome", "impacts", "periods", "kind", "wanders")]
+    found = np.full(numbers[0].shape, "", dtype="<U32")
+    known = numbers[0] >= 0
     if known.any():
-        own = zip(ClockedHammer.named_by, numbers, strict=True)
-        found[known] = ClockedHammer.labels({name: values[known] for name, values in own})
+        found[known] = labels_of(*(values[known] for values in numbers))
     return found
 
 

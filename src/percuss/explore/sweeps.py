@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.errors import MissingExtraError, ParameterError, PercussError
+from percuss.errors import ParameterError, PercussError, extra_package
+from percuss.explore.attractors.hammers import CYCLE_KINDS
 from percuss.explore.cells import StrikingFamily, SweepJob, SystemFunction, label_text
 from percuss.explore.family import Axis, Family, drives_itself, family_of
+from percuss.explore.jobs.archive_export import HandedOver, variables_of
 from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.parameters import PERIODS
 from percuss.explore.quantities import (
     CELL_OUTCOMES,
-    CYCLE_KINDS,
     DEFAULT_MACHINE_QUANTITIES,
     DEFAULT_QUANTITIES,
     MACHINE_QUANTITIES,
@@ -30,7 +30,6 @@ from percuss.explore.quantities import (
 )
 from percuss.model import HeldBody, Machine, ModalBody, System
 from percuss.model.checks import count, instance, mapping
-from percuss.shown import Shown
 from percuss.simulate import OUTCOMES
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
@@ -38,7 +37,6 @@ from percuss.steady.states import MAX_MODES, MAX_PERIODS
 if TYPE_CHECKING:
     import xarray
 
-    from percuss.explore.jobs.archive import Archive
     from percuss.simulate import Start, Stop
 
 
@@ -149,7 +147,7 @@ def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep(Shown):
+class Sweep(HandedOver):
     """A map: the columns of all cells.
 
     Attributes
@@ -177,7 +175,7 @@ class Sweep(Shown):
         return f"Sweep: {over}; {', '.join(self.quantities)}"
 
     @classmethod
-    def from_archive(cls, archive: Archive) -> Sweep:
+    def from_archive(cls, archive: Any) -> Sweep:
         """The map in an archive; cells that are not done hold the fill values of their columns."""
         return cls._of(archive.ask, archive.columns, archive.read())
 
@@ -207,24 +205,20 @@ class Sweep(Shown):
             raise ParameterError("quantity", quantity, f"one of {', '.join(known)}")
         return self.arrays[quantity]
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    @property
+    def _about(self) -> Mapping[str, Column]:
+        return self.columns
+
+    def to_xarray(self) -> xarray.Dataset:
         """The map with named coordinates and units; labels are words, numbers of words have them in ``words``."""
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtraError("xarray", "io") from None
-        names = [axis.name for axis in self.axes]
+        names, shape = [axis.name for axis in self.axes], [len(axis) for axis in self.axes]
         known: dict[str, Sequence[str]] = {**self.words, "label_outcome": OUTCOMES, "label_kind": CYCLE_KINDS}
-        variables: dict[str, Any] = {}
-        for name, column in self.columns.items():
-            attributes = {"units": column.unit or "1", "long_name": column.meaning}
-            if name in known:
-                attributes["words"] = ", ".join(known[name])
-            variables[name] = ([*names, *(["orbit"] if column.shape else [])], self.arrays[name], attributes)
+        variables = variables_of(self.columns, self.arrays, names, shape, {"phases": "orbit"}, known)
         if "label" in self.quantities:
             variables["label"] = (names, label_text(self.arrays).astype(object), {"long_name": "motion label"})
-        return xarray.Dataset(variables, {axis.name: axis.coordinate() for axis in self.axes}, {"kind": "sweep"})
+        coordinates = {axis.name: axis.coordinate() for axis in self.axes}
+        made: xarray.Dataset = extra_package("xarray", "io").Dataset(variables, coordinates, {"kind": "sweep"})
+        return made
 
 
 def sweep(
@@ -290,7 +284,7 @@ def sweep(
     >>> found["orbits"]
     array([[2, 0],
            [2, 2]], dtype=int16)
-    >>> found.dataset["stable"].sel(restitution=0.6).values
+    >>> found.to_xarray()["stable"].sel(restitution=0.6).values
     array([False,  True])
     """
     from percuss.explore.jobs.carrying_out import carry_out

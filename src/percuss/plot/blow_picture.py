@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss import palette
 from percuss.model.checks import Array, having
-from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, ramp, style, titled
+from percuss.plot.canvas import COLOURS, INK, Units, canvas, legend_above, ramp
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,24 +18,13 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.best_answer import BestAnswer
 
 
-class _BlowAxes(NamedTuple):
-    """What a unit of each quantity is on the axes, and what the axes are called."""
-
-    time: float = 1.0
-    time_label: str = "time [rad]"
-    force: float = 1.0
-    force_label: str = "force"
-    stress: float = 1.0
-    stress_label: str = "force"
-    place_label: str = "place from the struck face"
+_PLACE = "place from the struck face"
+_PLAIN = Units("time [rad]", "force", _PLACE, "velocity", "force")
+_SI = Units("time [µs]", "force [kN]", f"{_PLACE} [m]", "velocity [m/s]", "stress [MPa]", 1e6, 1e-3, stress=1e-6)
 
 
-def _axes_of(answer: BlowAnswer) -> _BlowAxes:
-    if not answer.is_si:
-        return _BlowAxes()
-    return _BlowAxes(
-        1e6, "time [µs]", 1e-3, "force [kN]", 1e-6, "stress [MPa]", "place from the struck face [m]"
-    )  # fmt: skip
+def _axes_of(answer: BlowAnswer) -> Units:
+    return _SI if answer.is_si else _PLAIN
 
 
 # ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses
@@ -66,7 +55,7 @@ def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: s
     bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.01)
     bar.set_label(f"{scales.stress_label}, {palette.SIGN}")
     title = f"{mark} waves in the striker (left of the face) and in what it strikes"
-    axes.set(ylabel=scales.time_label, xlabel=scales.place_label, title=title)
+    axes.set(ylabel=scales.time_label, xlabel=scales.length_label, title=title)
 
 
 def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
@@ -93,7 +82,7 @@ def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.plot([], [], ".", color=INK, markersize=4.0, label="greatest of a section")
     legend_above(axes)
     title = f"{mark} greatest {scales.stress_label.partition(' ')[0]} at each place"
-    axes.set(xlabel=scales.place_label, ylabel=scales.stress_label, title=title)
+    axes.set(xlabel=scales.length_label, ylabel=scales.stress_label, title=title)
 
 
 def _striker(answer: BlowAnswer) -> Sections:
@@ -157,8 +146,7 @@ def blow(answer: BlowAnswer) -> Figure:
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
     below = ([_loop] if answer.blow.penetration is not None else []) + below
-    figure = new_figure(11.0, 12.5 if below else 9.5)
-    with style():
+    with canvas(11.0, 12.5 if below else 9.5, answer.title) as figure:
         grid = figure.add_gridspec(4 if below else 3, 2)
         _face(figure.add_subplot(grid[0, 0]), answer, "(a)")
         beside(figure.add_subplot(grid[0, 1]), answer, "(b)")
@@ -169,15 +157,12 @@ def blow(answer: BlowAnswer) -> Figure:
             lower = grid[3, :].subgridspec(1, len(below))
             for i, draw in enumerate(below):
                 draw(figure.add_subplot(lower[i]), answer, f"({'efg'[i]})")
-        titled(figure, answer.title)
     return figure
 
 
 def _last(answer: BlowAnswer) -> float:
     """The time at which pictures end: some transits after the last force at face or rock, or the end of the window."""
-    from percuss.blow.bodies import striker_sections
-
-    sections, contacts, rock = striker_sections(answer.blow.striker), answer.blow.contacts, answer.blow.bit_force
+    sections, contacts, rock = _striker(answer), answer.blow.contacts, answer.blow.bit_force
     over = 0.0 if not contacts else contacts[-1].end or answer.blow.until
     if rock is not None:
         felt = np.flatnonzero(rock.piece_peaks > _FELT * rock.peak)
@@ -200,7 +185,7 @@ def _face(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.set_title(f"{mark} force between the faces" if answer.blow.bit_force is None else f"{mark} forces")
 
 
-def _window(axes: Any, answer: BlowAnswer, scales: _BlowAxes) -> None:
+def _window(axes: Any, answer: BlowAnswer, scales: Units) -> None:
     axes.set_xlim(0.0, _last(answer) * scales.time)
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     axes.axhline(0.0, color=INK, linewidth=0.6)
@@ -212,9 +197,8 @@ def _gauge(axes: Any, answer: BlowAnswer, mark: str) -> None:
     clock, scale = scales.time, scales.force
     waves = answer.waves
     assert waves is not None  # there is a rod
-    times = np.unique(
-        np.concatenate([waves.incident.times, waves.reflected.times, np.linspace(0, _last(answer), 2000)])
-    )
+    even = np.linspace(0, _last(answer), 2000)
+    times = np.unique(np.concatenate([waves.incident.times, waves.reflected.times, even]))
     inside = np.repeat(times, 2)
     one = np.stack([waves.incident.before(times), waves.incident.at(times)], axis=1).ravel()
     two = np.stack([waves.reflected.before(times), waves.reflected.at(times)], axis=1).ravel()
@@ -305,9 +289,8 @@ def best(answer: BestAnswer) -> Figure:
         When matplotlib is not installed.
     """
     having("answer", answer, ("own", "best", "spans"), "the answer of percuss.case.best_answer")
-    figure = new_figure(10.0, 8.0)
     both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))
-    with style():
+    with canvas(10.0, 8.0, answer.own.title) as figure:
         grid = figure.add_gridspec(2, 2)
         _forces(figure.add_subplot(grid[0, 0]), both, "face_force", "(a) force between the faces")
         right = figure.add_subplot(grid[0, 1])
@@ -317,7 +300,6 @@ def best(answer: BestAnswer) -> Figure:
             _forces(right, both, "bit_force", "(b) force on the rock")
             _stresses(figure.add_subplot(grid[1, 1]), both, "(d) greatest stress of each section")
         _shapes(figure.add_subplot(grid[1, 0]), both)
-        titled(figure, answer.own.title)
     return figure
 
 

@@ -1,4 +1,4 @@
-"""The picture of branches of orbits: phases of the impacts over the parameter, and what happens where."""
+"""The pictures of branches: what the impacts are over one parameter, what happens where, and curves over two."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from percuss import palette
 from percuss.errors import ParameterError
 from percuss.explore.parameters import label_of
 from percuss.model.checks import choice, having, several, text
-from percuss.plot.canvas import COLOURS, INK, named_once, new_figure, segments, style, titled
+from percuss.plot.canvas import COLOURS, INK, canvas, named_once, segments
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore import (
-        Branch,
-        BranchPoint,
-        Diagram,
-        DiagramBranch,
-        PointCurve,
-        SettledMotion,
-    )
+    from percuss.explore import Branch, BranchPoint, Diagram, DiagramBranch, PointCurve, SettledMotion
+    from percuss.model.checks import Array
 
 EVENT_MARKS = {
     "fold": "s", "flip": "D", "neimark_sacker": "o", "grazing_touch": "v", "grazing_impact_dies": "^", "corner": "P",
@@ -32,6 +26,74 @@ EVENT_MARKS = {
     "label_changes": "p",
 }  # fmt: skip
 _JUMP = np.pi  # from which on a phase has gone round
+QUANTITIES = ("phase", "speed", "energy")
+_TITLES = {"phase": "phase of the impacts [rad]", "speed": "speed at the impacts", "energy": "mean blow energy"}
+_UNITS = {"speed": "m/s", "energy": "J"}
+_RESTS = {"release_phases": ("is let go", "-."), "rest_phases": ("comes to rest", ":")}
+
+
+# ---- What every picture of a branch draws of it: a line for each impact, its rests, and what happens at its points
+
+
+def _draw(
+    ax: Axes, line: Branch | DiagramBranch, quantity: str, colour: str, widths: tuple[float, float] = (1.2, 1.2),
+    label: str = "_",
+) -> None:  # fmt: skip
+    """A line for each impact, solid where stable and dashed elsewhere; among phases those of releases and rests."""
+    rows = _rows(line, quantity)
+    for part, solid in segments(line.stable):
+        for row in rows.T:
+            x, y = _cut(line.values[part], row[part], quantity)
+            ax.plot(x, y, "-" if solid else "--", color=colour, label=label, lw=widths[not solid], zorder=2)
+            label = "_"
+    if quantity == "phase" and line.has_rest:
+        for name, (words, dashes) in _RESTS.items():
+            for row in getattr(line, name).T:
+                ax.plot(*_cut(line.values, row, quantity), dashes, color=colour, lw=1.0, label=words, zorder=2)
+
+
+def _rows(line: Branch | DiagramBranch, quantity: str) -> Array:
+    """What is drawn of a branch; shape (m, lines)."""
+    size = line.values.size
+    if quantity == "phase":
+        return line.phases.reshape(size, -1)
+    scales = getattr(line, "scales", None)
+    speed, energy = (1.0, 1.0) if scales is None else (scales[:, :1], scales[:, 1])
+    return line.speeds.reshape(size, -1) * speed if quantity == "speed" else (line.energies * energy)[:, None]  # type: ignore[union-attr]
+
+
+def _cut(x: Array, y: Array, quantity: str) -> tuple[Array, Array]:
+    """A line with gaps where a phase goes round."""
+    gone = np.flatnonzero(np.abs(np.diff(y)) > (_JUMP if quantity == "phase" else np.inf)) + 1
+    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
+
+
+def _mark(ax: Axes, line: Branch | DiagramBranch, quantity: str, size: float = 4.0) -> None:
+    """What happens at the points of a branch, where it is something to be marked."""
+    for point in line.points:
+        mark = EVENT_MARKS.get(point.kind.value)
+        if mark is not None:
+            heights = _point_heights(line, point, quantity)
+            look: dict[str, Any] = {"ms": size, "mew": float(mark == "x"), "ls": "", "zorder": 3}  # a cross has no face
+            word = point.kind.value.replace("_", " ")
+            ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, label=word, **look)
+
+
+def _point_heights(line: Branch | DiagramBranch, point: BranchPoint, quantity: str) -> list[float]:
+    motion: Any = point.motion
+    drawn, scales = line.phases[0].size, getattr(line, "scales", None)
+    if quantity == "phase":
+        return list(motion.phases[:drawn].tolist())
+    speed, energy = (1.0, 1.0) if scales is None else scales[int(np.argmin(np.abs(line.values - point.value)))]
+    return [motion.energy * energy] if quantity == "energy" else list((motion.speeds[:drawn] * speed).tolist())
+
+
+def _phase_axis(ax: Axes) -> None:
+    ax.set_ylim(0.0, 2.0 * np.pi)
+    ax.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
+
+
+# ---- A branch: speeds above phases, with those that were switched to from it
 
 
 def branch(found: Branch, title: str = "") -> Figure:
@@ -40,7 +102,8 @@ def branch(found: Branch, title: str = "") -> Figure:
     Parameters
     ----------
     found
-        A `percuss.explore.Branch`, drawn with those that were switched to from it.
+        A `percuss.explore.Branch`, drawn with those that were switched to from it. Of cycles with rest the first
+        impacts after each release are drawn, and among the phases when the bar is let go and comes to rest.
     title
         What stands above.
 
@@ -61,122 +124,25 @@ def branch(found: Branch, title: str = "") -> Figure:
     having("found", found, ("points", "family", "values"), "a percuss.explore.Branch")
     if not len(found.values):
         raise ParameterError("found", str(found), "a branch with points")
-    text("title", title, "a text")
-    with style():
-        figure, upper, lower = _panels(found.parameter, "phase of the impacts [rad]")
+    with canvas(6.4, 6.0, text("title", title, "a text")) as figure:
+        panels = dict(zip(("speed", "phase"), figure.subplots(2, 1, sharex=True), strict=True))
+        panels["speed"].set_ylabel("speed at the impacts, dimensionless")
+        panels["phase"].set(ylabel=_TITLES["phase"], xlabel=found.parameter)
+        _phase_axis(panels["phase"])
         for number, one in enumerate(found.family()):
-            colour = COLOURS[number % len(COLOURS)]
-            _lines(upper, one.values, one.stable, one.speeds, colour, one.label)
-            _lines(lower, one.values, one.stable, one.phases, colour)
-            for point in one.points:
-                _marked(upper, point, point.orbit.speeds)
-                _marked(lower, point, point.orbit.phases, named=False)
-        kept = named_once(upper)
-        upper.legend(kept.values(), kept.keys(), loc="best", ncols=2)
-        titled(figure, title)
+            for quantity, ax in panels.items():
+                label = one.label if quantity == "speed" else "_"
+                _draw(ax, one, quantity, COLOURS[number % len(COLOURS)], label=label)
+                _mark(ax, one, quantity)
+        kept = named_once(panels["speed"])
+        panels["speed"].legend(kept.values(), kept.keys(), loc="best", ncols=2)
+        rests = {name: line for name, line in named_once(panels["phase"]).items() if name in dict(_RESTS.values())}
+        if rests:
+            panels["phase"].legend(rests.values(), rests.keys(), loc="best", ncols=2)
     return figure
 
 
-def _panels(parameter: str, phases: str) -> tuple[Figure, Axes, Axes]:
-    """A figure with speeds above and phases below, over a parameter."""
-    figure = new_figure(6.4, 6.0)
-    upper, lower = figure.subplots(2, 1, sharex=True)
-    upper.set_ylabel("speed at the impacts, dimensionless")
-    lower.set(ylabel=phases, xlabel=parameter)
-    _phase_axis(lower)
-    return figure, upper, lower
-
-
-def _phase_axis(ax: Axes) -> None:
-    ax.set_ylim(0.0, 2.0 * np.pi)
-    ax.set_yticks([0.0, np.pi, 2.0 * np.pi], ["0", "π", "2π"])
-
-
-def _cut(x: np.ndarray[Any, Any], y: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-    """A line with gaps where a phase goes round."""
-    gone = np.flatnonzero(np.abs(np.diff(y)) > _JUMP) + 1
-    return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
-
-
-def _lines(
-    ax: Axes, values: np.ndarray, stable: np.ndarray, rows: np.ndarray, colour: str, label: str = "_", *,
-    turns: bool = True, widths: tuple[float, float] = (1.2, 1.2),
-) -> None:  # fmt: skip
-    """One line for each column, solid where stable and dashed elsewhere, cut where a phase goes round."""
-    for part, solid in segments(stable):
-        for row in rows.T:
-            x, y = _cut(values[part], np.array(row[part])) if turns else (values[part], row[part])
-            ax.plot(x, y, "-" if solid else "--", color=colour, label=label, lw=widths[not solid], zorder=2)
-            label = "_"
-
-
-def _marked(ax: Axes, point: Any, heights: Any, size: float = 4.0, named: bool = True) -> None:
-    """What happens at a point, where it is something to be marked."""
-    mark = EVENT_MARKS.get(point.kind.value)
-    if mark is not None:
-        label = point.kind.value.replace("_", " ") if named else "_"
-        look: dict[str, Any] = {"ms": size, "mew": float(mark == "x"), "ls": "", "zorder": 3}  # a cross has no face
-        ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, label=label, **look)
-
-
-# ---- The picture of a branch of cycles with rest: releases, rests and the first impacts over the parameter
-
-_MOST = 6
-"""Impacts that are drawn: those of a chatter have no last one."""
-
-
-def rest_branch(found: Branch, title: str = "") -> Figure:
-    """Draw cycles with rest: when the bar is let go, strikes and comes to rest; above, how fast it strikes.
-
-    Parameters
-    ----------
-    found
-        A `percuss.explore.Branch`. Its first impacts are drawn.
-    title
-        What stands above.
-
-    Raises
-    ------
-    ParameterError
-        When it is no such branch.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> from percuss.explore import follow_rest_cycle
-    >>> from percuss.steady import rest_cycles
-    >>> (cycle,) = rest_cycles(System(5.0, 0.0, 0.5, Load.harmonic(0.8, 1.0)), modes=0).cycles
-    >>> len(rest_branch(follow_rest_cycle(cycle, "mean", (0.7, 0.9), points=3)).axes)
-    2
-    """
-    having("found", found, ("points", "cycles", "values"), "a percuss.explore.Branch")
-    if not len(found.values):
-        raise ParameterError("found", str(found), "a branch with points")
-    text("title", title, "a text")
-    drawn = min(_MOST, *(cycle.speeds.size for cycle in found.cycles))
-    rests = min(cycle.release_phases.size for cycle in found.cycles)
-    with style():
-        figure, upper, lower = _panels(found.parameter, "phase [rad]")
-        impacts = f"impact{'s' if drawn > 1 else ''}"
-        for ax, quantity, count, name, colour, dashes in (
-            (upper, "speeds", drawn, found.label, COLOURS[0], "-"), (lower, "phases", drawn, impacts, COLOURS[0], "-"),
-            (lower, "release_phases", rests, "release", COLOURS[1], "-."),
-            (lower, "rest_phases", rests, "rest", COLOURS[2], "--"),
-        ):  # fmt: skip
-            rows = np.array([getattr(cycle, quantity)[:count] for cycle in found.cycles])
-            for i, row in enumerate(rows.T):
-                ax.plot(*_cut(found.values, row), dashes, color=colour, label="_" if i else name, lw=1.2)
-        for point in found.points:
-            _marked(upper, point, point.cycle.speeds[:drawn])
-            _marked(lower, point, point.cycle.phases[:drawn], named=False)
-        kept = named_once(upper)
-        upper.legend(kept.values(), kept.keys(), loc="best", ncols=2)
-        lower.legend(loc="best", ncols=3)
-        titled(figure, title)
-    return figure
-
-
-# ---- The picture of curves over two parameters: folds, flips, grazings …, and the points of codimension two on them
+# ---- Curves over two parameters: folds, flips, grazings …, and the points of codimension two on them
 
 _ENDS = ("limit", "parameter_end", "stopped", "closed", "lost", "load_stops_pushing")
 _WORDS = {
@@ -216,9 +182,7 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
         having("found", one, ("event", "parameters", "values", "is_orbit"), "curves of percuss.explore.follow_point")
     if not kept or len({(one.parameters, one.units) for one in kept}) > 1:
         raise ParameterError("found", str(len(kept)), "one curve or more, all over the same two parameters")
-    text("title", title, "a text")
-    with style():
-        figure = new_figure(6.4, 4.8)
+    with canvas(6.4, 4.8, text("title", title, "a text")) as figure:
         ax = figure.subplots()
         kinds = list(dict.fromkeys((one.event.value, one.label) for one in kept))
         for one in kept:
@@ -235,16 +199,10 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
             ax.set(**{f"{side}label": f"{label_of(name)} [{unit}]" if unit else label_of(name)})
         shown = named_once(ax)
         figure.legend(shown.values(), shown.keys(), loc="outside lower left", ncols=3)
-        titled(figure, title)
     return figure
 
 
-# ---- The picture of a diagram: what simulations settle on as points, the branches of all orbits as lines, their events
-
-QUANTITIES = ("phase", "speed", "energy")
-_TITLES = {"phase": "phase of the impacts [rad]", "speed": "speed at the impacts", "energy": "mean blow energy"}
-_UNITS = {"speed": "m/s", "energy": "J"}
-_RESTS = {"release_phases": ("is let go", "-."), "rest_phases": ("comes to rest", ":")}
+# ---- A diagram: what simulations settle on as points, the branches of all orbits as lines, their events
 
 
 def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("phase", "speed")) -> Figure:
@@ -278,43 +236,32 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     2
     """
     having("found", found, ("settled", "branches", "axis"), "a percuss.explore.Diagram")
-    text("title", title, "a text")
     if not isinstance(quantities, tuple) or not quantities:
         raise ParameterError("quantities", quantities, f"some of {', '.join(QUANTITIES)}")
     for quantity in quantities:
         choice("quantities", quantity, *QUANTITIES)
-    with style():
-        figure = new_figure(7.2, 1.2 + 2.9 * len(quantities))
+    with canvas(7.2, 1.2 + 2.9 * len(quantities), text("title", title, "a text")) as figure:
         panels: list[Axes] = list(np.atleast_1d(figure.subplots(len(quantities), 1, sharex=True)))
         colours, every = _colours(found), (*found.branches, *found.rest_branches)
         for ax, quantity in zip(panels, quantities, strict=True):
-            turns = quantity == "phase"
             _points(ax, found, quantity)
             for line in every:
-                rows, colour = _rows(line, quantity), colours[line.label]
-                _lines(ax, line.values, line.stable, rows, colour, turns=turns, widths=(1.4, 0.9))
-            for rests in found.rest_branches if turns else ():
-                for name, (_, dashes) in _RESTS.items():
-                    for row in getattr(rests, name).T:
-                        x, y = _cut(rests.values, row)
-                        ax.plot(x, y, dashes, color=colours[rests.label], lw=1.0, label="_", zorder=2)
+                _draw(ax, line, quantity, colours[line.label], (1.4, 0.9))
             for line in every:
-                for point in line.points:
-                    _marked(ax, point, _point_heights(line, point, quantity), 3.5)
+                _mark(ax, line, quantity, 3.5)
             for line in found.impossible:  # beyond an end, where the roots of the equations are no motions
                 for row in _rows(line, quantity).T:
-                    x, y = _cut(line.values, row) if turns else (line.values, row)
+                    x, y = _cut(line.values, row, quantity)
                     ax.plot(x, y, "-", color=INK, alpha=0.45, lw=0.5, label="_", zorder=1.5)
             unit = _UNITS.get(quantity, "")
             words = f" [{unit}]" if found.is_si else ", dimensionless"
             ax.set_ylabel(_TITLES[quantity] + (words if unit else ""))
-            if turns:
+            if quantity == "phase":
                 _phase_axis(ax)
         unit = f" [{found.axis.unit}]" if found.axis.unit else ""
         panels[-1].set_xlabel(f"{label_of(found.axis.name)}{unit}")
         panels[-1].set_xlim(float(found.axis.values.min()), float(found.axis.values.max()))
         _diagram_legend(figure, panels[0], found)
-        titled(figure, title)
     return figure
 
 
@@ -335,25 +282,6 @@ def _heights(one: SettledMotion, quantity: str) -> list[float]:
     return list((one.phases if quantity == "phase" else one.speeds * speed).tolist())
 
 
-def _rows(line: DiagramBranch, quantity: str) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """What is drawn of a branch; shape (m, lines)."""
-    size = line.values.size
-    if quantity == "phase":
-        return line.phases.reshape(size, -1)
-    scales = np.ones((size, 2)) if line.scales is None else line.scales
-    if quantity == "speed":
-        return line.speeds.reshape(size, -1) * scales[:, :1]
-    return (line.energies * scales[:, 1])[:, None]
-
-
-def _point_heights(line: DiagramBranch, point: BranchPoint, quantity: str) -> list[float]:
-    if quantity == "phase":
-        return list(point.plain.phases.tolist())
-    row = int(np.argmin(np.abs(line.values - point.value)))
-    speed, energy = (1.0, 1.0) if line.scales is None else line.scales[row]
-    return [point.plain.energy * energy] if quantity == "energy" else list((point.plain.speeds * speed).tolist())
-
-
 _MOST_TOLD = 14  # labels of branches that the legend tells of
 
 
@@ -368,8 +296,6 @@ def _diagram_legend(figure: Figure, ax: Axes, found: Diagram) -> None:
     ways = {"stable": Line2D([], [], color=INK, lw=1.4), "unstable": Line2D([], [], color=INK, lw=0.9, ls="--")}
     if found.impossible:
         ways["not a motion"] = Line2D([], [], color=INK, alpha=0.45, lw=0.5)
-    if found.rest_branches and ax.get_ylabel() == _TITLES["phase"]:
-        ways |= {words: Line2D([], [], color=INK, lw=1.0, ls=dashes) for words, dashes in _RESTS.values()}
     marks = {name: handle for name, handle in kept.items() if name not in points}
     told = [*points.items(), *lines.items(), *(ways.items() if lines else ()), *marks.items()]
     if told:

@@ -6,8 +6,8 @@ import io
 import math
 import os
 import warnings
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -17,6 +17,7 @@ import numpy as np
 
 from percuss import palette
 from percuss.errors import MissingExtraError, ParameterError
+from percuss.model import Machine, System
 from percuss.model.checks import having
 from percuss.model.checks import path as checked_path
 from percuss.neutral import one_line
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
 
-    from percuss.model import System
     from percuss.model.checks import Array
     from percuss.palette import Colour
 
@@ -71,10 +71,14 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def titled(figure: Figure, title: str) -> None:
-    """The title of a case above a figure, as one line of plain text; nothing for an empty one."""
-    if title:
-        figure.suptitle(one_line(title), x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
+@contextmanager
+def canvas(width: float, height: float, title: str = "") -> Iterator[Figure]:
+    """An empty figure, drawn on in this package's style; above it the title of a case, as one line of plain text."""
+    figure = new_figure(width, height)
+    with style():
+        yield figure
+        if title:
+            figure.suptitle(one_line(title), x=0.01, ha="left", fontsize=11, fontweight="bold", parse_math=False)
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:
@@ -181,43 +185,44 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
 class Units:
     """What one unit of each quantity is on the axis, and what the axis is called."""
 
-    time: float
     time_label: str
-    force: float
     force_label: str
-    length: float
     length_label: str
-    speed: float
     speed_label: str
     stress_label: str
+    time: float = 1.0
+    force: float = 1.0
+    length: float = 1.0
+    speed: float = 1.0
+    stress: float = 1.0
 
 
-def units_of(system: System) -> Units:
-    """Milliseconds, kilonewtons, millimetres, m/s and megapascals for an SI system; radians and 1 otherwise."""
-    if not system.is_si:
-        return Units(
-            1.0,
-            "time after impact [rad]",
-            1.0,
-            "load p [dimensionless]",
-            1.0,
-            "gap u(1, t)",
-            1.0,
-            "velocity of the striking end",
-            "strain u_x",
-        )
-    newtons = system.force_scale
-    kilo = max(abs(p) for p in system.load.coefficients) * newtons >= 500.0
+_PLAIN = Units(
+    "time after impact [rad]", "load p [dimensionless]", "gap u(1, t)", "velocity of the striking end", "strain u_x"
+)
+_PLAIN_MACHINE = Units("time", "force", "position", "velocity", "strain u_x")
+
+
+def units_of(hammer: System | Machine, greatest: float | None = None) -> Units:
+    """Milliseconds, kilonewtons, millimetres, m/s and megapascals for a hammer in SI; radians and 1 otherwise.
+
+    `greatest`: of the forces that are drawn; by default the greatest coefficient of the load.
+    """
+    of_machine = isinstance(hammer, Machine)
+    if not hammer.is_si:
+        return _PLAIN_MACHINE if of_machine else _PLAIN
+    force = max(abs(p) for p in hammer.load.coefficients) if isinstance(hammer, System) else greatest or 0.0
+    kilo = force * hammer.force_scale >= 500.0
     return Units(
-        1e3 * system.time_scale,
-        "time after impact [ms]",
-        newtons / 1e3 if kilo else newtons,
+        "time [ms]" if of_machine else "time after impact [ms]",
         "force [kN]" if kilo else "force [N]",
-        1e3 * system.length_scale,
-        "striking end [mm]",
-        system.speed_scale,
-        "velocity of the striking end [m/s]",
+        "position [mm]" if of_machine else "striking end [mm]",
+        "velocity [m/s]" if of_machine else "velocity of the striking end [m/s]",
         "stress [MPa]",
+        1e3 * hammer.time_scale,
+        hammer.force_scale * (1e-3 if kilo else 1.0),
+        1e3 * hammer.length_scale,
+        hammer.speed_scale,
     )
 
 

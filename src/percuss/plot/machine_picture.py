@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, legend_above, new_figure, nothing, style, titled, wall
+from percuss.plot.canvas import COLOURS, INK, Units, canvas, legend_above, nothing, units_of, wall
 from percuss.plot.trajectory_picture import Window, draw_portrait, draw_speeds, titled_motion
 
 if TYPE_CHECKING:
@@ -30,35 +31,19 @@ _MARKS = {
 }
 
 
-class _Scales:
-    """What a unit of the machine is on the axes, and what they are called."""
-
-    def __init__(self, machine: Machine, greatest_force: float) -> None:
-        si = machine.is_si
-        kilo = si and greatest_force * machine.force_scale >= 500.0
-        self.time = 1e3 * machine.time_scale if si else 1.0
-        self.length = 1e3 * machine.length_scale if si else 1.0
-        self.speed = machine.speed_scale if si else 1.0
-        self.force = machine.force_scale * (1e-3 if kilo else 1.0) if si else 1.0
-        self.time_label = "time [ms]" if si else "time"
-        self.length_label = "position [mm]" if si else "position"
-        self.speed_label = " [m/s]" if si else ""
-        self.force_label = ("force [kN]" if kilo else "force [N]") if si else "force"
-
-
 def _draw_positions(
-    axes: Any, machine: Machine, scales: _Scales, times: Array, centre: Array, marks: dict[str, tuple[Array, Array]]
+    axes: Any, machine: Machine, units: Units, times: Array, centre: Array, marks: dict[str, tuple[Array, Array]]
 ) -> None:
     """The piston over time, with the wall, the ports, and what happens: by its kind, times and places."""
-    low = float(centre.min()) * scales.length
+    low = float(centre.min()) * units.length
     wall(axes)
-    axes.plot(times * scales.time, centre * scales.length, color=INK)
+    axes.plot(times * units.time, centre * units.length, color=INK)
     look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "right", "textcoords": "offset points"}
     look["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
     for i, port in enumerate(machine.valve.ports):
         if port.behind is not None:
-            edge = -port.behind * scales.length
-            below = edge > _NEAR * float(centre.min()) * scales.length
+            edge = -port.behind * units.length
+            below = edge > _NEAR * float(centre.min()) * units.length
             low = min(low, edge)
             axes.axhline(edge, color=COLOURS[3], linewidth=0.9, linestyle=(0, (5, 3)))
             place = {"xy": (1.0, edge), "xycoords": ("axes fraction", "data"), "xytext": (-3, -10 if below else 3)}
@@ -67,18 +52,18 @@ def _draw_positions(
         at, heights = marks.get(kind, (np.zeros(0), np.zeros(0)))
         if at.size:
             key = {"color": colour, "markersize": size, "linestyle": "none", "zorder": 3, "clip_on": False}
-            axes.plot(at * scales.time, heights * scales.length, marker, label=name, **key)
+            axes.plot(at * units.time, heights * units.length, marker, label=name, **key)
     axes.set_ylim(1.12 * low if low < 0.0 else -1.0, -0.12 * low if low < 0.0 else 0.12)
     legend_above(axes, columns=6)
 
 
-def _draw_force(axes: Any, machine: Machine, scales: _Scales, mark: str, times: Array, force: Array) -> None:
+def _draw_force(axes: Any, machine: Machine, units: Units, mark: str, times: Array, force: Array) -> None:
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    axes.plot(times * scales.time, force * scales.force, color=COLOURS[0])
+    axes.plot(times * units.time, force * units.force, color=COLOURS[0])
     gas = machine.valve.chamber
     with_gas = ", with the gas" if gas.force or gas.stiffness else ""
     title = f"{mark} the force on the piston, positive toward the wall{with_gas}"
-    axes.set(title=title, xlabel=scales.time_label, ylabel=scales.force_label)
+    axes.set(title=title, xlabel=units.time_label, ylabel=units.force_label)
 
 
 def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
@@ -111,8 +96,7 @@ def machine(answer: MachineAnswer) -> Figure:
     5
     """
     having("answer", answer, ("title", "motion", "curve"), "an answer, such as percuss.case.machine_answer gives")
-    figure = new_figure(11.0, 7.0)
-    with style():
+    with canvas(11.0, 7.0, f"{answer.title} — {answer.outcome}{' ' + answer.label if answer.label else ''}") as figure:
         if answer.cycle is None:
             axes, obstacle = figure.add_subplot(), answer.motion.obstacle
             text = "" if obstacle is None else f"{obstacle.value}\n{obstacle.words}\n{obstacle.remedy}"
@@ -121,35 +105,34 @@ def machine(answer: MachineAnswer) -> Figure:
             axes.set_axis_off()
         else:
             _panels(figure, answer)
-        titled(figure, f"{answer.title} — {answer.outcome}{' ' + answer.label if answer.label else ''}")
     return figure
 
 
 def _panels(figure: Figure, answer: MachineAnswer) -> None:
     course, cycle, machine = answer.course, answer.cycle, answer.machine
     assert cycle is not None
-    scales = _Scales(machine, float(np.abs(course.force).max()))
-    scales.time_label = f"time after the blow{' [ms]' if machine.is_si else ''}"
+    units = units_of(machine, float(np.abs(course.force).max()))
+    units = replace(units, time_label=f"time after the blow{' [ms]' if machine.is_si else ''}")
     grid = figure.add_gridspec(2, 3)
     position, force = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
     pushes = np.array([machine.valve.force(state) > 0.0 for state in course.states])
     for axes in (position, force):
-        _shade(axes, course.times * scales.time, pushes)
-        axes.set_xlim(0.0, cycle.period * scales.time)
+        _shade(axes, course.times * units.time, pushes)
+        axes.set_xlim(0.0, cycle.period * units.time)
     marks = {"impact": (cycle.blow_times, 0.0 * cycle.blow_times)}
     for kind, happened in (("port", cycle.uncoverings), ("valve", cycle.switches)):
         times = np.array([one.time for one in happened])
         marks[kind] = (times, cycle.position(times, "centre") if times.size else times)
-    _draw_positions(position, machine, scales, course.times, course.centre, marks)
-    position.set(title="(a) the centre of the piston", xlabel=scales.time_label, ylabel=scales.length_label)
-    _draw_force(force, machine, scales, "(b)", course.times, course.force)
+    _draw_positions(position, machine, units, course.times, course.centre, marks)
+    position.set(title="(a) the centre of the piston", xlabel=units.time_label, ylabel=units.length_label)
+    _draw_force(force, machine, units, "(b)", course.times, course.force)
     if course.pressure is not None:
         unit = machine.pressure
         other = _second_axis(force, "pressure" if unit is None else "pressure [bar]", COLOURS[1])
         pressure = course.pressure * (1.0 if unit is None else unit / 1e5)
-        other.plot(course.times * scales.time, pressure, color=COLOURS[1])
+        other.plot(course.times * units.time, pressure, color=COLOURS[1])
         other.set_ylim(bottom=0.0)
-    _loop(figure.add_subplot(grid[0, 2]), answer, course, scales)
+    _loop(figure.add_subplot(grid[0, 2]), answer, course, units)
     _pressures(figure.add_subplot(grid[1, 2]), answer)
 
 
@@ -162,16 +145,16 @@ def _second_axis(axes: Any, label: str, colour: str) -> Any:
     return other
 
 
-def _loop(axes: Any, answer: MachineAnswer, course: CycleCurve, scales: _Scales) -> None:
+def _loop(axes: Any, answer: MachineAnswer, course: CycleCurve, units: Units) -> None:
     cycle, machine = answer.cycle, answer.machine
     assert cycle is not None
-    x, force = course.centre * scales.length, course.force * scales.force
+    x, force = course.centre * units.length, course.force * units.force
     axes.fill(x, force, color=COLOURS[5], alpha=0.2, linewidth=0.0)
     axes.plot(x, force, color=COLOURS[0])
     axes.axvline(0.0, color=INK, linewidth=2.5)
     axes.axhline(0.0, color=INK, linewidth=0.6)
     work = f"{cycle.work * machine.energy_scale:.4g} J" if machine.is_si else f"{cycle.work:.4g}"
-    axes.set(title=f"(c) the loop: {work} a cycle", xlabel=scales.length_label, ylabel=scales.force_label)
+    axes.set(title=f"(c) the loop: {work} a cycle", xlabel=units.length_label, ylabel=units.force_label)
 
 
 # -- the pressure -----------------------------------------------------------------------------------------------------
@@ -263,13 +246,12 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     4
     """
     title, moved = titled_motion(motion, clocked=False)
-    figure = new_figure(11.0, 7.0)
-    with style():
+    with canvas(11.0, 7.0, f"{title} — {moved.label}" if title else moved.label) as figure:
         grid = figure.add_gridspec(2, 3)
         shown = Window(moved, *_window(moved))
         times, machine = shown.times, moved.machine
         centre, force = moved.centre(times), moved.force(times)
-        scales = _Scales(machine, float(np.abs(force).max()))
+        units = units_of(machine, float(np.abs(force).max()))
         upper, lower = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
         pushes = moved.mechanism.forces[moved.state(times)] > 0.0
         marks = {}
@@ -278,14 +260,12 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
             marks[kind] = (at, 0.0 * at if kind == "impact" else np.interp(at, times, centre))
         room = 0.005 * (shown.last - shown.first) or 0.5
         for axes in (upper, lower):
-            _shade(axes, times * scales.time, pushes, "post")
-            axes.set_xlim((shown.first - room) * scales.time, (shown.last + room) * scales.time)
+            _shade(axes, times * units.time, pushes, "post")
+            axes.set_xlim((shown.first - room) * units.time, (shown.last + room) * units.time)
             axes.ticklabel_format(axis="x", useOffset=False)
-        _draw_positions(upper, machine, scales, times, centre, marks)
-        upper.set(title=f"(a) the piston: {shown.what}", xlabel=scales.time_label, ylabel=scales.length_label)
-        _draw_force(lower, machine, scales, "(c)", times, force)
-        draw_speeds(figure.add_subplot(grid[0, 2]), moved, scales.speed, scales.time, scales.time_label)
-        names = (scales.length_label, f"velocity{scales.speed_label}")
-        draw_portrait(figure.add_subplot(grid[1, 2]), shown, scales.length, scales.speed, names)
-        titled(figure, f"{title} — {moved.label}" if title else moved.label)
+        _draw_positions(upper, machine, units, times, centre, marks)
+        upper.set(title=f"(a) the piston: {shown.what}", xlabel=units.time_label, ylabel=units.length_label)
+        _draw_force(lower, machine, units, "(c)", times, force)
+        draw_speeds(figure.add_subplot(grid[0, 2]), moved, units.speed, units.time, units.time_label)
+        draw_portrait(figure.add_subplot(grid[1, 2]), shown, units)
     return figure

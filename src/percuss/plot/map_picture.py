@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.explore.parameters import label_of
 from percuss.model.checks import having, several, text
 from percuss.palette import FAMILIES, family_of
-from percuss.plot.canvas import COLOURS, INK, new_figure, patches_beside, ramp, style, titled
+from percuss.plot.canvas import COLOURS, INK, canvas, patches_beside, ramp
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
@@ -507,7 +507,6 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
     'steady motions'
     """
     having("found", found, ("axes", "quantities", "columns", "words"), "a map, as percuss.explore.sweep gives it")
-    text("title", title)
     curves = [on_plane(curve, found.axes) for curve in several("curves", curves, CURVES)]
     if len(found.axes) > 2:
         names = ", ".join(axis.name for axis in found.axes)
@@ -518,8 +517,7 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
         raise ParameterError("quantities", list(found.quantities), "a quantity that a plane can show: phase, for one")
     across = min(3, len(shown))
     down = math.ceil(len(shown) / across)
-    figure = new_figure(1.2 + 4.3 * across, 0.9 + 3.5 * down)
-    with style():
+    with canvas(1.2 + 4.3 * across, 0.9 + 3.5 * down, text("title", title)) as figure:
         grid = figure.add_gridspec(down, across)
         key: dict[str, Any] = {}
         for i, name in enumerate(shown):
@@ -533,5 +531,4 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
             ax.set_title(_TITLES.get(name, name) + (f" [{unit}]" if unit else ""))
         if key:
             figure.legend(key.values(), key.keys(), loc="outside lower left", ncols=6)
-        titled(figure, title)
     return figure

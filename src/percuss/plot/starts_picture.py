@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss import palette
 from percuss.model.checks import having, text
-from percuss.plot.canvas import INK, new_figure, patches_beside, style, titled
+from percuss.plot.canvas import INK, canvas, patches_beside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,13 +56,10 @@ def experiment(found: Experiment, title: str = "") -> Figure:
     2
     """
     having("found", found, ("shares", "attractor", "columns"), "what percuss.explore.experiment gives")
-    text("title", title)
-    figure = new_figure(10.5, 4.4)
-    with style():
+    with canvas(10.5, 4.4, text("title", title)) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
         _bars(left, found.shares)
         _scatter(right, found)
-        titled(figure, title)
     return figure
 
 
@@ -87,9 +84,7 @@ def basins(found: Basins, title: str = "") -> Figure:
     from matplotlib.colors import ListedColormap
 
     having("found", found, ("shares", "image", "x", "y"), "what percuss.explore.basins gives")
-    text("title", title)
-    figure = new_figure(7.5, 5.0)
-    with style():
+    with canvas(7.5, 5.0, text("title", title)) as figure:
         ax = figure.add_subplot()
         ax.set_facecolor("white")
         n = min(len(found.shares), MOST_SHOWN)
@@ -102,7 +97,6 @@ def basins(found: Basins, title: str = "") -> Figure:
         )  # fmt: skip
         ax.set(xlabel=x_name, ylabel=y_name)
         _legend(ax, found.shares, n)
-        titled(figure, title)
     return figure
 
 

@@ -10,19 +10,7 @@ import numpy as np
 
 from percuss.case.answers.steady_answer import PeriodAnswer, StructureAnswer, judged
 from percuss.model.checks import having
-from percuss.plot.canvas import (
-    COLOURS,
-    INK,
-    Units,
-    draw_waves,
-    new_figure,
-    nothing,
-    phase_axis,
-    style,
-    titled,
-    units_of,
-    wall,
-)  # fmt: skip
+from percuss.plot.canvas import COLOURS, INK, Units, canvas, draw_waves, nothing, phase_axis, units_of, wall
 from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
@@ -34,7 +22,7 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit
 
 
-# ---- What is drawn: the motions of an answer, or of bare steady states, each with its verdict and its figures in SI
+# ---- What is drawn: the motions of an answer, or of bare steady states, each with its verdict
 
 
 class _Motions(NamedTuple):
@@ -42,6 +30,20 @@ class _Motions(NamedTuple):
     system: System
     periods: tuple[PeriodAnswer, ...]
     chosen: OrbitAnswer | None
+
+    @property
+    def coloured(self) -> list[tuple[str, OrbitAnswer]]:
+        """Every orbit with the colour of its m."""
+        return [(_colour(i), found) for i, period in enumerate(self.periods) for found in period.orbits]
+
+    @property
+    def timed(self) -> list[tuple[int, TimedPeriod]]:
+        """What a law of blows that take time says, with the place of each m."""
+        return [(i, period.timed) for i, period in enumerate(self.periods) if period.timed is not None]
+
+
+def _colour(i: int) -> str:
+    return COLOURS[i % len(COLOURS)]
 
 
 def _of_states(states: Sequence[SteadyStates], title: str = "") -> _Motions:
@@ -59,14 +61,14 @@ def _of_states(states: Sequence[SteadyStates], title: str = "") -> _Motions:
 _FEW = 2  # numbers of load periods that are told one by one in the legend
 
 
-def timed_marks(axes: Any, answer: _Motions, phases: Array) -> str:
+def _timed_marks(axes: Any, answer: _Motions, phases: Array) -> str:
     """The curve v_f − e p with its levels, and a diamond at the phase of every force's centroid; the panel's title."""
     low, high = axes.get_ylim()
-    found = _all(answer)
+    found = answer.timed
     if found and found[0][1].states.law.arm != 0.0:
         axes.plot(phases, found[0][1].states.curve(phases), color=INK, linewidth=0.8, linestyle=":")
     for i, timed in found:
-        colour, states = COLOURS[i % len(COLOURS)], timed.states
+        colour, states = _colour(i), timed.states
         if not low < states.level < high:
             continue
         of = "" if len(answer.periods) == 1 else f", m = {states.periods}"
@@ -84,18 +86,14 @@ def timed_marks(axes: Any, answer: _Motions, phases: Array) -> str:
     return f"(a) phases by B77's law; ◆ by {found[0][1].states.law.law}"
 
 
-def timed_phase(answer: _Motions, orbit: Orbit) -> str:
+def _timed_phase(answer: _Motions, orbit: Orbit) -> str:
     """The phase of the motion that continues one of B77's law, behind its mark; empty without such a law."""
-    for _, timed in _all(answer):
+    for _, timed in answer.timed:
         if timed.states.periods == orbit.periods:
             found = (one.orbit.phase for one in timed.orbits if one.orbit.phase_b77 == orbit.phase)
             phase = next(found, None)
             return f", ◆ {'none' if phase is None else f'{phase:.3f}'}"
     return ""
-
-
-def _all(answer: _Motions) -> list[tuple[int, TimedPeriod]]:
-    return [(i, period.timed) for i, period in enumerate(answer.periods) if period.timed is not None]
 
 
 # ---- The picture of a steady answer: where the phases come from, the load, the gap, the multipliers and the waves
@@ -144,25 +142,22 @@ def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
     units = units_of(shown.system)
     if not shown.system.body.is_free:
         return _of_structure(shown, units)
-    figure = new_figure(11.0, 7.0)
-    with style():
+    with canvas(11.0, 7.0, shown.title) as figure:
         grid = figure.add_gridspec(2, 3)
         _phases(figure.add_subplot(grid[0, 0]), shown)
         _load(figure.add_subplot(grid[0, 1]), shown, units)
         _gap(figure.add_subplot(grid[0, 2]), shown, units)
         _multipliers(figure.add_subplot(grid[1, 0]), shown)
         _waves(figure, figure.add_subplot(grid[1, 1:]), shown, units)
-        titled(figure, shown.title)
         _laws(figure, shown)
     return figure
 
 
 def _of_structure(shown: _Motions, units: Units) -> Figure:
-    figure = new_figure(11.0, 4.0)
-    engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.set(rect=(0.0, 0.04, 1.0, 0.96))  # type: ignore[call-arg]  # of the constrained layout; room for the laws
-    with style():
+    with canvas(11.0, 4.0, shown.title) as figure:
+        engine = figure.get_layout_engine()
+        assert engine is not None
+        engine.set(rect=(0.0, 0.04, 1.0, 0.96))  # type: ignore[call-arg]  # of the constrained layout; room for laws
         load, contact, multipliers = figure.subplots(1, 3)
         _load(load, shown, units)
         _gap(contact, shown, units)
@@ -171,7 +166,6 @@ def _of_structure(shown: _Motions, units: Units) -> Figure:
         load.set_title("(a) load, with the moments of impact")
         contact.set_title("(b) the contact between two impacts")
         multipliers.set_title("(c) multipliers: stable inside the circle")
-        titled(figure, shown.title)
         _laws(figure, shown)
     return figure
 
@@ -182,11 +176,6 @@ def _laws(figure: Figure, answer: _Motions) -> None:
     damping = f"; damping: {system.body.damping.words}" if system.body.is_free else ""
     text = f"{system.contact.sentence}{damping}"
     figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)
-
-
-def _all_orbits(answer: _Motions) -> list[tuple[str, OrbitAnswer]]:
-    """Every orbit with the colour of its m."""
-    return [(COLOURS[i % len(COLOURS)], found) for i, period in enumerate(answer.periods) for found in period.orbits]
 
 
 def _marker(found: OrbitAnswer, colour: str) -> dict[str, Any]:
@@ -204,7 +193,7 @@ def _phases(axes: Any, answer: _Motions) -> None:
     low, high = _limits(curve, [period.states.level for period in answer.periods])
     beyond = []
     for i, period in enumerate(answer.periods):
-        colour = COLOURS[i % len(COLOURS)]
+        colour = _colour(i)
         level = period.states.level
         if not low < level < high:
             beyond.append(str(period.states.periods))
@@ -215,7 +204,7 @@ def _phases(axes: Any, answer: _Motions) -> None:
             axes.plot([found.orbit.phase], [level], clip_on=False, zorder=3, **_marker(found, colour))
     if beyond:
         axes.plot([], [], " ", label=f"m = {', '.join(beyond[:6])}{', …' * (len(beyond) > 6)}: far above")
-    other = timed_marks(axes, answer, phases)
+    other = _timed_marks(axes, answer, phases)
     axes.set(title=other or "(a) impact phases: where $v_f$ meets the level", ylabel="$v_f$ [dimensionless]")
     phase_axis(axes)
     for text, key in (("stable", {"markerfacecolor": INK}), ("unstable", {"markerfacecolor": "white"})):
@@ -240,7 +229,7 @@ def _load(axes: Any, answer: _Motions, units: Units) -> None:
     phases, values = _load_curve(answer)
     axes.plot(phases, values * units.force, color=INK)
     axes.axhline(0.0, color=INK, linewidth=0.6)
-    shown = _all_orbits(answer)
+    shown = answer.coloured
     banded = bool(shown) and answer.system.body.is_free
     if banded:
         band = shown[0][1].stability.waveform
@@ -272,11 +261,11 @@ def _load_curve(answer: _Motions) -> tuple[Any, Any]:
 
 def _gap(axes: Any, answer: _Motions, units: Units) -> None:
     axes.set(title="(c) the striking end between two blows", xlabel=units.time_label, ylabel=units.length_label)
-    shown = _all_orbits(answer)
+    shown = answer.coloured
     for colour, found in shown:
         t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
         line = "-" if found.runs else (0, (4, 2)) if found.orbit.admissible else ":"
-        label = f"φ = {found.orbit.phase:.3f}{timed_phase(answer, found.orbit)}" if len(shown) <= 8 else None
+        label = f"φ = {found.orbit.phase:.3f}{_timed_phase(answer, found.orbit)}" if len(shown) <= 8 else None
         axes.plot(t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label)
     if not shown:
         _none(axes)
@@ -302,7 +291,7 @@ def _multipliers(axes: Any, answer: _Motions) -> None:
     axes.set_ylim(-EDGE, EDGE)
     axes.set(xlabel="real part", ylabel="imaginary part")
     beyond: list[tuple[complex, str]] = []
-    for colour, found in _all_orbits(answer):
+    for colour, found in answer.coloured:
         values = np.asarray(found.stability.multipliers.values)
         size = np.maximum(np.abs(values.real), np.abs(values.imag))
         inside, outside = values[size < EDGE], values[size >= EDGE]
@@ -310,7 +299,7 @@ def _multipliers(axes: Any, answer: _Motions) -> None:
         axes.scatter(inside.real, inside.imag, s=16, facecolors=fill, edgecolors=colour, linewidths=0.9)
         beyond += [(complex(value), colour) for value in outside]
     _far_off(axes, beyond)
-    if not _all_orbits(answer):
+    if not answer.coloured:
         axes.text(0.0, 0.3, "no steady motion", ha="center", color=INK)
 
 

@@ -13,19 +13,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model.checks import having
-from percuss.plot.canvas import (
-    COLOURS,
-    INK,
-    Units,
-    draw_waves,
-    new_figure,
-    nothing,
-    phase_axis,
-    style,
-    titled,
-    units_of,
-    wall,
-)  # fmt: skip
+from percuss.plot.canvas import COLOURS, INK, Units, canvas, draw_waves, nothing, phase_axis, units_of, wall
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -178,20 +166,16 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
     True
     """
     title, moved = titled_motion(motion, clocked=True)
-    figure = new_figure(11.0, 7.0)
     units = units_of(moved.system)
-    with style():
+    with canvas(11.0, 7.0, f"{title} — {moved.label}" if title else moved.label) as figure:
         grid = figure.add_gridspec(2, 3)
         window = window_of(moved)
         _gap(figure.add_subplot(grid[0, :2]), window, units)
         clock, label = _clock(moved, units, moved.end_time)
         draw_speeds(figure.add_subplot(grid[0, 2]), moved, units.speed, clock, label)
         _map(figure.add_subplot(grid[1, 0]), moved, units)
-        names = (units.length_label, units.speed_label)
-        draw_portrait(figure.add_subplot(grid[1, 1]), window, units.length, units.speed, names)
+        draw_portrait(figure.add_subplot(grid[1, 1]), window, units)
         _waves(figure, figure.add_subplot(grid[1, 2]), window, units)
-        name = f"{title} — {moved.label}" if title else moved.label
-        titled(figure, name)
     return figure
 
 
@@ -280,14 +264,14 @@ def _scatter(axes: Any, motion: Trajectory, speed: float, size: float, place: Ca
     axes.set_ylim(0.0, 1.08 * speed * float(motion.events.of("impact").impact_velocity.max()) or 1.0)
 
 
-def draw_portrait(axes: Any, window: Window, length: float, speed: float, names: tuple[str, str]) -> None:
-    """The velocity of the striking end over its gap, with the names of the two axes."""
-    axes.set(title="(d) phase portrait: " + window.what, xlabel=names[0], ylabel=names[1])
+def draw_portrait(axes: Any, window: Window, units: Units) -> None:
+    """The velocity of the striking end over its gap."""
+    axes.set(title="(d) phase portrait: " + window.what, xlabel=units.length_label, ylabel=units.speed_label)
     axes.axvline(0.0, color=INK, linewidth=2.5)
     axes.axhline(0.0, color=INK, linewidth=0.4)
     times, velocity = window.velocity
     gap = np.interp(times, window.times, window.gap)
-    axes.plot(gap * length, velocity * speed, color=COLOURS[0], linewidth=0.9)
+    axes.plot(gap * units.length, velocity * units.speed, color=COLOURS[0], linewidth=0.9)
     axes.set_xmargin(0.08)
 
 

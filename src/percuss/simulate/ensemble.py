@@ -157,17 +157,8 @@ class Ensemble(Shown):
     @cached_property
     def label(self) -> npt.NDArray[np.str_]:
         """What motion each is at its end, as `Trajectory.label`; shape (members,)."""
-        columns: list[Any] = [
-            self.code,
-            self.cycle_impacts,
-            self.cycle_periods,
-            self.cycle_kind,
-            self.wanders.astype(np.int64),
-        ]
-        keys: npt.NDArray[Any] = np.stack(columns if self.stall is None else [*columns, self.stall], axis=1)
-        kinds, which = np.unique(keys, axis=0, return_inverse=True)
-        name = _clocked_label if self.stall is None else _machine_label
-        return np.array([name(*key) for key in kinds.tolist()], dtype=str)[which.reshape(-1)]
+        columns = self.code, self.cycle_impacts, self.cycle_periods, self.cycle_kind, self.wanders
+        return labels_of(*columns) if self.stall is None else labels_of(*columns, self.stall)
 
     @property
     def runs(self) -> npt.NDArray[np.bool_]:
@@ -189,12 +180,16 @@ class Ensemble(Shown):
         return ensemble_dataset(self.modes, {"label": self.label, "outcome": self.outcome, **arrays})
 
 
-def _clocked_label(code: int, p: int, n: int, kind: int, wanders: int) -> str:
-    return label_of(OUTCOMES[code], MotionCycle(0, p, n, kind) if n else None, bool(wanders), kind)
+def labels_of(*columns: npt.NDArray[Any]) -> npt.NDArray[np.str_]:
+    """The labels that code, p, n, kind and wandering give to motions, and of machines the number of their stall."""
+    kinds, which = np.unique(np.stack([c.astype(np.int64) for c in columns], axis=1), axis=0, return_inverse=True)
+    return np.array([_label(*kind) for kind in kinds.tolist()], dtype=str)[which.reshape(-1)]
 
 
-def _machine_label(code: int, p: int, n: int, kind: int, wanders: int, stall: int) -> str:
+def _label(code: int, p: int, n: int, kind: int, wanders: int, stall: int | None = None) -> str:
     cycle = MotionCycle(0, p, n, kind) if n else None
+    if stall is None:
+        return label_of(OUTCOMES[code], cycle, bool(wanders), kind)
     return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
-from percuss.errors import HistoryError, MissingExtraError, PercussError
+from percuss.errors import HistoryError, PercussError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import count
 from percuss.model.checks import path as checked_path
@@ -51,7 +51,7 @@ _DESCRIBED = ("system", "machine")  # of which a file has one
 def opened(path: str | os.PathLike[str]) -> tuple[str, xarray.Dataset]:
     """The name of a file and its content, of any format; PercussError when it cannot be read."""
     name = checked_path("path", path)
-    xarray_package()
+    extra_package("xarray", "io")
     try:
         return name, netcdf_content(Path(name))
     except FileNotFoundError:
@@ -114,15 +114,6 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
     return values.view(kind).reshape(-1)
 
 
-def xarray_package() -> Any:
-    """The package xarray; MissingExtraError when it is not installed."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
-    return xarray
-
-
 # ---- The state that a motion goes on from, looked at before it is given to the kernels: they check no bound themselves
 
 
@@ -178,7 +169,7 @@ _COLUMNS = {
 
 def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
-    package = xarray_package()
+    package = extra_package("xarray", "io")
     units, hammer = _CLOCKED if motion.is_clocked else _OWN, motion.hammer
     variables: dict[str, Any] = {}
     for name, (_, unit, meaning) in _COLUMNS.items():
@@ -232,7 +223,7 @@ def to_table(motion: SimulatedMotion) -> pandas.DataFrame:
 
 def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xarray.Dataset:
     """See `Ensemble.to_xarray`: its columns, each of shape (members,) or (members, last)."""
-    package = xarray_package()
+    package = extra_package("xarray", "io")
     variables = {name: (("member", "last")[: values.ndim], values) for name, values in columns.items()}
     dataset: xarray.Dataset = package.Dataset(
         variables, attrs={"modes": modes, "percuss_version": __version__, "title": "percuss ensemble"}

@@ -14,7 +14,14 @@ from starlette.responses import Response
 
 from percuss.case import experiment_job_of, simulation_answer
 from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
-from percuss.case.answers.playback import Frames, blow_frames, machine_frames, motion_frames, orbit_frames, start_frames
+from percuss.case.answers.exploring.playback import (
+    Frames,
+    blow_frames,
+    machine_frames,
+    motion_frames,
+    orbit_frames,
+    start_frames,
+)
 from percuss.web.questions import (
     BlowAsked,
     CaseAsked,
@@ -191,7 +198,8 @@ async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Respo
     await compiled(request, "motions")
 
     def work(halt: Halt) -> Response:
-        from percuss.explore.jobs.archive_export import write_csv, write_netcdf
+        from percuss.explore.jobs.archive_export import write_csv
+        from percuss.whole_file import write_dataset
 
         most = min(asked.first or asked.starts, asked.starts)
         known = _experiments.find(_key(asked))
@@ -204,7 +212,7 @@ async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Respo
         if len(known) > most:
             known = replace(known, columns={name: values[:most] for name, values in known.columns.items()})
         name, csv = f"experiment.{asked.format}", asked.format == "csv"
-        data = _written(name, partial(write_csv if csv else write_netcdf, known.dataset))
+        data = _written(name, partial(write_csv if csv else write_dataset, known.to_xarray()))
         return response_of(Attachment(data, name, "text/csv; charset=utf-8" if csv else "application/x-netcdf"))
 
     return await gate.experiments.run(request, limits.experiment_seconds, work)

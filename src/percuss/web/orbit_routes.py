@@ -30,9 +30,9 @@ from percuss.case.answers.exploring.orbits_answer import (
     parsed_label,
     rest_cycles_dict,
 )
+from percuss.case.answers.exploring.playback import Frames, branch_frames
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
-from percuss.case.answers.playback import Frames, branch_frames
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
@@ -183,7 +183,8 @@ def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Ha
 
 
 def _check_size(job: SweepJob, limits: Limits) -> None:
-    from percuss.explore.cells import AXES, fits_plane
+    from percuss.explore.cells import fits_plane
+    from percuss.explore.parameters import AXES
 
     fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
     most = limits.cells if fast else limits.slow_cells

@@ -21,7 +21,7 @@ from pydantic_core import PydanticSerializationError, to_json
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
-from percuss.case.answers.playback import Frames
+from percuss.case.answers.exploring.playback import Frames
 from percuss.case.catalogue.sample_cases import is_sample, load_case
 from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed

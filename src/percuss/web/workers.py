@@ -321,7 +321,7 @@ def _use_motions() -> None:
 
 def _use_blows() -> None:
     from percuss.case import load_case, waves_answer
-    from percuss.case.answers.playback import blow_frames
+    from percuss.case.answers.exploring.playback import blow_frames
 
     case = load_case("laboratory-striker")
     blow_frames(case, frames=2, cells=2)

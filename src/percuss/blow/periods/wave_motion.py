@@ -230,8 +230,8 @@ class Impacts(Shown):
         moving = self.velocity > 0.0
         return np.where(moving, self.impulse / np.where(moving, self.velocity, 1.0) - 1.0, math.nan)
 
-    def part(self, which: slice | Array) -> Impacts:
-        """Some of them."""
+    def part(self, which: int | slice | Array) -> Impacts:
+        """Some of them; with a number that one, in plain numbers."""
         return Impacts(*(getattr(self, one.name)[which] for one in fields(self)))
 
 

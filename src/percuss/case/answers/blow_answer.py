@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,112 +21,28 @@ from percuss.case.answers.facts import (
     ReportSection,
     Teller,
     figures,
+    grid_of,
     plain_of,
     rows_of,
+    said,
 )
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError
+from percuss.errors import CaseError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
-from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
+from percuss.model.checks import Array, flag, non_negative, positive
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    import xarray
+    from xarray import Dataset
 
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
-    from percuss.blow.gauges import RecordFit
     from percuss.blow.striking import Field
+    from percuss.case.answers.recorded_answer import MeasuredGauge
     from percuss.case.case import Case
     from percuss.case.file_format.body_building import BlowQuestion
-    from percuss.recordings import Recording
     from percuss.steady import Orbit
-
-
-# ---- A record of a strain gauge, as it lies over the computed force of a blow
-
-
-@dataclass(frozen=True)
-class MeasuredGauge(Shown):
-    """A record of strain, stress or force at a gauge, laid over the computed force there.
-
-    Attributes
-    ----------
-    file
-        Where it was read.
-    quantity
-        "strain", "stress" or "force"; times E A, times A or as it is, it is the force at the gauge.
-    sign
-        1 where compression is positive in the record, −1 where it is negative.
-    shift
-        What is added to the record's time to make it that of the blow, s.
-    zero
-        What the record shows without a force, N in its own sign; it is taken off.
-    scale
-        The factor on the computed force that fits the record best; 1 where they agree.
-    residual
-        Root mean square of measured less computed force in the window, over the greatest computed force.
-    residual_scaled
-        The same with the factor.
-    overlap
-        Share of the blow's window that the record covers.
-    time, force
-        Shape (n,): the record on the clock of the blow, s, and N with compression positive.
-    notes
-        What was assumed, one sentence each.
-    """
-
-    file: str
-    quantity: Literal["strain", "stress", "force"]
-    sign: int
-    shift: float
-    zero: float
-    scale: float
-    residual: float
-    residual_scaled: float
-    overlap: float
-    time: Array = field(repr=False)
-    force: Array = field(repr=False)
-    notes: tuple[str, ...] = ()
-
-    @property
-    def rows(self) -> tuple[tuple[str, str], ...]:
-        """The lines of a report."""
-        notes = (("note", note) for note in self.notes)
-        return (*rows_of(self, MEASURED, Teller(None, True)), *notes)
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """Its numbers in plain values, without the series."""
-        return plain_of(self, MEASURED)
-
-
-def _compression(one: MeasuredGauge, _: Teller) -> str:
-    return f"{one.file}, {one.quantity}, compression {'positive' if one.sign > 0 else 'negative'}"
-
-
-MEASURED: tuple[Fact[MeasuredGauge], ...] = (
-    Fact("file", "record", "the record", "", "file", _compression),
-    *figures("""
-quantity | `"strain"`, `"stress"` or `"force"`
-sign | 1 if compression is positive in the record, −1 if it is negative
-"""),
-    Fact("shift", "clock", "what is added to the record's time to make it that of the blow, in s", "", "shift",
-         lambda one, _: f"{quantity(one.shift, 's', 5)} added to the time of the record"),
-    Fact("zero", "zero", "what the record shows without a force, in N in its own sign; it is taken off", "", "zero",
-         lambda one, _: f"{quantity(one.zero, 'N')} taken off"),
-    Fact("scale", "scale", "the factor on the computed force that fits the record best", "", "scale",
-         lambda one, _: f"the record is {number(one.scale)} times the computed force"),
-    Fact("residual", "residual",
-         "root mean square of measured less computed force in the window, over the greatest computed force", "",
-         "residual", lambda one, _: f"{percent(one.residual)} of the computed peak (rms); "
-         f"{percent(one.residual_scaled)} after scaling"),
-    Fact("residual_scaled", "", "the same with the factor `scale`", "", "residual_scaled"),
-    Fact("overlap", "overlap", "share of the window that the record covers", "", "overlap",
-         lambda one, _: f"the record covers {percent(one.overlap)} of the window"),
-    Fact("notes", "", "a list of texts: what was assumed", "", "notes"),
-)  # fmt: skip
-"""How a record fits a blow."""
 
 
 # ---- One blow of a case, and what of it is told: the waves at a gauge, sections with their sizes, values with units
@@ -139,8 +54,8 @@ class BlowAnswer(Shown):
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
+    name, title, notes
+        The case as it was named, its title, and what was assumed, one sentence each.
     blow
         The blow: contacts, forces, energies, stresses.
     speed
@@ -148,8 +63,6 @@ class BlowAnswer(Shown):
     gauge
         Place on the rod, from the struck face, that waves are told of: m, or dimensionless a time of a wave; None
         where there is no rod.
-    notes
-        What was assumed, one sentence each.
     measured
         What a strain gauge measured there, laid over the blow; None without a record.
     """
@@ -221,11 +134,6 @@ class BlowAnswer(Shown):
         """What the theory of one-dimensional waves leaves out of this blow, with its numbers."""
         return _left_out(self)
 
-    @property
-    def sentence(self) -> str:
-        """What became of the energy of the blow, in one sentence."""
-        return blow_in_words(self)
-
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss blow --json` prints it: SI units, or the scales of the bar."""
         blow = self.blow
@@ -267,13 +175,6 @@ def _share(name: str, more: str = "") -> Callable[[BlowAnswer, Teller], str]:
     return words
 
 
-def _lasted(answer: BlowAnswer, tell: Teller) -> str | None:
-    lasted, centre = answer.blow.contact_duration, answer.blow.force_centroid
-    if lasted is None or centre is None:
-        return None
-    return f"{tell(lasted, 'time')}; centroid of the force at {tell(centre, 'time')}"
-
-
 STRIKER: tuple[Fact[BlowAnswer], ...] = (
     Fact("energy_before", "before", "energy of the striker before the blow", "energy", "blow.energy_before"),
     Fact("load_work", "work of the load", "work of the load", "energy", "blow.load_work",
@@ -289,11 +190,10 @@ STRIKER: tuple[Fact[BlowAnswer], ...] = (
          "blow.energy_error", lambda one, _: f"energy {one.blow.energy_error:.1e}, momentum "
          f"{one.blow.momentum_error:.1e}, relative"),
     Fact("effective_restitution", "restitution", "$R=-V_1/V_0$", "", "blow.effective_restitution",
-         lambda one, _: None if one.blow.effective_restitution is None
-         else f"R = {number(one.blow.effective_restitution, 6)}"),
+         "R = {blow.effective_restitution}"),
     Fact("contact_duration", "contact",
          "$t_c$, from the start of the first contact to the end of the last one; null without such an end", "",
-         "blow.contact_duration", _lasted),
+         "blow.contact_duration", "{blow.contact_duration:time}; centroid of the force at {blow.force_centroid:time}"),
     *figures(r"""
 force_centroid | $t_J$, centroid of the contact force after the start of the first contact | blow.force_centroid
 momentum_error | the same of the balance of momentum | blow.momentum_error
@@ -310,14 +210,6 @@ kinetic_energy_before | the kinetic part of `energy_before` | blow.kinetic_energ
 """What a blow does to the striker."""
 
 
-def _first_pulse(answer: BlowAnswer, tell: Teller) -> str | None:
-    pulse = answer.blow.first_pulse
-    if pulse is None:
-        return None
-    first = f"{tell(pulse.length, 'time')} long, peak {tell(pulse.peak, 'force')} after {tell(pulse.rise, 'time')}"
-    return f"{first}, {tell(pulse.energy, 'energy')}"
-
-
 PULSE = figures(r"""
 length | duration of the incident wave at the face, until its force falls to 0 or a returned wave arrives
 rise | time from its start to its greatest force
@@ -327,22 +219,21 @@ momentum | $Z\int f\,dt$
 """)
 
 
-def _tool_energy(answer: Any, tell: Teller) -> str:
-    return f"{tell(answer.waves.tool_energy, 'energy')}; the energy that passes only while nothing has come back"
-
-
 GAUGE: tuple[Fact[BlowAnswer], ...] = (
     Fact("place", "gauge", "from the struck face; in a dimensionless case the time that a wave takes from there", "",
-         "gauge", lambda one, tell: f"{tell(one.gauge or 0.0, 'length')} from the face"),
+         "gauge", "{gauge:length} from the face"),
     Fact("impedance", "", "$Z$ of the section", "", "waves.impedance"),
     Fact("incident_energy", "incident wave", r"$Z\int f^2dt$ over the window", "energy", "waves.incident_energy"),
     Fact("reflected_energy", "reflected wave", r"$Z\int g^2dt$ over the window", "energy", "waves.reflected_energy"),
     Fact("tool_energy", "∫F²/Z dt", r"$\int F^2/Z\,dt$, the energy that passes only as long as nothing has come back",
-         "energy", "waves.tool_energy", _tool_energy),
+         "energy", "waves.tool_energy",
+         "{waves.tool_energy:energy}; the energy that passes only while nothing has come back"),
 )  # fmt: skip
 ROD: tuple[Fact[BlowAnswer], ...] = (
     Fact("first_pulse", "first pulse", "only with a rod: see below; null if there was no contact", "",
-         lambda one: None if one.blow.first_pulse is None else plain_of(one.blow.first_pulse, PULSE), _first_pulse),
+         lambda one: None if one.blow.first_pulse is None else plain_of(one.blow.first_pulse, PULSE),
+         "{blow.first_pulse.length:time} long, peak {blow.first_pulse.peak:force} after {blow.first_pulse.rise:time}, "
+         "{blow.first_pulse.energy:energy}"),
     Fact("rod_energy_after", "left in the rod", "only with a rod: what is left in it, or has gone down an endless one",
          "energy", "blow.rod_energy"),
     *figures("""
@@ -354,38 +245,21 @@ bit_kinetic_energy_after | only with a rod: of the lumped mass at its end | blow
 """What it does in the rod."""
 
 
-def _work(answer: BlowAnswer, tell: Teller) -> str:
-    blow = answer.blow
-    return f"{tell(blow.rock_work, 'energy')}, of which {tell(blow.rock_dissipated, 'energy')} for good"
-
-
-def _depths(answer: BlowAnswer, _: Teller) -> str:
-    depth = [value or 0.0 for value in (answer.blow.greatest_penetration, answer.blow.residual_penetration)]
-    return f"{quantity(depth[0], 'm')}, of which {quantity(depth[1], 'm')} remain"
-
-
-def _of_energy(name: str, of: str) -> Callable[[BlowAnswer, Teller], str | None]:
-    def words(answer: BlowAnswer, _: Teller) -> str | None:
-        value = getattr(answer.blow, name)
-        return None if value is None else f"{percent(value)} {of}"
-
-    return words
-
-
 ROCK: tuple[Fact[BlowAnswer], ...] = (
     Fact("rock_work", "work on it", "only with rock, as all keys down to `penetration_after`: work done on it",
-         "energy", "blow.rock_work", _work),
-    Fact("greatest_penetration", "penetration", "the deepest", "", "blow.greatest_penetration", _depths),
+         "energy", "blow.rock_work", "{blow.rock_work:energy}, of which {blow.rock_dissipated:energy} for good"),
+    Fact("greatest_penetration", "penetration", "the deepest", "", "blow.greatest_penetration",
+         "{blow.greatest_penetration:length}, of which {blow.residual_penetration:length} remain"),
     Fact("greatest_rock_force", "peak force", "the greatest force on the rock", "force", "blow.bit_force.peak"),
     Fact("beta", "β", r"$\beta=K_1T/Z$ of the first pulse, $T$ long, in the longest section of the rod; null without a "
-         "pulse and on elastic rock", "", "beta", lambda one, _: None if one.beta is None else
-         f"{number(one.beta)} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
+         "pulse and on elastic rock", "", "beta",
+         "{beta} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
     Fact("efficiency", "efficiency", r"$\eta_1$, work on the rock over the energy before", "", "blow.efficiency",
-         _of_energy("efficiency", "of the energy before the blow")),
+         "{blow.efficiency:percent} of the energy before the blow"),
     Fact("efficiency_with_rebound", "without rebound",
          r"$\eta_2$, the same with the energy of the rebounding striker taken off the energy before", "",
          "blow.efficiency_with_rebound",
-         _of_energy("efficiency_with_rebound", "without what rebounds with the striker")),
+         "{blow.efficiency_with_rebound:percent} without what rebounds with the striker"),
     *figures("""
 rock_work_dissipated | what of the work stays in the rock | blow.rock_dissipated
 rock_work_stored | what it could still give back | blow.rock_stored
@@ -778,7 +652,7 @@ POINTS = 4001
 """Equal steps of the window, less one."""
 
 
-def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
+def blow_dataset(answer: BlowAnswer) -> Dataset:
     """Forces, waves and penetration at equal steps of the window; at a jump the later value.
 
     Raises
@@ -786,10 +660,7 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     MissingExtraError
         Without xarray.
     """
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    xarray = extra_package("xarray", "io")
     blow, waves, si = answer.blow, answer.waves, answer.is_si
     time = np.linspace(0.0, blow.until, POINTS)
     force = "N" if si else "1"
@@ -806,134 +677,8 @@ def blow_dataset(answer: BlowAnswer) -> xarray.Dataset:
     }
     about = {"units": "s" if si else "1", "long_name": "time from the start of the window"}
     attributes = {"title": answer.title, "answer": json.dumps(answer.to_json_dict(), allow_nan=False)}
-    return xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
-
-
-# ---- Lay a record over the blow
-
-
-_SIGNS = {"auto": None, "positive": 1, "negative": -1}
-_FEW = 10
-"""Samples while a wave runs through the striker and back, below which the record says little of its shape."""
-_PARTLY = 0.5
-_UNLIKE = 0.15
-"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
-
-
-def measured_gauge(
-    answer: BlowAnswer,
-    path: str | os.PathLike[str],
-    *,
-    column: str | int | None = None,
-    unit: str | None = None,
-    sample_rate: float | str | None = None,
-    sign: Literal["auto", "positive", "negative"] = "auto",
-) -> MeasuredGauge:
-    """Lay a measured record over the computed force at the gauge of a blow.
-
-    Parameters
-    ----------
-    answer
-        What `blow_answer` gives, of a case in SI with a rod.
-    path, column, unit, sample_rate
-        As `percuss.recordings.read_recording` has them; strain, stress or force.
-    sign
-        How the record writes compression: "positive", "negative", or "auto" for the one that fits better.
-
-    Raises
-    ------
-    HistoryError
-        When the record cannot be read, is constant, or nothing in it resembles the computed force.
-    ParameterError
-        For a dimensionless case, for a wall, and where the area of the rod at the gauge is not known.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from percuss.case import blow_answer, load_case
-    >>> answer = blow_answer(load_case("laboratory-striker"))
-    >>> time = np.arange(0.0, answer.blow.until, 1e-6)
-    >>> force = answer.waves.incident.at(time) + answer.waves.reflected.at(time)
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "gauge.csv")
-    ...     _ = file.write_text("t [s],force [N]\\n" + "".join(f"{t},{-1.02 * f}\\n" for t, f in zip(time, force)))
-    ...     found = measured_gauge(answer, file)
-    >>> found.sign, round(found.scale, 2)
-    (-1, 1.02)
-    """
-    from percuss.blow.gauges import fitted_record
-    from percuss.recordings import read_recording
-
-    instance("answer", answer, BlowAnswer)
-    choice("sign", sign, *_SIGNS)
-    waves = _waves(answer)
-    record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")
-    force = record.values * _force_of_one(answer, record)
-    try:
-        fit = fitted_record(waves, answer.blow.until, record.time, force, sign=_SIGNS[sign])
-    except ParameterError as error:
-        raise HistoryError(f"expected {error.accepted}", error.remedy, str(record.path)) from None
-    kind: Any = "stress" if record.quantity == "pressure" else record.quantity
-    return MeasuredGauge(
-        str(record.path),
-        kind,
-        fit.sign,
-        fit.shift,
-        fit.zero,
-        fit.scale,
-        fit.residual,
-        fit.residual_scaled,
-        fit.overlap,
-        record.time + fit.shift,
-        fit.sign * (force - fit.zero),
-        (*record.notes, *_record_notes(answer, record, fit, sign == "auto")),
-    )
-
-
-def _waves(answer: BlowAnswer) -> GaugeWaves:
-    waves = answer.waves
-    if waves is None:
-        raise ParameterError("measured", "a record", "a blow on a rod", "the target is a wall: give the case a [tool]")
-    if not answer.is_si:
-        remedy = "describe the bar and the rod by their sizes, in [bar] and [tool]"
-        raise ParameterError("measured", "a record", "a case in SI: the case is dimensionless", remedy)
-    return waves
-
-
-def _force_of_one(answer: BlowAnswer, record: Recording) -> float:
-    """The force in N, compression positive, that 1 in the record stands for."""
-    if record.quantity == "force":
-        return 1.0
-    piece = _piece(answer)
-    if piece is None:
-        remedy = "give the rod sections with area and youngs_modulus in [tool], or a record of force"
-        raise ParameterError("measured", record.quantity, "a rod whose area at the gauge is known", remedy)
-    return piece.area * (piece.youngs_modulus if record.quantity == "strain" else 1.0)  # N = E A ε
-
-
-def _piece(answer: BlowAnswer) -> Piece | None:
-    """The section of the rod under the gauge; of two that meet there, the later one, as for the waves."""
-    place, pieces = answer.gauge, answer.pieces[1]
-    return next((p for p in pieces if place is not None and place < p.end), pieces[-1] if pieces else None)
-
-
-def _record_notes(answer: BlowAnswer, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
-    from percuss.blow.bodies import striker_sections
-
-    found = []
-    if chosen:
-        which = "positive" if fit.sign > 0 else "negative"
-        found.append(f"compression is taken as {which} in the record, which fits better")
-    there_and_back = 2.0 * float(striker_sections(answer.blow.striker).transit.sum())
-    seen = there_and_back / float(np.median(np.diff(record.time)))
-    if seen < _FEW:
-        found.append(f"only {number(seen, 2)} samples while a wave runs through the striker and back: sample faster")
-    if fit.overlap < _PARTLY:
-        found.append(f"the record covers only {percent(fit.overlap)} of the window: compare with a shorter --until")
-    if fit.residual_scaled > _UNLIKE:
-        found.append("the shapes differ: check the place of the gauge, the sections and the window")
-    return found
+    made: Dataset = xarray.Dataset(variables, {"time": ("time", time, about)}, attributes)
+    return made
 
 
 # ---- The report
@@ -997,24 +742,22 @@ def _contacts(answer: BlowAnswer) -> Grid | ReportSection:
     blow = answer.blow
     if not blow.contacts:
         return ReportSection("Contacts", (("none", "the striker has not reached the target in the window"),), BAD)
-    rows = tuple(_contact_row(answer, spell) for spell in blow.contacts[:_SHOWN])
     more = len(blow.contacts) - _SHOWN
     heading = counted(len(blow.contacts), "contact")
     if more > 0:
         heading += f", of which the first {_SHOWN}"
     if blow.grazes:
         heading += f"; {counted(blow.grazes, 'touch').replace('touchs', 'touches')} without an impulse left out"
-    return Grid(heading, ("start", "end", "impulse", "peak force"), rows)
+    return grid_of(heading, blow.contacts[:_SHOWN], CONTACT, answer.tell)
 
 
-def _contact_row(answer: BlowAnswer, spell: ContactInterval) -> tuple[str, ...]:
-    end = "still closed" if spell.end is None else answer.tell(spell.end, "time")
-    return (
-        answer.tell(spell.start, "time"),
-        end,
-        answer.tell(spell.impulse, "momentum"),
-        answer.tell(spell.peak_force, "force"),
-    )
+CONTACT: tuple[Fact[ContactInterval], ...] = (
+    Fact("", "start", "from the start of the window", "time", "start", "{start:time}"),
+    Fact("", "end", "of the contact", "time", "end", lambda one, tell: said("{end:time}", one, tell) or "still closed"),
+    Fact("", "impulse", "of its force", "momentum", "impulse", "{impulse:momentum}"),
+    Fact("", "peak force", "the greatest", "force", "peak_force", "{peak_force:force}"),
+)  # fmt: skip
+"""A contact as a report tells it."""
 
 
 def _stresses(answer: BlowAnswer) -> Grid:

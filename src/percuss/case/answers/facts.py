@@ -1,21 +1,21 @@
 """What is told of an answer, each figure once: its keys, what it is called and means, and how it is found.
 
-Answers hold tables of `Fact`. JSON (`json_of`), the lines of text and HTML reports (`rows_of`) and the reference
+Answers hold tables of `Fact`. JSON (`json_of`), lines and tables of reports (`rows_of`, `grid_of`) and the reference
 (`reference_of`) are made from them; a `Teller` says a value with the unit of its hammer, so that no line is written
 twice, with units and without. `Report` is all that stands between an answer and what prints it.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
-from percuss.case.answers.numerals import number, plain_value, quantity
-from percuss.model import Machine
+from percuss.case.answers.numerals import number, percent, plain_value, quantity
 
 if TYPE_CHECKING:
-    from percuss.model import System
+    from percuss.model import Machine, System
 
 
 S = TypeVar("S")
@@ -35,17 +35,10 @@ _AS_IT_IS = {"speed": "m/s", "momentum": "N·s", "rate": "Hz"}
 
 @dataclass(frozen=True)
 class Teller:
-    """Says values with their units; those of a hammer without scales as plain numbers.
+    """Says values of a hammer with their units; those of one without scales as plain numbers.
 
-    Attributes
-    ----------
-    hammer
-        Whose values they are, dimensionless; None for values that are in SI, or have no scales at all.
-    is_si
-        Whether they have units.
+    Without a hammer the values are in SI, or have no scales at all.
 
-    Examples
-    --------
     >>> Teller(None, True)(0.0021, "time"), Teller(None, False)(0.0021, "time"), Teller(None, True)(9.1, "speed")
     ('2.1 ms', '0.0021 rad', '9.1 m/s')
     """
@@ -76,12 +69,17 @@ class Teller:
     def __call__(self, value: float, dimension: str, digits: int = 4, plain: int | None = None) -> str:
         """A value in words; a plain number has `plain` digits, if it is to have others."""
         if not self.is_si or not dimension:
-            radians = dimension == "time" and not isinstance(self.hammer, Machine)
-            return number(value, plain or digits) + (" rad" if radians else "")
+            return number(value, plain or digits) + (" rad" if self.unit(dimension) else "")
         value *= self.scale(dimension)
         if dimension in _PREFIXED:
             return quantity(value, _PREFIXED[dimension], digits)
         return f"{number(value, digits)} {_AS_IT_IS[dimension]}"
+
+    def unit(self, dimension: str) -> str:
+        """The base unit of such a value; "" where it has none."""
+        if self.is_si:
+            return {**_PREFIXED, **_AS_IT_IS}.get(dimension, "")
+        return "rad" if dimension == "time" and not hasattr(self.hammer, "valve") else ""
 
     def given(self, value: float, unit: str) -> str:
         """A value in a unit as keys end in it, such as "per_min"."""
@@ -92,22 +90,19 @@ class Teller:
 class Fact(NamedTuple, Generic[S]):
     """A figure of an answer.
 
-    Attributes
-    ----------
     keys
         Its names in JSON, with spaces between: one that ends in a unit, such as ``stroke_mm``, or begins with ``si.``
         stands under ``si``, any other is dimensionless. "" where it is told in reports alone.
     label
-        What it is called before its value; "" where it is told in JSON alone.
+        What it is called before its value, or above its column; "" where it is told in JSON alone.
     meaning
         One sentence, for the reference.
     dimension
-        "length", "time", "speed", "force", "energy", "power", "volume" or "flow"; "rate" per unit of time, "cycles" per
-        load period; "" for a number.
+        As `Teller` scales it; "rate" per unit of time, "cycles" per load period; "" for a number.
     value
         Of the subject, dimensionless, or the path of its attributes that leads there; None where there is none.
     words
-        The text behind the label, where value and unit do not say it; None for no line.
+        The text behind the label, where value and unit do not say it, as `said` has it; None for no line.
     """
 
     keys: str
@@ -115,15 +110,11 @@ class Fact(NamedTuple, Generic[S]):
     meaning: str
     dimension: str
     value: str | Callable[[S], Any]
-    words: Callable[[S, Teller], str | None] | None = None
+    words: str | Callable[[S, Teller], str | None] | None = None
 
     def found(self, subject: Any) -> Any:
         """The value of a subject; None, too, where an attribute on its path is None."""
-        if not isinstance(self.value, str):
-            return self.value(subject)
-        for name in self.value.split(".") if self.value else ():
-            subject = None if subject is None else getattr(subject, name)
-        return subject if self.value else None
+        return _at(subject, self.value) if isinstance(self.value, str) else self.value(subject)
 
     @property
     def plain_key(self) -> str | None:
@@ -137,13 +128,41 @@ class Fact(NamedTuple, Generic[S]):
         return max(endings, key=len, default="")
 
 
+def _at(subject: Any, path: str) -> Any:
+    """What attributes lead to; None where one of them is None, or there is no path."""
+    for name in path.split(".") if path else ():
+        subject = None if subject is None else getattr(subject, name)
+    return subject if path else None
+
+
+_FIGURE = re.compile(r"\{([\w.]+):?(\w*)\}")
+
+
+def said(words: str | Callable[[S, Teller], str | None], subject: S, tell: Teller) -> str | None:
+    """A text with figures in braces, by their paths and dimensions; None where one of them is None.
+
+    In place of a dimension may stand ``percent``, or a unit as keys end in it, such as ``kW``.
+
+    >>> said("{real} and {imag:length} of it, {imag:percent}", 2.0 + 0.5j, Teller(None, True))
+    '2 and 500 mm of it, 50 %'
+    """
+    if not isinstance(words, str):
+        return words(subject, tell)
+    texts = []
+    for path, dimension in _FIGURE.findall(words):
+        value = _at(subject, path)
+        if value is None:
+            return None
+        known = tell.given if dimension in _UNITS else tell
+        texts.append(percent(value) if dimension == "percent" else known(value, dimension))
+    return _FIGURE.sub(lambda _: texts.pop(0), words)
+
+
 def figures(table: str) -> tuple[Fact[Any], ...]:
     """Figures that JSON alone has, without units, one in a line: key, meaning and, if the key is none, its attributes.
 
     A line that ends in a bar is that of what stands there besides, such as an object of its own.
 
-    Examples
-    --------
     >>> plain_of(2.0 + 1.0j, figures("real | of a number\\nother | the other part | imag"))
     {'real': 2.0, 'other': 1.0}
     """
@@ -191,13 +210,28 @@ def rows_of(subject: S, facts: Iterable[Fact[S]], tell: Teller) -> list[tuple[st
     rows = []
     for fact in (fact for fact in facts if fact.label):
         if fact.words is not None:
-            text = fact.words(subject, tell)
+            text = said(fact.words, subject, tell)
         else:
             value = fact.found(subject)
             text = None if value is None else tell(value, fact.dimension)
         if text is not None:
             rows.append((fact.label, text))
     return rows
+
+
+def grid_of(heading: str, subjects: Iterable[S], facts: Iterable[Fact[S]], tell: Teller) -> Grid:
+    """A table of a report: a line for each subject, a column for each figure with a label, its unit in the head."""
+    shown = [(fact, "" if fact.words else tell.unit(fact.dimension)) for fact in facts if fact.label]
+    heads = tuple(f"{fact.label} [{unit}]" if unit else fact.label for fact, unit in shown)
+    return Grid(heading, heads, tuple(tuple(_cell(one, fact, tell) for fact, _ in shown) for one in subjects))
+
+
+def _cell(subject: S, fact: Fact[S], tell: Teller) -> str:
+    if fact.words is not None:
+        return said(fact.words, subject, tell) or ""
+    value = fact.found(subject)
+    digits = 9 if fact.dimension == "time" else 6
+    return "" if value is None else number(value * tell.scale(fact.dimension), digits)
 
 
 def reference_of(facts: Iterable[Fact[Any]], si: bool | None) -> str:

@@ -1,4 +1,4 @@
-"""Numbers for people to read."""
+"""Numbers for people to read, and for JSON."""
 
 from __future__ import annotations
 
@@ -7,43 +7,26 @@ import io
 import math
 import shlex
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    pass
+from typing import Any
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 
 def counted(size: int, what: str) -> str:
-    """So many of a thing.
-
-    Examples
-    --------
-    >>> counted(1, "mode"), counted(32, "mode")
-    ('1 mode', '32 modes')
-    """
+    """So many of a thing: ``1 mode``, ``32 modes``."""
     return f"{size} {what}{'s' if size != 1 else ''}"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A plain number with so many digits.
-
-    Examples
-    --------
-    >>> number(2.0 / 3.0), number(-0.0), number(1234567.0)
-    ('0.6667', '0', '1.235e+06')
-    """
+    """A plain number with so many digits; −0 is 0."""
     return f"{value + 0.0:.{digits}g}"
 
 
 def quantity(value: float, unit: str, digits: int = 4) -> str:
     """A value in a base unit with the prefix that suits it.
 
-    Examples
-    --------
-    >>> quantity(5700.0, "J"), quantity(-1782.4, "N", 3), quantity(0.0, "m")
-    ('5.7 kJ', '-1.78 kN', '0 m')
+    >>> quantity(5700.0, "J"), quantity(-1782.4, "N", 3), quantity(0.0, "m"), quantity(math.inf, "s")
+    ('5.7 kJ', '-1.78 kN', '0 m', 'inf s')
     """
     if value == 0.0 or not math.isfinite(value):
         return f"{number(value, digits)} {unit}"
@@ -53,32 +36,18 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
 
 
 def percent(fraction: float, digits: int = 3) -> str:
-    """A fraction in percent.
-
-    Examples
-    --------
-    >>> percent(0.0123)
-    '1.23 %'
-    """
+    """A fraction in percent: ``1.23 %``."""
     return f"{number(100.0 * fraction, digits)} %"
 
 
 def every(periods: int) -> str:
-    """How often something comes that comes once in so many load periods.
-
-    Examples
-    --------
-    >>> every(1), every(3)
-    ('every load period', 'in 3 load periods')
-    """
+    """How often something comes that comes once in so many load periods."""
     return "every load period" if periods == 1 else f"in {periods} load periods"
 
 
 def rhythm(label: str, blow: str = "blow") -> str:
     """What a label z=p/n says.
 
-    Examples
-    --------
     >>> rhythm("z=1/2"), rhythm("z=3/1")
     ('one blow in 2 load periods', '3 blows every load period')
     """
@@ -89,8 +58,6 @@ def rhythm(label: str, blow: str = "blow") -> str:
 def ordinal(value: int) -> str:
     """The place of a thing in its row.
 
-    Examples
-    --------
     >>> ordinal(1), ordinal(12), ordinal(23)
     ('1st', '12th', '23rd')
     """
@@ -104,13 +71,7 @@ def as_typed(name: str) -> str:
 
 
 def table_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table as CSV.
-
-    Examples
-    --------
-    >>> table_text(["label", "phase"], [("z=1/1", 0.25)])
-    'label,phase\\nz=1/1,0.25\\n'
-    """
+    """A table as CSV."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heads)
@@ -122,39 +83,21 @@ def table_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def json_number(value: Any) -> float | int | None:
-    """A finite number as Python has it, or None.
-
-    Examples
-    --------
-    >>> json_number(1.5), json_number(math.inf), json_number(None)
-    (1.5, None, None)
-    """
-    if value is None:
-        return None
-    if isinstance(value, int):
-        return int(value)
+    """A finite number as Python has it, or None."""
+    if value is None or isinstance(value, int):
+        return value if value is None else int(value)
     found = float(value)
     return found if math.isfinite(found) else None
 
 
 def numbers(values: Iterable[Any]) -> list[float | int | None]:
-    """A list of the values, each as `number` gives it: finite or None."""
-    import numpy as np
-
-    if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isfinite(values).all():
-        found: list[float | int | None] = values.tolist()
-        return found
-    return [json_number(value) for value in values]
+    """A list of the values, each finite or None."""
+    found: list[float | int | None] = plain_value(values if hasattr(values, "tolist") else list(values))
+    return found
 
 
 def picked(one: object, names: str) -> dict[str, Any]:
-    """Attributes as JSON has them, by their names, which stand with spaces between.
-
-    Examples
-    --------
-    >>> picked(1.5 + 2j, "real imag")
-    {'real': 1.5, 'imag': 2.0}
-    """
+    """Attributes as JSON has them, by their names, which stand with spaces between."""
     return {name: plain_value(getattr(one, name)) for name in names.split()}
 
 

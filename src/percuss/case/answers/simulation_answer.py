@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, flat_of
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, flat_of, grid_of
 from percuss.case.answers.heading import (
     clock_in_short,
     figures_in_short,
@@ -33,8 +33,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.model import Machine, System
-    from percuss.recordings.history import HistoryReport
-    from percuss.simulate import Event, Events, Progress, Summary
+    from percuss.simulate import Event, Progress, Summary
     from percuss.steady import PeriodicOrbit
 
 
@@ -63,23 +62,8 @@ class ToldMotion(Shown, ABC):
     """The key of the list."""
 
     @abstractmethod
-    def _told(self, last: int | None) -> dict[str, Any]:
-        """The JSON object, with so many last rows or all of them."""
-
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values, as `percuss simulate --json` prints it.
-
-        Parameters
-        ----------
-        last
-            The number of last events to keep, by waves of impacts; all by default.
-
-        Raises
-        ------
-        ParameterError
-            When `last` is no such number.
-        """
-        return self._told(None if last is None else count("last", last, least=0))
+        """The answer in plain values, as `percuss simulate --json` prints it; with so many last events, or all."""
 
     def to_json_text(self, last: int | None = None) -> str:
         """The same as text, one line for each event or impact."""
@@ -92,18 +76,26 @@ class ToldMotion(Shown, ABC):
         return text.replace(key + "]", key + "\n  " + ",\n  ".join(rows) + "\n ]")
 
 
+def last_of(size: int, last: int | None) -> slice:
+    """Where so many last of them are, or all of them."""
+    return slice(0 if last is None else max(size - count("last", last, least=0), 0), size)
+
+
+def told_of(what: str, size: int, part: slice) -> str:
+    """The heading of a table of the last of them."""
+    return f"{what} ({f'last {size - part.start}' if part.start else 'all'}{' of' * bool(part.start)} {size})"
+
+
 @dataclass(frozen=True)
 class SimulationAnswer(ToldMotion):
     """A simulated motion of a case, of a hammer under a clock or of a machine that switches its own valve.
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
+    name, title, notes
+        The case as it was named, its title, and what was assumed, one sentence each.
     motion
         The motion: events, summary, fields.
-    notes
-        What was assumed, one sentence each.
     """
 
     name: str
@@ -134,21 +126,18 @@ class SimulationAnswer(ToldMotion):
         return orbit_of(self.motion)
 
     @property
-    def history(self) -> HistoryReport | None:
-        """What was found in the recording, or None when the load is a formula or the motion comes from a file."""
-        return self.system.load.report
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the figures of a system's motion should know, one sentence each."""
         return tuple(_warnings(self.motion))
 
-    def _told(self, last: int | None) -> dict[str, Any]:
+    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
+        """The answer in plain values; see `ToldMotion`."""
         motion, held = self.motion, self.motion.events.held_down
+        tell, part = Teller.of(motion.hammer), motion.events[last_of(len(motion.events), last)]
         both = {
             **picked(motion, "outcome label modes begin_time end_time"),
             "held_down": {"rests": int(held.size), "greatest_share": json_number(held.max())} if held.size else None,
-            "events": [self._event(event) for event in last_of(motion.events, last)],
+            "events": [flat_of(event, EVENT if motion.is_clocked else MACHINE_EVENT, tell) for event in part],
         }
         if not motion.is_clocked:
             cycle = None if motion.cycle is None else plain(asdict(motion.cycle))
@@ -168,32 +157,30 @@ class SimulationAnswer(ToldMotion):
             "orbit": None if found is None else orbit_dict(found, orbit_multipliers(found).values),
         }
 
-    def _event(self, event: Event) -> dict[str, Any]:
-        return flat_of(event, EVENT if self.motion.is_clocked else MACHINE_EVENT, Teller.of(self.motion.hammer))
-
 
 _BOTH: tuple[Fact[Event], ...] = (
-    Fact("rebound_velocity", "", "speed of the striking end after the event, away from the wall", "speed",
+    Fact("rebound_velocity", "after", "speed of the striking end after the event, away from the wall", "speed",
          "rebound_velocity"),
-    Fact("energy_lost", "", "energy that the event takes from the bar", "energy", "energy_lost"),
+    Fact("energy_lost", "lost", "energy that the event takes from the bar", "energy", "energy_lost"),
     Fact("resolved", "", "for a chatter, the number of its impacts that are listed one by one before it, starting with "
          "the main blow; 0 otherwise", "", "resolved"),
 )  # fmt: skip
 EVENT: tuple[Fact[Event], ...] = (
-    Fact("kind", "", '`"impact"`, `"grazing"`, `"chatter"`, `"rest"` or `"release"`', "", "kind"),
-    Fact("time time_s", "", "$2\\pi$ times the number of completed load periods, plus `phase`; in seconds null for a "
-         "dimensionless case", "time", "time"),
-    Fact("phase", "", "load phase, in $[0, 2\\pi)$", "", "phase"),
-    Fact("impact_velocity", "", "$u_t(1)$ of the striking end before", "speed", "impact_velocity"),
+    Fact("kind", "event", '`"impact"`, `"grazing"`, `"chatter"`, `"rest"` or `"release"`', "", "kind",
+         lambda one, _: f"chatter after {one.resolved}" if one.kind == "chatter" else one.kind),
+    Fact("time time_s", "time", "$2\\pi$ times the number of completed load periods, plus `phase`; in seconds null for "
+         "a dimensionless case", "time", "time"),
+    Fact("phase", "phase [rad]", "load phase, in $[0, 2\\pi)$", "", "phase"),
+    Fact("impact_velocity", "before", "$u_t(1)$ of the striking end before", "speed", "impact_velocity"),
     *_BOTH,
 )  # fmt: skip
 """What is told of an event under a clock."""
 
 MACHINE_EVENT: tuple[Fact[Event], ...] = (
-    Fact("kind", "", 'also `"port"`, which demands a state, and `"valve"`, where the state changes', "",
-         "kind"),
-    Fact("time time_s", "", "from the start; in seconds null for a dimensionless case", "time", "time"),
-    Fact("speed", "", "toward the wall, at a port of what it reads", "speed", "impact_velocity"),
+    Fact("kind", "event", 'also `"port"`, which demands a state, and `"valve"`, where the state changes', "", "kind",
+         lambda e, _: {"port": f"ports[{e.port}] demands", "valve": f"valve: {e.state}"}.get(e.kind, e.kind)),
+    Fact("time time_s", "time", "from the start; in seconds null for a dimensionless case", "time", "time"),
+    Fact("speed", "speed toward the wall", "toward the wall, at a port of what it reads", "speed", "impact_velocity"),
     Fact("kinetic_energy", "", "of an impact: that of the bar before it", "energy", "kinetic_energy"),
     Fact("port", "", "which port demands a state", "", "port"),
     Fact("to", "", "the state of the valve after the event", "", "state"),
@@ -343,7 +330,9 @@ def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
         _figures_section(answer),
     ]
     if last != 0 and len(motion.events):
-        sections.append(_events_grid(answer, last))
+        part = last_of(len(motion.events), last)
+        heading = told_of("Events", len(motion.events), part)
+        sections.append(grid_of(heading, motion.events[part], EVENT, Teller.of(motion.system)))
     summary, tone = _summary(answer)
     clock = clock_in_short(answer.system.load)
     return Report(answer.title, f"{summary} {clock}".rstrip(), tone, tuple(sections))
@@ -464,7 +453,7 @@ def _figures_section(answer: SimulationAnswer) -> ReportSection:
 def _figure_rows(answer: SimulationAnswer, figures: Summary) -> list[tuple[str, str]]:
     tell, si, rows = Teller.of(answer.system), figures.si, []
     if figures.blow_rate is not None:
-        rows.append(("blow rate", _rates(answer.system, figures.blow_rate, figures.main_blow_rate)))
+        rows.append(("blow rate", rates(answer.system, figures.blow_rate, figures.main_blow_rate)))
         rows.append(("interval", _interval(tell, figures)))
     if figures.impact_velocity is not None and figures.blow_energy is not None:
         which, share = _which(figures), ""
@@ -495,7 +484,8 @@ def _which(figures: Summary) -> str:
     return f" (the {blows} of one cycle)" if many > 1 else f" (the {blows[:-1]})" if _chatters(figures) else ""
 
 
-def _rates(system: System, all_blows: float, main: float | None) -> str:
+def rates(system: System, all_blows: float, main: float | None = None) -> str:
+    """How often it strikes, in Hz where there are seconds; all impacts, and main blows where these are fewer."""
     scale, unit = (1.0, "per load period") if system.frequency is None else (system.frequency, "Hz")
     text = f"{number(all_blows * scale, 6)} {unit}"
     if main is None or math.isclose(main, all_blows, rel_tol=1e-9):
@@ -508,35 +498,6 @@ def _interval(tell: Teller, figures: Summary) -> str:
     if std <= 1e-9 * mean:
         return f"{tell(mean, 'time', plain=6)}, the same every time to 1e-9"
     return f"{tell(mean, 'time', plain=6)} (mean), {tell(std, 'time', plain=6)} (standard deviation)"
-
-
-def last_of(events: Events, last: int | None) -> Events:
-    """So many last events, or all of them."""
-    return events if last is None else events[max(len(events) - last, 0) :]
-
-
-# -- events ---------------------------------------------------------------------------------------------------------
-
-
-def _events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
-    events, si = answer.motion.events, answer.system.is_si
-    part = last_of(events, last)
-    shown = f"all {len(events)}" if len(part) == len(events) else f"last {len(part)} of {len(events)}"
-    time, speed, energy = ("time [s]", "before [m/s]", "lost [J]") if si else ("time [rad]", "before", "lost")
-    columns = ("kind", time, "phase [rad]", speed, speed.replace("before", "after"), energy)
-    to_time, to_speed, to_energy = map(Teller.of(answer.system).scale, ("time", "speed", "energy"))
-    rows = (
-        (
-            f"chatter after {event.resolved}" if event.kind == "chatter" else event.kind,
-            f"{event.time * to_time:.6f}",
-            f"{event.phase:.6f}",
-            f"{event.impact_velocity * to_speed:.5g}",
-            f"{event.rebound_velocity * to_speed:.5g}",
-            f"{event.energy_lost * to_energy:.4g}",
-        )
-        for event in part
-    )
-    return Grid(f"Events ({shown})", columns, tuple(rows))
 
 
 # ---- The orbit that a simulated motion has settled on, in a line
@@ -592,7 +553,8 @@ def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
     rows += held_down_in_words(motion.events.held_down)
     sections.append(ReportSection("Motion", tuple(rows)))
     if last != 0 and len(motion.events):
-        sections.append(_motion_events_grid(answer, last))
+        part = last_of(len(motion.events), last)
+        sections.append(grid_of(told_of("Events", len(motion.events), part), motion.events[part], MACHINE_EVENT, tell))
     tone = GOOD if motion.label.startswith("runs") else PLAIN if motion.label == "undecided" else BAD
     return Report(answer.title, from_this_start(answer), tone, tuple(sections))
 
@@ -603,14 +565,3 @@ def _pressures(motion: Trajectory) -> str:
     values = [float(motion.start.row[2]), float(motion.pressure(last)[0])]
     first, then = (supply_pressure(motion.machine, value) for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"
-
-
-def _motion_events_grid(answer: SimulationAnswer, last: int | None) -> Grid:
-    """The last events, one a line."""
-    events, tell = answer.motion.events, Teller.of(answer.machine)
-    shown, rows = last_of(events, last), []
-    for event in shown:
-        what = {"port": f"ports[{event.port}] demands", "valve": f"valve: {event.state}"}.get(event.kind, event.kind)
-        rows.append((what, tell(event.time, "time"), tell(event.impact_velocity, "speed")))
-    heading = "Events" if len(shown) == len(events) else f"The last {len(shown)} of {len(events)} events"
-    return Grid(heading, ("event", "time", "speed toward the wall"), tuple(rows))

@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, json_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    PLAIN,
+    Fact,
+    Grid,
+    Report,
+    ReportSection,
+    Teller,
+    figures,
+    flat_of,
+    grid_of,
+    json_of,
+)
 from percuss.case.answers.heading import heading_dict, system_section
 from percuss.case.answers.numerals import (
     counted,
     json_number,
     number,
-    numbers,
     percent,
     picked,
     plain,
-    plain_value,
     quantity,
     rhythm,
 )
-from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion
+from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion, last_of, rates, told_of
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
-from percuss.model import Contact, System
+from percuss.model import System
 from percuss.model.body import SteppedBar
 from percuss.model.checks import callback, count, flag
 from percuss.shown import Shown
@@ -40,33 +51,7 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit, TimedOrbit
 
 
-# ---- A motion by waves in plain values with the names that other programs read; every number finite or null
-
-
-def waves_dict(
-    motion: WaveMotion, warnings: Sequence[str], beside: list[dict[str, Any]], last: int | None = None
-) -> dict[str, Any]:
-    """The JSON object of a motion by waves, beside what the laws say; with so many last impacts, or all."""
-    return {
-        "outcome": motion.outcome,
-        "label": motion.label,
-        "begin_time": json_number(motion.start.time),
-        "end_time": json_number(motion.end_time),
-        **picked(motion, "grazes pushed_back quiet"),
-        "lattice": picked(motion.lattice, "steps cells rounding"),
-        "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
-        "warnings": list(warnings),
-        "settled": _settled(motion),
-        "energy": plain({**asdict(motion.energy), "error": motion.energy.error}),
-        "beside": beside,
-        "impacts": _impacts(motion, last),
-    }
-
-
-def _settled(motion: WaveMotion) -> dict[str, Any]:
-    """The figures of a cycle, or of the last half of the impacts."""
-    figures = json_of(motion, SETTLED, Teller.of(motion.system))
-    return {**figures, "si": None} if motion.system.frequency is None else figures
+# ---- What is told of a motion by waves
 
 
 SETTLED: tuple[Fact[WaveMotion], ...] = (
@@ -92,27 +77,28 @@ SETTLED: tuple[Fact[WaveMotion], ...] = (
 """What a cycle by waves is."""
 
 
-def _impacts(motion: WaveMotion, last: int | None) -> list[dict[str, Any]]:
-    every = motion.impacts
-    part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
-    seconds = motion.system.time_scale if motion.system.is_si else None
-    columns = {name: plain_value(getattr(part, of)) for name, of in _IMPACT.items()}
-    columns["start_s"] = [None] * part.size if seconds is None else numbers(part.start * seconds)
-    return [{name: values[i] for name, values in columns.items()} for i in range(part.size)]
-
-
-_IMPACT = {
-    **{
-        name: name
-        for name in (
-            "start", "end", "contacts", "phase", "impulse", "velocity", "restitution", "peak_force", "ringing_share",
-            "given", "rock_work", "fed",
-        )
-    },
-    "mean_velocity_before": "mean_before",
-    "mean_velocity_after": "mean_after",
-}  # fmt: skip
-"""What is told of an impact, and where it stands."""
+IMPACT: tuple[Fact[Impacts], ...] = (
+    Fact("start start_s", "start", "of its first contact; in seconds null for a dimensionless case", "time", "start"),
+    Fact("phase", "phase [rad]", "load phase at the centroid of the contact force, in $[0, 2\\pi)$", "", "phase"),
+    Fact("contacts", "contacts", "how many: contacts less than a round trip of waves apart are one impact; on rock, "
+         "all between two feeds", "", "contacts"),
+    Fact("velocity", "speed", "of the rigid motion at the centroid, as it would be without the contact", "speed",
+         "velocity"),
+    Fact("restitution", "restitution", "impulse over mass and `velocity`, less 1", "", "restitution"),
+    Fact("ringing_share", "ringing", "elastic energy after the impact over the energy before it", "", "ringing_share",
+         "{ringing_share:percent}"),
+    *figures(r"""
+end | of its last contact
+impulse | $\int N\,dt$
+peak_force | the greatest N
+mean_velocity_before | mean velocity of the bar before the contacts | mean_before
+mean_velocity_after | and after them | mean_after
+given | work done on what is struck
+rock_work | and what the rock keeps
+fed | how far the tool is fed afterwards; 0 of a tool that returns to its place or is not fed
+"""),
+)  # fmt: skip
+"""What an impact by waves is."""
 
 
 # ---- What a case says of its machine by waves: what is struck, where the striker starts, when to end
@@ -138,15 +124,12 @@ def struck_by(case: Case) -> Struck:
     tool = case.tool()
     pushed_back = getattr(contact, "advance", None) == "pushed back" or getattr(tool, "end", None) == "free"
     if isinstance(tool, Wall) and tables.tool is None and not system.contact.is_lossless:
-        return Struck(_rod_of(system), pushed_back, _note_of(system.contact))
+        ratio, restitution = number(1.0 / system.contact.impedance_ratio), number(system.contact.restitution)
+        note = (
+            f"there is no [tool]: what is struck is an endless rod of {ratio} times the impedance of the striking end"
+        )
+        return Struck(_rod_of(system), pushed_back, f"{note}, which gives a uniform bar the restitution {restitution}")
     return Struck(tool, pushed_back, "")
-
-
-def _note_of(contact: Contact) -> str:
-    return (
-        f"there is no [tool]: what is struck is an endless rod of {number(1.0 / contact.impedance_ratio)} times the "
-        f"impedance of the striking end, which gives a uniform bar the restitution {number(contact.restitution)}"
-    )
 
 
 def _rod_of(system: System) -> Rod:
@@ -236,16 +219,12 @@ class WavesAnswer(ToldMotion):
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
-    motion
-        The motion by waves.
-    law
-        The motion by the contact law of the case, from the same start.
+    name, title, notes
+        The case as it was named, its title, and what was assumed, one sentence each.
+    motion, law
+        The motion by waves, and by the contact law of the case from the same start.
     beside
         What the laws say of the settled motion.
-    notes
-        What was assumed.
     """
 
     ROWS = "impacts"
@@ -267,10 +246,28 @@ class WavesAnswer(ToldMotion):
         """What a reader of the figures should know, one sentence each."""
         return tuple(waves_warnings(self.motion))
 
-    def _told(self, last: int | None) -> dict[str, Any]:
-        heading = heading_dict(self.name, self.title, self.system, self.notes)
-        beside = [plain(asdict(one)) for one in self.beside]
-        return {**heading, **waves_dict(self.motion, self.warnings, beside, last)}
+    def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
+        """The answer in plain values; see `ToldMotion`."""
+        motion, tell = self.motion, Teller.of(self.system)
+        settled = json_of(motion, SETTLED, tell)
+        return {
+            **heading_dict(self.name, self.title, self.system, self.notes),
+            **picked(motion, "outcome label end_time grazes pushed_back quiet"),
+            "begin_time": json_number(motion.start.time),
+            "lattice": picked(motion.lattice, "steps cells rounding"),
+            "uncertainty": None if motion.uncertainty is None else plain(asdict(motion.uncertainty)),
+            "warnings": list(self.warnings),
+            "settled": settled if self.system.frequency is not None else {**settled, "si": None},
+            "energy": plain({**asdict(motion.energy), "error": motion.energy.error}),
+            "beside": [plain(asdict(one)) for one in self.beside],
+            "impacts": [flat_of(one, IMPACT, tell) for one in _last(motion, last)],
+        }
+
+
+def _last(motion: WaveMotion, last: int | None) -> list[Impacts]:
+    """So many last impacts, or all of them, each by itself."""
+    every = motion.impacts
+    return [every.part(i) for i in range(every.size)[last_of(every.size, last)]]
 
 
 def waves_answer(
@@ -412,7 +409,9 @@ def waves_report(answer: WavesAnswer, last: int | None) -> Report:
         _laws_grid(answer),
     ]
     if last != 0 and answer.motion.impacts.size:
-        sections.append(_impacts_grid(answer.motion, last))
+        size = answer.motion.impacts.size
+        heading = told_of("Impacts", size, last_of(size, last))
+        sections.append(grid_of(heading, _last(answer.motion, last), IMPACT, Teller.of(answer.system)))
     text, tone = _waves_summary(answer)
     return Report(answer.title, text, tone, tuple(sections))
 
@@ -441,11 +440,13 @@ def _waves_section(answer: WavesAnswer) -> ReportSection:
     if own.size:
         which = "" if own.size <= _FEW_WAVES else f" (the first {_FEW_WAVES} of {own.size})"
         rows.append(("phase", f"{_each(own.phase[:_FEW_WAVES], 5)} rad at the centroid of the force{which}"))
-        rows.append(("speed", f"{_speeds(motion)}, of the rigid motion there"))
+        speeds = motion.velocities[:_FEW_WAVES]
+        told = f"{_each(speeds * answer.system.speed_scale)} m/s" if answer.system.is_si else _each(speeds, 6)
+        rows.append(("speed", f"{told}, of the rigid motion there"))
         rows.append(("restitution", f"{_each(own.restitution[:_FEW_WAVES], 4)}, as these impacts have it"))
         rows.append(("contact", _contact(motion)))
         rows.append(("ringing", f"{percent(float(own.ringing_share.max()))} of the energy before the impact, at most"))
-        rows.append(("blow rate", _rate(motion)))
+        rows.append(("blow rate", rates(answer.system, motion.blow_rate)))
     if answer.system.is_si:
         rows.append(("given", _given(motion)))
     rows.append(("lattice", _lattice(motion)))
@@ -491,13 +492,6 @@ def _contact(motion: WaveMotion) -> str:
     return f"{time} at most, {transits} transit times of the bar{many}"
 
 
-def _rate(motion: WaveMotion) -> str:
-    system = motion.system
-    if system.frequency is not None:
-        return f"{number(motion.blow_rate * system.frequency, 6)} Hz"
-    return f"{number(motion.blow_rate, 6)} per load period"
-
-
 def _lattice(motion: WaveMotion) -> str:
     lattice, unsure = motion.lattice, motion.uncertainty
     text = (
@@ -508,15 +502,9 @@ def _lattice(motion: WaveMotion) -> str:
     return text
 
 
-def _speeds(motion: WaveMotion) -> str:
-    velocities, system = motion.velocities[:_FEW_WAVES], motion.system
-    return f"{_each(velocities * system.speed_scale)} m/s" if system.is_si else _each(velocities, 6)
-
-
-def _each(values: object, digits: int = 4) -> str:
+def _each(values: Iterable[float], digits: int = 4) -> str:
     """Values one after another; equal ones, as they are shown, once."""
-    texts = list(dict.fromkeys(number(float(value), digits) for value in values))  # type: ignore[attr-defined]
-    return ", ".join(texts)
+    return ", ".join(dict.fromkeys(number(float(value), digits) for value in values))
 
 
 # -- beside the laws ------------------------------------------------------------------------------------------------
@@ -524,56 +512,20 @@ def _each(values: object, digits: int = 4) -> str:
 
 def _laws_grid(answer: WavesAnswer) -> Grid:
     motion = answer.motion
-    own = (
-        "waves",
-        motion.label,
-        _each(motion.phases[:_FEW_WAVES], 5),
-        _scaled_speeds(motion, motion.velocities[:_FEW_WAVES]),
-        number(motion.blow_rate, 5),
-        "",
-        "",
+    unit, scale = (" [m/s]", motion.system.speed_scale) if motion.system.is_si else ("", 1.0)
+    own = (tuple(motion.phases.tolist()), tuple(motion.velocities.tolist()))
+    waves = Beside("waves", motion.label, *own, motion.blow_rate, None, None)
+    rows = tuple(
+        (
+            one.law,
+            one.label or "",
+            _each(one.phases[:_FEW_WAVES], 5),
+            _each([speed * scale for speed in one.velocities[:_FEW_WAVES]]),
+            "" if one.blow_rate is None else number(one.blow_rate, 5),
+            "" if one.phase_difference is None else f"{one.phase_difference:+.2g}",
+            "" if one.velocity_difference is None else f"{100.0 * one.velocity_difference:+.2g} %",
+        )
+        for one in (waves, *answer.beside)
     )
-    unit = " [m/s]" if motion.system.is_si else ""
     columns = ("", "settles on", "phase [rad]", f"speed{unit}", "blows per period", "phase less", "speed less")
-    return Grid("Beside the laws", columns, (own, *(_law_row(motion, one) for one in answer.beside)))
-
-
-def _law_row(motion: WaveMotion, one: Beside) -> tuple[str, ...]:
-    return (
-        one.law,
-        one.label or "",
-        _each(one.phases[:_FEW_WAVES], 5),
-        _scaled_speeds(motion, one.velocities[:_FEW_WAVES]),
-        "" if one.blow_rate is None else number(one.blow_rate, 5),
-        "" if one.phase_difference is None else f"{one.phase_difference:+.2g}",
-        "" if one.velocity_difference is None else f"{100.0 * one.velocity_difference:+.2g} %",
-    )
-
-
-def _scaled_speeds(motion: WaveMotion, velocities: object) -> str:
-    scale = Teller.of(motion.system).scale("speed")
-    return _each([float(v) * scale for v in velocities], 4)  # type: ignore[attr-defined]
-
-
-# -- impacts --------------------------------------------------------------------------------------------------------
-
-
-def _impacts_grid(motion: WaveMotion, last: int | None) -> Grid:
-    every, system = motion.impacts, motion.system
-    part = every if last is None else every.part(slice(max(every.size - last, 0), every.size))
-    shown = f"all {every.size}" if part.size == every.size else f"last {part.size} of {every.size}"
-    time, speed = ("start [s]", "speed [m/s]") if system.is_si else ("start [rad]", "speed")
-    columns = (time, "phase [rad]", "contacts", speed, "restitution", "ringing")
-    return Grid(f"Impacts ({shown})", columns, tuple(_waves_row(motion, part, i) for i in range(part.size)))
-
-
-def _waves_row(motion: WaveMotion, part: Impacts, i: int) -> tuple[str, ...]:
-    time, speed = map(Teller.of(motion.system).scale, ("time", "speed"))
-    return (
-        f"{part.start[i] * time:.6f}",
-        f"{part.phase[i]:.6f}",
-        str(int(part.contacts[i])),
-        f"{part.velocity[i] * speed:.5g}",
-        f"{part.restitution[i]:.4f}",
-        percent(float(part.ringing_share[i])),
-    )
+    return Grid("Beside the laws", columns, rows)

@@ -31,7 +31,6 @@ from percuss.explore.parameters import PARAMETERS, parameters_of, refuse_twice, 
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
-from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -262,6 +261,8 @@ class CaseFamily:
 
     def start(self, values: Mapping[str, float], modes: int) -> Start:
         """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
+        from percuss.simulate.stop import MAX_MODES
+
         kept = count("modes", modes, least=0, most=MAX_MODES)
         return start_of(
             self.case.tables.start,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.explore.attractors.drawn_starts import done, mode_of, start_columns
+from percuss.explore.attractors.drawn_starts import done, mode_of
 from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, checked_question
-from percuss.explore.attractors.hammers import DISTANCE, Hammer, hammer_from
+from percuss.explore.attractors.hammers import DISTANCE, Hammer
 from percuss.explore.family import Axis
-from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
 from percuss.model.checks import Array, mapping, non_negative, numbers
 
@@ -107,7 +106,7 @@ def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]
 # ---- The image of them
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Basins(StartsFollowed):
     """Which attractor every start of a plane leads to; made by `basins`.
 
@@ -125,30 +124,17 @@ class Basins(StartsFollowed):
         What tells attractors of one label apart.
     """
 
-    system: System | Machine
-    modes: int
-    stop: Stop
     x: tuple[str, tuple[float, ...]]
     y: tuple[str, tuple[float, ...]]
     at: tuple[tuple[str, float], ...]
-    columns: Columns = field(repr=False)
-    distance: float = DISTANCE
-
-    @classmethod
-    def of(cls, job: BasinsJob, columns: Columns, distance: float = DISTANCE) -> Basins:
-        """The result of a job."""
-        return cls(job.system, job.modes, job.stop, job.x, job.y, job.at, columns, distance)
 
     @classmethod
     def from_archive(cls, archive: Any) -> Basins:
         """The basins that an archive holds; starts that are not done are −1 in the image."""
-        from percuss.simulate import Stop
-
-        ask = archive.ask
-        axes = [(ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy"]
-        columns = {name: np.asarray(values) for name, values in archive.read().items()}
+        ask, columns = archive.ask, {name: np.asarray(values) for name, values in archive.read().items()}
+        x, y = ((ask[axis]["name"], tuple(float(v) for v in ask[axis]["values"])) for axis in "xy")
         at = tuple((str(name), float(value)) for name, value in ask["at"].items())
-        return cls(hammer_from(ask), int(ask["modes"]), Stop(**ask["stop"]), axes[0], axes[1], at, columns)
+        return cls(columns=columns, x=x, y=y, at=at, **cls._asked_in(ask))
 
     def _imaged(self, known: npt.NDArray[Any], empty: Any) -> npt.NDArray[Any]:
         """What is known of the starts that are done as an image."""
@@ -166,17 +152,14 @@ class Basins(StartsFollowed):
         """What motion each start ends in, empty where it is not done; shape (y, x)."""
         return self._imaged(self.hammer.labels(self.known), "")
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """All columns over the dimensions of the plane, and the attractors, with units and meanings."""
         (x, over), (y, up) = self.x, self.y
-        columns = {name: values for name, values in self.columns.items() if name not in (x, y)}
         about = {"title": f"percuss basins: {y} over {x}", **{f"at_{name}": value for name, value in self.at}}
-        found = self._dataset_over((y, x), columns, self.image, about)
-        known = start_columns(1, 1, not self.hammer.states)
+        found = self._dataset_over((y, x), self.image, about, but=(x, y))
         for name, values in ((x, over), (y, up)):
-            attributes = {"units": known[name].unit if name in known else "1", **self._si_of(name)}
-            found = found.assign_coords({name: (name, np.array(values), attributes)})
+            unit = self._about[name].unit if name in self._about else "1"
+            found = found.assign_coords({name: (name, np.array(values), {"units": unit, **self._si_of(name)})})
         return found
 
     def __str__(self) -> str:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import Interrupted, MissingExtraError, ParameterError
+from percuss.errors import Interrupted, MissingExtraError, ParameterError, extra_package
 from percuss.explore.jobs.job import Column, Columns
 from percuss.model import Machine, System
 from percuss.model.body import Body
@@ -368,10 +368,7 @@ def _npz(path: Path) -> dict[str, Array]:
 
 
 def _netcdf(path: Path) -> dict[str, Array]:
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    xarray = extra_package("xarray", "io")
     try:
         with path.open("rb") as file:
             classic = file.read(3) == b"CDF"  # read by Python itself

@@ -7,15 +7,16 @@ import os
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import MissingExtraError, ParameterError
+from percuss._version import __version__
+from percuss.errors import ParameterError, extra_package
 from percuss.explore.attractors.drawn_starts import (
     DISTRIBUTIONS,
     done,
@@ -28,10 +29,12 @@ from percuss.explore.attractors.drawn_starts import (
     start_values,
     starts_from,
 )
-from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_from, hammer_of, seconds_of_start
+from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_of, seconds_of_start
+from percuss.explore.jobs.archive_export import HandedOver, variables_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, non_negative
+from percuss.model.described import machine_from, system_from
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
@@ -48,7 +51,11 @@ _MOST_STARTS = 10**12
 
 @dataclass(frozen=True, eq=False)
 class StartsJob(ABC):
-    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion."""
+    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion.
+
+    `amplitudes`: how many modal displacements and velocities a start has. `asked`: the kind of the job, and what its
+    starts depend on.
+    """
 
     system: System | Machine
     modes: int
@@ -71,13 +78,11 @@ class StartsJob(ABC):
 
     @property
     @abstractmethod
-    def amplitudes(self) -> tuple[int, int]:
-        """How many modal displacements and velocities a start has."""
+    def amplitudes(self) -> tuple[int, int]: ...
 
     @property
     @abstractmethod
-    def asked(self) -> dict[str, Any]:
-        """The kind of the job, and what its starts depend on."""
+    def asked(self) -> dict[str, Any]: ...
 
     @property
     def rough_seconds(self) -> float:
@@ -216,15 +221,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 @dataclass(frozen=True)
 class Share(Shown):
-    """The share of the starts that ends in an attractor.
-
-    Parameters
-    ----------
-    attractor
-        Which.
-    share, low, high
-        The part, and Wilson's interval of 95 % of its probability.
-    """
+    """The share of the starts that ends in an attractor, and Wilson's interval of 95 % of its probability."""
 
     attractor: Attractor
     share: float
@@ -258,7 +255,8 @@ class Share(Shown):
 # ---- What starts end in, drawn by chance or over a plane
 
 
-class StartsFollowed(Shown):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StartsFollowed(HandedOver):
     """Starts that were followed, and what they settle on.
 
     `columns` has one row for each start; those that are not done have the code −1. `distance` tells attractors of one
@@ -268,8 +266,23 @@ class StartsFollowed(Shown):
     system: System | Machine
     modes: int
     stop: Stop
-    columns: Columns
-    distance: float
+    ask: dict[str, Any] = field(repr=False)
+    columns: Columns = field(repr=False)
+    distance: float = DISTANCE
+
+    @classmethod
+    def of(cls, job: Any, columns: Columns, distance: float = DISTANCE) -> Self:
+        """The result of a job."""
+        asked = {one.name: getattr(job, one.name) for one in fields(cls) if one.name not in ("columns", "distance")}
+        return cls(columns=columns, distance=distance, **asked)
+
+    @staticmethod
+    def _asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
+        """What was followed, of what an archive says that was asked."""
+        from percuss.simulate import Stop
+
+        what = machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])
+        return {"ask": dict(ask), "system": what, "modes": int(ask["modes"]), "stop": Stop(**ask["stop"])}
 
     @cached_property
     def hammer(self) -> Hammer:
@@ -306,45 +319,45 @@ class StartsFollowed(Shown):
         """What a column is to be multiplied by for SI, and the unit that it then has; nothing without scales."""
         return dict(zip(("si_scale", "si_units"), self.hammer.scales.get(name, ()), strict=False))
 
+    @property
+    def _about(self) -> Mapping[str, Column]:
+        clock = not self.hammer.states
+        known = {**start_columns(2, 2, clock), **start_columns(1, 1, clock), **self.hammer.columns}
+        return {name: replace(known[name], shape=values.shape[1:]) for name, values in self.columns.items()}
+
     def _dataset_over(
-        self, dims: tuple[str, ...], columns: Columns, number: npt.NDArray[np.int64], about: dict[str, Any]
+        self, dims: tuple[str, ...], number: npt.NDArray[np.int64], about: dict[str, Any], but: tuple[str, ...] = ()
     ) -> xarray.Dataset:
-        """Columns of motions and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
+        """The columns and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
 
         All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and
         `si_units` of each variable that has one.
         """
-        try:
-            import xarray
-        except ImportError:
-            raise MissingExtraError("xarray", "io") from None
-        from percuss._version import __version__
-
-        hammer, clock = self.hammer, not self.hammer.states
-        known = {**start_columns(2, 2, clock), **start_columns(1, 1, clock), **hammer.columns}
-        variables: dict[str, Any] = {
-            "attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"}),
-        }
-        for name, values in columns.items():
-            column = known[name]
-            inner = () if values.ndim == 1 else ({"invariants": "invariant"}.get(name, f"{name}_mode"),)
-            attributes = {"long_name": column.meaning, "units": column.unit or "1", **self._si_of(name)}
-            if not column.unit and column.dtype == "float64":
+        hammer, columns = self.hammer, self._about
+        inner = {name: f"{name}_mode" for name in ("start_displacement", "start_velocity")}
+        told = {"attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"})}
+        arrays = {name: values for name, values in self.columns.items() if name not in but}
+        variables = told | variables_of(
+            columns, arrays, dims, number.shape, {**inner, "invariants": "invariant"}, hammer.words
+        )
+        for name in arrays:
+            attributes = variables[name][2]
+            attributes |= self._si_of(name)
+            if not columns[name].unit and columns[name].dtype == "float64":
                 attributes["comment"] = "dimensionless"
-            if name in hammer.words:
-                attributes["words"] = ", ".join(hammer.words[name])
-            variables[name] = ((*dims, *inner), values.reshape(*number.shape, *values.shape[1:]), attributes)
         meanings = {"label": "motion", "share": "part of the starts", "low": "its interval", "high": "its interval"}
         for name, meaning in meanings.items():
             found = np.array([getattr(share, name) for share in self.shares])
             key = name if name == "share" else f"attractor_{name}"
             variables[key] = ("attractor", found, {"long_name": meaning})
-        about = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
-        attributes = {**about, "percuss_version": __version__}
-        return xarray.Dataset(variables, {"attractor": np.arange(len(self.shares))}, attributes)
+        attributes = {**about, "modes": self.modes, hammer.kind: str(self.system), **hammer.about}
+        attributes["percuss_version"] = __version__
+        attractors = {"attractor": np.arange(len(self.shares))}
+        made: xarray.Dataset = extra_package("xarray", "io").Dataset(variables, attractors, attributes)
+        return made
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Experiment(StartsFollowed):
     """The results of random starts; made by `experiment`.
 
@@ -355,34 +368,21 @@ class Experiment(StartsFollowed):
     distribution, seed
         What the starts were drawn from, and with.
     columns
-        One row for each start: the start, how it ended and the numbers of its motion; see `dataset`.
+        One row for each start: the start, how it ended and the numbers of its motion; see `to_xarray`.
     distance
         What tells attractors of one label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
     """
 
-    system: System | Machine
-    modes: int
-    stop: Stop
     distribution: str
     seed: int
-    columns: Columns = field(repr=False)
-    distance: float = DISTANCE
-
-    @classmethod
-    def of(cls, job: ExperimentJob, columns: Columns, distance: float = DISTANCE) -> Experiment:
-        """The result of a job."""
-        return cls(job.system, job.modes, job.stop, job.distribution, job.seed, columns, distance)
 
     @classmethod
     def from_archive(cls, archive: Any) -> Experiment:
         """The experiment that an archive holds, of those starts that are done."""
-        from percuss.simulate import Stop
-
         ask, columns = archive.ask, archive.read()
-        whole = done(columns)
-        kept = {name: np.asarray(values)[whole] for name, values in columns.items()}
-        system, stop = hammer_from(ask), Stop(**ask["stop"])
-        return cls(system, int(ask["modes"]), stop, ask["distribution"], int(ask["seed"]), kept)
+        kept = {name: np.asarray(values)[done(columns)] for name, values in columns.items()}
+        asked = cls._asked_in(ask)
+        return cls(columns=kept, distribution=ask["distribution"], seed=int(ask["seed"]), **asked)
 
     def __len__(self) -> int:
         return int(self.columns["code"].size)
@@ -410,12 +410,11 @@ class Experiment(StartsFollowed):
             found[attractor.label] += attractor.members
         return {name: (k / len(self), *wilson(k, len(self))) for name, k in found.most_common()}
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """All columns over the dimension ``start``, and the attractors over ``attractor``, with units and meanings."""
         title = f"percuss experiment: {len(self)} starts, {self.distribution}, seed {self.seed}"
         about = {"title": title, "distribution": self.distribution, "seed": self.seed}
-        return self._dataset_over(("start",), self.columns, self.attractor, about)
+        return self._dataset_over(("start",), self.attractor, about)
 
     def to_json_dict(self) -> dict[str, Any]:
         """What ``percuss experiment --json`` prints: plain numbers, the most frequent attractor first."""
@@ -481,7 +480,7 @@ def experiment(
     Returns
     -------
     Experiment
-        With `shares`, the columns of all starts as `dataset`, and `to_json_dict`.
+        With `shares`, the columns of all starts by `to_xarray`, and `to_json_dict`.
 
     Raises
     ------

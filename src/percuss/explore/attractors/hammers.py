@@ -23,16 +23,18 @@ from percuss.explore.attractors.drawn_starts import (
     states_of,
 )
 from percuss.explore.jobs.job import Column, Columns
-from percuss.explore.quantities import CYCLE_KINDS
 from percuss.model import Machine, System
 from percuss.model.checks import Array, finite
-from percuss.model.described import describe_machine, describe_system, machine_from, system_from
+from percuss.model.described import describe_machine, describe_system
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
-    from percuss.simulate import Ensemble, Starts, Stop
+    from percuss.simulate import Ensemble, Starts, Stop, Trajectory
 
 # ---- Which motions are the same
+
+CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
+"""What a periodic motion has in it, by number."""
 
 DISTANCE = 1e-4
 """How far apart, in radians and relative speeds, motions of one label are different attractors."""
@@ -42,21 +44,11 @@ DISTANCE = 1e-4
 class Attractor(Shown):
     """A motion that others settle on; dimensionless, phases in radians.
 
-    Parameters
-    ----------
-    number
-        0 for the most frequent.
-    label
-        As `Trajectory.label` has it.
-    members, first
-        How many of the motions settle on it, and the first of them.
-    mark
-        What tells it from others of its label.
-    figures
-        Its numbers by name, of JSON's types: of a system `phases` and `impact_velocities` of the impacts of one cycle,
-        in order of time from the fastest on, empty when it is not periodic; of a machine `period`,
-        `impact_velocities` and `blow_energies` of the blows of a period from the strongest on, and `energy_lost` in
-        it, per unit of mass; None and empty without a period.
+    `number`: 0 for the most frequent. `members`, `first`: how many of the motions settle on it, and the first of them.
+    `mark`: what tells it from others of its label. `figures`: its numbers by name, of JSON's types: of a system
+    `phases` and `impact_velocities` of the impacts of one cycle, in order of time from the fastest on, empty when it is
+    not periodic; of a machine `period`, `impact_velocities` and `blow_energies` of the blows of a period from the
+    strongest on, and `energy_lost` in it, per unit of mass; None and empty without a period.
     """
 
     number: int
@@ -77,14 +69,16 @@ class Hammer(ABC):
 
     `kind`: its name in an archive. `columns`: what is kept of every motion. `units`: by which of its scales columns
     are multiplied for SI, and their unit then. `named_by`: the columns that the label of a motion follows from.
-    `words`: columns whose numbers stand for words. `about`: what a dataset says of the numbers as a whole. `speed`: the
-    scale of speeds by which motions are told apart. `states`: the names of the valve's states; none under a clock.
+    `settled`: the column that is above 0 of those that became periodic. `words`: columns whose numbers stand for words.
+    `about`: what a dataset says of the numbers as a whole. `speed`: the scale of speeds by which motions are told
+    apart. `states`: the names of the valve's states; none under a clock. `kept`: last impacts kept of each member.
     """
 
     kind: ClassVar[str]
     columns: ClassVar[Mapping[str, Column]]
     units: ClassVar[Mapping[str, tuple[str, str]]]
     named_by: ClassVar[tuple[str, ...]]
+    settled: ClassVar[str]
     what: System | Machine
     at: int
     words: Mapping[str, Sequence[str]]
@@ -106,19 +100,12 @@ class Hammer(ABC):
 
     @classmethod
     @abstractmethod
-    def label(cls, *named_by: int) -> str:
-        """What a motion with these numbers is at its end."""
-
-    @classmethod
-    @abstractmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
         """The numbers that tell motions of one label apart, shape (motions, numbers); NaN of those that have none."""
 
     @abstractmethod
-    def figures(
-        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
-    ) -> list[tuple[str, dict[str, Any]]]:
-        """`Attractor.mark` and `Attractor.figures` of some motions, which are followed once more."""
+    def figures(self, columns: Columns, row: int, motion: Trajectory | None) -> tuple[str, dict[str, Any]]:
+        """`Attractor.mark` and `Attractor.figures` of a row; `motion`: the same once more, where it is periodic."""
 
     def value(self, where: str, name: object, value: object) -> tuple[str, float]:
         """A quantity of starts by its name, and its value as a number; ParameterError for another name or value."""
@@ -137,11 +124,10 @@ class Hammer(ABC):
     def on_a_grid(self, grid: dict[str, Array]) -> Starts:
         """Starts of the striking end from columns of one length by name; what is not named is 0 or as usual."""
         bars = end_starts(self.what.body, self.at, {name: values for name, values in grid.items() if name != "state"})
-        return self.with_valve(bars, grid.get("state"))
-
-    def with_valve(self, bars: Starts, state: Array | None) -> Starts:
-        """Starts with the valve in these states, or in the one in which it starts; under a clock as they are."""
-        return bars
+        if not isinstance(self.what, Machine):
+            return bars
+        usual = np.array(self.states.index(self.what.valve.start or self.states[0]))
+        return bars.with_valve(grid["state"].astype(np.int64) if "state" in grid else usual, self.states)
 
     @property
     def described(self) -> dict[str, Any]:
@@ -156,12 +142,43 @@ class Hammer(ABC):
             return {}
         return {name: (float(getattr(self.what, scale)), unit) for name, (scale, unit) in self.units.items()}
 
+    def _ensemble(
+        self,
+        starts: Starts,
+        rows: Any,
+        modes: int,
+        stop: Stop,
+        threads: int | None,
+        stopped: Callable[[], bool],
+        **more: Any,
+    ) -> Ensemble:
+        from percuss.simulate import simulate_many
+
+        begun = some(starts, rows)
+        return simulate_many(
+            self.what, begun, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped(), **more
+        )
+
+    def _of_blocks(
+        self, size: int, number: int, stopped: Callable[[], bool], block: Callable[[slice], Columns]
+    ) -> Columns:
+        """The columns of so many starts, `size` at once."""
+        parts: list[Columns] = []
+        for i in range(0, number, size):
+            parts.append(block(slice(i, i + size)))
+            if stopped():
+                break
+        return {
+            name: np.concatenate([part[name] for part in parts]).astype(column.dtype, copy=False)
+            for name, column in self.columns.items()
+        }
+
     @classmethod
     def labels(cls, columns: Columns) -> npt.NDArray[np.str_]:
         """What motion each is at its end, as `Trajectory.label`."""
-        rows = np.stack([columns[name].astype(np.int64) for name in cls.named_by], axis=-1)
-        kinds, which = np.unique(rows, axis=0, return_inverse=True)
-        return np.array([cls.label(*kind) for kind in kinds.tolist()], dtype=str)[which.reshape(-1)]
+        from percuss.simulate.ensemble import labels_of
+
+        return labels_of(*(columns[name] for name in cls.named_by))
 
     @classmethod
     def matched(cls, columns: Columns, speed: float, distance: float = DISTANCE) -> npt.NDArray[np.int64]:
@@ -194,13 +211,16 @@ class Hammer(ABC):
         self, columns: Columns, number: npt.NDArray[np.int64], starts: Starts, modes: int, stop: Stop
     ) -> tuple[Attractor, ...]:
         """The attractors behind the numbers, with the figures of their first members, which are followed once more."""
-        if not number.size:
-            return ()
+        from percuss.simulate import run
+
         _, first, members = np.unique(number, return_index=True, return_counts=True)
-        names = self.labels({name: columns[name][first] for name in self.columns})
-        told = self.figures(columns, first, starts, modes, stop)
-        rows = zip(names.tolist(), members.tolist(), first.tolist(), told, strict=True)
-        return tuple(Attractor(i, name, many, row, *own) for i, (name, many, row, own) in enumerate(rows))
+        names = self.labels({name: columns[name][first] for name in self.columns}) if number.size else ()
+        found = []
+        for i, (name, many, row) in enumerate(zip(names, members.tolist(), first.tolist(), strict=True)):
+            periodic = columns[self.settled][row] > 0
+            again = run(self.what, starts[row], modes=modes, stop=stop) if periodic else None
+            found.append(Attractor(i, str(name), many, row, *self.figures(columns, row, again)))
+        return tuple(found)
 
 
 def _cut(part: npt.NDArray[np.intp], values: Array, distance: float) -> list[npt.NDArray[np.intp]]:
@@ -211,25 +231,6 @@ def _cut(part: npt.NDArray[np.intp], values: Array, distance: float) -> list[npt
         if gaps.size:
             return np.split(part[order], gaps)
     return [part]
-
-
-def _of_blocks(
-    columns: Mapping[str, Column],
-    starts: Any,
-    size: int,
-    stopped: Callable[[], bool],
-    simulated: Callable[[Any], Columns],
-) -> Columns:
-    """The columns of all starts, so many at once."""
-    parts: list[Columns] = []
-    for i in range(0, len(starts), size):
-        parts.append(simulated(some(starts, slice(i, i + size))))
-        if stopped():
-            break
-    return {
-        name: np.concatenate([part[name] for part in parts]).astype(column.dtype, copy=False)
-        for name, column in columns.items()
-    }
 
 
 # ---- A system whose load keeps time by itself
@@ -278,6 +279,7 @@ class ClockedHammer(Hammer):
         ),
     }
     named_by = ("code", "cycle_impacts", "cycle_periods", "cycle_kind", "wanders")
+    settled = "cycle_impacts"
 
     def __init__(self, what: System) -> None:
         from percuss.simulate import OUTCOMES
@@ -299,35 +301,22 @@ class ClockedHammer(Hammer):
     def followed(
         self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        from percuss.simulate import simulate_many
-
         harmonics = self.what.load.harmonics
 
-        def simulated(block: Starts) -> Columns:
-            many = simulate_many(
-                self.what, block, modes=modes, stop=stop, keep=_WINDOW, threads=threads, progress=lambda _: stopped()
-            )
+        def simulated(rows: Any, keep: int = _WINDOW) -> Columns:
+            many = self._ensemble(starts, rows, modes, stop, threads, stopped, keep=keep)
             return _columns(many, harmonics)
 
         # simulate_many looks up 16 times for each thread: long motions in small blocks, so that it soon sees `stopped`
         size = int(np.clip(16 * _PORTION // max(stop.most_impacts, 1), 16, _BLOCK))
-        found = _of_blocks(COLUMNS, starts, size, stopped, simulated)
+        found = self._of_blocks(size, len(starts), stopped, simulated)
         for rows, keep in _long(found["cycle_impacts"]):
             if stopped():
                 break
-            again = simulate_many(self.what, some(starts, rows), modes=modes, stop=stop, keep=keep, threads=threads)
-            more = _columns(again, harmonics)
+            more = simulated(rows, keep)
             for name in ("phase", "striking_speed", "invariants"):
                 found[name][rows] = more[name]
         return found
-
-    @classmethod
-    def label(cls, *named_by: int) -> str:
-        from percuss.simulate import OUTCOMES
-        from percuss.simulate.events import MotionCycle, label_of
-
-        code, p, n, kind, wanders = named_by
-        return label_of(OUTCOMES[code], MotionCycle(0, p, n, kind) if n else None, bool(wanders), kind)
 
     @classmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
@@ -337,27 +326,15 @@ class ClockedHammer(Hammer):
         values[:, :2] = np.arcsinh(values[:, :2])  # differences relative to 1 + x
         return values
 
-    def figures(
-        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
-    ) -> list[tuple[str, dict[str, Any]]]:
-        from percuss.simulate import simulate_many
-
-        found: list[tuple[str, dict[str, Any]]] = [("", {"phases": [], "impact_velocities": []})] * which.size
-        settled = columns["cycle_impacts"][which]
-        short = np.flatnonzero((settled > 0) & (settled <= _WINDOW))
-        for rows, keep in [*([(short, _WINDOW)] if short.size else []), *_long(settled)]:
-            begins = some(starts, which[rows])
-            many = simulate_many(self.what, begins, modes=modes, stop=stop, keep=keep, threads=1)
-            assert many.last_phase is not None and many.last_velocity is not None
-            for i, row in enumerate(rows.tolist()):
-                p = int(many.cycle_impacts[i])
-                if 0 < p <= keep:
-                    phases, speeds = many.last_phase[i, keep - p :], many.last_velocity[i, keep - p :]
-                    fast = np.flatnonzero(speeds >= (1.0 - 1e-7) * speeds.max())
-                    begin = int(fast[np.argmin(phases[fast])])
-                    phases, speeds = np.roll(phases, -begin).tolist(), np.roll(speeds, -begin).tolist()
-                    found[row] = (f"at {phases[0]:.3f}", {"phases": phases, "impact_velocities": speeds})
-        return found
+    def figures(self, columns: Columns, row: int, motion: Trajectory | None) -> tuple[str, dict[str, Any]]:
+        if motion is None or (p := int(columns["cycle_impacts"][row])) > _LONGEST:
+            return "", {"phases": [], "impact_velocities": []}
+        struck = motion.events.of("impact")
+        phases, speeds = struck.phase[-p:], struck.impact_velocity[-p:]
+        fast = np.flatnonzero(speeds >= (1.0 - 1e-7) * speeds.max())
+        begin = int(fast[np.argmin(phases[fast])])
+        phases, speeds = np.roll(phases, -begin).tolist(), np.roll(speeds, -begin).tolist()
+        return f"at {phases[0]:.3f}", {"phases": phases, "impact_velocities": speeds}
 
 
 def _long(impacts: npt.NDArray[np.int64]) -> Iterator[tuple[npt.NDArray[np.intp], int]]:
@@ -453,7 +430,8 @@ class SwitchingHammer(Hammer):
         "energy_lost": ("energy_scale", "J"),
         **dict.fromkeys(("end_time", "period"), ("time_scale", "s")),
     }
-    named_by = ("stall", "blows", "valve_cycles", "cycle_kind", "wanders")
+    named_by = ("code", "blows", "valve_cycles", "cycle_kind", "wanders", "stall")
+    settled = "blows"
 
     def __init__(self, what: Machine) -> None:
         from percuss.simulate import OUTCOMES, STALLS
@@ -469,33 +447,16 @@ class SwitchingHammer(Hammer):
     def check(self, modes: int) -> None:
         self.what.modes(modes)
 
-    def with_valve(self, bars: Starts, state: Array | None) -> Starts:
-        usual = self.states.index(self.what.valve.start or self.states[0])
-        return bars.with_valve(np.array(usual) if state is None else state.astype(np.int64), self.states)
-
     def followed(
         self, starts: Starts, modes: int, stop: Stop, threads: int | None, stopped: Callable[[], bool]
     ) -> Columns:
-        from percuss.simulate import simulate_many
-
         own = {"blows": "cycle_impacts", "valve_cycles": "cycle_periods", "energy_lost": "energy_lost_per_period"}
 
-        def simulated(block: Starts) -> Columns:
-            many = simulate_many(
-                self.what, block, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped()
-            )
+        def simulated(rows: slice) -> Columns:
+            many = self._ensemble(starts, rows, modes, stop, threads, stopped)
             return {name: getattr(many, own.get(name, name)) for name in MACHINE_COLUMNS}
 
-        return _of_blocks(MACHINE_COLUMNS, starts, _BLOCK // 2, stopped, simulated)
-
-    @classmethod
-    def label(cls, *named_by: int) -> str:
-        from percuss.simulate import STALLS, MotionCycle
-        from percuss.simulate.events import machine_label
-
-        stall, blows, turns, kind, wanders = named_by
-        cycle = MotionCycle(0, blows, turns, kind, math.nan, math.nan, math.nan) if turns else None
-        return machine_label(STALLS[stall] if stall >= 0 else "", cycle, bool(wanders))
+        return self._of_blocks(_BLOCK // 2, len(starts), stopped, simulated)
 
     @classmethod
     def tells_apart(cls, columns: Columns, speed: float) -> Array:
@@ -505,37 +466,24 @@ class SwitchingHammer(Hammer):
         values[columns["stall"] >= 0] = np.nan
         return values
 
-    def figures(
-        self, columns: Columns, which: npt.NDArray[np.intp], starts: Starts, modes: int, stop: Stop
-    ) -> list[tuple[str, dict[str, Any]]]:
-        from percuss.simulate import run
-
-        found = []
-        for row in which.tolist():
-            speeds, energies = [], []
-            if columns["blows"][row] > 0 and columns["stall"][row] < 0:
-                motion = run(self.what, starts[row], modes=modes, stop=stop)
-                if (cycle := motion.cycle) is not None and cycle.impacts:
-                    struck, last = motion.events.of("impact"), float(motion.events.time[-1])
-                    inside = np.flatnonzero(struck.time > last - cycle.period * (1.0 - 1e-9))
-                    strongest = np.sort(np.argsort(-struck.impact_velocity[inside], kind="stable")[: cycle.impacts])
-                    main = inside[strongest]  # what bounces is weaker than the blow that it follows
-                    if main.size:
-                        main = np.roll(main, -int(np.argmax(struck.impact_velocity[main])))
-                        speeds, energies = struck.impact_velocity[main].tolist(), struck.kinetic_energy[main].tolist()
-            period, lost = float(columns["period"][row]), float(columns["energy_lost"][row])
-            known = not math.isnan(period)
-            figures = {
-                "period": period if known else None,
-                "impact_velocities": speeds,
-                "blow_energies": energies,
-                "energy_lost": lost if known else None,
-            }
-            found.append((f"period {period:.4g}" if known else "", figures))
-        return found
-
-
-# ---- The hammers that experiments follow, from systems and machines, and from archives
+    def figures(self, columns: Columns, row: int, motion: Trajectory | None) -> tuple[str, dict[str, Any]]:
+        period, lost = (float(columns[name][row]) for name in ("period", "energy_lost"))
+        known, speeds, energies = not math.isnan(period), [], []
+        if motion is not None and (cycle := motion.cycle) is not None and columns["stall"][row] < 0:
+            struck, last = motion.events.of("impact"), float(motion.events.time[-1])
+            inside = np.flatnonzero(struck.time > last - cycle.period * (1.0 - 1e-9))
+            strongest = np.sort(np.argsort(-struck.impact_velocity[inside], kind="stable")[: cycle.impacts])
+            main = inside[strongest]  # what bounces is weaker than the blow that it follows
+            if main.size:
+                main = np.roll(main, -int(np.argmax(struck.impact_velocity[main])))
+                speeds, energies = struck.impact_velocity[main].tolist(), struck.kinetic_energy[main].tolist()
+        figures = {
+            "period": period if known else None,
+            "impact_velocities": speeds,
+            "blow_energies": energies,
+            "energy_lost": lost if known else None,
+        }
+        return (f"period {period:.4g}" if known else ""), figures
 
 
 def hammer_of(what: System | Machine) -> Hammer:
@@ -545,8 +493,3 @@ def hammer_of(what: System | Machine) -> Hammer:
     if isinstance(what, Machine):
         return SwitchingHammer(what)
     raise ParameterError("system", what, "a System, or a Machine that switches its own valve")
-
-
-def hammer_from(ask: Mapping[str, Any]) -> System | Machine:
-    """The system or machine that was asked for in an archive."""
-    return machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])

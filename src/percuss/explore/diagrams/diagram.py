@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.errors import Interrupted, MissingExtraError
+from percuss.errors import Interrupted, extra_package
 from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, lines_from, with_new
@@ -170,8 +170,7 @@ class Diagram(Shown):
             found[one.label] = found.get(one.label, 0) + one.members
         return tuple(sorted(found, key=lambda label: (-found[label], label)))
 
-    @cached_property
-    def dataset(self) -> xarray.Dataset:
+    def to_xarray(self) -> xarray.Dataset:
         """A row for each impact of what was simulated and of each orbit of the branches, and the events, with units."""
         about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
         return dataset_of(self.axis, self.settled, (*self.branches, *self.rest_branches), self.is_si, about)
@@ -311,10 +310,6 @@ def dataset_of(
     about: Mapping[str, Any],
 ) -> xarray.Dataset:
     """A diagram over the dimensions ``row``, one impact each, and ``event``, with the attributes `about`."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
     name, unit = axis.name, axis.unit or "1"
     rows = [*_simulated(settled), *(row for i, line in enumerate(branches, 1) for row in _rows(i, line))]
     table = dict(zip(_Row._fields, (np.array(column) for column in zip(*rows, strict=True)), strict=True))
@@ -337,7 +332,8 @@ def dataset_of(
         told = {"units": its_unit, "long_name": variables[key][2]["long_name"]}
         variables[f"{key}_{its_unit.replace('/', '_')}"] = ("row", table[key] * table[f"{key}_scale"], told)
     variables |= _events(branches, unit)
-    return xarray.Dataset(variables, attrs=dict(about))
+    made: xarray.Dataset = extra_package("xarray", "io").Dataset(variables, attrs=dict(about))
+    return made
 
 
 def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:

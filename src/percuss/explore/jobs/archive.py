@@ -11,7 +11,6 @@ believed, and computed again when the archive is resumed.
 from __future__ import annotations
 
 import json
-import math
 import os
 import secrets
 import shutil
@@ -32,10 +31,11 @@ import numpy.typing as npt
 from percuss.errors import ArchiveError
 from percuss.explore.jobs.archive_layout import (
     BEGIN,
+    DONE,
     MEND,
     RESUME,
-    ChunkArrays,
     about_column,
+    arrays_of,
     checked,
     chunk_bounds,
     clear,
@@ -47,6 +47,7 @@ from percuss.explore.jobs.archive_layout import (
     lay_out,
     links_in,
     parsed,
+    readable,
     session,
     versions,
     written,
@@ -71,7 +72,7 @@ Record = tuple[int, int, Columns]
 """First item, the one after the last, and their columns."""
 
 _HEAD = struct.Struct("<8sQQQI")
-_MARK = b"percuss1"
+_MARK = b"percuss2"
 _APPEND = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
@@ -81,7 +82,7 @@ class Underway:
     def __init__(self, folder: Path, columns: Mapping[str, Column], size: int) -> None:
         self.bytes = 0
         self._file = folder / FILE
-        self._columns = columns
+        self._item = np.dtype([(name, np.dtype(c.dtype).newbyteorder("<"), c.shape) for name, c in columns.items()])
         self._size = size
 
     def records(self) -> Iterator[Record]:
@@ -96,64 +97,42 @@ class Underway:
         while at + _HEAD.size <= len(data):
             mark, first, last, size, check = _HEAD.unpack_from(data, at)
             body = data[at + _HEAD.size : at + _HEAD.size + size]
-            fits = mark == _MARK and first < last <= self._size and size == self._width() * (last - first) == len(body)
+            fits = mark == _MARK and first < last <= self._size
+            fits = fits and size == self._item.itemsize * (last - first) == len(body)
             if not fits or check != _check(first, last, body):
                 return
-            yield first, last, self._unpacked(body, last - first)
+            rows = np.frombuffer(body, self._item, last - first)
+            yield first, last, {name: rows[name].astype(rows[name].dtype.newbyteorder("=")) for name in self._names}
             at += _HEAD.size + size
 
-    def add(self, records: Iterable[Record]) -> None:
-        """Keep more; OSError when the disk is full or cannot be written."""
+    def keep(self, records: Iterable[Record], anew: bool) -> None:
+        """Keep more, or `anew` these and nothing else; OSError when the disk is full or cannot be written."""
         data = b"".join(self._packed(*record) for record in records)
-        if not data:
-            return
-        handle = os.open(self._file, _APPEND, 0o666)
-        try:
-            left = memoryview(data)
-            while left:
-                left = left[os.write(handle, left) :]
-        finally:
-            os.close(handle)
-        self.bytes += len(data)
+        if not anew:
+            handle = os.open(self._file, _APPEND, 0o666)
+            try:
+                left = memoryview(data)
+                while left:
+                    left = left[os.write(handle, left) :]
+            finally:
+                os.close(handle)
+        elif data:
+            with replaced(self._file, follow=False) as part, open(part, "wb") as file:
+                file.write(data)
+        else:
+            self._file.unlink(missing_ok=True)
+        self.bytes = len(data) + (0 if anew else self.bytes)
 
-    def begin(self, records: Iterable[Record]) -> None:
-        """Keep these and nothing else; OSError as `add`."""
-        data = b"".join(self._packed(*record) for record in records)
-        self.bytes = len(data)
-        if not data:
-            self.remove()
-            return
-        with replaced(self._file, follow=False) as part, open(part, "wb") as file:
-            file.write(data)
-
-    def remove(self) -> None:
-        """Keep nothing."""
-        self.bytes = 0
-        with suppress(FileNotFoundError):
-            self._file.unlink()
-
-    def _width(self) -> int:
-        """Bytes of an item."""
-        return sum(np.dtype(column.dtype).itemsize * math.prod(column.shape) for column in self._columns.values())
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self._item.names or ()
 
     def _packed(self, first: int, last: int, columns: Columns) -> bytes:
-        parts = [
-            np.ascontiguousarray(columns[name], dtype=np.dtype(column.dtype).newbyteorder("<")).tobytes()
-            for name, column in self._columns.items()
-        ]
-        body = b"".join(parts)
+        rows = np.empty(last - first, self._item)
+        for name in self._names:
+            rows[name] = columns[name]
+        body = rows.tobytes()
         return _HEAD.pack(_MARK, first, last, len(body), _check(first, last, body)) + body
-
-    def _unpacked(self, body: memoryview, items: int) -> Columns:
-        found: Columns = {}
-        at = 0
-        for name, column in self._columns.items():
-            kind = np.dtype(column.dtype)
-            count = items * math.prod(column.shape)
-            values = np.frombuffer(body, kind.newbyteorder("<"), count, at)
-            found[name] = values.astype(kind).reshape(items, *column.shape)
-            at += count * kind.itemsize
-        return found
 
 
 def _check(first: int, last: int, body: bytes | memoryview) -> int:
@@ -326,12 +305,13 @@ class Archive:
             self.sessions: list[dict[str, Any]] = list(about["sessions"])
             self.item_seconds = float(about.get("item_seconds", 0.0))
             self.columns = {name: column_from(dict(what)) for name, what in about["columns"].items()}
-            self._arrays = ChunkArrays(path, group, self.columns, self.size, self.chunk)
+            self._arrays = arrays_of(group, self.columns, self.size, self.chunk)
             self._group = group
             self._underway = Underway(path, self.columns, self.size)
         except (LookupError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
             raise damaged(path, repr(error)[:200], BEGIN) from None
-        self.done, unread = self._arrays.signs()
+        signs, unread = readable(self._arrays[DONE], 0, range(-(-self.size // self.chunk)), 1)
+        self.done: npt.NDArray[np.bool_] = signs.astype(bool)
         if unread and lock is None:
             raise damaged(path, f"whether chunk {unread[0]} is there cannot be read", MEND)
         self.damaged: tuple[int, ...] = tuple(unread)
@@ -402,16 +382,17 @@ class Archive:
         """All columns of one chunk, then the sign that it is there; what was there stays readable when this fails."""
         first, last = self.bounds(number)
         with written(self.path), undisturbed():
-            self._arrays.write(first, last, columns)
-            self._arrays.sign(number, 1)
-            self.done[number] = True
+            for name in self.columns:
+                self._arrays[name][first:last] = columns[name]
+            self._sign(number, True)
             if self.done.all():
-                self._underway.remove()
+                self._underway.keep((), anew=True)
 
     def keep(self, records: list[Record], anew: bool = False) -> None:
         """Items of chunks that are not complete yet, besides those kept already, or `anew` instead of them."""
         with written(self.path), undisturbed():
-            (self._underway.begin if anew else self._underway.add)(records)
+            if records or anew:
+                self._underway.keep(records, anew)
 
     @property
     def bytes_underway(self) -> int:
@@ -471,7 +452,7 @@ class Archive:
         empty = np.repeat(~self.done, self.chunk)[: self.size]
         found: Columns = {}
         for name, column in self.columns.items():
-            found[name], bad = self._arrays.column(name, self.done)
+            found[name], bad = self._column(name)
             if bad:
                 first, last = self.bounds(bad[0])
                 raise damaged(self.path, f"chunk {bad[0]} (items {first} to {last - 1}) of the column {name}", MEND)
@@ -507,11 +488,24 @@ class Archive:
 
     def _give_up_damaged(self) -> None:
         """What is damaged does not count as done any more."""
-        bad = {*self.damaged, *(number for name in self.columns for number in self._arrays.column(name, self.done)[1])}
+        bad = {*self.damaged, *(number for name in self.columns for number in self._column(name)[1])}
         for number in sorted(bad):
-            self._arrays.sign(number, 0)
-            self.done[number] = False
+            self._sign(number, False)
         self.damaged = tuple(sorted(bad))
+
+    def _sign(self, number: int, done: bool) -> None:
+        """Note that a chunk is there, or is not."""
+        self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
+        self.done[number] = done
+
+    def _column(self, name: str) -> tuple[npt.NDArray[Any], list[int]]:
+        """A column, and the chunks of it that are done and not there as they were written."""
+        array, inner = self._arrays[name], ["0"] * len(self.columns[name].shape)
+        done = np.flatnonzero(self.done).tolist()
+        found, bad = readable(array, self.columns[name].empty, done, self.chunk)
+        # of a file that is not there zarr gives the fill value
+        gone = [n for n in done if array.size and not self.path.joinpath(name, "c", str(n), *inner).is_file()]
+        return found, sorted({*bad, *gone})
 
     def _check_same(self, job: Job) -> None:
         begun = self.versions.get("percuss")

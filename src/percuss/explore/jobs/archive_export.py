@@ -1,17 +1,25 @@
-"""An archive as one xarray dataset, and that as one file: NetCDF for programs, CSV for everything else."""
+"""Results handed over: columns of numbers as one xarray dataset, and that as one file, NetCDF or CSV."""
 
 from __future__ import annotations
 
 import csv
 import json
 import os
-from typing import TYPE_CHECKING, Any
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from percuss.errors import MissingExtraError
+from percuss.errors import ParameterError, extra_package
 from percuss.explore.jobs.archive import Archive
-from percuss.explore.jobs.archive_layout import canonical
+from percuss.explore.jobs.archive_layout import about_column, canonical, column_from, parsed
+from percuss.explore.jobs.job import Column
+from percuss.model.checks import path as checked_path
+from percuss.recordings.file_formats import netcdf_content
+from percuss.shown import Shown
 from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:
@@ -21,10 +29,90 @@ _ROWS = 1 << 15
 """Rows of a CSV file that are made at once."""
 
 
+def variables_of(
+    columns: Mapping[str, Column],
+    arrays: Mapping[str, Any],
+    dims: Sequence[str],
+    shape: Sequence[int],
+    inner: Mapping[str, str],
+    words: Mapping[str, Sequence[str]],
+) -> dict[str, Any]:
+    """The variables of a dataset over `dims`: with units, meanings, and the words that numbers stand for.
+
+    `inner`: what the dimension of the items of a column is called, where it is not the column's name and a number.
+    """
+    made: dict[str, Any] = {}
+    for name, values in arrays.items():
+        column = columns[name]
+        own = [inner.get(name, f"{name}_{i}") for i in range(len(column.shape))]
+        about = {"units": column.unit or "1", "long_name": column.meaning}
+        if name in words:
+            about["words"] = ", ".join(words[name])
+        made[name] = ((*dims, *own), np.asarray(values).reshape(*shape, *column.shape), about)
+    return made
+
+
+class HandedOver(Shown, ABC):
+    """A result that hands its numbers over: as an xarray dataset, a pandas table, a file."""
+
+    columns: Mapping[str, Any]
+    ask: dict[str, Any]
+
+    @abstractmethod
+    def to_xarray(self) -> xarray.Dataset:
+        """All numbers with named coordinates, units and meanings; numbers that stand for words have them in `words`."""
+
+    @classmethod
+    @abstractmethod
+    def from_archive(cls, archive: Any) -> Self:
+        """The result that an archive holds."""
+
+    @property
+    @abstractmethod
+    def _about(self) -> Mapping[str, Column]:
+        """What the columns hold."""
+
+    def to_pandas(self) -> Any:
+        """What has a number for every cell or start, as a table with a row for each."""
+        data = self.to_xarray()
+        rows = _row_dims(data)
+        return data[[name for name, one in data.data_vars.items() if one.dims == rows]].to_dataframe()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write one file: NetCDF (``.nc``), which `load` reads, or a table as text (``.csv``)."""
+        name = checked_path("path", path).lower()
+        if name.endswith(".csv"):
+            write_csv(self.to_xarray(), path)
+        elif name.endswith(".nc"):
+            data = self.to_xarray()
+            columns = {key: about_column(column) for key, column in self._about.items()}
+            about = {"ask": canonical(self.ask), "columns": json.dumps(columns), "rows": json.dumps(_row_dims(data))}
+            write_dataset(data.assign_attrs({**data.attrs, **about}), path)
+        else:
+            raise ParameterError("path", path, "a name that ends in .nc or .csv")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """The result that `save` wrote into a NetCDF file; ParameterError for a file of something else."""
+        try:
+            data = netcdf_content(Path(checked_path("path", path)))
+            rows = json.loads(data.attrs["rows"])
+            columns = {name: column_from(one) for name, one in json.loads(data.attrs["columns"]).items()}
+            over = data[next(iter(data.data_vars))].isel({}).reset_coords(drop=True)
+            flat = {}
+            for name, column in columns.items():
+                values = data[name].broadcast_like(over).transpose(*rows, ...).values
+                flat[name] = values.reshape(-1, *column.shape).astype(column.dtype)
+            return cls.from_archive(SimpleNamespace(ask=parsed(data.attrs["ask"]), columns=columns, read=lambda: flat))
+        except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
+            accepted = f"a file that {cls.__name__}.save wrote"
+            raise ParameterError("path", str(path), accepted, repr(error)[:200]) from None
+
+
 def dataset_of(archive: Archive) -> xarray.Dataset:
     """What an archive holds, as its kind of result has it, with where it comes from in the attributes."""
-    found: xarray.Dataset | None = getattr(archive.result(), "dataset", None)
-    dataset = plain_dataset(archive) if found is None else found
+    result = archive.result()
+    dataset = plain_dataset(archive) if not hasattr(result, "to_xarray") else result.to_xarray()
     origin = {
         "kind": archive.kind,
         "ask": canonical(archive.ask),
@@ -39,28 +127,16 @@ def dataset_of(archive: Archive) -> xarray.Dataset:
 
 def plain_dataset(archive: Archive) -> xarray.Dataset:
     """The columns of any archive: over the axes that were asked for, else over the dimension ``item``."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
     axes = _axes(archive)
-    dims = tuple(axes) or ("item",)
-    shape = tuple(len(values) for values, _ in axes.values()) or (archive.size,)
-    variables: dict[str, Any] = {}
-    for name, values in archive.read().items():
-        column = archive.columns[name]
-        inner = tuple(f"{name}_{i}" for i in range(len(column.shape)))
-        about = {"units": column.unit or "1", "long_name": column.meaning}
-        variables[name] = ((*dims, *inner), values.reshape(*shape, *column.shape), about)
+    shape = [len(values) for values, _ in axes.values()] or [archive.size]
+    variables = variables_of(archive.columns, archive.read(), tuple(axes) or ("item",), shape, {}, {})
     coordinates: dict[str, Any] = {
         name: (name, np.array(values), {"units": unit or "1"}) for name, (values, unit) in axes.items()
     }
-    return xarray.Dataset(variables, coordinates or {"item": np.arange(archive.size)})
-
-
-def write_netcdf(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """One NetCDF 4 file."""
-    write_dataset(dataset, path)
+    made: xarray.Dataset = extra_package("xarray", "io").Dataset(
+        variables, coordinates or {"item": np.arange(archive.size)}
+    )
+    return made
 
 
 def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:

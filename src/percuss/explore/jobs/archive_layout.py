@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from percuss._version import __version__
 from percuss.errors import ArchiveError, MissingExtraError
-from percuss.explore.jobs.job import Column, Columns, Job
+from percuss.explore.jobs.job import Column, Job
 from percuss.whole_file import replaced, synced
 
 # ---- zarr's folder, written so that what it says is there is on the disk: also after a power cut
@@ -41,19 +41,6 @@ def zarr_package() -> Any:
     return zarr
 
 
-def store_of(folder: Path, read_only: bool = False) -> Any:
-    """A folder as zarr's store; every file in it is whole, and on the disk, before the next one is begun."""
-    return _kind()(folder, read_only=read_only)
-
-
-def all_synced(folder: Path) -> None:
-    """Bring everything in a folder to the disk, when all of it was made."""
-    for here, _, files in os.walk(folder):
-        for name in files:
-            synced(os.path.join(here, name))
-        synced(here)
-
-
 def links_in(folder: Path) -> None:
     """Refuse a folder in which something is a link: an archive has none, and would write through them."""
     for here, folders, _ in os.walk(folder):
@@ -64,7 +51,8 @@ def links_in(folder: Path) -> None:
 
 
 @lru_cache(maxsize=1)
-def _kind() -> Any:
+def _durable_store() -> Any:
+    """A folder as zarr's store; every file in it is whole, and on the disk, before the next one is begun."""
     package = zarr_package()
 
     class DurableStore(package.storage.LocalStore):  # type: ignore[misc, name-defined]  # zarr is imported late
@@ -284,7 +272,10 @@ def lay_out(part: Path, job: Job, chunk: int, item_seconds: float) -> None:
         DONE, shape=(chunks,), chunks=(1,), dtype="uint8", fill_value=0, compressors=check, dimension_names=("chunk",)
     )
     group.update_attributes(checked(about))  # last: without them it is no archive
-    all_synced(part)
+    for here, _, files in os.walk(part):
+        for file in files:
+            synced(os.path.join(here, file))
+        synced(here)
 
 
 def checked(about: Mapping[str, Any]) -> dict[str, Any]:
@@ -299,8 +290,7 @@ def group_of(folder: Path, mode: str) -> Any:
     if not folder.exists():
         raise ArchiveError(str(folder), "no such archive")
     try:
-        store = store_of(folder, read_only=mode == "r")
-        group = zarr.open_group(store, mode=mode, zarr_format=3)
+        group = zarr.open_group(_durable_store()(folder, read_only=mode == "r"), mode=mode, zarr_format=3)
         about = dict(group.attrs)
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         if isinstance(error, PermissionError):
@@ -359,13 +349,6 @@ def written(path: Path) -> Iterator[None]:
         raise ArchiveError(str(path), f"cannot be written: {error.strerror or error}", remedy) from error
 
 
-@contextlib.contextmanager
-def whole_chunks() -> Iterator[None]:
-    """Arrays opened here write chunks also when all of one is the fill value: NaNs keep their bits."""
-    with zarr_package().config.set({"array.write_empty_chunks": True}):
-        yield
-
-
 def clear(left: Iterable[Path]) -> None:
     """Remove what killed processes left half made."""
     for path in list(left):
@@ -384,62 +367,33 @@ def chunk_bounds(number: int, chunk: int, size: int) -> tuple[int, int]:
     return number * chunk, min((number + 1) * chunk, size)
 
 
-class ChunkArrays:
-    """The arrays of one archive; LookupError or ValueError for one that is missing, or of another kind than told."""
+def arrays_of(group: Any, columns: Mapping[str, Column], size: int, chunk: int) -> dict[str, Any]:
+    """An array for each column, and the signs; LookupError or ValueError where one is missing or of another kind.
 
-    def __init__(self, path: Path, group: Any, columns: Mapping[str, Column], size: int, chunk: int) -> None:
-        self.path, self.columns, self.size, self.chunk = path, columns, size, chunk
-        with whole_chunks():
-            self._arrays = {name: group[name] for name in [*columns, DONE]}
-        if size < 0 or chunk < 1:
-            raise ValueError(f"{size} items in chunks of {chunk}")
-        wanted = {name: (c.dtype, (size, *c.shape), chunk) for name, c in columns.items()}
-        for name, (dtype, shape, each) in {**wanted, DONE: ("uint8", (-(-size // chunk),), 1)}.items():
-            array = self._arrays[name]
-            if (array.dtype, array.shape) != (np.dtype(dtype), shape) or array.chunks[0] != each:
-                raise ValueError(f"the column {name} is of another kind")
+    They write chunks also when all of one is the fill value: NaNs keep their bits.
+    """
+    with zarr_package().config.set({"array.write_empty_chunks": True}):
+        arrays = {name: group[name] for name in [*columns, DONE]}
+    if size < 0 or chunk < 1:
+        raise ValueError(f"{size} items in chunks of {chunk}")
+    wanted = {name: (c.dtype, (size, *c.shape), chunk) for name, c in columns.items()}
+    for name, (dtype, shape, each) in {**wanted, DONE: ("uint8", (-(-size // chunk),), 1)}.items():
+        array = arrays[name]
+        if (array.dtype, array.shape) != (np.dtype(dtype), shape) or array.chunks[0] != each:
+            raise ValueError(f"the column {name} is of another kind")
+    return arrays
 
-    def signs(self) -> tuple[npt.NDArray[np.bool_], list[int]]:
-        """Which chunks are done, and those of which this cannot be read."""
+
+def readable(array: Any, empty: Any, numbers: Iterable[int], chunk: int) -> tuple[npt.NDArray[Any], list[int]]:
+    """What can be read of an array, and which of these chunks cannot."""
+    try:
+        return np.asarray(array[:]), []
+    except Exception:  # whatever the codecs make of damage
+        found, bad = np.full(array.shape, empty, dtype=array.dtype), []
+    for number in numbers:
+        first, last = chunk_bounds(number, chunk, array.shape[0])
         try:
-            return np.asarray(self._arrays[DONE][:]).astype(bool), []
-        except Exception:  # whatever the codecs make of damage
-            found = np.zeros(self._arrays[DONE].shape, dtype=bool)
-            bad = []
-            for number in range(len(found)):
-                try:
-                    found[number] = bool(self._arrays[DONE][number])
-                except Exception:  # as above, of this one
-                    bad.append(number)
-            return found, bad
-
-    def sign(self, number: int, done: int) -> None:
-        """Note that a chunk is there, 1, or is not, 0."""
-        self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
-
-    def write(self, first: int, last: int, columns: Columns) -> None:
-        """All columns of the items `first` … `last` − 1."""
-        for name in self.columns:
-            self._arrays[name][first:last] = columns[name]
-
-    def column(self, name: str, signs: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[Any], list[int]]:
-        """A column, and the chunks of it that are done, as `signs` says, and not there as they were written."""
-        column, array = self.columns[name], self._arrays[name]
-        done = np.flatnonzero(signs).tolist()
-        # of a file that is not there zarr gives the fill value
-        bad = [number for number in done if array.size and not self._file(name, number).is_file()]
-        try:
-            return np.asarray(array[:]), bad
-        except Exception:  # as above
-            found = np.full(array.shape, column.empty, dtype=array.dtype)
-        for number in done:
-            first, last = chunk_bounds(number, self.chunk, self.size)
-            try:
-                found[first:last] = array[first:last]
-            except Exception:  # as above, of this one
-                bad.append(number)
-        return found, sorted(set(bad))
-
-    def _file(self, name: str, number: int) -> Path:
-        inner = ["0"] * len(self.columns[name].shape)
-        return self.path.joinpath(name, "c", str(number), *inner)
+            found[first:last] = array[first:last]
+        except Exception:  # as above, of this one
+            bad.append(number)
+    return found, bad
