@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import operator
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
@@ -25,7 +26,7 @@ from types import FunctionType
 from typing import Any, ClassVar
 
 from numba import njit
-from numba.core import codegen, compiler
+from numba.core import codegen, compiler, compiler_machinery, ir, ir_utils, types
 
 # ---- Machine code made once, of a function that Python calls together with all that it calls
 #
@@ -42,6 +43,10 @@ from numba.core import codegen, compiler
 
 _Library: Any = codegen.JITCodeLibrary
 _Compiler: Any = compiler.Compiler
+_Pass: Any = compiler_machinery.FunctionPass
+_registered: Any = compiler_machinery.register_pass
+_ir: Any = ir
+_guarded: Any = ir_utils.guard
 
 _IDLE = {
     "with_lifting", "inline_closure_likes", "rewrite_dynamic_raises", "make_function_op_code_to_jit_function",
@@ -141,6 +146,38 @@ def _all_of(libraries: Iterable[Any]) -> Iterable[Any]:
     return found.values()
 
 
+@_registered(mutates_CFG=False, analysis_only=False)
+class _TellNone(_Pass):  # type: ignore[misc]
+    """Arguments that are not None are known not to be, so that what stands behind `is None` is left out for them, too.
+
+    By itself numba leaves out only what arguments that are None do not come to.
+    """
+
+    _name = "percuss_tell_none"
+
+    def __init__(self) -> None:
+        _Pass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Puts the answers in place of the questions."""
+        known, perhaps = state.func_ir._definitions, (types.NoneType, types.Optional, types.Omitted)
+        for block in state.func_ir.blocks.values():
+            for line in block.find_insts(_ir.Assign):
+                asked = line.value
+                if getattr(asked, "op", "") != "binop" or asked.fn not in (operator.is_, operator.is_not):
+                    continue
+                given, none = (
+                    _guarded(ir_utils.get_definition, state.func_ir, side) for side in (asked.lhs, asked.rhs)
+                )
+                if not isinstance(given, _ir.Arg) or getattr(none, "value", 0) is not None:
+                    continue
+                if not isinstance(state.args[given.index], perhaps):
+                    line.value = _ir.Const(asked.fn is operator.is_not, line.loc)
+                    lines = known[line.target.name]
+                    lines[lines.index(asked)] = line.value
+        return True
+
+
 class _Pipeline(_Compiler):  # type: ignore[misc]
     """numba's way from Python to machine code, with a library of ours."""
 
@@ -154,6 +191,7 @@ class _Pipeline(_Compiler):  # type: ignore[misc]
             pruned = [i for i, one in enumerate(manager.passes) if one[0].name() == "dead_branch_prune"]
             for i in reversed(pruned[1:]):
                 del manager.passes[i]
+            manager.passes.insert(pruned[0], (_TellNone, "what is not None"))
             manager.finalize()
         return found
 

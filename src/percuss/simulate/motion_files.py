@@ -213,11 +213,12 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
 
 def to_table(motion: SimulatedMotion) -> pandas.DataFrame:
     """See `Trajectory.to_pandas`."""
-    xarray_package()  # which comes with pandas
-    import pandas
-
     events = motion.events
-    table = pandas.DataFrame({"time": events.time, "kind": events.kind, **events.columns()}).drop(columns="code")
+    table: pandas.DataFrame = (
+        extra_package("pandas", "io")
+        .DataFrame({"time": events.time, "kind": events.kind, **events.columns()})
+        .drop(columns="code")
+    )
     return table.assign(state=np.array(events.states)[events.piece]) if events.states else table
 
 

@@ -84,6 +84,7 @@ from percuss.simulate.kernels.statistics import (
     recurrence,
     sure,
     tally,
+    valve_wandering,
     wandering,
 )
 from percuss.simulate.kernels.valve_motion import change, contested, fire, occupied, sliding
@@ -671,7 +672,7 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
             if alone or code != BY_WORK or count.work >= rules.budget or stopped[0]:
                 break
         if alone:
-            members[i].ended, members[i].wanders = code, wandering(past, count.impacts, None)
+            members[i].ended, members[i].wanders = code, wandering(past, count.impacts)
             continue
         if stopped[0] and code == BY_WORK:
             return i
@@ -703,4 +704,4 @@ def follow_valve(plant, rules, log, begins):
 @entry
 def wanders_valve(controls):
     """Whether the last changes of the valve do not come near any of the ones before."""
-    return wandering(controls.past, controls.now.changes, controls)
+    return valve_wandering(controls.past, controls.now.changes)

@@ -52,12 +52,16 @@ def returned(bar, modes, speed, motion, tolerance):
     return amplitudes_off(modes, motion.z, motion.anchor) <= bound
 
 
-@inlined
-def distance(one, other, scale, controls):
-    """How far one of the last impacts, or of the last changes of a valve, is from another."""
-    if controls is None:
-        turn = abs(one.phase - other.phase)
-        return max(min(turn, TURN - turn), abs(one.speed - other.speed) / scale)
+@inner
+def impacts_apart(one, other, scale):
+    """How far one of the last impacts is from another."""
+    turn = abs(one.phase - other.phase)
+    return max(min(turn, TURN - turn), abs(one.speed - other.speed) / scale)
+
+
+@inner
+def changes_apart(one, other, scale):
+    """The same of the last changes of a valve."""
     if one.state != other.state:
         return ELSEWHERE
     off = max(abs(one.gap - other.gap), abs(one.rate - other.rate)) / scale
@@ -65,58 +69,70 @@ def distance(one, other, scale, controls):
 
 
 @inner
-def farthest(past, shift, first, last, scale, controls):
+def farthest(past, shift, first, last, scale, apart):
     """Greatest distance of those number `first` … `last` − 1 from those `shift` before."""
     most, ring = 0.0, past.shape[0] - 1
     for i in range(first, last):
-        most = max(most, distance(past[i & ring], past[(i - shift) & ring], scale, controls))
+        most = max(most, apart(past[i & ring], past[(i - shift) & ring], scale))
     return most
 
 
 @inlined
-def shortest(past, cycle, periods, seen, scale, tolerance, controls):
+def shortest(past, cycle, periods, seen, scale, tolerance, apart, near):
     """The cycle of so many impacts or changes or, when a part of it comes back too, that; 0 when that is still open.
 
     A motion that settles with a negative multiplier comes back after two cycles before it does after one: the distance
-    of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for.
+    of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for where it is less than `near`.
     """
     for part in range(1, cycle // 2 + 1):
         if cycle % part or (periods * part) % cycle or 2 * cycle + part > min(seen, past.shape[0]):
             continue
-        off = farthest(past, part, seen - cycle, seen, scale, controls)
+        off = farthest(past, part, seen - cycle, seen, scale, apart)
         if off <= tolerance:
             return part
-        shrunk = abs(off - farthest(past, part, seen - 2 * cycle, seen - cycle, scale, controls)) > 1e-4 * off
-        if shrunk and (controls is None or off < 1.0):
+        if off < near and abs(off - farthest(past, part, seen - 2 * cycle, seen - cycle, scale, apart)) > 1e-4 * off:
             return 0
     return cycle
 
 
-@inner
-def wandering(past, seen, controls):
-    """Whether no shift brings the last impacts, or changes of a valve, back to `LOOSE`ly the same.
+@inlined
+def returns(past, seen, same, shifts, top, apart):
+    """Whether some shift brings the last impacts, or changes of a valve, back to `LOOSE`ly the same.
 
-    `past`: the last ones, in a ring; `seen`: how many there were.
+    `past`: the last ones, in a ring; `seen`: how many there were; `top`: what they are measured by.
     """
-    same, shifts, top, ring = (SAME, SHIFTS, 1e-300, past.shape[0] - 1)
-    if controls is not None:
-        same, shifts = SAME // 2, SHIFTS // 2
-    if seen < same + shifts:
-        return 0
-    for i in range(seen - same, seen):
-        if controls is None:
-            top = max(top, abs(past[i & ring].speed))
-        else:
-            top = max(top, abs(past[i & ring].rate), abs(past[i & ring].gap))
+    ring = past.shape[0] - 1
     for shift in range(1, shifts + 1):
         near = True
         for i in range(seen - same, seen):
-            if distance(past[i & ring], past[(i - shift) & ring], top, controls) > LOOSE:
+            if apart(past[i & ring], past[(i - shift) & ring], top) > LOOSE:
                 near = False
                 break
         if near:
-            return 0
-    return 1
+            return True
+    return False
+
+
+@inner
+def wandering(past, seen):
+    """Whether no shift by up to `SHIFTS` impacts brings the last ones back."""
+    if seen < SAME + SHIFTS:
+        return False
+    top, ring = 1e-300, past.shape[0] - 1
+    for i in range(seen - SAME, seen):
+        top = max(top, abs(past[i & ring].speed))
+    return not returns(past, seen, SAME, SHIFTS, top, impacts_apart)
+
+
+@inner
+def valve_wandering(past, seen):
+    """The same of the last changes of a valve."""
+    if seen < SAME // 2 + SHIFTS // 2:
+        return False
+    top, ring = 1e-300, past.shape[0] - 1
+    for i in range(seen - SAME // 2, seen):
+        top = max(top, abs(past[i & ring].rate), abs(past[i & ring].gap))
+    return not returns(past, seen, SAME // 2, SHIFTS // 2, top, changes_apart)
 
 
 @inlined
@@ -224,7 +240,7 @@ def recurrence(bar, modes, speed, fresh, motion, tolerance):
             cycle = since
             if count.rests == 0:
                 scale = bar.force + abs(speed)
-                cycle = shortest(motion.past, since, periods, count.impacts, scale, tolerance, None)
+                cycle = shortest(motion.past, since, periods, count.impacts, scale, tolerance, impacts_apart, math.inf)
             if cycle == 0:
                 count.confirmed, count.cycle_impacts = 0, 0
             else:
@@ -298,7 +314,7 @@ def recurrence_of_valve(table, motion, controls, tolerance):
     scale = table.bar.force + abs(now.gap_rate)
     since = own.changes - own.memo_changes
     if own.memo_changes > 0 and changed_back(table.modes, motion, controls, tolerance, scale):
-        cycle = shortest(past, since, since, own.changes, scale, tolerance, controls)
+        cycle = shortest(past, since, since, own.changes, scale, tolerance, changes_apart, 1.0)
         if cycle == 0:
             own.confirmed, own.cycle_changes = 0, 0
         else:
@@ -412,7 +428,7 @@ def concluded(motion, code, member):
     member.cycle_impacts = count.cycle_impacts if settled else 0
     member.cycle_periods = count.cycle_periods if settled else 0
     member.cycle_kind = count.cycle_kind if settled or count.verdict == LOST_CYCLE else 0
-    member.wanders = wandering(motion.past, count.impacts, None)
+    member.wanders = 1 if wandering(motion.past, count.impacts) else 0
 
 
 @entry
