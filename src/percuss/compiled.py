@@ -1,12 +1,12 @@
 """How functions are compiled, and what their cache on disk is valid for.
 
-Four decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
+Five decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python, nor a cache of its own, nor
 machine code (`Whole`).
 `inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over. LLVM decides
 which
 others are; numba by itself would hand the copying down from a function to those that it is the first to call.
-`summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
+`summed`, `inlined_sums`: the same of functions whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
 counting, atomic because of threads, took three quarters of the time of an impact. A function without a wrapper cannot
@@ -251,6 +251,10 @@ inlined: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": True}))
 
 summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))
 """Compile a function that only compiled functions call, and whose sums may be reordered."""
+
+
+inlined_sums: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS, "forceinline": True}))
+"""Compile a function that is copied into those that call it, and whose sums may be reordered."""
 
 
 def entry(function: Callable[..., Any]) -> Any:

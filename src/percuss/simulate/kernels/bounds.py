@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from percuss.compiled import entry, inlined, inner, summed
+from percuss.compiled import entry, inlined, inlined_sums, inner, summed
 from percuss.simulate.kernels.modes import (
     creep_sizes,
     creeping,
     drift,
-    elastic,
+    elastic_apart,
     most_of,
     ramped,
     sine_cosine,
@@ -20,7 +20,7 @@ from percuss.simulate.kernels.modes import (
 from percuss.simulate.kernels.motion_records import EPS, POWERS
 
 
-@summed
+@inlined_sums
 def amplitudes(bar, modes, z, now):
     """f and f'' at the anchor, and bounds of |f|, |f'|, |f''|, |f‴| ever after."""
     f, curve = 0.0, 0.0
@@ -54,7 +54,13 @@ def amplitudes(bar, modes, z, now):
     now.sup, now.sup1, now.sup2, now.sup3 = sup * grown, sup1 * grown, sup2 * grown, sup3 * grown
 
 
-@summed
+@inner
+def amplitudes_apart(bar, modes, z, now):
+    """`amplitudes`, made once for what is seldom done."""
+    amplitudes(bar, modes, z, now)
+
+
+@inlined_sums
 def ringing(modes, z):
     """Σ|z|, Σω|z|, Σω²|z|, Σω³|z| of the oscillating modes: bounds of their free part and its derivatives."""
     sup, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
@@ -339,7 +345,7 @@ def advance(table, motion, desk, tau):
     """The anchor moved to τ under a constant load, without an impact; the clock is turned apart."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     ds, vs, _ = smooth(bar, now, desk.osc, tau)
-    df, fv, _, slip = elastic(bar, modes, z, now, desk, tau)
+    df, fv, _, slip = elastic_apart(bar, modes, z, now, desk, tau)
     now.rigid_rate = drifted(bar, now, tau)
     turn_modes(bar, modes, z, desk, tau, 0.0, slip)
     now.gap += ds + df
@@ -354,4 +360,4 @@ def jump_back(table, motion, old, new):
         jump = modes.statics[j] * (old - new)
         z[0, j] += jump
         z[1, j] -= modes.half[j] * jump * modes.inverse[j]
-    amplitudes(table.bar, modes, z, motion.now)
+    amplitudes_apart(table.bar, modes, z, motion.now)

@@ -12,7 +12,7 @@ import math
 from percuss.compiled import entry, inlined, inner
 from percuss.simulate.kernels.bounds import (
     advance,
-    amplitudes,
+    amplitudes_apart,
     drifted,
     jump_back,
     rigid_rate,
@@ -32,7 +32,7 @@ from percuss.simulate.kernels.clock import (
     turn_clock,
 )
 from percuss.simulate.kernels.first_contact import like_flight, next_contact
-from percuss.simulate.kernels.modes import elastic, forced_modes, turn_modes
+from percuss.simulate.kernels.modes import elastic_apart, forced_modes, turn_modes
 from percuss.simulate.kernels.motion_records import (
     ASKED,
     AT_REST,
@@ -388,7 +388,7 @@ def arrive(table, motion, desk, found, tau, speed, late, slip, ahead, valve):
     bar, modes, breaks, now, count, z = table.bar, table.modes, table.breaks, motion.now, motion.count, motion.z
     if found == GRAZE:  # the bar goes on from where it is, not from the wall
         ds, _, _ = smooth(bar, now, desk.osc, tau)
-        df, _, _, _ = elastic(bar, modes, z, now, desk, tau)
+        df, _, _, _ = elastic_apart(bar, modes, z, now, desk, tau)
         now.gap += ds + df
     moves, rest = modes.omega.shape[0] > 0 or found == GRAZE, speed
     if moves:
@@ -409,7 +409,7 @@ def arrive(table, motion, desk, found, tau, speed, late, slip, ahead, valve):
 def grazed(table, motion, tau, log, valve):
     """A touch that rounding does not tell from a miss, from which the bar flies on."""
     now, count = motion.now, motion.count
-    amplitudes(table.bar, table.modes, motion.z, now)
+    amplitudes_apart(table.bar, table.modes, motion.z, now)
     count.mode, now.hold, now.last_place, now.gap_rate = GRAZED, 0.0, 0.0, 0.0
     count.pile = count.pile + 1 if tau < 4.0 * EPS else 0
     if count.pile > 100:
@@ -560,7 +560,7 @@ def put(table, motion, desk, starts, i):
             z[1, j] = -modes.inverse[j] * (z[1, j] + modes.half[j] * z[0, j])
     now.gap, now.gap_rate, now.rigid_rate, now.last_flight = starts.gap[i], rate, v[0], -1.0
     now.released = -1.0
-    amplitudes(bar, modes, z, now)
+    amplitudes_apart(bar, modes, z, now)
     # at_rest, at rest and on the wall: released at once when the load pulls
     count.mode = RESTING if still else (ON_WALL if starts.gap[i] == 0.0 else FLYING)
 
@@ -695,7 +695,7 @@ def follow_valve(plant, rules, log, begins):
     table, motion, valve = plant.table, plant.motion, Switching(plant.gear, plant.controls)
     sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
     if begins > 0:
-        amplitudes(table.bar, table.modes, motion.z, motion.now)
+        amplitudes_apart(table.bar, table.modes, motion.z, motion.now)
     if begins > 1:
         occupied(table, motion, log, valve)
     return fly(table, motion, plant.desk, rules, log, valve, sight)

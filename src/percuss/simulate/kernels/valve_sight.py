@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from percuss.compiled import inlined, inner, summed
-from percuss.simulate.kernels.bounds import amplitudes, smooth_at_anchor
+from percuss.simulate.kernels.bounds import amplitudes_apart, smooth_at_anchor
 from percuss.simulate.kernels.first_contact import next_contact
 from percuss.simulate.kernels.motion_records import (
     CONTACT,
@@ -206,7 +206,7 @@ def next_crossing(table, motion, desk, port, first, horizon, limit, forever, gue
         )
     else:
         aim(gear, motion, sight.eye, port, sign, gap, toward)
-        amplitudes(table.bar, table.modes, sight.eye.z, sight.eye.now)
+        amplitudes_apart(table.bar, table.modes, sight.eye.z, sight.eye.now)
         found, tau, steps = looked_for(table, sight.eye, desk, push, at_edge, toward, horizon, limit, forever, guess)
     if found == NEVER:
         return math.inf, NEVER, steps

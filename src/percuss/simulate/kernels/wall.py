@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from percuss.compiled import inlined, inner, summed
-from percuss.simulate.kernels.bounds import amplitudes, smooth
+from percuss.compiled import inlined, inlined_sums, inner, summed
+from percuss.simulate.kernels.bounds import amplitudes, amplitudes_apart, smooth
 from percuss.simulate.kernels.clock import load_at
 from percuss.simulate.kernels.modes import forced_modes
 from percuss.simulate.kernels.motion_records import ON_WALL, POWERS
@@ -23,7 +23,7 @@ def kinetic_energy(bar, modes, z, now, work):
     return 0.5 * bar.whole * now.rigid_rate * now.rigid_rate + total
 
 
-@summed
+@inlined_sums
 def turn_over(bar, modes, z, now, work):
     """The modal velocities times −R, with the forced ones in `work`; returns ½ ∫ u_t² dx before it."""
     r, total = bar.restitution, 0.0
@@ -134,7 +134,7 @@ def at_rest(table, motion, desk, force):
             z[1, j] = (desk.forced[j] - modes.half[j] * z[0, j]) * modes.inverse[j]
         else:
             z[1, j] = -desk.forced[j]
-    amplitudes(bar, modes, z, now)
+    amplitudes_apart(bar, modes, z, now)
     now.gap, now.gap_rate, now.rigid_rate = 0.0, 0.0, 0.0
 
 
