@@ -201,7 +201,7 @@ class BlowTable(CaseTable):
 
     velocity: Velocities | None = None
     """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that
-    of the steady motion."""
+    of the steady motion, or of the cycle of a machine that switches its own valve."""
     until: Time | None = None
     """Time from the start of the blow at which it is left. Allowed: greater than 0. When left out: the end of the blow,
     where that can be proved."""

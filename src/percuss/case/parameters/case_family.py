@@ -212,9 +212,8 @@ class CaseFamily:
         from percuss.case.answers.blow_answer import blow_answer, own_speed
 
         case, keys = self.varied(values), {self.key(name) for name in values}
-        given = case.tables.blow is not None and case.tables.blow.velocity is not None
         free = {"tool", "rock", "blow"} if self.is_machine else {"bar", "tool", "rock", "blow"}
-        moved = (self.is_machine and not given) or any(key.partition(".")[0] not in free for key in keys)
+        moved = any(key.partition(".")[0] not in free for key in keys)
         return blow_answer(case, own_speed(case) if moved and "blow.velocity" not in keys else None).blow
 
     def _scaled(self, keys: dict[str, tuple[float, str]]) -> System:
