@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from percuss.blow.gauges import RecordFit
     from percuss.blow.striking import Field
     from percuss.case.case import Case
-    from percuss.case.file_format.body_building import BlowQuestion
+    from percuss.case.file_format.target import BlowQuestion
     from percuss.recordings import Recording
     from percuss.steady import Orbit
 
