@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
-from percuss.model import Machine, System
+from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, count, flag, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
@@ -21,7 +21,8 @@ from percuss.simulate.ensemble import cores
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", "stalls")
 """How the computation of an exponent ends.
 
-``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞. ``departed``,
+``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞; of a structure of
+several modes, which move on while it rests, none is told. ``departed``,
 ``stalls``: the bar has left for good, or the valve of a machine never switches again; there is none. ``work``,
 ``memory``: the simulation ended early (`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are.
 ``resonance``: of a batch only; the load meets an undamped elastic mode.
@@ -250,7 +251,10 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
         return Lyapunov(*_NONE, 0, outcome)
     later = struck[discard] if struck.size > discard else code.size
     forgets = motion.is_clocked  # what a machine rests from, its pressure and its orders remember
-    if outcome == "rest" or (forgets and rests.size and rests[-1] > later):
+    resting = outcome == "rest" or (forgets and rests.size and rests[-1] > later)
+    if resting and isinstance(motion.spectrum.system.body, HeldBody) and motion.modes > 1:
+        return Lyapunov(*_NONE, 0, "rest")  # while the wall holds its contact its modes move on, and remember
+    if resting:
         return Lyapunov(*_ERASED, max(struck.size - discard, 0), "rest")
     if struck.size <= discard + _BATCHES:
         return Lyapunov(*_NONE, max(struck.size - discard, 0), outcome)
