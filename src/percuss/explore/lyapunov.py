@@ -22,7 +22,8 @@ LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", 
 """How the computation of an exponent ends.
 
 ``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞; of a structure
-of several modes, which move on while it rests, none is told. ``departed``, ``stalls``: the bar has left for good, or the valve of a machine never switches again; there is none. ``work``,
+of several modes, which move on while it rests, none is told. ``departed``, ``stalls``: the bar has left for good, or
+the valve of a machine never switches again; there is none. ``work``,
 ``memory``: the simulation ended early (`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are.
 ``resonance``: of a batch only; the load meets an undamped elastic mode.
 """
