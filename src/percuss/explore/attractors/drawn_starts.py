@@ -273,7 +273,15 @@ def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, 
         why = "" if not path.exists() else "it is not a regular file"
         raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
     other = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower())
-    return str(path), _text(path, states) if other is None else other(path)
+    if other is None:
+        return str(path), _text(path, states)
+    try:
+        return str(path), other(path)
+    except (Interrupted, MissingExtraError):
+        raise
+    except Exception as error:  # a damaged file raises whatever it happens to hit
+        accepted = f"a {path.suffix.lower()} file of numbers"
+        raise ParameterError("distribution", str(path), accepted, str(error)[:200]) from None
 
 
 def table_starts(body: Body, at: int, file: str, columns: dict[str, Array], third: str = "time") -> Starts:
@@ -351,26 +359,18 @@ def _text(path: Path, states: tuple[str, ...]) -> dict[str, Array]:
 
 
 def _npz(path: Path) -> dict[str, Array]:
-    try:
-        with np.load(path, allow_pickle=False) as content:
-            return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
-    except Exception as error:  # a damaged file raises whatever it happens to hit
-        raise ParameterError("distribution", str(path), "an .npz file of numbers", str(error)[:200]) from None
+    with np.load(path, allow_pickle=False) as content:
+        return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
 
 
 def _netcdf(path: Path) -> dict[str, Array]:
     xarray = extra_package("xarray", "io")
-    try:
-        with path.open("rb") as file:
-            classic = file.read(3) == b"CDF"  # read by Python itself
-        content = xarray.load_dataset(path, decode_cf=False) if classic else netcdf_content(path)
-        content = xarray.decode_cf(content, decode_times=False)
-        names = [str(name) for name in content.variables if str(name) not in content.indexes]
-        return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
-    except (Interrupted, MissingExtraError):
-        raise
-    except Exception as error:  # as above
-        raise ParameterError("distribution", str(path), "a NetCDF file of numbers", str(error)[:200]) from None
+    with path.open("rb") as file:
+        classic = file.read(3) == b"CDF"  # read by Python itself
+    content = xarray.load_dataset(path, decode_cf=False) if classic else netcdf_content(path)
+    content = xarray.decode_cf(content, decode_times=False)
+    names = [str(name) for name in content.variables if str(name) not in content.indexes]
+    return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
 
 
 def mode_of(name: str) -> int:

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
-from percuss.errors import ArchiveError, MissingExtraError
+from percuss.errors import ArchiveError, extra_package
 from percuss.explore.jobs.job import Column, Job
 from percuss.whole_file import replaced, synced
 
@@ -32,12 +32,11 @@ from percuss.whole_file import replaced, synced
 
 def zarr_package() -> Any:
     """zarr, imported when an archive is first used."""
-    try:
-        import zarr
-        import zarr.codecs
-        import zarr.storage
-    except ImportError:
-        raise MissingExtraError("zarr", "io") from None
+    extra_package("zarr", "io")
+    import zarr
+    import zarr.codecs
+    import zarr.storage
+
     return zarr
 
 
