@@ -373,7 +373,7 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 
 
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
-    told = picked(point, "value beyond impact touch_phase")
+    told = picked(point, "value beyond impact touch_phase side criticality")
     if not has_rest:
         return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
     told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None
