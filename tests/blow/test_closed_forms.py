@@ -6,15 +6,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from blow_strategies import section
 from percuss.blow import BlowOutcome, Rock, Rod, Wall, closed_forms, effective_blow, strike
 from percuss.errors import ParameterError
 from percuss.model import Bar, Section, SectionedBar, SteppedBar, UniformBar
 from strategies import decades
-
-
-def unit_section(impedance, transit):
-    """With E = ρ = 1 the length is the transit time, and the area the impedance."""
-    return Section(transit, area=impedance, youngs_modulus=1.0, density=1.0)
 
 
 def test_st_venant():
@@ -46,7 +42,7 @@ def test_a_uniform_striker_on_a_rod_that_is_no_less_stiff(s, ratio):
 @given(ratio=decades(0.01, 3.0), steps=st.integers(1, 8))
 def test_the_staircase(ratio, steps):
     """Force and velocity after each round trip of a striker that is stiffer than the rod."""
-    blow = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([unit_section(1.0, None)]), 2.0, until=float(steps) + 0.5)
+    blow = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([section(1.0, None)]), 2.0, until=float(steps) + 0.5)
     for k in range(steps):
         force = closed_forms.staircase_force(ratio, 1.0, 2.0, k)
         assert blow.face_force.at(k + 0.5) == pytest.approx(force, abs=1e-13 * ratio)
@@ -54,7 +50,7 @@ def test_the_staircase(ratio, steps):
     assert state.velocity[1:-1] == pytest.approx(closed_forms.staircase_velocity(ratio, 1.0, 2.0, steps), abs=1e-13)
     if steps == 1:
         passed = closed_forms.uniform_blow(ratio, 1.0, 1.0, 1.0).passed
-        first = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([unit_section(1.0, None)]), 2.0, until=1.0)
+        first = strike(Bar(0.5, ratio, 1.0, 1.0), Rod([section(1.0, None)]), 2.0, until=1.0)
         assert first.work_through_face == pytest.approx(passed * first.energy_before, rel=1e-12)
 
 
@@ -69,7 +65,7 @@ def test_two_sections_of_equal_transit_times_on_a_wall(rho):
 @given(beta=decades(-1.5, 1.2), gamma=st.floats(0.01, 1.0))
 def test_a_matched_hammer_on_rock(beta, gamma):
     """Lundberg's efficiency: the rod is long enough for the first wave to have gone back before anything returns."""
-    rod = Rod([unit_section(1.0, 50.0)], "rock", rock=Rock(0.5 * beta, gamma))
+    rod = Rod([section(1.0, 50.0)], "rock", rock=Rock(0.5 * beta, gamma))
     blow = strike(Bar(1.0, 1.0, 1.0, 1.0), rod, 1.0, until=95.0)
     assert blow.rock_dissipated / blow.energy_before == pytest.approx(
         closed_forms.matched_efficiency(beta, gamma), abs=1e-12
@@ -88,7 +84,7 @@ def test_the_best_beta_is_the_best():
 def test_an_exponential_wave_does_the_most_work():
     """The best wave of a duration, sent as the field of a long striker through a matched rod."""
     beta, gamma = 2.0, 0.2
-    rod = Rod([unit_section(1.0, 60.0)], "rock", rock=Rock(beta, gamma))
+    rod = Rod([section(1.0, 60.0)], "rock", rock=Rock(beta, gamma))
     # what is at x in the striker, all of it going right, arrives the later the further it is from the face
     wave = lambda x: math.e ** (beta * (1.0 - x))  # noqa: E731
     blow = strike(Bar(1.0, 1.0, 1.0, 1.0), rod, field=(wave, wave), until=100.0)
@@ -101,7 +97,7 @@ def test_an_exponential_wave_does_the_most_work():
 def test_a_heavy_bit_is_a_fixed_end_and_a_light_one_is_none(mass_ratio):
     assume(mass_ratio > 0.2)
     striker = Bar(1.0, 1.0, 1.0, 1.0)
-    rod = [unit_section(mass_ratio, 2.5)]
+    rod = [section(mass_ratio, 2.5)]
     fixed, heavy = (
         strike(striker, Rod(rod, "fixed"), 1.0, until=12.0),
         strike(striker, Rod(rod, "free", bit_mass=1e9), 1.0, until=12.0),
@@ -144,3 +140,19 @@ def test_stepped_pistons_of_the_literature():
     equal = effective_blow(SteppedBar(1.0, (1.0, 1.0, 4.0), (1.0, 1.0, 1.0)), Wall())
     assert equal.restitution == pytest.approx(0.44, abs=0.005)
     assert equal.ringing == pytest.approx(0.80, abs=0.01)
+
+
+def test_contacts_of_stepped_strikers_by_rational_arithmetic():
+    """Sections 15 : 5 : 10 of impedances 1 : 2 : 4 on a rod of 2; the drifter's piston on a wall, and on its rod."""
+    head = SteppedBar(1.0, (1.0, 2.0, 4.0), (15.0, 5.0, 10.0))
+    blow = strike(head, Rod.of_impedance(0.5 * float(head.sections.impedance[-1])), 1.0)
+    impulses = [47.64476959813037, 0.940095576617787, 3.5698356826720787, 0.053637671634381615]
+    assert [52.0 * one.impulse for one in blow.contacts[:4]] == pytest.approx(impulses, rel=1e-10)
+    drifter = SteppedBar(1.0, (1.2566, 1.9635, 0.9503), (0.0731, 0.2187, 0.1493))
+    way = 0.4411 * math.sqrt(7850.0 / 206e9)
+    one, two = strike(drifter, Wall(), 1.0).contacts
+    times = [1.722139276135286e-4, 2.1691711248230118e-4, 2.2929322078309985e-4]
+    assert [way * one.end, way * two.start, way * two.end] == pytest.approx(times, rel=1e-10)
+    found = effective_blow(drifter, Rod.of_impedance(4.0 * float(drifter.sections.impedance[-1])))
+    wanted = 0.41528390670042886, 40.0 * 0.066923600090682378, 40.0 * 0.02807555306396961
+    assert (found.restitution, found.duration, found.centroid) == pytest.approx(wanted, rel=1e-9)

@@ -129,7 +129,7 @@ def test_a_dimensionless_rod_is_told_by_the_impedance_of_the_last_section(sectio
     # mass 1 = Z₁τ₁ + Z₂τ₂ with τ₁ + τ₂ = 1/s, Z₁ = 2 Z₂, τ₂ = 2 τ₁: Z₂ (2 + 2)/(3 s) = 1
     own = 20.0 * 3.0 / 4.0 if sections else 20.0
     assert isinstance(question.target, Rod)
-    assert question.target.face_impedance == pytest.approx(3.0 * own, rel=1e-14)
+    assert question.target.end_impedance == pytest.approx(3.0 * own, rel=1e-14)
 
 
 def test_a_dimensionless_blow() -> None:

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from cli_cases import WAVES
-from percuss.case import Case, Span, best_answer, blow_answer, load_case
+from percuss.case import Case, Span, best_answer, blow_answer, load_case, machine_answer
+from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
-from percuss.errors import ParameterError
+from percuss.errors import CaseError, ParameterError
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "blow" / "reference_blows.json").read_text(encoding="utf-8"))
 
@@ -147,12 +148,24 @@ def test_waves_are_saved_as_netcdf_table_and_picture(percuss):
 
 def test_a_case_without_speed_and_motion_says_what_it_needs(struck):
     struck(WAVES.replace('velocity = "10 m/s"', "")).refused("or --velocity", "[load]")
-    own = load_case("valve-drifter").varied({"blow.velocity": None}).to_toml()
-    struck(own).refused("'percuss machine' tells the striking speed")
 
 
-def test_the_blow_of_a_machine_is_resolved_by_waves(percuss):
-    assert percuss("blow", "valve-drifter", "--json").json["case"] == "valve-drifter"
+PUMP = {"load.supply.flow": "133 l/min", "load.supply.accumulator": "2.5 cm^3/bar"}
+
+
+@pytest.mark.parametrize(("machine", "more"), [("valve-drifter", {}), ("valve-breaker", {}), ("valve-breaker", PUMP)])
+def test_the_blow_of_a_machine_has_the_speed_of_its_own_cycle(struck, machine, more):
+    """That of the rigid piston; in a sweep, too. What does not run has none, and no field of a motion under a clock."""
+    case = load_case(machine).varied({"blow.velocity": None, **more})
+    told, cycle = struck(case.to_toml(), "--json").json, machine_answer(case, modes=0).motion.cycle
+    speed = cycle.blow_speed * case.machine().speed_scale
+    assert told["mean_velocity_before"] == pytest.approx(speed, rel=1e-12) and "own cycle" in told["velocity_from"]
+    swept = CaseFamily(case, {"rock.stiffness": "kN/mm"}).blow({"rock.stiffness": 300.0})
+    assert swept.mean_velocity_before == pytest.approx(speed, rel=1e-12)
+    with pytest.raises(CaseError, match="leave the field out"):
+        blow_answer(case, whole_field=True)
+    with pytest.raises(CaseError, match="one blow in a cycle"):
+        blow_answer(case.varied({"load.ports[1].delay": "40 ms"}))
 
 
 def test_a_dimensionless_bar_is_told_in_its_scales(struck):

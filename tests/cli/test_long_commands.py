@@ -20,7 +20,7 @@ from percuss.case import load_case
 from percuss.explore import REASONS, boundaries, sweep
 from percuss.explore.attractors.basin import BasinsJob
 from percuss.explore.attractors.experiments import ExperimentJob
-from percuss.explore.quantities import CYCLE_KINDS
+from percuss.explore.attractors.hammers import CYCLE_KINDS
 from percuss.simulate import OUTCOMES
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))

@@ -20,7 +20,7 @@ from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import External, Kept, Reversed, UniformBar
 from percuss.stability import orbit_multipliers
-from percuss.stability.orbit_multipliers import outside_number
+from percuss.stability.cycle_multipliers import outside_number
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from random_hammers import random_hammer
 

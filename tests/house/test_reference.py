@@ -12,7 +12,7 @@ import pytest
 
 from percuss import Stop, run
 from percuss.case import Case, blow_answer, load_case
-from percuss.case.file_format import schema
+from percuss.case.file_format import plain_form, schema
 from percuss.cli import main
 from percuss.errors import CaseError
 
@@ -115,10 +115,10 @@ def rows(table: str) -> dict[str, list[str]]:
     ("form", "kind"),
     [
         (form, kind)
-        for form in (schema.PhysicalCase, schema.PlainCase)
+        for form in (schema.PhysicalCase, plain_form.PlainCase)
         for kind in ("harmonic", "square", "fourier", "steps", "valve")
     ]
-    + [(schema.PhysicalCase, "history"), (schema.PlainCase, "history")],
+    + [(schema.PhysicalCase, "history"), (plain_form.PlainCase, "history")],
     ids=lambda value: value if isinstance(value, str) else value.__name__,
 )
 def test_the_page_has_every_key_of_a_case(form, kind):

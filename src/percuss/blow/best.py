@@ -126,18 +126,12 @@ def best_blow(
     ----------
     made
         The blow at values, one for each range; a `PercussError` says that there is none.
-    ranges
-        Least and greatest value of each.
-    objective
-        One of `OBJECTIVES`.
-    below
-        Limit of the greatest stress in striker and rod, in Pa (dimensionless: the force).
-    first
-        Values to begin with, inside the ranges.
-    seed
-        Of the random places: the same seed finds the same blow.
-    most
-        Blows computed, about.
+    ranges, first
+        Least and greatest value of each, and values to begin with, inside the ranges.
+    objective, below
+        One of `OBJECTIVES`, and a limit of the greatest stress in striker and rod, in Pa (dimensionless: the force).
+    seed, most
+        Of the random places: the same seed finds the same blow. About how many blows are computed.
     progress
         Called before each blow with the number of those done and of all; true ends the search with the best so far.
 

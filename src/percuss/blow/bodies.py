@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import accumulate, pairwise
+from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Body, Section, SizedBody, SteppedBar, UniformBar
-from percuss.model.body.stepped import MOST_JUMP, MOST_SECTIONS, section_of
+from percuss.model.body.stepped import MOST_JUMP, MOST_SECTIONS, pieces_of, section_of
 from percuss.model.body.uniform import Piece
 from percuss.model.checks import Array, choice, count, finite, instance, non_negative, positive, several
 
@@ -32,12 +32,10 @@ class Rock:
 
     Parameters
     ----------
-    stiffness
-        K_1 of the first loading, in N/m.
+    stiffness, gap
+        K_1 of the first loading, in N/m, and the distance between bit and rock before the blow, in m.
     unloading_ratio
         γ, the share of the penetration that springs back, greater than 0 and at most 1, dimensionless; 1 is elastic.
-    gap
-        Distance between bit and rock before the blow, in m.
 
     Raises
     ------
@@ -71,18 +69,7 @@ class Rock:
 
 @dataclass(frozen=True)
 class Wall:
-    """A rigid wall.
-
-    Parameters
-    ----------
-    gap
-        Distance between the faces before the blow, in m (dimensionless: in lengths of the striker).
-
-    Raises
-    ------
-    ParameterError
-        For a gap that is negative.
-    """
+    """A rigid wall, at a gap ≥ 0 from the striker before the blow, in m (dimensionless: in lengths of the striker)."""
 
     gap: float = 0.0
 
@@ -99,14 +86,12 @@ class Rod:
     sections
         From the struck face on, each a `Section`, or a dict of what makes one. With the end "infinite" the last one,
         and only that, has the length None.
-    end
-        What is at the far end: "infinite" (nothing ever comes back), "free", "fixed", or "rock".
+    end, rock
+        What is at the far end: "infinite" (nothing ever comes back), "free", "fixed", or "rock", with the `Rock`.
     bit_mass
         Mass in kg lumped at a free end or in front of the rock; may be 0. A bit with a length is one more section.
     joint_masses
         Pairs (step, mass): masses in kg lumped between the sections, step 1 between the first and the second.
-    rock
-        The `Rock`, with the end "rock".
     gap
         Distance between the faces before the blow, in m.
     impedance
@@ -154,17 +139,7 @@ class Rod:
         """An endless rod by its impedance alone, in the units of the striker's; no areas, so no stresses.
 
         N·s/m where the striker has sizes; of a dimensionless striker mass × angular frequency, in which a uniform bar
-        has the impedance s.
-
-        Raises
-        ------
-        ParameterError
-            For values out of range.
-
-        Examples
-        --------
-        >>> Rod.of_impedance(4e4).end
-        'infinite'
+        has the impedance s. ParameterError for values out of range.
         """
         return cls((), gap=gap, impedance=positive("impedance", impedance))
 
@@ -197,13 +172,7 @@ class Rod:
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the struck face on; the last one of an endless rod ends at infinity."""
-        starts = accumulate((section.length or 0.0 for section in self.sections[:-1]), initial=0.0)
-        return tuple(section.piece(start) for section, start in zip(self.sections, starts, strict=bool(self.sections)))
-
-    @property
-    def face_impedance(self) -> float:
-        """Impedance of the struck face."""
-        return self.pieces[0].impedance if self.impedance is None else self.impedance
+        return pieces_of(self.sections)
 
     @property
     def end_impedance(self) -> float:

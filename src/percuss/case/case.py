@@ -23,19 +23,19 @@ from percuss.case.file_format.building import (
 from percuss.case.file_format.load_building import room_of
 from percuss.case.file_format.load_tables import ValveLoad
 from percuss.case.file_format.reading import checked_tables, parsed, text_of, toml_text, with_value
-from percuss.case.file_format.schema import PhysicalCase, PlainCase
+from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
-from percuss.simulate.stop import MAX_MODES
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
     from percuss.case.file_format.body_building import BlowQuestion
     from percuss.case.file_format.load_building import ReadHistory
     from percuss.case.file_format.load_tables import AnyLoad
+    from percuss.case.file_format.plain_form import PlainCase
     from percuss.model import Load, Machine, System
     from percuss.model.checks import Array
     from percuss.model.contact import Timed
@@ -291,6 +291,8 @@ class Case:
         CaseError
             When the case has no such steady motion.
         """
+        from percuss.simulate.stop import MAX_MODES
+
         kept = self.simulation().modes if modes is None else count("modes", modes, least=0, most=MAX_MODES)
         return start_of(self.tables.start, self._moving, kept, self.file)
 

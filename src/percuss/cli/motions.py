@@ -37,7 +37,10 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
+    from matplotlib.figure import Figure
+
     from percuss.case import Case, MachineAnswer, RecordedAnswer
+    from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
 
@@ -236,8 +239,6 @@ def _told_machine(
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
-    from percuss.case.answers.machine_answer import machine_report
-    from percuss.case.answers.recorded_answer import recorded_report
     from percuss.cli.report_printing import answered
 
     for warning in answer.warnings:
@@ -249,11 +250,18 @@ def _told_machine(
         from percuss.whole_file import write_whole
 
         write_whole(output, cycle_table(answer.machine, answer.cycle))
-    return answered(
-        options, (record or answer).to_json_dict,
-        lambda: machine_report(answer) if record is None else recorded_report(record), lambda: plot.machine(answer),
-        indent=1, table=output,
-    )  # fmt: skip
+
+    def report() -> Report:
+        if record is not None:
+            from percuss.case.answers.recorded_answer import recorded_report
+
+            return recorded_report(record)
+        from percuss.case.answers.machine_answer import machine_report
+
+        return machine_report(answer)
+
+    told = (record or answer).to_json_dict
+    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:
@@ -347,15 +355,13 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
     report: Any = motion_report
-    drawn: Any = None
     if options.contact == "waves":
         from percuss.case.answers.waves_answer import waves_report as report
-    else:
-        drawn = plot.trajectory if answer.motion.is_clocked else plot.machine_motion
-    answered(
-        options, lambda: answer.to_json_text(last), lambda: report(answer, shown), lambda: drawn(answer),
-        motion=options.output,
-    )  # fmt: skip
+
+    def drawn() -> Figure:
+        return plot.trajectory(answer) if answer.motion.is_clocked else plot.machine_motion(answer)
+
+    answered(options, lambda: answer.to_json_text(last), lambda: report(answer, shown), drawn, motion=options.output)
     return 130 if answer.motion.outcome == "cancelled" else 0
 
 

@@ -17,7 +17,7 @@ from percuss.errors import CaseError, ConvergenceError, LoadError, ParameterErro
 from percuss.explore.attractors.hammers import seconds_of_start
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.explore.parameters import PERIODS
+from percuss.explore.parameters import AXES, PERIODS
 from percuss.explore.quantities import (
     BRANCHES,
     CELL_OUTCOMES,
@@ -51,9 +51,6 @@ OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL
 
 SystemFunction = Callable[[System], float] | Callable[[Machine], float]
 """One's own quantity of a map, of a system or of a machine that switches its own valve."""
-
-AXES = ("restitution", "load_factor", PERIODS)
-"""What may vary where arrays answer."""
 
 _CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}  # seconds of one cell, by rule of thumb
 _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}  # of one among many at once

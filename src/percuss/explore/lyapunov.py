@@ -198,7 +198,7 @@ def lyapunov_many(
     ParameterError
         For numbers out of range, or of systems and starts that do not go together.
     """
-    used, before = _numbers(impacts, discard)
+    used, before, all_of_them = *_numbers(impacts, discard), flag("every", every)
     given: Any = [systems] if isinstance(systems, System | Machine) else systems
     whole: list[System | Machine] = list(several("systems", given, "a System or a Machine, or a list of them"))
     for system in whole:
@@ -219,7 +219,7 @@ def lyapunov_many(
             motion = run(whole[i % len(whole)], begins[i % len(begins)], modes=modes, stop=stop)
         except ResonanceError:
             return Lyapunov(*_NONE, 0, "resonance")
-        return _of(motion, used, before, every)
+        return _of(motion, used, before, all_of_them)
 
     if workers == 1:
         found = [one(i) for i in range(members)]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.following import follow
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
 from percuss.stability import orbit_multipliers
@@ -66,6 +65,8 @@ def switched_seeds(
     >>> rows.shape
     (1, 2)
     """
+    from percuss.explore.continuation.following import follow  # what one motion settles on needs no branch
+
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     kept, wanted = count("modes", modes, least=0, most=MAX_MODES), count("tries", tries, most=10**7)

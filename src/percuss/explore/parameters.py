@@ -19,6 +19,9 @@ from percuss.model.parameter import Parameter
 PERIODS = "m"
 """The axis of the load periods per impact: a parameter of the question, not of the hammer."""
 
+AXES = ("restitution", "load_factor", PERIODS)
+"""What may vary where arrays answer."""
+
 Driven = TypeVar("Driven", System, Machine)
 """What has a body."""
 

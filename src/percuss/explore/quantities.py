@@ -27,9 +27,6 @@ check. ``no system``: the parameters make none. ``no start``: the simulation has
 motion that does not exist there. From ``resonance`` on, what could not be computed holds NaN, −1 or False.
 """
 
-CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
-"""What a periodic motion has in it, by number."""
-
 REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.errors import ParameterError, PercussError, extra_package
+from percuss.explore.attractors.hammers import CYCLE_KINDS
 from percuss.explore.cells import StrikingFamily, SweepJob, SystemFunction, label_text
 from percuss.explore.family import Axis, Family, drives_itself, family_of
 from percuss.explore.jobs.archive_export import HandedOver, variables_of
@@ -17,7 +18,6 @@ from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.parameters import PERIODS
 from percuss.explore.quantities import (
     CELL_OUTCOMES,
-    CYCLE_KINDS,
     DEFAULT_MACHINE_QUANTITIES,
     DEFAULT_QUANTITIES,
     MACHINE_QUANTITIES,

@@ -30,14 +30,15 @@ _MOST_HALVINGS = 200  # each leaves at most half, or Newton's method converges
 
 
 class Regions(NamedTuple):
-    """What is looked at: r = rows · displacements − levels, entered where r rises through 0.
+    """What is looked at: r = rows · displacements − levels − drifts · time, entered where r rises through 0.
 
-    Shapes (k, N + 1) and (k,); against the length `scale` a touch is small.
+    Shapes (k, N + 1), (k,) and (k,); against the length `scale` a touch is small.
     """
 
     rows: Array
     levels: Array
     scale: float
+    drifts: Array
 
 
 class Entering(NamedTuple):
@@ -77,6 +78,7 @@ class _Sight:
     flight: ModalFlight
     rows: Array
     off: Array
+    drifts: Array
 
     def _derivatives(self, t: Array, h: float | Array) -> tuple[Array, Array, Array, Array]:
         """How far the coordinates have moved, two derivatives, and a bound of the third within h."""
@@ -90,17 +92,20 @@ class _Sight:
 
     def cells(self, left: Array, h: float) -> _Cells:
         moved, v, a, jerk = self._derivatives(left, h)
-        return _Cells(self.off[:, None] + self.rows @ moved, self.rows @ v, self.rows @ a, np.abs(self.rows) @ jerk)
+        off, drifts = self.off[:, None], self.drifts[:, None]
+        r, first = off + self.rows @ moved - drifts * left, self.rows @ v - drifts
+        return _Cells(r, first, self.rows @ a, np.abs(self.rows) @ jerk)
 
     def r(self, region: int, t: float) -> float:
-        return float(self.off[region] + self.rows[region] @ self.flight.moved(np.array([t]))[0][:, 0])
+        moved = self.rows[region] @ self.flight.moved(np.array([t]))[0][:, 0]
+        return float(self.off[region] + moved - self.drifts[region] * t)
 
     def root(self, region: int, start: float, stop: float) -> float:
         """Where r rises through 0 between two times: Newton's method, halving where it would leave them."""
-        row, off, t = self.rows[region], self.off[region], 0.5 * (start + stop)
+        row, off, drift, t = self.rows[region], self.off[region], self.drifts[region], 0.5 * (start + stop)
         for _ in range(_MOST_HALVINGS):
             moved, v = self.flight.moved(np.array([t]))
-            r, rate = float(off + row @ moved[:, 0]), float(row @ v[:, 0])
+            r, rate = float(off + row @ moved[:, 0] - drift * t), float(row @ v[:, 0] - drift)
             start, stop = (t, stop) if r < 0.0 else (start, t)
             step = t - r / rate if rate > 0.0 else start
             if abs(step - t) <= 4.0 * _EPS * stop or stop - start <= 4.0 * _EPS * stop:
@@ -112,7 +117,7 @@ class _Sight:
         """When what leaves an edge is back there, where the parabola from the start decides that; else infinite."""
         found, begin = np.full(len(self.rows), np.inf), np.zeros(1)
         _, v, a, _ = self._derivatives(begin, 0.0)
-        first, second = (self.rows @ v)[:, 0], (self.rows @ a)[:, 0]
+        first, second = (self.rows @ v)[:, 0] - self.drifts, (self.rows @ a)[:, 0]
         for region in np.flatnonzero((self.off == 0.0) & (first < 0.0) & (second > 0.0)).tolist():
             turned = float(-first[region] / second[region])
             bent = float((np.abs(self.rows[region]) @ self._derivatives(begin, 3.0 * turned)[3])[0]) * turned
@@ -128,8 +133,8 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
         return Entering(np.inf, -1, True)
     h, touch = span / _CELLS, _TOUCH * regions.scale
     slow = touch / span
-    off, leaves = regions.rows @ flight.begin[:, 0] - regions.levels, regions.rows @ flight.begin[:, 1] < 0.0
-    sight = _Sight(flight, regions.rows, np.where((np.abs(off) <= touch) & leaves, 0.0, off))
+    off, leaves = regions.rows @ flight.begin[:, 0] - regions.levels, regions.rows @ flight.begin[:, 1] < regions.drifts
+    sight = _Sight(flight, regions.rows, np.where((np.abs(off) <= touch) & leaves, 0.0, off), regions.drifts)
     bounces = sight.bounces(span)
     bounced = np.isfinite(bounces)
     if bounced.any():
@@ -168,9 +173,9 @@ def _halved(left: npt.NDArray[np.floating], h: float) -> Array:
     return np.asarray(np.sort(np.concatenate([left, left + 0.5 * h])), dtype=float)
 
 
-def farthest(flight: ModalFlight, row: Array) -> float:
-    """The greatest of −row · displacements in a flight, by bounds: cells that cannot hold it are dropped."""
-    sight, span = _Sight(flight, -row[None, :], -row @ flight.begin[:, :1]), flight.duration
+def farthest(flight: ModalFlight, row: Array, drift: float = 0.0) -> float:
+    """The greatest of −row · displacements − drift · time in a flight: cells that cannot hold it are dropped."""
+    sight, span = _Sight(flight, -row[None, :], -row @ flight.begin[:, :1], np.array([drift])), flight.duration
     best = max(sight.r(0, 0.0), sight.r(0, span))
     h = span / _CELLS
     left = h * np.arange(_CELLS, dtype=float)
@@ -192,7 +197,7 @@ def _top(sight: _Sight, low: float, high: float) -> float:
     t, best = low, max(sight.r(0, low), sight.r(0, high))
     for _ in range(_MOST_HALVINGS):
         _, v, a, _ = sight._derivatives(np.array([t]), 0.0)
-        rate, bent = float(sight.rows[0] @ v[:, 0]), float(sight.rows[0] @ a[:, 0])
+        rate, bent = float(sight.rows[0] @ v[:, 0] - sight.drifts[0]), float(sight.rows[0] @ a[:, 0])
         low, high = (t, high) if rate > 0.0 else (low, t)
         step = t - rate / bent
         following = step if low < step < high else 0.5 * (low + high)

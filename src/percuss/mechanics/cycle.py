@@ -5,8 +5,13 @@ own, (u, v) → M (u, v) + c. So the state after the blow that begins a cycle fo
 2×2 solve for each coordinate, and what is left to solve for are these times: of as many as there are guards met, and of
 the blow that ends the cycle, whatever the number of coordinates. A rigid body has one.
 
-Disturbances are columns, of displacement and velocity of every coordinate at fixed times. An event of a motion that is
-disturbed comes later by δt: with the rates F⁻ and F⁺ on its two sides, and D = diag(α, β) at a blow, else 1,
+With a supply each state of the valve has coordinates of its own, and the pressure is one number more: the map is one of
+all of them together, with a projection at each change of the state, and so is the solve. The times are the unknowns
+there, too.
+
+Disturbances are columns, of displacement and velocity of every coordinate, and of the pressure, at fixed times. An
+event of a motion that is disturbed comes later by δt: with the rates F⁻ and F⁺ on its two sides, and D = diag(α, β) at
+a blow, the projection at a change of the state, else 1,
 
     x ↦ D (x + F⁻ δt) − F⁺ δt,
 
@@ -22,18 +27,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics.flow import propagated, rates, response_of
-from percuss.model import MachineModes
+from percuss.mechanics.flow import StateFlow, response_of
 from percuss.model.checks import Array
 
 # ---- The linearised motion through events: flows, and one saltation matrix at each of them
+#
+# A state is of shape (n, 2), displacement and velocity of every coordinate, where each moves by itself: matrices are of
+# shape (n, 2, 2) then, or (2, 2) for all. Or it is one row of all numbers, and matrices are matrices.
 
 
 class CycleStep(NamedTuple):
-    """A flight and the event at its end, of n coordinates.
+    """A flight and the event at its end.
 
-    `flow` is the flight's map of displacement and velocity, shape (n, 2, 2); `before` and `after` are velocity and
-    acceleration on the two sides of the event, (n, 2); by `turn`, (2,), it multiplies displacements and velocities.
+    `flow` is the matrix of the flight, `turn` that of the event; `before` and `after` are the rates of the state on the
+    two sides of the event.
     """
 
     flow: Array
@@ -45,7 +52,7 @@ class CycleStep(NamedTuple):
 def linearised(
     events: Iterable[CycleStep], now: Array, later: Callable[[int, Array, Array], Array]
 ) -> tuple[Array, list[Array]]:
-    """The disturbances after the last event, shape (n, 2, C), and in the state just before each event, wherever it is.
+    """The disturbances after the last event, a state with C columns, and those just before each event, wherever it is.
 
     They are `now` before the first flight. `later` tells how much later an event is, shape (C,): of its number, the
     disturbances there at fixed times, and the rate.
@@ -54,14 +61,23 @@ def linearised(
     for i, event in enumerate(events):
         now = event.flow @ now
         shift = later(i, now, event.before)
-        seen.append(now + event.before[:, :, None] * shift)
-        now = event.turn[:, None] * seen[-1] - event.after[:, :, None] * shift
+        seen.append(now + event.before[..., None] * shift)
+        now = event.turn @ seen[-1] - event.after[..., None] * shift
     return now, seen
 
 
 def guarded(row: Array, now: Array, rate: Array) -> Array:
-    """How much later a guard is met, whose row weighs the displacements."""
-    return np.asarray(-(row @ now[:, 0]) / (row @ rate[:, 0]))
+    """How much later a guard is met, whose row weighs a state."""
+    return np.asarray(-read(row, now) / read(row, rate))
+
+
+def read(row: Array, states: Array) -> Array:
+    """What a row says of a state, or of each of its columns."""
+    return np.asarray(np.tensordot(row, states, row.ndim))
+
+
+def _moved(matrix: Array, state: Array) -> Array:
+    return np.asarray((matrix @ state[..., None])[..., 0])
 
 
 # ---- The cycle through given times: what it must satisfy to repeat, and its derivatives
@@ -93,13 +109,13 @@ class Timing(NamedTuple):
 class Closed(NamedTuple):
     """The motion that belongs to given times of the events, and how far it is from what it should be.
 
-    `start` is the state just after the blow at time 0, shape (N + 1, 2), and `states` those just before each event,
-    (events, N + 1, 2); `error` is of the guards, and of the first coordinate's place after the cycle, in place of that
-    of the last blow; `slope` are its derivatives by the unknown times.
+    `start` is the state just after the blow at time 0, and `states` those just before each event; `error` is of the
+    guards, and of the first coordinate's place after the cycle, in place of that of the last blow; `slope` are its
+    derivatives by the unknown times. See `Cycle.parts` for what a state is.
     """
 
     start: Array
-    states: Array
+    states: list[Array]
     error: Array
     slope: Array
 
@@ -107,88 +123,143 @@ class Closed(NamedTuple):
 class Cycle:
     """The events of a cycle in a fixed order, the last one the blow that ends it.
 
-    `turn` is what a blow multiplies displacements and velocities by; `forces` act in each flight; guards are met where
-    `rows` · displacements = `levels`.
+    `turn` is what a blow multiplies displacements and velocities by; `flows` are those of each flight; guards are met
+    where `rows` · displacements = `levels`, in the coordinates of the flight before.
     """
 
     def __init__(
-        self,
-        modes: MachineModes,
-        turn: Array,
-        forces: list[float],
-        timings: Sequence[Timing],
-        rows: Array,
-        levels: Array,
+        self, flows: Sequence[StateFlow], turn: Array, timings: Sequence[Timing], rows: Sequence[Array], levels: Array
     ) -> None:
-        self.modes, self.turn, self.forces, self.timings, self.rows, self.levels = (
-            modes, turn, forces, timings, rows, levels,
-        )  # fmt: skip
+        self.flows, self.turn, self.timings, self.levels = flows, turn, timings, levels
         self.guards = [i for i, one in enumerate(timings) if one.guarded]
         unit, none = np.eye(len(self.guards)), np.zeros(len(self.guards))
         self.by = np.array([(none if t.source < 0 else unit[t.source]) - t.wrapped * unit[-1] for t in timings])
         self.later = np.array([one.later for one in timings])
+        self.size = flows[0].modes.omega.size
+        self.supplied = flows[0].compliance < np.inf
+        still = [np.stack([row, 0.0 * row], axis=1) for row in rows]
+        self.rows = [np.append(row, 0.0) for row in still] if self.supplied else still
+        self.events = [self._event(i) for i in range(len(timings))]
 
     def times(self, unknowns: Array) -> Array:
         """When the events are."""
         return np.asarray(self.by @ unknowns + self.later)
 
-    def turns(self, number: int) -> bool:
-        """Whether an event is a blow before the last one."""
-        return self.timings[number].blow and number < len(self.timings) - 1
+    def parts(self, state: Array) -> tuple[Array, float]:
+        """Displacements and velocities, (N + 1, 2), and the pressure of a state; 1 for a constant pressure."""
+        return (state[:-1].reshape(self.size, 2), float(state[-1])) if self.supplied else (state, 1.0)
 
-    def _responses(self, unknowns: Array) -> list[tuple[Array, Array, Array]]:
-        """Those of the coordinates from each event to the next one."""
-        ds, s, q = response_of(self.modes, np.diff(self.times(unknowns), prepend=0.0))
-        return list(zip(ds.T, s.T, q.T, strict=True))
+    def after(self, number: int, state: Array) -> Array:
+        """The state just after an event, from that before it."""
+        return _moved(self.events[number], state)
 
-    def _events(self, states: Array, responses: list[tuple[Array, Array, Array]]) -> list[CycleStep]:
+    def _event(self, i: int) -> Array:
+        """The matrix of an event: the law of a blow, or the projection on the coordinates of another state."""
+        law = np.diag(self.turn if self.timings[i].blow else np.ones(2))
+        if not self.supplied:
+            return law
+        one, other = self.flows[i].modes.mixing, self.flows[(i + 1) % len(self.flows)].modes.mixing
+        whole = np.eye(2 * self.size + 1)
+        whole[:-1, :-1] = np.kron(np.eye(self.size) if one is other else other.T @ one, law)
+        return whole
+
+    def _flights(self, unknowns: Array) -> list[tuple[Array, Array]]:
+        """The matrix of each flight, and where it takes the state 0."""
+        spans, found = np.diff(self.times(unknowns), prepend=0.0), {}
+        kinds = {id(flow): flow for flow in self.flows}
+        for kind, flow in kinds.items():
+            mine = [i for i, one in enumerate(self.flows) if id(one) == kind]
+            maps = flow.maps(response_of(flow.modes, spans[mine]))
+            for k, i in enumerate(mine):
+                matrices, pushed, fixed = (one[..., k] for one in maps)
+                found[i] = matrices, fixed
+                if self.supplied:
+                    found[i] = self._with_pressure(flow, matrices, pushed.reshape(-1), fixed, float(spans[i]))
+        return [found[i] for i in range(len(self.flows))]
+
+    def _with_pressure(
+        self, flow: StateFlow, matrices: Array, pushed: Array, fixed: Array, time: float
+    ) -> tuple[Array, Array]:
+        """The flight of all coordinates together, and of the pressure, which moves them and follows them."""
+        size, c, driven = 2 * self.size, flow.compliance, np.zeros(2 * self.size)
+        driven[::2] = flow.modes.driven
+        whole, offset = np.zeros((size + 1, size + 1)), np.append(fixed.reshape(-1), 0.0)
+        for n, matrix in enumerate(matrices):
+            whole[2 * n : 2 * n + 2, 2 * n : 2 * n + 2] = matrix
+        whole[:-1, :-1] += np.outer(pushed, flow.spring * driven)
+        whole[:-1, -1] = flow.draw * pushed
+        whole[-1] = -flow.draw / c * (driven @ whole[:-1])
+        whole[-1, :-1] += flow.draw / c * driven
+        whole[-1, -1] += 1.0
+        offset[-1] = (flow.supplied * time - flow.draw * float(driven @ offset[:-1])) / c
+        return whole, offset
+
+    def _rates(self, i: int, state: Array) -> Array:
+        """Of a state in a flight."""
+        whole, pressure = self.parts(state)
+        rates, rise = self.flows[i % len(self.flows)].rates(whole, pressure)
+        return np.append(rates.reshape(-1), rise) if self.supplied else rates
+
+    def _steps(self, states: list[Array], flights: list[tuple[Array, Array]]) -> list[CycleStep]:
         """Flights and events of a motion whose states just before the events are given."""
-        square, found, kept = self.modes.omega**2, [], np.ones(2)
-        for i, (state, (ds, s, q)) in enumerate(zip(states, responses, strict=True)):
-            flow = np.stack([1.0 - square * q, s, -square * s, ds], axis=-1).reshape(-1, 2, 2)
-            turn = self.turn if self.timings[i].blow else kept
-            after = rates(self.modes, turn * state, self.forces[(i + 1) % len(self.forces)])
-            found.append(CycleStep(flow, rates(self.modes, state, self.forces[i]), after, turn))
+        found = []
+        for i, (state, (flow, _), turn) in enumerate(zip(states, flights, self.events, strict=True)):
+            after = self._rates(i + 1, self.after(i, state))
+            found.append(CycleStep(flow, self._rates(i, state), after, turn))
         return found
 
     def closed(self, unknowns: Array) -> Closed:
         """The motion that closes in all but the position of the first coordinate, and strikes at the end."""
-        size, m = self.modes.omega.size, unknowns.size
-        responses = self._responses(unknowns)
-        now, fixed = np.array(np.broadcast_to(np.eye(2), (size, 2, 2))), np.zeros((size, 2))
+        flights = self._flights(unknowns)
+        now, fixed = np.eye(2 * self.size + 1), np.zeros(2 * self.size + 1)
+        if not self.supplied:
+            now, fixed = np.array(np.broadcast_to(np.eye(2), (self.size, 2, 2))), np.zeros((self.size, 2))
         maps, offsets = [], []
-        for i, (force, response) in enumerate(zip(self.forces, responses, strict=True)):
-            now, fixed = propagated(self.modes, now, 0.0, response), propagated(self.modes, fixed, force, response)
+        for (flow, offset), turn in zip(flights, self.events, strict=True):
+            now, fixed = flow @ now, _moved(flow, fixed) + offset
             maps.append(now)
             offsets.append(fixed)
-            if self.turns(i):
-                now, fixed = self.turn[:, None] * now, self.turn * fixed
-        solve = self._closing(now)
-        start = solve(fixed[:, :, None])[:, :, 0]
-        states = np.array([np.einsum("nij,nj->ni", one, start) + c for one, c in zip(maps, offsets, strict=True)])
-        _, moves = linearised(self._events(states, responses), np.zeros((size, 2, m)), lambda i, *_: self.by[i])
+            now, fixed = turn @ now, _moved(turn, fixed)
+        solve = self._closing(maps[-1])
+        start = solve(offsets[-1][..., None])[..., 0]
+        states = [_moved(one, start) + c for one, c in zip(maps, offsets, strict=True)]
+        still = np.zeros((*start.shape, unknowns.size))
+        _, moves = linearised(self._steps(states, flights), still, lambda i, *_: self.by[i])
         change = solve(moves[-1])
+        moves = [one @ change + own for one, own in zip(maps, moves, strict=True)]
         inner = self.guards[:-1]
-        error = [float(self.rows[i] @ states[i][:, 0]) - self.levels[i] for i in inner]
-        slope = [self.rows[i] @ (np.einsum("nj,njk->nk", maps[i][:, 0], change) + moves[i][:, 0]) for i in inner]
-        error.append(float(start[0, 0] - self.turn[0] * states[-1][0, 0]))
-        slope.append(change[0, 0] - self.turn[0] * (maps[-1][0, 0] @ change[0] + moves[-1][0, 0]))
+        error = [float(read(self.rows[i], states[i])) - self.levels[i] for i in inner]
+        slope = [read(self.rows[i], moves[i]) for i in inner]
+        error.append(float((start - _moved(self.events[-1], states[-1])).reshape(-1)[0]))
+        slope.append((change - self.events[-1] @ moves[-1]).reshape(start.size, -1)[0])
         return Closed(start, states, np.array(error), np.array(slope))
 
-    def _closing(self, maps: Array) -> Callable[[Array], Array]:
-        """Solves (I − D M_n) x_n = D c_n for every coordinate, the blow's guard in place of the first line."""
-        turn, end = self.turn, self.rows[-1]
-        elastic = np.eye(2) - turn[:, None] * maps[1:]
-        first = np.array([end[0] * maps[0, 0], np.array([0.0, 1.0]) - turn[1] * maps[0, 1]])
+    def _closing(self, whole: Array) -> Callable[[Array], Array]:
+        """Solves (I − D M) x = D c for the map M of the cycle, the last blow's guard in place of the first line."""
+        turn, row = self.events[-1], self.rows[-1]
+        if self.supplied:
+            matrix = np.eye(row.size) - turn @ whole
+            matrix[0] = row @ whole
 
-        def solved(c: Array) -> Array:
+            def together(c: Array) -> Array:
+                """For the columns of c, shape (2N + 3, C)."""
+                right = turn @ c
+                right[0] = -row @ c
+                return np.asarray(np.linalg.solve(matrix, right), dtype=float)
+
+            return together
+        end, beta = row[:, 0], self.turn[1]
+        elastic = np.eye(2) - turn @ whole[1:]
+        first = np.array([end[0] * whole[0, 0], np.array([0.0, 1.0]) - beta * whole[0, 1]])
+
+        def apart(c: Array) -> Array:
             """For the columns of c, shape (N + 1, 2, C)."""
-            rest = np.linalg.solve(elastic, turn[:, None] * c[1:])
-            beside = np.einsum("n,nj,njk->k", end[1:], maps[1:, 0], rest) + end[1:] @ c[1:, 0]
-            own = np.linalg.solve(first, np.array([-beside - end[0] * c[0, 0], turn[1] * c[0, 1]]))
+            rest = np.linalg.solve(elastic, turn @ c[1:])
+            beside = end[1:] @ (whole[1:, :1] @ rest)[:, 0] + end[1:] @ c[1:, 0]
+            own = np.linalg.solve(first, np.array([-beside - end[0] * c[0, 0], beta * c[0, 1]]))
             return np.concatenate([own[None], rest])
 
-        return solved
+        return apart
 
     def root(self, unknowns: Array) -> tuple[Array, Closed] | None:
         """The times at which everything closes, by Newton's method with steps that keep the order of events."""
@@ -223,7 +294,7 @@ class Cycle:
         On the blow as a section the shift in time is no disturbance.
         """
         wrapped = [i for i, one in enumerate(self.timings) if one.wrapped]
-        size = 2 * self.modes.omega.size
+        size = motion.start.size
         unit: Array = np.eye(size + len(wrapped))
         dues: dict[int, Array] = dict(zip(wrapped, unit[size:], strict=True))
         shifts: list[Array] = [0.0 * unit[0]]  # of the blow at time 0, then of each guarded event
@@ -235,7 +306,7 @@ class Cycle:
             shifts.append(guarded(self.rows[i], now, rate))
             return shifts[-1]
 
-        events = self._events(motion.states, self._responses(unknowns))
-        _, seen = linearised(events, unit[:size].reshape(-1, 2, len(unit)), later)
+        steps = self._steps(motion.states, self._flights(unknowns))
+        _, seen = linearised(steps, unit[:size].reshape(*motion.start.shape, len(unit)), later)
         after = [shifts[self.timings[i].source + 1] - shifts[-1] for i in wrapped]
-        return np.asarray(np.vstack([(self.turn[:, None] * seen[-1]).reshape(size, -1), *after]))
+        return np.asarray(np.vstack([(self.events[-1] @ seen[-1]).reshape(size, -1), *after]))

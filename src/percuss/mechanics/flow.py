@@ -14,8 +14,9 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model import MachineModes
+from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
+from percuss.model.machine import machine_modes
 
 _NEAR = 0.1  # below this the differences in phi2 would lose digits and the series takes over
 _SMALL = 0.5  # the series are taken where κt² and dt are no greater, and doubled from there
@@ -175,20 +176,24 @@ def beyond_time(omega: Array, d: Array, b: Array, t: Array) -> Array:
 
 # ---- Of the coordinates of a machine, of which the first may be no oscillator
 
+Response = tuple[Array, Array, Array, Array]
+"""s′, s, q and w of every coordinate after some times; each of shape (N + 1, times), or (N + 1,) of one."""
 
-def response_of(modes: MachineModes, t: Array) -> tuple[Array, Array, Array]:
-    """s′, s and q of every coordinate at the times t; each of shape (N + 1, len(t)).
+
+def response_of(modes: MachineModes, t: Array) -> Response:
+    """s′, s, q and w of every coordinate at the times t; each of shape (N + 1, len(t)).
 
     The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
     """
-    ds, s, q = np.empty((3, modes.omega.size, t.size))
-    ds[0], s[0], q[0] = _whole(modes, t)[:3]
+    ds, s, q, w = np.empty((4, modes.omega.size, t.size))
+    ds[0], s[0], q[0], w[0] = _whole(modes, t)
     if modes.size:
         omega, damping = modes.omega[1:, None], modes.damping[1:, None]
         step = propagator(omega, damping, t[None, :])
         one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
         ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
-    return ds, s, q
+        w[1:] = (t - s[1:] - damping * q[1:]) / omega**2
+    return ds, s, q, w
 
 
 def _whole(modes: MachineModes, t: Array) -> tuple[Any, Any, Any, Any]:
@@ -197,21 +202,71 @@ def _whole(modes: MachineModes, t: Array) -> tuple[Any, Any, Any, Any]:
     return response(float(t[0]), square, drag) if one else series(t, float(t.max(initial=0.0)), square, drag)
 
 
-def propagated(modes: MachineModes, state: Array, force: float, response: tuple[Array, Array, Array]) -> Array:
-    """The state (N + 1, 2) after a time whose response is given, or the columns of (N + 1, 2, C) without force."""
-    ds, s, q = response
-    square = modes.omega**2
-    if state.ndim == 3:
-        ds, s, q, square = ds[:, None], s[:, None], q[:, None], square[:, None]
-    u, v = state[:, 0], state[:, 1]
-    pull = -square * u if force == 0.0 else force * modes.driven - square * u
-    return np.stack([u + v * s + pull * q, v * ds + pull * s], axis=1)
+class StateFlow(NamedTuple):
+    """What moves a machine in a state of its valve: the force `held` + `draw` π on its modes.
+
+    The pressure π of a supply obeys c π′ = `supplied` − `draw` u′ of the driven place, with c the `compliance`; a
+    constant pressure is part of `held`, with an infinite c. From a place u and a pressure π on the force is
+
+        held + draw π + (draw²/c) u + (draw supplied/c) t
+
+    on modes whose spring is stiffer by draw²/c: a ramp, so that the flow stays closed.
+    """
+
+    modes: MachineModes
+    held: float
+    draw: float = 0.0
+    supplied: float = 0.0
+    compliance: float = math.inf
+
+    @property
+    def spring(self) -> float:
+        """What the accumulator adds to the stiffness."""
+        return self.draw * self.draw / self.compliance
+
+    @property
+    def ramp(self) -> float:
+        """How the force on these modes grows."""
+        return self.draw * self.supplied / self.compliance
+
+    def force(self, u: Array, pressure: float) -> float:
+        """On these modes, at the displacements of a beginning."""
+        return self.held + self.draw * pressure + self.spring * float(self.modes.driven @ u)
+
+    def rates(self, state: Array, pressure: float) -> tuple[Array, float]:
+        """Velocities and accelerations of a state (N + 1, 2), and π′."""
+        (u, v), modes, force = state.T, self.modes, self.force(state[:, 0], pressure)
+        drawn = self.draw * float(modes.driven @ v)
+        rise = (self.supplied - drawn) / self.compliance
+        return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1), rise
+
+    def maps(self, response: Response) -> tuple[Array, Array, Array]:
+        """What becomes of every coordinate after some times, (…, times) each.
+
+        The matrices of its state, (N + 1, 2, 2), where a unit force takes the state 0, and where `held` and the ramp
+        do, (N + 1, 2).
+        """
+        ds, s, q, w = response
+        square, driven = self.modes.omega[:, None] ** 2, self.modes.driven[:, None]
+        matrices = np.moveaxis(np.array([[1.0 - square * q, s], [-square * s, ds]]), 2, 0)
+        pushed = np.moveaxis(np.array([driven * q, driven * s]), 1, 0)
+        fixed = self.held * pushed
+        if self.ramp:
+            fixed = fixed + self.ramp * np.moveaxis(np.array([driven * w, driven * q]), 1, 0)
+        return matrices, pushed, fixed
 
 
-def rates(modes: MachineModes, state: Array, force: float) -> Array:
-    """Velocity and acceleration of a state (N + 1, 2)."""
-    u, v = state[:, 0], state[:, 1]
-    return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1)
+def state_flows(machine: Machine, elastic: int) -> dict[str, StateFlow]:
+    """The flow of a machine with so many elastic modes in each state of its valve."""
+    valve, gas = machine.valve, machine.valve.chamber
+    supply = valve.supply
+    if supply is None:
+        return {name: StateFlow(machine.modes(elastic), valve.force(name)) for name, _ in valve.pairs}
+    found, c = {}, supply.compliance
+    for name, draw in valve.pairs:
+        modes = machine_modes(machine.body, machine.at, gas.stiffness + draw * draw / c, elastic)
+        found[name] = StateFlow(modes, gas.force, draw, supply.flow, c)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,15 +284,13 @@ class ModalFlight:
 
     def moved(self, t: Array) -> tuple[Array, Array]:
         """How far the coordinates have moved since its start, and velocities; each of shape (N + 1, len(t))."""
-        ds, s, q = response_of(self.modes, t)
+        ds, s, q, w = response_of(self.modes, t)
         v = self.begin[:, 1:]
         pull = (self.force * self.modes.driven - self.modes.omega**2 * self.begin[:, 0])[:, None]
         moved, velocities = v * s + pull * q, v * ds + pull * s
         if self.ramp == 0.0:
             return moved, velocities
-        w, grows = np.empty_like(q), self.ramp * self.modes.driven[:, None]
-        w[0] = _whole(self.modes, t)[3]
-        w[1:] = (t - s[1:] - self.modes.damping[1:, None] * q[1:]) / self.modes.omega[1:, None] ** 2
+        grows = self.ramp * self.modes.driven[:, None]
         return moved + grows * w, velocities + grows * q
 
     def at(self, t: Array) -> tuple[Array, Array]:

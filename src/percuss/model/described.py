@@ -50,7 +50,9 @@ def describe_machine(machine: Machine) -> dict[str, Any]:
 
 def system_from(about: Mapping[str, Any]) -> System:
     """The system that a description tells of; `describe_system` backwards; ParameterError when it tells of none."""
-    load = _load_from(about["load"])
+    told = about["load"]
+    p = np.array([complex(*pair) for pair in told["coefficients"]])
+    load = Load(p, None, tuple(told.get("breaks", ())), tuple(told.get("values", ())), at=told.get("at", 0))
     if "body" in about:
         body, contact = _made("body", about["body"]), _made("contact", about["contact"])
     else:
@@ -83,12 +85,6 @@ def _load(load: Load) -> dict[str, Any]:
     if load.at:
         about["at"] = load.at
     return about
-
-
-def _load_from(about: Mapping[str, Any]) -> Load:
-    p = np.array([complex(*pair) for pair in about["coefficients"]])
-    steps = tuple(about.get("breaks", ())), tuple(about.get("values", ()))
-    return Load(p, None, *steps, at=about.get("at", 0))
 
 
 def _described(part: Any) -> dict[str, Any]:

@@ -23,7 +23,7 @@ ComplexArray = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
-class Sought:
+class ColumnQuery:
     """The quantities that a column may be of, how such columns are called, and how messages speak of them.
 
     `dimensions` are those of `percuss.units`, in the order in which a unit is tried; `words` what the heading of such a
@@ -44,7 +44,7 @@ class Sought:
         return f'give unit = "{self.unit}" (or "kN", …), or write it in the heading: "{self.heading} [{self.unit}]"'
 
 
-LOAD = Sought(
+LOAD = ColumnQuery(
     ("force", "pressure"),
     re.compile(
         r"(p|f|force|kraft|kraeften|druck|press\w*|pressure|tryck|pression|presion|paine|voima|fuerza|load|last)"
@@ -57,7 +57,7 @@ LOAD = Sought(
     ", over two whole cycles or more,",
 )
 
-_GAUGE = Sought(
+_GAUGE = ColumnQuery(
     ("strain", "pressure", "force"),
     re.compile(
         r"(strain|stress|force|gauge|gage|eps|epsilon|ε|sigma|σ|dms|dehnung|spannung|kraft|töjning|tojning|spänning|"
@@ -69,7 +69,7 @@ _GAUGE = Sought(
     "strain",
 )
 
-SOUGHT = {"load": LOAD, "gauge": _GAUGE}
+QUERIES = {"load": LOAD, "gauge": _GAUGE}
 """By the word that `read_recording` takes."""
 
 
@@ -92,7 +92,7 @@ class RecordedTable:
     sample_rate: float | None = None  # as the file itself says
     stamped: tuple[int, ...] = ()  # columns of dates and times of day, …
     stamps: Callable[[int], list[str]] = lambda i: []  # … and their cells
-    sought: Sought = LOAD
+    query: ColumnQuery = LOAD
 
     def refused(self, message: str, remedy: str) -> HistoryError:
         """An error that names the file."""
@@ -220,9 +220,9 @@ def _time_like(table: RecordedTable, i: int) -> bool:
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
-def _is_sought(table: RecordedTable, i: int) -> bool:
+def _is_asked_for(table: RecordedTable, i: int) -> bool:
     unit = table.units[i]
-    return unit is not None and known_dimension(unit, table.sought.dimensions) is not None
+    return unit is not None and known_dimension(unit, table.query.dimensions) is not None
 
 
 def _find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
@@ -264,8 +264,8 @@ def _likely_values(table: RecordedTable, clock: int | None, unit_given: bool) ->
     """The only column of values that could be meant."""
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
-        [i for i in free if _is_sought(table, i)],
-        [i for i in free if dimension(table.units[i]) is None and table.sought.words.match(table.names[i])],
+        [i for i in free if _is_asked_for(table, i)],
+        [i for i in free if dimension(table.units[i]) is None and table.query.words.match(table.names[i])],
         free if unit_given else [],
     ):
         if len(fits) == 1:
@@ -274,20 +274,20 @@ def _likely_values(table: RecordedTable, clock: int | None, unit_given: bool) ->
             return fits[1]  # two columns without headings: `_first_of_two` checks that the first is a time
         if fits:
             raise table.refused(
-                f"more than one column could be the {table.sought.named}: {table.listing(fits)}",
+                f"more than one column could be the {table.query.named}: {table.listing(fits)}",
                 f"give column = {_key(table, fits[0])}, or the one that is meant",
             )
     seen = table.listing(free) or "none but the time"
     if len(free) == 1:
-        raise table.refused(f"no unit of {table.sought.named} for {seen}", table.sought.unit_remedy)
+        raise table.refused(f"no unit of {table.query.named} for {seen}", table.query.unit_remedy)
     what = (
-        f"no column is a {table.sought.named} by its name and unit"
+        f"no column is a {table.query.named} by its name and unit"
         if any(table.names)
         else "the columns have no headings"
     )
-    remedy = f"the file must hold a column of {table.sought.named}"
+    remedy = f"the file must hold a column of {table.query.named}"
     if free:
-        remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "{table.sought.unit}"'
+        remedy = f'give column = {_key(table, free[-1])}, or another, with its unit, unit = "{table.query.unit}"'
     raise table.refused(f"{what}; the columns of numbers are: {seen}", remedy)
 
 
@@ -311,13 +311,13 @@ def _value_scale(table: RecordedTable, value: int) -> tuple[float, str]:
     """What 1 in the column is in SI units, and the quantity."""
     unit = table.units[value]
     if unit is None:
-        raise table.refused(f"no unit of {table.sought.named} for {table.heading(value)}", table.sought.unit_remedy)
+        raise table.refused(f"no unit of {table.query.named} for {table.heading(value)}", table.query.unit_remedy)
     try:
-        return unit_scale(unit, table.sought.dimensions, "unit")
+        return unit_scale(unit, table.query.dimensions, "unit")
     except UnitError as error:
         raise table.refused(
-            f'{table.heading(value)}: "{unit}" is not a unit of {table.sought.named}',
-            "; ".join(filter(None, [error.remedy, f'give unit = "{table.sought.unit}", or the one that is meant'])),
+            f'{table.heading(value)}: "{unit}" is not a unit of {table.query.named}',
+            "; ".join(filter(None, [error.remedy, f'give unit = "{table.query.unit}", or the one that is meant'])),
         ) from None
 
 
@@ -346,7 +346,7 @@ Scale = tuple[float, str]  # what 1 in a column stands for, in SI, and of which 
 
 def given_scale(table: RecordedTable, unit: str | None, path: Path) -> Scale | None:
     """What the option `unit` says; a .wav file cannot do without."""
-    found = None if unit is None else unit_scale(unit, table.sought.dimensions, "unit")
+    found = None if unit is None else unit_scale(unit, table.query.dimensions, "unit")
     if path.suffix.lower() == ".wav" and (unit is None or not re.match(r"\s*[-+.\d]", unit)):
         raise table.refused(
             "a .wav file holds fractions of full scale, without a unit", 'say what full scale is: unit = "12 MPa"'
@@ -354,7 +354,7 @@ def given_scale(table: RecordedTable, unit: str | None, path: Path) -> Scale | N
     return found
 
 
-def meant_columns(
+def chosen_columns(
     table: RecordedTable,
     options: tuple[Column | None, Column | None, Column | None],
     rate: float | None,

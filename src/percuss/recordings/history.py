@@ -79,14 +79,10 @@ class HistoryReport(Shown):
 
     Attributes
     ----------
-    cycles
-        Whole cycles used.
-    frequency
-        Of the load, Hz: the one that was given, or the one that was found.
-    frequency_given
-        Whether it was given.
-    frequency_found
-        At which the record repeats, Hz.
+    cycles, samples, sample_rate
+        Whole cycles and samples used, and their mean rate, Hz.
+    frequency, frequency_given, frequency_found
+        Of the load, Hz: the one that was given, or else the one that was found, at which the record repeats.
     jitter
         Standard deviation of the length of the cycles, as a fraction of the period.
     scatter
@@ -97,10 +93,6 @@ class HistoryReport(Shown):
         rms of the mean cycle less the harmonics kept, as a fraction of the same.
     harmonics
         The highest harmonic kept.
-    samples
-        Samples used.
-    sample_rate
-        Their mean rate, Hz.
     warnings
         What a reader should know before trusting the load, one sentence each.
     clipped

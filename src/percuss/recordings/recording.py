@@ -17,15 +17,15 @@ import numpy as np
 
 from percuss.errors import HistoryError, ParameterError, UnitError
 from percuss.recordings.columns import (
+    QUERIES,
     RATE_REMEDY,
-    SOUGHT,
     Array,
     Column,
     RecordedTable,
     against_clock,
     as_rate,
+    chosen_columns,
     given_scale,
-    meant_columns,
     scales_of,
     seconds,
     without_gaps,
@@ -47,12 +47,6 @@ def _file_path(value: object) -> Path:
     if not isinstance(found, str):
         raise ParameterError("path", value, "a path: text or a pathlib.Path")
     return Path(found)
-
-
-def _check_column(name: str, key: object) -> None:
-    """Refuse what can name no column; None leaves the choice to the reader."""
-    if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
-        raise ParameterError(name, key, "the heading of a column, or its number from 1")
 
 
 def _in_hertz(sample_rate: float | str) -> float:
@@ -89,7 +83,7 @@ def _check_values(table: RecordedTable, values: list[Array], faces: list[int]) -
             "name two columns recorded together",
         )
     if sizes[0] < _MIN_SAMPLES:
-        raise table.refused(f"only {sizes[0]} samples", f"at least {_MIN_SAMPLES}{table.sought.length} are needed")
+        raise table.refused(f"only {sizes[0]} samples", f"at least {_MIN_SAMPLES}{table.query.length} are needed")
     for data, face in zip(values, faces, strict=True):
         bad = np.flatnonzero(np.isinf(data))
         if bad.size:
@@ -151,16 +145,12 @@ class Recording(Shown):
 
     Attributes
     ----------
-    time
-        Shape (n,), s, strictly increasing.
-    values
-        Shape (n,), N for a force, Pa for a pressure or stress, dimensionless for a strain.
+    time, values
+        Shape (n,), s, strictly increasing, and N for a force, Pa for a pressure or stress, dimensionless for a strain.
     quantity
         What the values are: "force", "pressure" (of a gauge a stress) or "strain".
-    path
-        The file that they come from.
-    notes
-        What was assumed in reading, one sentence each.
+    path, notes
+        The file that they come from, and what was assumed in reading, one sentence each.
     opposing
         Shape (n,), the same for the opposing face, where one was asked for. Its force is subtracted.
     """
@@ -236,15 +226,16 @@ def read_recording(
     """
     path = _file_path(path)
     for option, key in (("column", column), ("time_column", time_column), ("opposing_column", opposing_column)):
-        _check_column(option, key)
-    if not isinstance(sensor, str) or sensor not in SOUGHT:
-        raise ParameterError("sensor", sensor, " or ".join(f'"{word}"' for word in SOUGHT))
+        if key is not None and not isinstance(key, str | int):  # True and False are refused with the columns there are
+            raise ParameterError(option, key, "the heading of a column, or its number from 1")
+    if not isinstance(sensor, str) or sensor not in QUERIES:
+        raise ParameterError("sensor", sensor, " or ".join(f'"{word}"' for word in QUERIES))
     _check_file(path)
-    table = replace(READERS.get(path.suffix.lower(), read_text)(path), sought=SOUGHT[sensor])
+    table = replace(READERS.get(path.suffix.lower(), read_text)(path), query=QUERIES[sensor])
     rate = None if sample_rate is None else _in_hertz(sample_rate)
     notes: list[str] = []
     given = given_scale(table, unit, path)
-    clock, faces = meant_columns(table, (column, time_column, opposing_column), rate, given is not None, notes)
+    clock, faces = chosen_columns(table, (column, time_column, opposing_column), rate, given is not None, notes)
     scales = scales_of(table, faces, unit, given, notes)
     if rate is None and clock is None and (rate := table.sample_rate) is None:
         raise table.refused(

@@ -183,7 +183,8 @@ def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Ha
 
 
 def _check_size(job: SweepJob, limits: Limits) -> None:
-    from percuss.explore.cells import AXES, fits_plane
+    from percuss.explore.cells import fits_plane
+    from percuss.explore.parameters import AXES
 
     fast = fits_plane(job.family, [axis.name for axis in job.axes], job.quantities)
     most = limits.cells if fast else limits.slow_cells

@@ -538,7 +538,9 @@ def blow_answer(
     field: Field | None = None
     speed, notes = "as the case says" if velocity is None else "as asked for", _notes(case, question)
     given = question.velocity
-    if whole_field or given is None:
+    if given is None and case.is_machine and not whole_field:
+        speed, given = "that of the machine's own cycle just before its blow", own_speed(case)
+    elif whole_field or given is None:
         orbit, which = _motion(case)
         speed = f"that of steady motion {which} just before its impact"
         field, given = (_field_of(orbit, question.striker), None) if whole_field else (None, _mean_speed(orbit))
@@ -593,8 +595,8 @@ def _motion(case: Case) -> tuple[Orbit, str]:
         accepted = "a velocity, or a [load] and a [contact] whose steady motion has one"
         raise CaseError(case.file, "blow.velocity", None, accepted, remedy)
     if case.is_machine:
-        told = f"'percuss machine' tells the striking speed of its cycle; {remedy}"
-        raise CaseError(case.file, "blow.velocity", None, "a velocity, as the load has no period", told)
+        told = "leave the field out, and the blow has the mean speed of the machine's own cycle"
+        raise CaseError(case.file, "load.kind", "valve", "a load with a period for the field of a steady motion", told)
     answer = steady_answer(case)
     chosen = answer.chosen
     if chosen is None:
@@ -606,19 +608,19 @@ def _motion(case: Case) -> tuple[Orbit, str]:
 def own_speed(case: Case) -> float:
     """The mean velocity of the bar just before the blow of the motion of a case, in the units of the case.
 
-    Raises
-    ------
-    CaseError
-        When there is no steady motion, or no cycle with one blow.
+    Of a machine that switches its own valve that of its cycle as a rigid piston; CaseError where nothing repeats itself
+    with one blow.
     """
     if not case.is_machine:
         return _mean_speed(_motion(case)[0])
     from percuss.steady import self_excited_motion
 
     machine = case.machine()
-    cycle = self_excited_motion(machine, modes=0, room=case.room()).cycle
+    motion = self_excited_motion(machine, modes=0, room=case.room())
+    cycle, obstacle = motion.cycle, motion.obstacle
     if cycle is None or cycle.blows > 1:
-        raise CaseError(case.file, "blow.velocity", None, "a machine that runs with one blow in a cycle")
+        why = "its cycle has several" if obstacle is None else f"{obstacle.words}; {obstacle.remedy}"
+        raise CaseError(case.file, "blow.velocity", None, "a machine that runs with one blow in a cycle", why)
     return float(cycle.blow_speed * (machine.speed_scale if machine.is_si else 1.0))
 
 

@@ -301,7 +301,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     Parameters
     ----------
     modes
-        Elastic modes; 32 by default, 0 for a rigid piston, which a machine with a supply has by default and needs.
+        Elastic modes; 32 by default, 0 for a rigid piston, which a machine with a supply has by default.
 
     Raises
     ------

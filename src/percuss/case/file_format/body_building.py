@@ -21,12 +21,11 @@ from percuss.case.file_format.body_tables import (
     BodyTable,
     DampingTable,
     Material,
-    PlainTool,
     RockTable,
     SectionTable,
     ToolTable,
 )
-from percuss.case.file_format.schema import BarTable, ContactTable, PhysicalCase, PlainCase, SystemTable
+from percuss.case.file_format.schema import BarTable, ContactTable, PhysicalCase, SystemTable
 from percuss.case.file_format.values import above_zero, given_in, keyed, number_of
 from percuss.errors import ParameterError
 from percuss.model import Bar, External, HeldBody, ModalBody, Mounted, Ratio, SizedBody, SteppedBar, UniformBar
@@ -38,6 +37,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     from percuss.blow import Rock, Rod, Wall
     from percuss.blow.bodies import End
+    from percuss.case.file_format.plain_form import PlainCase, PlainTool
 
 DEFAULT_RATIO = 1e-3
 """The share of critical damping of a bar in SI of which nothing is known: steel, with a joint or two."""
@@ -300,7 +300,7 @@ def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | Non
         return "load", "kind", "a load that keeps time beside [body]"
     if tables.load is not None and tables.load.at:
         return "load", "at", "0 beside [body]: its table says where the load acts"
-    if isinstance(tables, PlainCase):
+    if not isinstance(tables, PhysicalCase):
         unfit = {"s", "d", "damping"} if table.kind == "modes" or tables.system.s is None else set()
         unfit |= {"impedances", "transit_times"}
         for name in sorted(unfit & tables.system.model_fields_set):

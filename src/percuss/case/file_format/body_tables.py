@@ -18,14 +18,12 @@ from percuss.case.file_format.values import (
     NumberOrLength,
     NumberOrStiffness,
     Numbers,
-    PlainNumber,
     Steps,
     Stiffness,
     Stress,
     Time,
     Velocities,
     list_of,
-    plain_is,
 )
 from percuss.errors import ParameterError
 from percuss.model import Bar
@@ -186,20 +184,6 @@ class ToolTable(CaseTable):
     none."""
 
 
-@plain_is(ToolTable)
-class PlainTool(CaseTable):
-    """What the bar of a dimensionless case strikes: a wall, or an endless rod known by its impedance alone."""
-
-    kind: Literal["rod", "wall"] | None = None
-    """A rod, or a rigid wall. When left out: `"rod"`."""
-    impedance: PlainNumber | None = None
-    """Impedance of the endless rod, divided by that of the bar's last section. Allowed: greater than 0. When left out:
-    only a wall has none."""
-    gap: PlainNumber | None = None
-    """Distance between the striking end and the struck face when the blow begins, in bar lengths. Allowed: 0 or
-    greater. When left out: 0."""
-
-
 class RockTable(CaseTable):
     """The rock, or the soil, at the end of the tool: loaded along one line, unloaded along a steeper one."""
 
@@ -217,7 +201,7 @@ class BlowTable(CaseTable):
 
     velocity: Velocities | None = None
     """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that
-    of the steady motion."""
+    of the steady motion, or of the cycle of a machine that switches its own valve."""
     until: Time | None = None
     """Time from the start of the blow at which it is left. Allowed: greater than 0. When left out: the end of the blow,
     where that can be proved."""

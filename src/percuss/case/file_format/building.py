@@ -28,7 +28,7 @@ from percuss.case.file_format.body_building import (
 from percuss.case.file_format.load_building import ReadHistory, history_load, load_of, pressure_of, valve_of
 from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
-from percuss.case.file_format.schema import ContactTable, PhysicalCase, PlainCase, SystemTable
+from percuss.case.file_format.schema import ContactTable, PhysicalCase, SystemTable
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.case.file_format.values import FROM_THE_BLOW
 from percuss.errors import CaseError, ParameterError
@@ -39,6 +39,7 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.blow import EffectiveBlow, Rod, Wall
+    from percuss.case.file_format.plain_form import PlainCase
 
 
 # ---- From the tables [contact] and [system] of a case to the law of the contact, as far as no blow is resolved for it
@@ -396,7 +397,7 @@ _MEANING = {
 
 def _out_of_scale(error: ParameterError, tables: PhysicalCase | PlainCase, file: str) -> CaseError:
     """A dimensionless number that no hammer has, told in the words of the case."""
-    if isinstance(tables, PlainCase):
+    if not isinstance(tables, PhysicalCase):
         key = "load" if error.name == "load" else f"system.{error.name}"
         return CaseError(file, key, error.value, f"expected {error.accepted}", "check the scales")
     remedy = "check the units of length, frequency, damping and force"

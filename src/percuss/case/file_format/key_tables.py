@@ -14,7 +14,8 @@ from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from percuss.case.file_format import body_tables, load_tables, schema
-from percuss.case.file_format.values import CaseTable, Kind, hints_of, plain_form
+from percuss.case.file_format.plain_form import plain_form
+from percuss.case.file_format.values import CaseTable, Kind, hints_of
 from percuss.errors import ParameterError
 
 _LOADS: dict[str, type[CaseTable]] = {

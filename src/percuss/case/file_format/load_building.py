@@ -15,7 +15,6 @@ from percuss.case.file_format.load_tables import (
     FourierLoad,
     HarmonicLoad,
     HistoryLoad,
-    PlainHistoryLoad,
     SquareLoad,
     StepsLoad,
     SupplyTable,
@@ -54,11 +53,8 @@ def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
         recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
         load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
-        if isinstance(table, PlainHistoryLoad):
-            scale = si(table.force_scale, "force", "force_scale")
-            if not scale > 0.0:
-                raise ParameterError("force_scale", table.force_scale, "a force greater than 0")
-            load = load.scaled(1.0 / scale)
+        if (counted := getattr(table, "force_scale", None)) is not None:  # of the dimensionless form
+            load = load.scaled(1.0 / above_zero("force_scale", counted, "force"))
         if recording.opposing is not None:  # a limit of one channel hides in the difference of both
             load = replace(load, report=_with_clipping(load.report, table, recording))
         return ReadHistory(load.acting_at(table.at), recording.notes, recording.time, force)

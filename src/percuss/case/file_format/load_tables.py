@@ -30,7 +30,6 @@ from percuss.case.file_format.values import (
     Stress,
     Time,
     list_of,
-    plain_is,
 )
 from percuss.errors import ParameterError, UnitError
 
@@ -300,15 +299,7 @@ class HistoryLoad(CaseTable):
     at: int = 0
 
 
-@plain_is(HistoryLoad)
-class PlainHistoryLoad(HistoryLoad):
-    """A recording beside a dimensionless system: `force_scale` is the force that counts as p = 1."""
-
-    force_scale: Force
-    """The force that counts as $p = 1$. Allowed: greater than 0."""
-
-
 AnyLoad = Annotated[
     HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad | ValveLoad, Field(discriminator="kind")
 ]
-"""The loads of the SI form; those of the dimensionless form are classes below these."""
+"""The loads of the SI form."""

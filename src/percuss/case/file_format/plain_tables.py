@@ -10,13 +10,14 @@ from pydantic import ValidationError
 
 from percuss.case.case import Case
 from percuss.case.file_format.body_building import damping_table, modes_in
-from percuss.case.file_format.load_tables import HistoryLoad, PlainHistoryLoad
-from percuss.case.file_format.reading import checked_tables
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables
+from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.reading import case_form, checked_tables
+from percuss.case.file_format.schema import PhysicalCase, missing_tables
 from percuss.errors import CaseError
 from percuss.model import External, Kept, SteppedBar
 
 if TYPE_CHECKING:
+    from percuss.case.file_format.plain_form import PlainCase
     from percuss.model import Load, Machine, System
 
 MAX_HARMONICS = 1024
@@ -56,8 +57,8 @@ def _given(table: Mapping[str, Any], deep: int = 2) -> dict[str, Any]:
 
 def _checked(given: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     """The tables, checked; what is wrong is looked into only when something is, which takes longer than to be right."""
-    form = PlainCase if "system" in given else PhysicalCase
-    if not missing_tables(form, given) and ("bar" in given or "body" in given or form is PlainCase):
+    form = case_form("system" in given)
+    if not missing_tables(form, given) and {"bar", "body", "system"} & given.keys():
         with suppress(ValidationError):
             return form.model_validate(given)
     return checked_tables(given, file)
@@ -130,7 +131,7 @@ def without_files(case: Case) -> Case:
         tables["body"] = {name: value for name, value in tables["body"].items() if name != "file"} | columns
     if isinstance(load, HistoryLoad):
         table = fourier_table(case.load())
-        if isinstance(load, PlainHistoryLoad):
+        if load.is_plain:
             table = {key: table[key] for key in ("kind", "coefficients", "at") if key in table}
         tables["load"] = table
     return case_of(tables, case.file)

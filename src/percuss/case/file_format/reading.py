@@ -9,12 +9,15 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from pydantic import ValidationError
 
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, missing_tables, table_fields
+from percuss.case.file_format.schema import PhysicalCase, missing_tables, table_fields
 from percuss.errors import CaseError, ParameterError, did_you_mean
+
+if TYPE_CHECKING:
+    from percuss.case.file_format.plain_form import PlainCase
 
 MAX_BYTES = 1_000_000
 """The largest case file that is read; a case is a page of text, data belong in a history file."""
@@ -363,6 +366,15 @@ def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
     raise_all(from_validation(found, file, data, table_fields(form, kind if isinstance(kind, str) else None), missing))
 
 
+def case_form(plain: bool) -> type[PhysicalCase] | type[PlainCase]:
+    """The SI form, or the dimensionless one, which is made from it when it is first asked for."""
+    if not plain:
+        return PhysicalCase
+    from percuss.case.file_format.plain_form import PlainCase
+
+    return PlainCase
+
+
 def _missing(form: type[PhysicalCase] | type[PlainCase], data: dict[str, Any]) -> list[str]:
     """The tables that the file lacks: [bar] where nothing else tells of what strikes."""
     near = any(did_you_mean(key, ["bar"]) for key in data if key not in form.model_fields)
@@ -384,7 +396,7 @@ def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCas
             remedy,
         )
     near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}
-    return PlainCase if plain or (not physical and "did you mean 'system'?" in near) else PhysicalCase
+    return case_form(plain or (not physical and "did you mean 'system'?" in near))
 
 
 # ---- The tables of a case as TOML text

@@ -17,7 +17,6 @@ from percuss.case.file_format.body_tables import (
     BarDamping,
     BlowTable,
     BodyTable,
-    PlainTool,
     RockTable,
     SectionTables,
     SystemDamping,
@@ -34,7 +33,6 @@ from percuss.case.file_format.values import (
     NumberOrTime,
     NumberOrVelocity,
     Numbers,
-    PlainOf,
     Restitution,
     Stress,
     hints_of,
@@ -173,7 +171,7 @@ class SimulationTable(CaseTable):
     """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
-class _Struck(CaseTable):
+class StruckCase(CaseTable):
     """Tables of which one says how the bar leaves the wall."""
 
     struck_name: ClassVar[str]
@@ -185,7 +183,7 @@ class _Struck(CaseTable):
         return found
 
 
-class PhysicalCase(_Struck):
+class PhysicalCase(StruckCase):
     """The SI form: [bar], [load], [contact], what the bar strikes, and what a simulation takes."""
 
     struck_name = "contact"
@@ -201,21 +199,6 @@ class PhysicalCase(_Struck):
     blow: BlowTable | None = None
     start: StartTable | None = None
     simulation: SimulationTable | None = None
-
-
-class PlainCase(_Struck):
-    """The dimensionless form: [system], [load], what the bar strikes, and what a simulation takes."""
-
-    struck_name = "system"
-
-    title: str | None = None
-    system: SystemTable
-    body: PlainOf[BodyTable] | None = None
-    load: PlainOf[AnyLoad] | None = None
-    tool: PlainTool | None = None
-    blow: PlainOf[BlowTable] | None = None
-    start: PlainOf[StartTable] | None = None
-    simulation: PlainOf[SimulationTable] | None = None
 
 
 def missing_tables(form: type[CaseTable], data: Mapping[str, Any]) -> list[str]:

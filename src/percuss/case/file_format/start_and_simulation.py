@@ -11,11 +11,10 @@ from percuss.case.file_format.schema import SimulationTable, StartTable
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Machine, System
 from percuss.model.checks import count
-from percuss.simulate import Start, Stop
-from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
+    from percuss.simulate import Start, Stop
     from percuss.steady import Orbit
 
 DEFAULT_MODES = 32
@@ -74,6 +73,8 @@ def simulation_of(table: SimulationTable | None, system: System | Machine) -> Si
 
 
 def _simulation(table: SimulationTable, scales: _Scales, usual: int = DEFAULT_MODES) -> Simulation:
+    from percuss.simulate.stop import MAX_MODES, Stop  # a steady motion does without
+
     modes = usual if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
     options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
     given = {name: value for name, value in options.items() if value is not None}
@@ -99,6 +100,8 @@ def checked_start(table: StartTable) -> None:
 
 def start_of(table: StartTable | None, system: System | Machine, modes: int, file: str) -> Start:
     """The start that a table describes."""
+    from percuss.simulate import Start
+
     if table is None:
         return Start.rigid(_place_without(system))
     kind = _kind(table)
@@ -147,6 +150,8 @@ def _by_its_key(table: StartTable) -> Iterator[None]:
 
 def _made(table: StartTable, kind: str, system: System | Machine, orbit: Orbit | None) -> Start:
     """The start of a kind; `orbit` is the motion that one on a steady motion begins on."""
+    from percuss.simulate import Start
+
     if orbit is not None:
         return Start.orbit(orbit, *_vectors(table, _Scales.of(system), 0.0))
     if kind == "random":
@@ -158,6 +163,8 @@ def _made(table: StartTable, kind: str, system: System | Machine, orbit: Orbit |
 
 def _start(table: StartTable, scales: _Scales, place: float) -> Start:
     """The start at the vectors of a table; beside `orbit` it stands for the disturbance."""
+    from percuss.simulate import Start
+
     (u, v), time = _vectors(table, scales, place), scales.number(table.time, "time", "time")
     return Start.modal(u, v, time) if _is_modal(table) else Start.rigid(u[0], v[0], time)
 

@@ -7,19 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from types import UnionType
-from typing import (
-    TYPE_CHECKING,
-    Annotated,
-    Any,
-    ClassVar,
-    Literal,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-)
+from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 
@@ -262,9 +250,6 @@ def above_zero(key: str, given: float | str, dimension: str, remedy: str = "") -
     return value
 
 
-T = TypeVar("T")
-
-
 class CaseTable(BaseModel):
     """A table of a case file: nothing unknown, nothing changed afterwards, no number guessed from text."""
 
@@ -274,84 +259,10 @@ class CaseTable(BaseModel):
     """What of the dimensionless form does not follow from this one: the text of a key, None for a key that it lacks."""
     is_plain: ClassVar[bool] = False
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """A table of a form that is made here goes to other processes by the one that it is made from."""
-        base = type(self).__bases__[0]
-        made = _PLAIN.get(base) is type(self)
-        return _blank, (base if made else type(self), made), self.__getstate__()
-
-
-def _blank(table: type[CaseTable], made: bool) -> CaseTable:
-    form = plain_form(table) if made else table
-    return form.__new__(form)
-
 
 def keys_of(table: type[CaseTable]) -> list[str]:
     """The keys of a table as a file has them; one that is a word of Python is another field here."""
     return [field.alias or name for name, field in table.model_fields.items()]
-
-
-# ---- The dimensionless form of a case file: the SI form with plain numbers for text with a unit
-
-_PLAIN: dict[type[CaseTable], type[CaseTable]] = {}
-
-
-def plain_form(table: type[CaseTable]) -> type[CaseTable]:
-    """The table with plain numbers for text with a unit, without the keys that only a case in SI has.
-
-    It is a subclass, in which these keys are None; the table itself where nothing changes.
-    """
-    if table not in _PLAIN:
-        hints = hints_of(table)
-        kept = {name: plain_of(hint) for name, hint in hints.items() if table.in_plain.get(name, "") is not None}
-        gone = {name: ClassVar[None] for name in hints.keys() - kept.keys()}
-        if not gone and all(kept[name] == hints[name] for name in kept):
-            _PLAIN[table] = table
-            return table
-        fields = table.model_fields
-        content = {name: fields[name].default for name in kept if not fields[name].is_required()}
-        about = (table.__doc__ or "").partition("\n")[0].removesuffix(".")
-        content |= {"__annotations__": kept | gone, "__module__": table.__module__, "is_plain": True}
-        content |= {"__doc__": f"{about}, in plain numbers.", **dict.fromkeys(gone)}
-        _PLAIN[table] = type(f"Plain{table.__name__.removesuffix('Table')}", (table,), content)
-    return _PLAIN[table]
-
-
-def plain_is(table: type[CaseTable]) -> Callable[[type[T]], type[T]]:
-    """A table that is the dimensionless form of another, from which it does not follow."""
-
-    def put(own: type[T]) -> type[T]:
-        own.is_plain = True  # type: ignore[attr-defined]
-        _PLAIN[table] = own  # type: ignore[assignment]
-        return own
-
-    return put
-
-
-def plain_of(hint: Any) -> Any:
-    """What an annotation of the SI form is in the dimensionless one."""
-    if isinstance(hint, type) and issubclass(hint, CaseTable):
-        return plain_form(hint)
-    origin, parts = get_origin(hint), get_args(hint)
-    if origin is Annotated:
-        plain = next((part.plain for part in parts[1:] if isinstance(part, Kind) and part.plain is not None), None)
-        return Annotated[(plain_of(parts[0]), *parts[1:])] if plain is None else plain
-    if origin in (Union, UnionType):
-        return Union[tuple(map(plain_of, parts))]  # noqa: UP007  # of so many
-    if origin is tuple and parts[1:] == (...,):
-        return tuple.__class_getitem__((plain_of(parts[0]), ...))
-    return hint
-
-
-if TYPE_CHECKING:
-    PlainOf = Annotated[T, "plain"]
-else:
-
-    class PlainOf:
-        """``PlainOf[hint]`` is `plain_of` the hint."""
-
-        def __class_getitem__(cls, hint: Any) -> Any:
-            return plain_of(hint)
 
 
 # ---- What the annotations of a table say

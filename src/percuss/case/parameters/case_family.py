@@ -31,7 +31,6 @@ from percuss.explore.parameters import PARAMETERS, parameters_of, refuse_twice, 
 from percuss.model import Machine, System
 from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
-from percuss.simulate.stop import MAX_MODES
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -213,9 +212,8 @@ class CaseFamily:
         from percuss.case.answers.blow_answer import blow_answer, own_speed
 
         case, keys = self.varied(values), {self.key(name) for name in values}
-        given = case.tables.blow is not None and case.tables.blow.velocity is not None
         free = {"tool", "rock", "blow"} if self.is_machine else {"bar", "tool", "rock", "blow"}
-        moved = (self.is_machine and not given) or any(key.partition(".")[0] not in free for key in keys)
+        moved = any(key.partition(".")[0] not in free for key in keys)
         return blow_answer(case, own_speed(case) if moved and "blow.velocity" not in keys else None).blow
 
     def _scaled(self, keys: dict[str, tuple[float, str]]) -> System:
@@ -262,6 +260,8 @@ class CaseFamily:
 
     def start(self, values: Mapping[str, float], modes: int) -> Start:
         """The start that the case's table [start] describes, in the scales, and on the orbits, of these values."""
+        from percuss.simulate.stop import MAX_MODES
+
         kept = count("modes", modes, least=0, most=MAX_MODES)
         return start_of(
             self.case.tables.start,

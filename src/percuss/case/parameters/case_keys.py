@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.file_format.body_tables import SectionTable
 from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
 from percuss.case.file_format.plain_tables import json_tables
-from percuss.case.file_format.schema import PhysicalCase, PlainCase, table_fields
+from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
 from percuss.errors import ParameterError, did_you_mean
 from percuss.explore.parameters import PRESSURE
@@ -20,6 +20,7 @@ from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
+    from percuss.case.file_format.plain_form import PlainCase
 
 
 # ---- The keys of a valve: which a case may be varied by, and what they are in the scales of its machine

@@ -23,8 +23,7 @@ from percuss.case.parameters.case_keys import (
 )
 from percuss.case.parameters.moves import MOVES, can_move, parsed_quantity
 from percuss.errors import PercussError
-from percuss.explore.cells import AXES
-from percuss.explore.parameters import PARAMETERS
+from percuss.explore.parameters import AXES, PARAMETERS
 from percuss.model import Machine
 from percuss.model.body import HeldBody, Mounted
 

@@ -12,7 +12,8 @@ from pydantic import ValidationError
 
 from percuss.case.answers.numerals import plain
 from percuss.case.file_format.load_building import history_load
-from percuss.case.file_format.load_tables import HistoryLoad, PlainHistoryLoad
+from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.plain_form import PlainHistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table
 from percuss.case.file_format.reading import from_validation, raise_all
 from percuss.case.file_format.values import keys_of

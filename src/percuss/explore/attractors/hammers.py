@@ -23,7 +23,6 @@ from percuss.explore.attractors.drawn_starts import (
     states_of,
 )
 from percuss.explore.jobs.job import Column, Columns
-from percuss.explore.quantities import CYCLE_KINDS
 from percuss.model import Machine, System
 from percuss.model.checks import Array, finite
 from percuss.model.described import describe_machine, describe_system
@@ -33,6 +32,9 @@ if TYPE_CHECKING:
     from percuss.simulate import Ensemble, Starts, Stop, Trajectory
 
 # ---- Which motions are the same
+
+CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
+"""What a periodic motion has in it, by number."""
 
 DISTANCE = 1e-4
 """How far apart, in radians and relative speeds, motions of one label are different attractors."""

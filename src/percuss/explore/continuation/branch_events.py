@@ -22,7 +22,7 @@ from percuss.explore.continuation.orbit_curve import (
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.stability import orbit_multipliers
-from percuss.stability.orbit_multipliers import outside_number
+from percuss.stability.cycle_multipliers import outside_number
 from percuss.steady import PeriodicOrbit
 from percuss.steady.admissible import start_acceleration
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS

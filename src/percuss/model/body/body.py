@@ -41,10 +41,8 @@ class Modes:
 
     Parameters
     ----------
-    omega
-        Undamped frequencies ω_n, increasing, per radian of the load.
-    damping
-        d_n.
+    omega, damping
+        Undamped frequencies ω_n, increasing, per radian of the load, and d_n.
     inertia
         1/φ_n(1)²: the mass that the mode has at the striking end (uniform bar: 1/2). Never 0.
     at_load
@@ -199,12 +197,8 @@ class Body(ABC):
         """Σ_{n≥1} φ_n(x) φ_n(source)/(ω_n² − z²), and its slope; each of shape (K, len(x)).
 
         By default the sum of the modes that differ, with the static shape in place of all others. That costs digits
-        where z is beyond the frequencies summed; bodies with a closed form write it here.
-
-        Parameters
-        ----------
-        z
-            Complex frequencies, Im z ≤ 0, shape (K,).
+        where z is beyond the frequencies summed; bodies with a closed form write it here. `z`: complex frequencies,
+        Im z ≤ 0, shape (K,).
         """
         n = _DIFFERENCES
         omega, shapes, static = self.frequencies(n), self.shapes(x, n), self.static_shape(x, source)
@@ -275,12 +269,8 @@ class Body(ABC):
     def receptance(self, k: Array, x: Array, at: int = 0, count: int | None = None) -> ComplexShape:
         """g_k(x) = Σ_n φ_n(x) φ_n(x_p)/(ω_n² + ik d_n − k²) of the elastic modes, and its slope; shapes (K, len(x)).
 
-        All modes, in closed form where body and damping have one, or the first `count`.
-
-        Parameters
-        ----------
-        k
-            Numbers of harmonics, shape (K,), greater than 0.
+        All modes, in closed form where body and damping have one, or the first `count`. `k`: numbers of harmonics,
+        shape (K,), greater than 0.
         """
         x = np.asarray(x, dtype=float)
         if count is not None:

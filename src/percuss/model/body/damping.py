@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -254,9 +253,3 @@ class Table(Damping):
     def __str__(self) -> str:
         count = len(self.values)
         return f"damping of {count} mode{'s' if count > 1 else ''} given, the first {self.values[0]:.6g}"
-
-
-def equivalent_ratio(damping: Damping, omega: float) -> float:
-    """Share of critical damping of a mode with frequency ω > 0, dimensionless; inf only for numbers out of range."""
-    own = float(damping.of(np.array([omega]))[0])
-    return own / (2.0 * omega) if omega > 0.0 else math.inf

@@ -56,14 +56,10 @@ class ModalBody(_ModeTable, HeldBody):  # type: ignore[override]  # the table ha
 
     Parameters
     ----------
-    omega
-        Frequencies ω_n > 0 per radian of the load; they are put in order.
-    delta
-        δ_n ≥ 0.
-    contact
-        a_n, each mode at the contact (modal mass 1).
-    drive
-        b_n, each mode where the load acts.
+    omega, delta
+        Frequencies ω_n > 0 per radian of the load, which are put in order, and δ_n ≥ 0.
+    contact, drive
+        a_n, each mode at the contact (modal mass 1), and b_n, where the load acts.
     gap
         g, of either sign: the wall presses where it is negative.
 
@@ -158,21 +154,8 @@ def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, flo
 class SizedModes(_ModeTable, SizedBody):  # type: ignore[override]  # likewise
     """The same in SI: frequencies in rad/s, modes normalised to the modal mass 1 kg, the gap in m.
 
-    Its scales are 1 kg and 1 m: the dimensionless displacements of the contact are metres.
-
-    Parameters
-    ----------
-    omega, delta
-        ω_n in rad/s and δ_n in 1/s.
-    contact, drive
-        a_n and b_n in 1/√kg.
-    gap
-        g in m.
-
-    Raises
-    ------
-    ParameterError
-        As `ModalBody`.
+    δ_n in 1/s, a_n and b_n in 1/√kg. Its scales are 1 kg and 1 m: the dimensionless displacements of the contact are
+    metres. ParameterError as of `ModalBody`.
     """
 
     kind: ClassVar[str] = "modes"
@@ -219,14 +202,10 @@ class Mounted(HeldBody):
 
     Parameters
     ----------
-    stiffness
-        k/(MΩ²) > 0, of a spring k on the mass M.
-    dashpot
-        c/(MΩ) ≥ 0.
-    s
-        Wave speed of the bar; inf: a rigid mass.
-    damping
-        The law of damping of the bar itself.
+    stiffness, dashpot
+        k/(MΩ²) > 0, of a spring k on the mass M, and c/(MΩ) ≥ 0.
+    s, damping
+        Wave speed of the bar, inf for a rigid mass, and the law of damping of the bar itself.
     gap
         g, of either sign.
 
@@ -329,25 +308,9 @@ class Mounted(HeldBody):
 
 @dataclass(frozen=True)
 class SizedMounted(SizedBody):
-    """The same in SI; its scales are the mass, and the length of the bar, 1 m without one.
+    """The same in SI: k in N/m, c in N·s/m, a bar, or without one a rigid mass in kg, and the gap in m.
 
-    Parameters
-    ----------
-    spring
-        k in N/m.
-    dashpot
-        c in N·s/m.
-    bar
-        The bar; None for a rigid mass.
-    rigid_mass
-        In kg, where there is no bar.
-    gap
-        g in m.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range.
+    Its scales are the mass, and the length of the bar, 1 m without one. ParameterError for values out of range.
     """
 
     kind: ClassVar[str] = "mounted"

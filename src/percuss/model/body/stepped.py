@@ -17,15 +17,13 @@ from percuss.errors import ParameterError
 from percuss.halting import look
 from percuss.model.body.body import Body, ComplexShape, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, check_damping
-from percuss.model.body.uniform import Bar, Piece, SizedBody, wave_speed
+from percuss.model.body.uniform import Bar, Piece, SizedBody, sinc_deficit, wave_speed
 from percuss.model.checks import Array, ComplexArray, instance, non_negative, numbers, positive, several
 
 # ---- A chain of sections as its mechanics see it: impedances, transit times, and which point lies in which section
 
 Numbers = npt.NDArray[np.intp]
 """Numbers of sections, from 0 on."""
-
-_SERIES_BELOW = 0.5
 
 
 class SectionChain:
@@ -93,16 +91,6 @@ def chain(
     """The chain whose transit times add up to 1/s."""
     times = np.asarray(transit_times) / (s * float(np.sum(transit_times)))
     return SectionChain(np.asarray(impedances), times, None if lengths is None else np.asarray(lengths))
-
-
-def sinc_deficit(q: ComplexArray) -> ComplexArray:
-    """1 − sin q/q without cancellation near 0, where it is q²/6; any shape."""
-    near = np.abs(q) < _SERIES_BELOW
-    square, far = np.where(near, q, 0.0) ** 2, np.where(near, 1.0, q)
-    total = np.zeros_like(square)
-    for j in range(9, 0, -1):
-        total = square / (2 * j * (2 * j + 1)) * (1.0 - total)
-    return np.asarray(np.where(near, total, 1.0 - np.sin(far) / far))
 
 
 # ---- Receptance of a chain of sections at complex frequencies: all its modes together, by transfer matrices
@@ -397,10 +385,9 @@ class SteppedBar(Body):
     ----------
     s
         One over the time of a wave from end to end, in radians of the load; dimensionless, greater than 0.
-    impedances
-        Z_i = A_i √(E_i ρ_i) of the sections from the driven end to the striking end, in any one unit; 1 to 200.
-    transit_times
-        Times of a wave through them, in any one unit.
+    impedances, transit_times
+        Z_i = A_i √(E_i ρ_i) of the 1 to 200 sections from the driven end to the striking end, and times of a wave
+        through them, each in any one unit.
     damping
         The law of damping.
     lengths
@@ -574,16 +561,12 @@ class Section:
     ----------
     length
         In m; None for the endless last section of a rod that is struck, which no bar has.
-    area
-        Cross-sectional area in m², a bore taken off; or give `diameter`.
-    diameter
-        Outer diameter in m of a round section, instead of `area`.
+    area, diameter
+        Cross-sectional area in m², a bore taken off; or the outer diameter in m of a round section.
     bore
         Diameter in m of a hole along its axis.
-    youngs_modulus
-        In Pa.
-    density
-        In kg/m³.
+    youngs_modulus, density
+        In Pa and kg/m³.
 
     Raises
     ------

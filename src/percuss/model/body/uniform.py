@@ -37,17 +37,7 @@ class UniformBar(Body):
 
     ω_n = nπs, φ_n = √2 cos nπx; displacements z_n are B77's u_n.
 
-    Parameters
-    ----------
-    s
-        Wave speed C/(LΩ), dimensionless, greater than 0.
-    damping
-        The law of damping.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range.
+    `s` is the wave speed C/(LΩ) > 0, dimensionless; ParameterError for values out of range.
     """
 
     kind: ClassVar[str] = "uniform"
@@ -67,7 +57,7 @@ class UniformBar(Body):
 
     def shapes(self, x: Array, count: int) -> Shape:
         n = np.pi * np.arange(1, count + 1)
-        angles, turned = np.outer(x, n), _alternating(count)
+        angles, turned = np.outer(x, n), np.where(np.arange(1, count + 1) % 2, -1.0, 1.0)  # (−1)ⁿ
         return Shape(turned * np.cos(angles), -turned * n * np.sin(angles))
 
     def static_shape(self, x: Array, source: float = 0.0) -> Shape:
@@ -129,11 +119,6 @@ def _decaying(q: ComplexArray, way: float) -> ComplexArray:
     return np.asarray(np.exp(-1j * way * q.real - way * np.abs(q.imag)))
 
 
-def _alternating(count: int) -> Array:
-    """(−1)ⁿ for n = 1 … `count`."""
-    return np.where(np.arange(1, count + 1) % 2, -1.0, 1.0)
-
-
 def _images(x: Array, source: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """The two distances, over the near and over the far end, that a wave runs from the source, and their slopes.
 
@@ -151,7 +136,7 @@ def _driven_at_0(s: float, wave: ComplexArray, x: Array) -> tuple[ComplexArray, 
     small = np.abs(q) < _SERIES_BELOW
     qs = np.where(small, q, 1.0)
     sine = np.sin(qs)
-    top = _sinc_minus_one(qs) + 2.0 * np.sin(0.5 * qs * y) ** 2
+    top = 2.0 * np.sin(0.5 * qs * y) ** 2 - sinc_deficit(qs)
     near = top / (qs * sine)
     near_slope = -np.sin(qs * y) / sine
     ql = np.where(small, 1.0 - 1.0j, q)  # Im q ≤ 0: factors exp(−iq…) never overflow
@@ -163,13 +148,14 @@ def _driven_at_0(s: float, wave: ComplexArray, x: Array) -> tuple[ComplexArray, 
     return shape, np.asarray(scale * np.where(small, near_slope, far_slope), dtype=complex)
 
 
-def _sinc_minus_one(q: ComplexArray) -> ComplexArray:
-    """sin q/q − 1 for |q| < 1 by its series: no cancellation."""
-    square = q * q
+def sinc_deficit(q: ComplexArray) -> ComplexArray:
+    """1 − sin q/q without cancellation near 0, where it is q²/6; any shape."""
+    near = np.abs(q) < _SERIES_BELOW
+    square, far = np.where(near, q, 0.0) ** 2, np.where(near, 1.0, q)
     total = np.zeros_like(square)
     for j in range(9, 0, -1):
-        total = -square / (2 * j * (2 * j + 1)) * (1.0 + total)
-    return total
+        total = square / (2 * j * (2 * j + 1)) * (1.0 - total)
+    return np.asarray(np.where(near, total, 1.0 - np.sin(far) / far))
 
 
 # ---- A body with its sizes in SI: what joins a dimensionless `Body` to metres, kilograms and pascals
@@ -285,22 +271,14 @@ class Bar(SizedBody):
 
     Parameters
     ----------
-    length
-        Length L in m.
-    area
-        Cross-sectional area A in m²; or give `diameter`.
-    youngs_modulus
-        Young's modulus E in Pa.
-    density
-        Density in kg/m³.
-    damping
-        A law of damping with its times in s; or give `damping_ratio` or `drag`.
-    diameter
-        Diameter in m of a solid round bar, instead of `area`.
-    damping_ratio
-        ζ, the share of critical damping of every elastic mode (dimensionless), instead of `damping`: `Ratio(ζ)`.
-    drag
-        D, the force per metre of bar and per velocity, in N·s/m², instead of `damping`: `External(D/M)`.
+    length, youngs_modulus, density
+        L in m, Young's modulus E in Pa, and kg/m³.
+    area, diameter
+        Cross-sectional area A in m², or the diameter in m of a solid round bar.
+    damping, damping_ratio, drag
+        A law of damping with its times in s; or ζ, the share of critical damping of every elastic mode
+        (dimensionless), for `Ratio(ζ)`; or D, the force per metre of bar and per velocity, in N·s/m², for
+        `External(D/M)`.
 
     Raises
     ------

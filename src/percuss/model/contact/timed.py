@@ -42,19 +42,15 @@ class Timed:
     ----------
     restitution
         R, 0 to 1: mean velocity of the striker after the blow over that before it, its sign turned (dimensionless).
-    duration
-        t_c, from the start of the contact to its end, in radians of the load.
-    force_centroid
-        t_J, from the start of the contact to the centroid of its force, in radians of the load.
+    duration, force_centroid
+        t_c and t_J, from the start of the contact to its end and to the centroid of its force, in radians of the load.
     advance_per_impulse
         A, by which the plane of impact moves on from blow to blow per unit of impulse, dimensionless: 1/Z_rod for an
         endless rod that stays where the blow puts it, 0 for a wall or a tool that is pushed back.
     ringing_share
         Share of the kinetic energy before the blow that is left in the striker as ringing, 0 to 1.
-    contacts
-        Contacts of the blow; the law holds for one.
-    law
-        ``"b77-blow"``, or ``"b77-tau"`` for the blow of a uniform bar.
+    contacts, law
+        Contacts of the blow, of which the law holds for one; ``"b77-blow"``, or ``"b77-tau"`` of a uniform bar.
 
     Raises
     ------
@@ -105,21 +101,9 @@ class Timed:
         """The law ``b77-tau``: the blow of a uniform bar, one round trip of its waves, on a rod or a wall.
 
         The force is constant for 2/s, nothing rings, and a rod that gives the restitution R has 1/Z = (1 − R)/((1 + R)
-        s), so that it moves on by (1 − R) V/s (St Venant 1867; Fischer 1959).
-
-        Parameters
-        ----------
-        s
-            Wave speed of the bar, dimensionless: 1/(time of a wave from end to end).
-        restitution
-            R, 0 to 1.
-        advance
-            ``"kept"``: the rod stays where the blow puts it; ``"pushed back"``: it returns before the next one.
-
-        Raises
-        ------
-        ParameterError
-            For values out of range, and for what a uniform bar on a rod cannot tell: a residual penetration.
+        s), so that it moves on by (1 − R) V/s (St Venant 1867; Fischer 1959). Advance ``"kept"``: the rod stays where
+        the blow puts it; ``"pushed back"``: it returns before the next one. ParameterError for values out of range, and
+        for what a uniform bar on a rod cannot tell: a residual penetration.
         """
         s, r = positive("s", s), unit_interval("restitution", restitution)
         choice("advance", advance, "kept", "pushed back")
@@ -166,12 +150,7 @@ class Timed:
     def ringing_left(self, rate: float, period: float) -> float:
         """Ringing at the next blow, as a speed over that of the blow: √share times exp(−rate T).
 
-        Parameters
-        ----------
-        rate
-            By which the slowest elastic mode dies out, d_1/2, per radian.
-        period
-            T, in radians.
+        `rate`: by which the slowest elastic mode dies out, d_1/2, per radian; `period`: T, in radians.
         """
         return math.sqrt(self.ringing_share) * math.exp(-non_negative("rate", rate) * positive("period", period))
 

@@ -7,24 +7,18 @@ nothing else happens in it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics.crossing import Regions, first_entering
-from percuss.mechanics.cycle import Closed, Cycle, Timing
-from percuss.mechanics.flow import rates
+from percuss.mechanics.crossing import first_entering
+from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
-from percuss.steady.self_excited.rhythm import Rhythm, Step, Switching, rhythm_of, steps_of, valve_after
-from percuss.steady.self_excited.valve_cycle import (
-    ValveCycle,
-    ValveFlight,
-    cycle_told,
-    energy_of,
-    place_row,
-)
+from percuss.steady.self_excited.event_sequence import regions_of, sequence_in
+from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
+from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cycle_told, strain_of
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
 #
@@ -37,19 +31,6 @@ _CHATTER_ERROR = 1e-13  # … and its end is known to this
 _MOST_EVENTS = 60  # of a flight from blow to blow
 _QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
 _LONGEST = 16.0  # flights without an event, in periods of the rigid piston
-
-
-def watched(machine: Machine, modes: MachineModes, last: str, wall: bool = True) -> tuple[Regions, list[int]]:
-    """The regions that mean something when entered: beyond the wall, and those of ports that demand another state."""
-    rows, levels, ports = ([modes.end], [0.0], [-1]) if wall else ([], [], [])
-    for i, port in enumerate(machine.valve.ports):
-        if port.behind is not None and port.to != last:
-            sign = -1.0 if port.side == "back" else 1.0
-            rows.append(sign * place_row(machine, modes, port.reads))
-            levels.append(-sign * port.behind)
-            ports.append(i)
-    scale = max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
-    return Regions(np.array(rows), np.array(levels), scale), ports
 
 
 class Laid(NamedTuple):
@@ -68,14 +49,16 @@ class Following:
     """A machine with N = `count` on its way as its rigid piston goes; `ending` is None for as long as it goes on."""
 
     def __init__(self, machine: Machine, count: int, rigid: ValveCycle) -> None:
-        self.machine, self.modes, self.rigid = machine, machine.modes(count), rigid
+        self.machine, self.count, self.rigid = machine, count, rigid
+        self.flows = state_flows(machine, count)
         self.valve, self.time = Switching(machine.valve, rigid.state, rigid.orders), 0.0
         self.now = np.stack([0.0 * self.modes.centre, -rigid.rebound.speed * self.modes.centre], axis=1)
+        self.pressure = 1.0 if rigid.rebound.pressure is None else rigid.rebound.pressure
         self.span = _LONGEST * rigid.period
         self.ending: str | None = None
         self.flights: list[ValveFlight] = []
         self.events: list[tuple[float, str, object]] = []
-        self.states: list[Array] = []  # just before each event
+        self.states: list[tuple[Array, float]] = []  # just before each event, with the pressure
         self.blows = 0
         self.rests: list[Laid] = []
         self.losses: list[float] = []  # energy that the bar had whenever it lay down
@@ -103,20 +86,22 @@ class Following:
             due, held = self.valve.due, self._hold > self.time
             until = due - self.time if due < math.inf else self.span
             until = min(until, self._hold - self.time) if held else until
-            regions, ports = watched(self.machine, self.modes, self.valve.orders.last, wall=not held)
-            flight = self._flight(self.force, until, held)
+            flight = self._flight(until, held)
+            regions, ports = regions_of(self.machine, self.flow, flight, wall=not held)
             found = first_entering(flight, regions)
             if math.isinf(found.time) and due == math.inf and until == self.span:
                 self.ending = "nothing follows"
                 return
             flight = replace(flight, duration=min(found.time, until))
             self.flights.append(flight)
-            self.now, self.time = flight.end, self.time + flight.duration
+            self._moved(flight.end, flight.duration)
             if math.isinf(found.time):
                 if due < math.inf and until != self._hold - flight.time:
                     self.time = due
-            elif ports[found.which] < 0:
+            elif ports[found.which] == -1:
                 self._strike()
+            elif ports[found.which] == -2:
+                self.ending = "no pressure"
             else:
                 self._demand(ports[found.which])
             if self.blows > before or self.ending is not None:
@@ -124,29 +109,49 @@ class Following:
         self.ending = "no blow"
 
     @property
-    def force(self) -> float:
-        """Of the valve as it is."""
-        return self.machine.valve.force(self.valve.state)
+    def flow(self) -> StateFlow:
+        """In the state of the valve."""
+        return self.flows[self.valve.state]
 
-    def _flight(self, force: float, duration: float, held: bool = False) -> ValveFlight:
-        state, last, time = self.valve.state, self.valve.orders.last, self.time
+    @property
+    def modes(self) -> MachineModes:
+        """In the state of the valve."""
+        return self.flow.modes
+
+    @property
+    def force(self) -> float:
+        """On the modes now."""
+        return self.flow.force(self.now[:, 0], self.pressure)
+
+    def _flight(self, duration: float, held: bool = False) -> ValveFlight:
         return ValveFlight(
             modes=self.modes,
             begin=self.now,
-            force=force,
+            force=self.force,
+            ramp=self.flow.ramp,
             duration=duration,
-            state=state,
-            last=last,
-            time=time,
+            state=self.valve.state,
+            last=self.valve.orders.last,
+            time=self.time,
             held=held,
+            pressure=self.pressure,
         )
+
+    def _moved(self, to: Array, duration: float) -> None:
+        """To another state of the bar after a time."""
+        flow, way = self.flow, float(self.modes.driven @ (to - self.now)[:, 0])
+        self.pressure += (flow.supplied * duration - flow.draw * way) / flow.compliance
+        self.now, self.time = to, self.time + duration
 
     def _carry_out(self) -> None:
         while self.valve.due <= self.time:
+            self._happened("valve", self.valve.orders.pending[0][1])
+            before = self.modes.mixing
             self.valve.carry_out()
+            if self.modes.mixing is not before:
+                self.now = self.modes.mixing.T @ before @ self.now
             if self.force > 0.0:
                 self._hold = min(self._hold, self._wave)
-            self._happened("valve", self.valve.state)
 
     def _demand(self, number: int) -> None:
         if self.valve.demand(self.time, number):
@@ -177,7 +182,7 @@ class Following:
         """
         machine, end, now = self.machine, self.modes.end, self.now
         force, R = self.force, -machine.contact.velocity_factor
-        acceleration = rates(self.modes, now, force)[:, 1]
+        acceleration = self.flow.rates(now, self.pressure)[0][:, 1]
         rebound, push = -float(end @ now[:, 1]), float(end @ acceleration)
         if rebound <= _NO_SPEED * float(np.abs(end) @ np.abs(now[:, 1])):
             forgets = machine.contact.strain_factor == 0.0 and self.modes.size > 0
@@ -210,7 +215,12 @@ class Following:
         fastest = 0.5 * (force * float(modes.driven[0]) - pull) * time  # of the first coordinate
         if not (0.0 < self._flown < time and 0.0 <= -float(modes.end[0] * now[0, 1]) <= float(modes.end[0]) * fastest):
             return False
-        return energy_of(modes, now) <= fastest * fastest
+        return self.energy <= fastest * fastest
+
+    @property
+    def energy(self) -> float:
+        """Kinetic and elastic, with that of the chamber."""
+        return 0.5 * float(self.now[:, 1] @ self.now[:, 1]) + strain_of(self.flow, self.now)
 
     def _caught_up(self) -> None:
         """The wall is looked for again: an end of finitely many modes that is there or beyond it is on it."""
@@ -234,17 +244,22 @@ class Following:
         since = self.rests[-1].events if self.rests else 0
         if any(kind == "valve" for _, kind, _ in self.events[since:]):
             self.rests.append(Laid(self.time, len(self.flights), len(self.events), len(self.losses) + 1))
-        self.losses.append(energy_of(self.modes, self.now))
+        self.losses.append(self.energy)
         self.now, self._last = 0.0 * self.now, None
         if wait > 0.0:
             self._lie(wait)
             for port in self.valve.blow_demands():  # those of the last of its blows
                 self._demand(port)
         while self.force > 0.0:
-            if (due := self.valve.due) == math.inf:
+            ramp, due = self.flow.ramp, self.valve.due
+            lifted = self.time - self.force / ramp if ramp < 0.0 else math.inf  # by a growing pressure
+            if min(lifted, due) == math.inf:
                 self.ending = "on the wall"
                 return
-            self._lie(due - self.time)
+            self._lie(min(lifted, due) - self.time)
+            if lifted < due:
+                self.pressure = -self.flow.held / self.flow.draw
+                break
             self.time = due
             self._carry_out()
         slowest, N = float(self.modes.omega[0]), self.modes.size
@@ -252,106 +267,28 @@ class Following:
         self._hold = math.inf if slowest == 0.0 else max(self._wave, self.time + _QUARTER / slowest)
 
     def _lie(self, duration: float) -> None:
-        self.flights.append(self._flight(0.0, duration))
-        self.time += duration
+        self.flights.append(replace(self._flight(duration), force=0.0, ramp=0.0))
+        self._moved(self.now, duration)
 
     def _happened(self, kind: str, detail: object) -> None:
         self.events.append((self.time, kind, detail))
-        self.states.append(self.now)
+        self.states.append((self.now, self.pressure))
 
     def rhythm(self, blows: int) -> Rhythm:
         """That of the last blows."""
         return rhythm_of(Switching(self.machine.valve, self.rigid.state, self.rigid.orders), self.events, blows)
 
 
-# ---- The cycle of an elastic machine near a rhythm: Newton's method on the times of its events, then the proof
-
-_TOGETHER = 1e-12  # of the period: simultaneous events
-
-Problem = Literal["order", "no root", "direction", "wall", "port"]
-"""Why there is no cycle: the valve is not as it was after a cycle, or events change their order; Newton's method finds
-none; a port or the wall is met from the wrong side; the bar strikes, or enters a port's region, at another time."""
+# ---- The cycle of a machine near a rhythm: Newton's method on the times of its events, then the proof
 
 
-@dataclass(frozen=True)
-class Solved:
-    """The cycle, or why it is none and when that shows."""
-
-    cycle: ValveCycle | None
-    problem: Problem | None = None
-    time: float | None = None
-    proven: bool = True
-
-
-def solved(machine: Machine, count: int, rhythm: Rhythm) -> Solved:
-    """The cycle with this order of events to which Newton's method leads from these times."""
-    steps = steps_of(machine.valve, rhythm)
-    if steps is None:
-        return Solved(None, "order")
-    cycle = _cycle_of(machine, count, rhythm, steps)
-    found = cycle.root(np.array([step.time for step in steps if step.kind != "due"]))
-    if found is None:
-        return Solved(None, "no root")
-    times = cycle.times(found[0])
-    late = np.diff(times, prepend=0.0) < 0.0
-    if np.any(np.diff(times, prepend=0.0) < -_TOGETHER * times[-1]):
-        return Solved(None, "order", float(times[late][0]))
-    for i, (step, state, time) in enumerate(zip(steps, found[1].states, times, strict=True)):
-        away = step.kind == "port" and machine.valve.ports[step.port].side == "back"
-        if step.kind != "due" and float(cycle.rows[i] @ state[:, 1]) * (-1.0 if away else 1.0) <= 0.0:
-            return Solved(None, "direction", float(time))
-    flights = _flights(cycle, steps, rhythm, times, found[1])
-    proven = True
-    for flight in flights:
-        regions, ports = watched(machine, cycle.modes, flight.last)
-        other = first_entering(flight, regions)
-        proven &= other.proven
-        if other.which >= 0:
-            return Solved(None, "wall" if ports[other.which] < 0 else "port", flight.time + other.time)
-    kinds = {"blow": "impact", "due": "valve", "port": "port"}
-    happened = [
-        (flight.time + flight.duration, kinds[step.kind], step.state if step.kind == "due" else step.port, state)
-        for step, flight, state in zip(steps, flights, found[1].states, strict=True)
-    ]
-    told = cycle_told(machine, rhythm, flights, happened, cycle.slope(*found))
-    return Solved(replace(told, orders=valve_after(machine.valve, told.rhythm).orders), proven=proven)
-
-
-def _cycle_of(machine: Machine, count: int, rhythm: Rhythm, steps: tuple[Step, ...]) -> Cycle:
-    valve, contact, modes = machine.valve, machine.contact, machine.modes(count)
-    rows = {"blow": modes.end, "due": 0.0 * modes.end}
-    ports = [valve.ports[one.port] if one.kind == "port" else None for one in steps]
-    return Cycle(
-        modes,
-        np.array([contact.strain_factor, contact.velocity_factor]),
-        [valve.force(name) for name in (rhythm.state, *(one.state for one in steps[:-1]))],
-        [Timing(one.source, one.later, one.wrapped, one.kind != "due", one.kind == "blow") for one in steps],
-        np.array(
-            [place_row(machine, modes, p.reads) if p else rows[s.kind] for s, p in zip(steps, ports, strict=True)]
-        ),
-        np.array([-(port.behind or 0.0) if port else 0.0 for port in ports]),
-    )
-
-
-def _flights(
-    cycle: Cycle, steps: tuple[Step, ...], rhythm: Rhythm, times: Array, motion: Closed
-) -> tuple[ValveFlight, ...]:
-    found, state, last, time, begin = [], rhythm.state, rhythm.orders.last, 0.0, motion.start
-    for i, (step, end) in enumerate(zip(steps, times.tolist(), strict=True)):
-        found.append(
-            ValveFlight(
-                modes=cycle.modes,
-                begin=begin,
-                force=cycle.forces[i],
-                duration=end - time,
-                state=state,
-                last=last,
-                time=time,
-            )
-        )
-        state, last, time, begin = step.state, step.last, end, motion.states[i]
-        begin = cycle.turn * begin if cycle.turns(i) else begin
-    return tuple(found)
+def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
+    """The cycle with this order of events to which Newton's method leads from these times, if the machine does this."""
+    sequence = sequence_in(machine.valve, rhythm)
+    if sequence is None:
+        return None
+    found = sequence.solved(machine, count, np.array([time for time, _ in rhythm.guarded]))
+    return found if found is not None and sequence.fault(found) is None else None
 
 
 # ---- The cycle of an elastic machine that rests on the wall: what follows a release, until the next one
@@ -376,14 +313,16 @@ def rest_cycle(motion: Following) -> ValveCycle | None:
 def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
     events, size = slice(first.events, last.events), 2 * motion.modes.omega.size
     happened = [
-        (time - first.time, kind, detail, before)
+        (time - first.time, kind, detail, *before)
         for (time, kind, detail), before in zip(motion.events[events], motion.states[events], strict=True)
     ]
     flights = tuple(
         replace(flight, time=flight.time - first.time) for flight in motion.flights[first.flights : last.flights]
     )
     rhythm = motion.rhythm(sum(kind == "impact" for _, kind, *_ in happened))
-    told = cycle_told(motion.machine, rhythm, flights, happened, np.zeros((size, size)))
+    told = cycle_told(
+        motion.machine, motion.count, rhythm.state, rhythm.orders, flights, happened, np.zeros((size, size))
+    )
     return replace(told, rests=True, taken_by_rest=math.fsum(motion.losses[first.losses : last.losses]))
 
 
@@ -394,13 +333,11 @@ _FORGOTTEN = 12  # blows after which little is left of the start
 _MOST_IN_CYCLE = 4
 
 
-@dataclass(frozen=True)
-class Settled:
-    """The cycle, None for none; what the motion did in the end; and what the first try met."""
+class Settled(NamedTuple):
+    """The cycle, None for none, and how the motion ended where it did not go on."""
 
     cycle: ValveCycle | None
-    ending: str | None
-    first: Solved
+    ending: str | None = None
 
 
 def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
@@ -410,35 +347,31 @@ def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle
     """
     found = _settled(machine, count, rhythm, rigid)
     sound = found.cycle is None or found.cycle.keeps_before_the_wall
-    return found if sound else replace(found, cycle=None)
+    return found if sound else found._replace(cycle=None)
 
 
 def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
     first = solved(machine, count, rhythm)
-    if first.cycle is not None and first.cycle.stable:
-        return Settled(first.cycle, None, first)
-    if rigid is None:
-        return Settled(first.cycle, None, first)
+    if rigid is None or (first is not None and first.stable):
+        return Settled(first)
     motion = Following(machine, count, rigid)
     for blows in _BLOWS:
         motion.go_on(blows)
         if (resting := rest_cycle(motion)) is not None:
-            return Settled(resting, None, first)
+            return Settled(resting)
         if motion.ending is not None:
-            return Settled(None, motion.ending, first)
+            return Settled(None, motion.ending)
         cycle = _cycle_at(machine, count, motion) if motion.blows >= _FORGOTTEN else None
         if cycle is not None:
-            return Settled(cycle, None, first)
-    return Settled(first.cycle, None, first)
+            return Settled(cycle)
+    return Settled(first)
 
 
 def _cycle_at(machine: Machine, count: int, motion: Following) -> ValveCycle | None:
     for blows in range(1, min(_MOST_IN_CYCLE, motion.blows - 1) + 1):
-        rhythm = motion.rhythm(blows)
-        if steps_of(machine.valve, rhythm) is not None:
-            cycle = solved(machine, count, rhythm).cycle
-            if cycle is not None and cycle.stable:
-                return _shortest(machine, count, cycle)
+        cycle = solved(machine, count, motion.rhythm(blows))
+        if cycle is not None and cycle.stable:
+            return _shortest(machine, count, cycle)
     return None
 
 
@@ -446,7 +379,7 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     """The cycle, or that of fewer blows which it goes through again and again: what settles slowly looks longer."""
     for blows in range(1, cycle.blows):
         if cycle.blows % blows == 0:
-            part = solved(machine, count, _part(cycle.rhythm, blows)).cycle
+            part = solved(machine, count, _part(cycle.rhythm, blows))
             if part is not None and abs(part.period * (cycle.blows // blows) - cycle.period) <= _SAME * cycle.period:
                 return part
     return cycle

@@ -11,14 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from percuss.errors import ParameterError
+from percuss.mechanics.crossing import farthest
+from percuss.mechanics.flow import state_flows
 from percuss.model import Chamber, Machine, Valve
 from percuss.model.checks import Array, instance, numbers
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.elastic_cycle import solved
 from percuss.steady.self_excited.piston import Piston, continued, followed_from, under_pressure
-from percuss.steady.self_excited.piston_flight import pressure_at, pressure_range
 from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion, why_none
-from percuss.steady.self_excited.valve_cycle import Switch, ValveCycle, flights_at
+from percuss.steady.self_excited.valve_cycle import Switch, ValveCycle, ValveFlight, flights_at, pressure_multiplier
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
 _SUPPLY_STEP = 1.0 / 32.0  # of the logarithm of flow and accumulator
@@ -400,12 +402,22 @@ def slow_pressure(cycle: ValveCycle) -> SlowPressure:
     >>> print(f"{pressure.mean:.4f} ± {50 * pressure.ripple:.1f} %, multiplier {pressure.multiplier.real:.4f}")
     0.9835 ± 5.2 %, multiplier 0.9292
     """
-    checked, law = _checked(cycle), Piston(cycle.machine).numbers[2]
-    bare = dict(checked.valve.pairs)
-    spans = [pressure_range(one.rigid, one.duration, one.pressure, bare[one.state], law) for one in checked.flights]
+    checked = _checked(cycle)
+    spans = [_pressures(checked, one) for one in checked.flights]
     mean, at_blow = checked.mean_pressure, checked.flights[0].pressure
     least, greatest = min(low for low, _ in spans), max(high for _, high in spans)
     return SlowPressure(at_blow, mean, least, greatest, _multiplier(checked), _slow_multiplier(checked, mean))
+
+
+def _pressures(cycle: ValveCycle, flight: ValveFlight) -> tuple[float, float]:
+    """The least and the greatest pressure of a flight."""
+    flow, begin = state_flows(cycle.machine, cycle.modes)[flight.state], flight.pressure
+    growth = flow.supplied / flow.compliance
+    if flight.ramp == 0.0:  # it rests, or the state draws nothing
+        return begin, begin + growth * flight.duration
+    row, place = flow.draw / flow.compliance * flow.modes.driven, float(flow.modes.driven @ flight.begin[:, 0])
+    begin += flow.draw / flow.compliance * place
+    return begin - farthest(flight, -row, growth), begin + farthest(flight, row, -growth)
 
 
 def pressure_over(cycle: ValveCycle, times: Array) -> Array:
@@ -416,13 +428,16 @@ def pressure_over(cycle: ValveCycle, times: Array) -> Array:
     ParameterError
         When the cycle is one under a constant pressure.
     """
-    checked, law = _checked(cycle), Piston(cycle.machine).numbers[2]
-    within, bare = np.mod(numbers("times", times), checked.period), dict(checked.valve.pairs)
-    found = [
-        pressure_at(one.rigid, t - one.time, one.pressure, bare[one.state], law)
-        for t, one in zip(within.flat, (checked.flights[i] for i in flights_at(checked, within).flat), strict=True)
-    ]
-    return np.array(found, dtype=float).reshape(within.shape)
+    checked = _checked(cycle)
+    within = np.mod(numbers("times", times), checked.period)
+    flows = state_flows(checked.machine, checked.modes)
+    found, which = np.empty(within.shape), flights_at(checked, within)
+    for number in np.unique(which).tolist():
+        mine, flight = which == number, checked.flights[number]
+        flow, t = flows[flight.state], within[which == number] - flight.time
+        drawn = flow.draw * (flow.modes.driven @ flight.moved(t)[0]) if flight.ramp else 0.0
+        found[mine] = flight.pressure + (flow.supplied * t - drawn) / flow.compliance
+    return found
 
 
 def _checked(cycle: object) -> ValveCycle:
@@ -433,6 +448,8 @@ def _checked(cycle: object) -> ValveCycle:
 
 
 def _multiplier(cycle: ValveCycle) -> complex:
+    if cycle.modes:
+        return pressure_multiplier(cycle.slope, cycle.modes)
     values, vectors = np.linalg.eig(cycle.slope)
     size = np.abs(cycle.rebound.numbers)
     scale = np.where(size > 1e-150, size, cycle.period)  # a rebound of hardly any speed is as good as none
@@ -444,7 +461,8 @@ def _slow_multiplier(cycle: ValveCycle, mean: float) -> float | None:
     supply, found = cycle.valve.supply, []
     assert supply is not None
     for pressure in (mean * (1.0 - _PRESSURE_STEP), mean * (1.0 + _PRESSURE_STEP)):
-        other = continued(under_pressure(cycle.machine, pressure), cycle)
+        machine = under_pressure(cycle.machine, pressure)
+        other = solved(machine, cycle.modes, cycle.rhythm) if cycle.modes else continued(machine, cycle)
         if other is None:
             return None
         found.append(other.period * pressure / other.work)  # T/V

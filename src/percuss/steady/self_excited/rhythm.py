@@ -48,22 +48,6 @@ class Switching:
         return replace(self.orders, pending=tuple((due - time, to) for due, to in self.orders.pending))
 
 
-class Step(NamedTuple):
-    """An event of a cycle, in its order: a port that demands, a change of the state, or a blow; states are those after.
-
-    `time` is as it was where the order was found. `source`, `later` and `wrapped` as of a `Timing`.
-    """
-
-    kind: Literal["port", "due", "blow"]
-    time: float
-    source: int
-    later: float
-    wrapped: bool
-    port: int
-    state: str
-    last: str
-
-
 @dataclass(frozen=True)
 class Rhythm:
     """When a machine strikes and passes its ports in a cycle, roughly: from a simulation, or from another cycle.
@@ -106,6 +90,12 @@ class Rhythm:
     def period(self) -> float:
         """Duration of the cycle."""
         return self.blow_times[-1]
+
+    @property
+    def guarded(self) -> list[tuple[float, int]]:
+        """Times of blows and passages in order, with the number of the port, −1 for a blow, which comes first."""
+        told = [*((time, -1) for time in self.blow_times), *self.passages]
+        return sorted(told, key=lambda one: (one[0], one[1] >= 0))
 
     @classmethod
     def of_events(cls, valve: Valve, events: Iterable[tuple[float, str, object]], blows: int = 1) -> Rhythm:
@@ -179,55 +169,48 @@ def _events(valve: Valve, given: Iterable[tuple[float, str, object]]) -> list[tu
     return found
 
 
-def steps_of(valve: Valve, rhythm: Rhythm) -> tuple[Step, ...] | None:
-    """Every event of a cycle, by the rules of the valve; None when the end of the cycle is not its beginning."""
-    steps, now = _followed(valve, rhythm)
-    ends, begins = now.orders, rhythm.orders
-    if [to for _, to in ends.pending] != [to for _, to in begins.pending]:
-        return None
-    if (now.state, ends.last) != (rhythm.state, begins.last):
-        return None
-    traced = [now.sources[order] for order in ends.pending]  # those that the cycle began with, a cycle later
-    return tuple(
-        one._replace(source=traced[one.source][0], later=traced[one.source][1]) if one.wrapped else one for one in steps
-    )
-
-
 def valve_after(valve: Valve, rhythm: Rhythm, blow: int = -1) -> Switching:
     """The valve just after a blow of a cycle, the last one by default; its orders have times from that blow on."""
     time = rhythm.blow_times[blow]
     times = tuple(one for one in rhythm.blow_times if one <= time)
     part = replace(rhythm, blow_times=times, passages=tuple(one for one in rhythm.passages if one[0] <= time))
-    now = _followed(valve, part)[1]
+    now = followed(valve, part)[1]
     now.orders = now.pending_after(time)
     return now
 
 
-def _followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
+class Step(NamedTuple):
+    """An event of a cycle as the valve tells it; see `Event`, but `source` is the number of an order if `wrapped`."""
+
+    kind: Literal["port", "due", "blow"]
+    time: float
+    port: int
+    source: int
+    wrapped: bool
+    state: str
+    last: str
+
+
+def followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
     """The steps of a cycle, and the valve at its end; the source of an order that it began with is that order's number.
 
-    A source is the number of an event among ports and blows, what is added to its time, and whether it was before.
+    A source is the number of an event among ports and blows, the port that demanded, and whether it was before.
     """
-    told = [(time, -1) for time in rhythm.blow_times] + list(rhythm.passages)
-    told.sort(key=lambda event: (event[0], event[1] >= 0))
     steps: list[Step] = []
     now = Switching(valve, rhythm.state, rhythm.orders)
-    now.sources = {order: (i, 0.0, True) for i, order in enumerate(rhythm.orders.pending)}
-
-    def demand(time: float, number: int, port: int) -> None:
-        now.demand(time, port, (number, valve.ports[port].delay, False))
+    now.sources = {order: (i, -1, True) for i, order in enumerate(rhythm.orders.pending)}
+    told = rhythm.guarded
 
     for number, (time, port) in enumerate([(0.0, -1), *told], start=-1):
         while number >= 0 and now.due < time:
             due, state = now.carry_out()
-            source, later, wrapped = now.sources[due, state]
-            steps.append(Step("due", due, source, later, wrapped, -1, state, now.orders.last))
+            source, by, wrapped = now.sources[due, state]
+            steps.append(Step("due", due, by, source, wrapped, state, now.orders.last))
         if port >= 0:
-            demand(time, number, port)
+            now.demand(time, port, (number, port, False))
         if number >= 0:
-            kind: Literal["port", "blow"] = "port" if port >= 0 else "blow"
-            steps.append(Step(kind, time, number, 0.0, False, port, now.state, now.orders.last))
+            steps.append(Step("port" if port >= 0 else "blow", time, port, number, False, now.state, now.orders.last))
         if port < 0 and number < len(told) - 1:
             for one in now.blow_demands():
-                demand(time, number, one)
+                now.demand(time, one, (number, one, False))
     return steps, now

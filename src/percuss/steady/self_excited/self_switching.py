@@ -15,7 +15,7 @@ from percuss.model import Machine, Valve
 from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.elastic_cycle import settled_from
+from percuss.steady.self_excited.elastic_cycle import settled_from, solved
 from percuss.steady.self_excited.piston import Lost, Piston, continued, fed, settled, starts, under_pressure
 from percuss.steady.self_excited.piston_flight import (
     FACTOR,
@@ -234,8 +234,6 @@ def latest_return(piston: Piston, speed: float, state: str, to: str) -> float | 
 
 _MOST_MODES = 4096
 _CLOSE = 1e-15
-NO_MODES = "the elastic modes of a bar are not followed under a pressure that changes; leave out the supply for them"
-"""Why a machine with a supply has a rigid piston."""
 
 
 @dataclass(frozen=True)
@@ -294,8 +292,8 @@ def self_excited_motion(
     exponential or circle), and Newton's method with exact derivatives finds the motion that repeats, for any number of
     ports, states and delays. Its ports are read at the centre of mass wherever they are.
 
-    With a supply the pressure follows the piston, which is rigid then: the flights stay closed, and the pressure at the
-    blow is found with the speed. Its multipliers are those of both.
+    With a supply the pressure follows the piston: the flights stay closed, and the pressure at the blow is found with
+    the speed. The multipliers are those of both.
 
     With elastic modes the unknowns are the times at which ports are passed and blows fall: every mode follows from them
     in closed form. Newton's method starts from the rhythm of the rigid piston. Where that leads to no cycle, or to an
@@ -307,7 +305,7 @@ def self_excited_motion(
     machine
         Body, valve and contact.
     modes
-        N, the elastic modes kept; 0 for a rigid piston, which a machine with a supply needs.
+        N, the elastic modes kept; 0 for a rigid piston.
     room
         Distance behind the wall that the piston can go; without limit by default.
     near
@@ -338,8 +336,6 @@ def self_excited_motion(
     instance("machine", machine, Machine)
     modes = count("modes", modes, least=0, most=_MOST_MODES)
     space = math.inf if room is None else positive("room", room)
-    if modes and machine.valve.supply is not None:
-        raise ParameterError("modes", modes, "0, a rigid piston, for a machine whose pressure follows it", NO_MODES)
     rhythm = _checked(near, modes, machine.valve)
     asked = SelfExcited(machine, modes, space, None, None)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
@@ -354,12 +350,7 @@ def self_excited_motion(
         return _elastic(asked, rigid.rhythm, rigid)
     if rigid.blows > 1:
         return replace(asked, cycle=rigid, **why_several(machine, rigid, dropped))
-    judged = _judged(asked, rigid)
-    pressure = rigid.rebound.pressure
-    if pressure is None or rigid.stable or judged.obstacle is Obstacle.NO_ROOM:
-        return judged
-    steady = continued(under_pressure(machine, pressure), rigid)
-    return judged if steady is not None and not steady.stable else replace(judged, obstacle=Obstacle.HUNTS)
+    return _judged(asked, rigid)
 
 
 def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
@@ -382,8 +373,7 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: ValveCycle | None) -> Se
     """What an elastic machine does, from a rhythm on."""
     found = settled_from(asked.machine, asked.modes, rhythm, rigid)
     if found.cycle is None:
-        ended = {"on the wall": Obstacle.ON_THE_WALL, "nothing follows": Obstacle.NO_PORT, "no blow": Obstacle.NO_BLOW}
-        return replace(asked, obstacle=ended.get(found.ending or "", Obstacle.IRREGULAR))
+        return replace(asked, obstacle=_ENDED.get(found.ending or "", Obstacle.IRREGULAR))
     if not found.cycle.switches:
         return replace(asked, cycle=found.cycle, obstacle=Obstacle.BOUNCES)
     if found.cycle.blows > 1 and found.cycle.stable:
@@ -391,11 +381,24 @@ def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: ValveCycle | None) -> Se
     return _judged(asked, found.cycle)
 
 
+_ENDED = {
+    "on the wall": Obstacle.ON_THE_WALL,
+    "nothing follows": Obstacle.NO_PORT,
+    "no blow": Obstacle.NO_BLOW,
+    "no pressure": Obstacle.NO_PRESSURE,
+}
+
+
 def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:
     """Whether a cycle has room and is stable."""
     if asked.room < math.inf and cycle.stroke > asked.room:
         return replace(asked, cycle=cycle, obstacle=Obstacle.NO_ROOM, found=cycle.stroke, needed=asked.room)
-    if not cycle.stable:
-        why = why_unstable(cycle.multiplier)
-        return replace(asked, cycle=cycle, obstacle=why, found=abs(cycle.multiplier), needed=1.0)
-    return replace(asked, cycle=cycle)
+    if cycle.stable:
+        return replace(asked, cycle=cycle)
+    why = why_unstable(cycle.multiplier)
+    if cycle.rebound.pressure is not None:
+        constant = under_pressure(asked.machine, cycle.rebound.pressure)
+        steady = solved(constant, asked.modes, cycle.rhythm) if asked.modes else continued(constant, cycle)
+        if steady is None or steady.stable:
+            why = Obstacle.HUNTS
+    return replace(asked, cycle=cycle, obstacle=why, found=abs(cycle.multiplier), needed=1.0)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.mechanics.crossing import farthest
-from percuss.mechanics.flow import ModalFlight, response_of
+from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Contact, Machine, MachineModes, Valve
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load.valve import Orders
@@ -104,6 +104,15 @@ def parted(slope: Array, modes: int) -> Parted:
     return Parted(rhythm, Ringing(complex(values[felt[first]]), parts))
 
 
+def pressure_multiplier(slope: Array, modes: int) -> complex:
+    """The multiplier of a cycle's map in which the pressure of a supply has the greatest part."""
+    from scipy.linalg import eig  # slow to import
+
+    values, left, right = (np.asarray(one) for one in eig(slope, left=True, right=True))
+    number = 2 * (modes + 1)
+    return complex(values[np.argmax(np.abs(left[number].conj() * right[number]))])
+
+
 # ---- A flight, and what happens between flights
 
 Place = Literal["centre"] | float
@@ -132,9 +141,23 @@ class ValveFlight(ModalFlight):
     @property
     def farthest(self) -> float:
         """The greatest distance of the striking end from the wall."""
-        if self.modes.size:
+        if self.modes.size or self.ramp:
             return farthest(self, self.modes.end)
         return max(extremes(self.rigid, self.duration)[1], -float(self.end[0, 0]))
+
+    @cached_property
+    def way(self) -> float:
+        """The integral over time of how far the place where the valve acts has moved from the start of the flight."""
+        modes, t = self.modes, self.duration
+        came, faster = (self.end - self.begin).T
+        pull = self.force * modes.driven - modes.omega**2 * self.begin[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):  # of the equation of motion
+            found = (pull * t + 0.5 * self.ramp * modes.driven * t * t - faster - modes.damping * came) / modes.omega**2
+        if float(modes.omega[0]) * t < 1.0:  # where it cancels; Gauss's rule is exact there
+            x, weights = np.polynomial.legendre.leggauss(12)
+            moved = self.moved(0.5 * t * (x + 1.0))[0][0]
+            found[0] = 0.5 * t * float(weights @ moved)
+        return float(modes.driven @ found)
 
 
 @dataclass(frozen=True)
@@ -220,10 +243,10 @@ def place_row(machine: Machine, modes: MachineModes, place: Place) -> Array:
     return modes.centre if isinstance(place, str) else modes.at(machine.body, np.array([place]))[0]
 
 
-def energy_of(modes: MachineModes, state: Array) -> float:
-    """Kinetic energy, and elastic energy with that of the chamber, of a state (N + 1, 2); per unit of mass."""
-    strained, v = modes.omega * state[:, 0], state[:, 1]
-    return 0.5 * float(v @ v + strained @ strained)
+def strain_of(flow: StateFlow, state: Array) -> float:
+    """Elastic energy of a state (N + 1, 2), with that of the chamber; per unit of mass."""
+    strained, place = flow.modes.omega * state[:, 0], float(flow.modes.driven @ state[:, 0])
+    return 0.5 * (float(strained @ strained) - flow.spring * place * place)
 
 
 # ---- The cycle
@@ -305,14 +328,8 @@ class ValveCycle(Shown):
     @property
     def keeps_before_the_wall(self) -> bool:
         """Whether the striking end is nowhere found beyond the wall, wherever it is looked at in flight."""
-        flights, modes = [one for one in self.flights if not one.held], self.flights[0].modes
-        looks = np.concatenate([np.linspace(0.0, one.duration, _LOOKS) for one in flights])
-        _, s, q = (np.split(part, len(flights), axis=1) for part in response_of(modes, looks))
-        seen = []
-        for one, ss, qq in zip(flights, s, q, strict=True):
-            u, v = one.begin.T
-            pull = one.force * modes.driven - modes.omega**2 * u
-            seen.append(modes.end @ u + (modes.end * v) @ ss + (modes.end * pull) @ qq)
+        looks = np.linspace(0.0, 1.0, _LOOKS)
+        seen = [one.modes.end @ one.at(looks * one.duration)[0] for one in self.flights if not one.held]
         return max(float(y.max()) for y in seen) <= -_BEYOND * min(float(y.min()) for y in seen)
 
     @cached_property
@@ -323,26 +340,23 @@ class ValveCycle(Shown):
         of the chamber's force is in it: without a rest or a blow that turns the strain over, in which the driven end
         moves in no time, its work is none.
         """
-        supply = self.valve.supply
-        if supply is not None:
-            return supply.flow * self.mean_pressure * self.period
-        return math.fsum(one.force * float((one.end - one.begin)[:, 0] @ one.modes.driven) for one in self.flights)
+        supply, ways = self.valve.supply, [float((f.end - f.begin)[:, 0] @ f.modes.driven) for f in self.flights]
+        if supply is None:
+            return math.fsum(flight.force * way for flight, way in zip(self.flights, ways, strict=True))
+        gas = self.valve.chamber.force * math.fsum(ways) if self.modes else 0.0
+        return supply.flow * self.mean_pressure * self.period + gas
 
     @cached_property
     def mean_pressure(self) -> float:
         """Of the supply, over a cycle; 1 where the pressure is constant."""
-        supply, found = self.valve.supply, []
+        supply, found, bare = self.valve.supply, [], dict(self.valve.pairs)
         if supply is None:
             return 1.0
         for one in self.flights:
-            flight, t = one.rigid, one.duration
+            t = one.duration
             found.append(one.pressure * t + 0.5 * supply.flow * t * t / supply.compliance)
-            if one.ramp != 0.0:  # the integral of the way by that of the equation of motion
-                behind, velocity = -one.end[0]
-                came, faster = behind - flight.x, velocity - flight.v
-                way = flight.push - flight.stiffness * flight.x + 0.5 * flight.ramp * t
-                way = (way * t - faster - flight.drag * came) / flight.stiffness
-                found.append(dict(self.valve.pairs)[one.state] / supply.compliance * way)
+            if one.ramp != 0.0:
+                found.append(-bare[one.state] / supply.compliance * one.way)
         return math.fsum(found) / self.period
 
     # -- what follows --
@@ -459,10 +473,10 @@ class ValveCycle(Shown):
             When an argument is none of these.
         """
         within, place = np.mod(numbers("times", times), self.period), checked_place(place)
-        row = place_row(self.machine, self.flights[0].modes, place)
         found, which = np.empty(within.shape), flights_at(self, within)
         for number in np.unique(which).tolist():
             mine, flight = which == number, self.flights[number]
+            row = place_row(self.machine, flight.modes, place)
             found[mine] = row @ flight.at(within[mine] - flight.time)[0]
         return found
 
@@ -480,28 +494,34 @@ def flights_at(cycle: ValveCycle, within: Array) -> npt.NDArray[np.intp]:
     return np.maximum(np.searchsorted(begins, within, side="right") - 1, 0)
 
 
-Happened = tuple[float, str, object, Array]
-"""An event: its time, "impact", "valve" or "port", the new state or the number of the port, and the state before."""
+Happened = tuple[float, str, object, Array, float]
+"""An event: its time, "impact", "valve" or "port", the new state or the number of the port, and the state before with
+the pressure."""
 
 
 def cycle_told(
-    machine: Machine, rhythm: Rhythm, flights: tuple[ValveFlight, ...], happened: Iterable[Happened], slope: Array
+    machine: Machine,
+    modes: int,
+    state: str,
+    orders: Orders,
+    flights: tuple[ValveFlight, ...],
+    happened: Iterable[Happened],
+    slope: Array,
 ) -> ValveCycle:
-    """The cycle of these flights and events of an elastic machine."""
-    modes, valve, state = flights[0].modes, machine.valve, flights[0].state
+    """The cycle of these flights and events, of a machine with so many elastic modes."""
+    valve, now, forces, flows = machine.valve, state, dict(machine.valve.pairs), state_flows(machine, modes)
     struck, changed, passed = [], [], []
-    for time, kind, detail, before in happened:
+    for time, kind, detail, before, pressure in happened:
+        own, speed = flows[now].modes, before[:, 1]
         if kind == "impact":
-            speed, strained = before[:, 1], modes.omega * before[:, 0]
-            energies = 0.5 * float(speed @ speed), 0.5 * float(strained @ strained)
-            struck.append(MachineBlow(time, float(modes.end @ speed), *energies))
+            strain = strain_of(flows[now], before)
+            struck.append(MachineBlow(time, float(own.end @ speed), 0.5 * float(speed @ speed), strain))
         elif kind == "valve":
-            rise, behind = valve.force(str(detail)) - valve.force(state), -float(modes.driven @ before[:, 0])
-            changed.append(Switch(time, str(detail), behind, -float(modes.driven @ before[:, 1]), rise * behind))
-            state = str(detail)
+            rise, behind = pressure * (forces[str(detail)] - forces[now]), -float(own.driven @ before[:, 0])
+            changed.append(Switch(time, str(detail), behind, -float(own.driven @ speed), rise * behind))
+            now = str(detail)
         elif isinstance(detail, int) and (port := valve.ports[detail]).on == "entering":
-            passed.append(Uncovering(detail, time, -float(place_row(machine, modes, port.reads) @ before[:, 1])))
+            passed.append(Uncovering(detail, time, -float(place_row(machine, own, port.reads) @ speed)))
     return ValveCycle(
-        machine, modes.size, rhythm.state, rhythm.orders, flights, tuple(struck), tuple(changed), tuple(passed), slope,
-        False,
-    )  # fmt: skip
+        machine, modes, state, orders, flights, tuple(struck), tuple(changed), tuple(passed), slope, False
+    )

@@ -118,7 +118,8 @@ def orbit_map(orbit: PeriodicOrbit, *, side: Side = "right") -> Array:
         raise ParameterError("orbit", str(orbit), "impacts with a speed", "see `linearised`, which stays finite there")
     events, end = _events(orbit, side)
     size = 2 * end.size
-    whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(end, now, rate))
+    row = np.stack([end, 0.0 * end], axis=1)
+    whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(row, now, rate))
     return whole.reshape(size, size)
 
 
@@ -172,7 +173,7 @@ def _events(orbit: PeriodicOrbit, side: Side) -> tuple[list[CycleStep], Array]:
         place, velocity = orbit.states[to].displacement, orbit.states[to].velocity
         state = np.stack([np.append(0.0, place), np.append(orbit.rigid_velocities[to], velocity)], axis=1)[first:]
         force = float(forces[to])
-        events.append(CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), turn))
+        events.append(CycleStep(flow.reshape(-1, 2, 2), rate(state, force), rate(turn * state, force), np.diag(turn)))
     return events, flights[0].gamma
 
 

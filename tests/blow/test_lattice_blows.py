@@ -1,18 +1,21 @@
-"""Flights on the lattice: against modes in closed form under every law of damping; load means; the lattice itself."""
+"""Flights and single blows on the lattice: against modes under every law of damping, closed forms and known answers."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from machine_cases import TURN, bar, followed
-from percuss.blow import Wall
+from machine_cases import DRIFTER, TURN, S, bar, contacts_of_blow, followed, one_blow, rod_for
+from percuss.blow import Rod, Wall, strike
 from percuss.blow.periods.lattice import MOST_STEPS, lattice_of, load_means
 from percuss.errors import ParameterError
 from percuss.model import Load
 from percuss.model.body import External, KelvinVoigt, Ratio
 from percuss.model.body.damping import UNDAMPED, Table
 from percuss.simulate import Start
+
+# -- flights on the lattice: against modes in closed form under every law of damping; load means; the lattice itself
+
 
 SECTIONS = (1.2, 2.0, 0.9), (0.2, 0.5, 0.3)
 LOAD = Load.fourier([0.3, 1.0, 0.2j, 0.1])
@@ -135,3 +138,71 @@ def test_waves_too_fast_for_a_lattice_are_refused():
     with pytest.raises(ParameterError, match="instantaneous"):
         lattice_of(np.ones(1), np.array([1e-6]), 1, 400)
     assert lattice_of(np.ones(1), np.array([TURN * 400 / MOST_STEPS * 1.01]), 1, 400).cells == (400,)
+
+
+# -- single blows on the lattice: closed forms and known answers of contacts, impulses and durations
+
+
+RHOS = -0.45, -0.2, 0.1, 0.3
+INCOMMENSURABLE = (0.0012566, 0.0019635, 0.0009503), (0.0731, 0.2187, 0.1493)
+BLOWS = {
+    **{f"uniform on a wall, gap {gap}": ((1.0,), (1.0,), None, 50, gap, 1e-9) for gap in (0.0, 0.0123, 0.3)},
+    **{f"uniform, R = {r}": ((1.0,), (1.0,), (1.0 + r) / (1.0 - r), 50, 0.0123, 1e-9) for r in (0.0, 0.3, 0.6, 0.9)},
+    "a thick striker's staircase": ((1.0,), (1.0,), 0.5, 60, 0.0, 1e-9),
+    **{f"two sections, ρ = {rho}": ((1.0 + rho, 1.0 - rho), (1.0, 1.0), None, 64, 0.0123, 1e-6) for rho in RHOS},
+    "a heavy head, two contacts": ((1.0, 1.0, 4.0), (2.0, 1.0, 1.0), None, 80, 0.0123, 5e-3),
+    "four contacts of a thick head": ((1.0, 2.0, 4.0), (15.0, 5.0, 10.0), 0.5, 300, 0.0123, 2e-4),
+    "the drifter on a wall": (*INCOMMENSURABLE, None, 400, 0.0123, 2e-3),
+    "the drifter on its rod": (*DRIFTER, 4.0, 800, 0.0123, 5e-4),
+}
+"""Impedances and transit times of the sections, impedance of the rod over that of the head (None: a wall), cells, gap,
+and how near the lattice must come."""
+
+
+@pytest.mark.parametrize(("impedances", "times", "ratio", "cells", "gap", "close"), BLOWS.values(), ids=BLOWS)
+def test_a_blow_on_the_lattice_is_that_of_exact_pieces(impedances, times, ratio, cells, gap, close):
+    """Every contact, and the impact that they make, as `strike` has them, which knows the closed forms."""
+    system = bar(S, impedances, times)
+    target = Wall(gap) if ratio is None else Rod.of_impedance(rod_for(system, ratio).impedance, gap)
+    exact, contacts = strike(system.body, target, 1.0, until=TURN), contacts_of_blow(system, target, cells, gap)
+    assert len(contacts) == len(exact.contacts)
+    for one, other in zip(contacts, exact.contacts, strict=True):
+        assert one["impulse"] == pytest.approx(other.impulse, abs=close)
+        assert one["start"] * S == pytest.approx(other.start * S, abs=2.0 * close)
+        assert other.end is None or one["end"] * S == pytest.approx(other.end * S, abs=2.0 * close)
+    impact = one_blow(system, target, cells, gap).part(slice(0, 1))
+    if exact.contact_duration is None or impact.contacts[0] < len(contacts):
+        return
+    assert impact.peak_force[0] == pytest.approx(max(one.peak_force for one in exact.contacts), rel=max(close, 1e-6))
+    assert impact.mean_after[0] == pytest.approx(exact.mean_velocity_after, abs=close)
+    assert impact.restitution[0] == pytest.approx(exact.effective_restitution, abs=close)
+    assert (impact.centroid[0] - impact.start[0]) * S == pytest.approx(exact.force_centroid * S, abs=close)
+    assert impact.ringing_share[0] == pytest.approx(exact.vibration_energy_after / exact.energy_before, abs=4.0 * close)
+    assert impact.given[0] == pytest.approx(exact.work_through_face, abs=close)
+
+
+def test_an_impulse_is_off_by_the_square_of_the_cell():
+    """Contact starts anywhere in a cell; equal transit times of all sections, so that nothing is rounded."""
+    system = bar(S, (1.0, 1.0, 4.0), (2.0, 1.0, 1.0))
+    errors = []
+    for cells in (40, 80, 160):
+        gaps = 0.1 + 0.013 * np.arange(12)
+        found = [contacts_of_blow(system, Wall(), cells, gap)["impulse"].sum() for gap in gaps]
+        errors.append(np.abs(np.array(found) - 1.773714).max())
+    assert errors[2] < 3e-5, errors
+
+
+@pytest.mark.parametrize("ratio", [0.7, 2.0])
+def test_a_section_of_the_rods_own_impedance_changes_nothing(ratio):
+    from percuss.model import System
+    from percuss.model.body import Section, SectionedBar
+
+    piston = SectionedBar([Section(0.2, area=1e-3), Section(0.3, area=2e-3)])
+    load = bar(S).load.scaled(1.0, frequency=30.0)
+    system = System.from_si(piston, load, bar(S).contact)
+    area = 2e-3 * ratio
+    plain = contacts_of_blow(system, Rod([Section(None, area=area)]), 100, gap=0.01)
+    longer = contacts_of_blow(system, Rod([Section(0.25, area=area), Section(None, area=area)]), 100, gap=0.01)
+    assert longer["impulse"].sum() == pytest.approx(plain["impulse"].sum(), abs=1e-4)
+    fixed = contacts_of_blow(system, Rod([Section(0.25, area=area)], "fixed"), 100, gap=0.01)
+    assert fixed["impulse"].sum() > plain["impulse"].sum()

@@ -1,0 +1,129 @@
+"""Cycles of machines that switch their own valve as problems for times: random machines against the simulator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from machine_maps import beginning, differences, landed
+from percuss.errors import ParameterError
+from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
+from percuss.steady import ValveCycle, pressure_over, self_excited_motion, slow_pressure
+from percuss.steady.self_excited.event_sequence import sequence_of
+
+MODES = (0, 1, 4)
+
+
+def drawn(seed: int) -> tuple[Machine, int]:
+    """A machine on a pump, on an accumulator from small to great, or under a constant pressure; and its modes."""
+    rng = np.random.default_rng([25, seed])
+    back, power, size = rng.uniform(0.2, 1.0), rng.uniform(0.8, 3.0), rng.uniform(0.3, 1.5)
+    late = rng.uniform(0.0, 0.3, 2) * rng.integers(0, 2, 2)
+    ports = [Port("power", size, "back", late[0], ("centre", 0.0, 0.5)[int(rng.integers(3))])]
+    ports.append(
+        Port("return", on="impact", delay=late[1]) if seed % 2 else Port("return", 0.1 * size, "front", late[1])
+    )
+    states = {"return": -back, "power": power}
+    if seed % 3 == 0:
+        states["between"] = 0.5 * power
+        ports.append(Port("between", 0.5 * size, "front"))
+    supply = Supply(rng.uniform(0.3, 1.0), 10.0 ** rng.uniform(0.5, 2.5)) if seed % 4 else None
+    gas = Chamber(rng.uniform(0.0, 0.1), rng.choice([0.0, rng.uniform(0.0, 0.2)]))
+    damping = [External(rng.uniform(0.02, 0.2)), Ratio(rng.uniform(0.05, 0.5))][seed % 2]
+    law = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6))
+    return Machine(
+        UniformBar(rng.uniform(3.0, 12.0), damping), Valve(states, ports, None, gas, supply=supply), law
+    ), MODES[seed % 3]
+
+
+def found(machine: Machine, modes: int) -> ValveCycle | None:
+    cycle = self_excited_motion(machine, modes=modes).cycle
+    return None if cycle is None or cycle.rests else cycle
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_cycles_are_those_of_the_simulator(seed: int) -> None:
+    """State, pressure and orders come back after a cycle; the multipliers are those of differences of its map."""
+    machine, modes = drawn(seed)
+    cycle = found(machine, modes)
+    if cycle is None:
+        pytest.skip("no cycle without a rest")
+    begin = beginning(cycle)
+    after = landed(cycle, begin)
+    assert after.times == pytest.approx(cycle.blow_times, rel=1e-11)
+    assert after.numbers == pytest.approx(begin, rel=1e-10, abs=1e-10)
+    own, theirs = np.poly(cycle.multipliers), np.poly(np.linalg.eigvals(differences(cycle)))
+    assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * max(1.0, float(np.abs(theirs).max())))
+    assert own[theirs.size :] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(0, 24, 3))
+def test_an_order_of_events_is_a_problem_for_its_times(seed: int) -> None:
+    machine, modes = drawn(seed)
+    cycle = found(machine, modes)
+    if cycle is None:
+        pytest.skip("no cycle without a rest")
+    sequence = sequence_of(cycle)
+    x = sequence.unknowns(cycle)
+    assert x[-1] == cycle.period and sequence.label == f"{cycle.blows}/{sequence.valve_cycles}"
+    closed = sequence.closed(machine, modes, x)
+    assert np.abs(closed.error).max() < 1e-11
+    h = 1e-6
+    for i, aside in enumerate(np.eye(x.size)):
+        one, other = (sequence.closed(machine, modes, x + sign * h * aside).error for sign in (1.0, -1.0))
+        assert (one - other) / (2.0 * h) == pytest.approx(closed.slope[:, i], rel=1e-6, abs=1e-6)
+    again = sequence.solved(machine, modes, x * (1.0 + 1e-4))
+    assert again is not None and sequence.fault(again) is None and sequence_of(again) == sequence
+    assert again.period == pytest.approx(cycle.period, rel=1e-12)
+    assert again.multipliers == pytest.approx(cycle.multipliers, abs=1e-9)
+    assert min(sequence.tests(again).values()) > 0.0
+
+
+@pytest.mark.parametrize("modes", MODES)
+def test_work_and_volume_close_with_a_pump(modes: int) -> None:
+    """What the pump gives is what blows and damping take; what the piston draws is what it gives."""
+    for seed in (1, 2, 3, 5, 7, 10, 11):
+        machine, _ = drawn(seed)
+        cycle = found(machine, modes)
+        if cycle is None:
+            continue
+        x, weights = np.polynomial.legendre.leggauss(400)
+        lost = 0.0
+        for flight in cycle.flights:
+            v = flight.at(0.5 * flight.duration * (x + 1.0))[1]
+            lost += 0.5 * flight.duration * float(weights @ (flight.modes.damping @ v**2))
+        assert cycle.work == pytest.approx(cycle.taken + lost, rel=1e-8)
+        draws = dict(machine.valve.pairs)
+        ways = [draws[f.state] * float((f.end - f.begin)[:, 0] @ f.modes.driven) for f in cycle.flights]
+        assert sum(ways) == pytest.approx(machine.valve.supply.flow * cycle.period, rel=1e-9)
+        pressure = slow_pressure(cycle)
+        seen = pressure_over(cycle, np.linspace(0.0, cycle.period, 2000, endpoint=False))
+        assert pressure.least <= seen.min() + 1e-12 and seen.max() <= pressure.greatest + 1e-12
+        assert seen.mean() == pytest.approx(pressure.mean, rel=1e-2)
+        assert np.isclose(np.abs(cycle.multipliers - pressure.multiplier).min(), 0.0, atol=1e-9)
+
+
+def test_where_an_order_of_events_ends_is_told() -> None:
+    """A return that comes later and later: the piston falls back, and its second blow begins as a touch."""
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact", delay=0.1))
+    machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.2))
+    cycle = self_excited_motion(machine, modes=0).cycle
+    sequence, before = sequence_of(cycle), np.inf
+    for late in np.linspace(0.1, 0.36, 14):
+        later = machine.with_valve(replace(machine.valve, ports=(ports[0], replace(ports[1], delay=float(late)))))
+        cycle = sequence.solved(later, 0, sequence.unknowns(cycle))
+        apart = sequence.tests(cycle)["wall 1"]
+        assert apart <= before
+        assert (sequence.fault(cycle) is None) == (apart > 0.0) == (late < 0.3324)
+        before = apart
+
+
+def test_a_cycle_with_rest_is_refused() -> None:
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact", delay=0.4))
+    machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.0))
+    cycle = self_excited_motion(machine, modes=0).cycle
+    assert cycle.rests
+    with pytest.raises(ParameterError, match="rest"):
+        sequence_of(cycle)
