@@ -146,7 +146,8 @@ FIGURES = {
         "stroke", "range of the striking end's position", "m", lambda o: o.stroke, lambda s: s.length_scale, line=True
     ),
     "stress": Figure(
-        "peak stress", "compression in the hammer at first contact", "Pa", _peak_stress, _stress_scale
+        "peak stress", "compression in the hammer at first contact; dimensionless: over E", "Pa", _peak_stress,
+        _stress_scale,
     ),
     "receiving_stress": Figure(
         "peak stress, struck rod", "compression in a rod of the same material", "Pa", _receiving_stress, _stress_scale
