@@ -38,6 +38,15 @@ def test_the_orbits_of_a_label(percuss):
     assert sum(answers[2]["dropped"].values()) + 2 == answers[2]["tries"] == 100
 
 
+def test_the_orbits_of_a_machine(percuss):
+    asked = ("orbits", "valve-breaker", "--modes", "0", "--tries", "20", "--motions", "1")
+    percuss(*asked).told("1 orbit, 0 elastic modes.", "0.105838  9.192967           0.0279174     yes")
+    one, two = percuss(*asked, "--up-to", "2/1", "--json").json
+    assert [one["label"], two["label"], len(one["orbits"]), len(two["orbits"])] == ["1/1", "2/1", 1, 0]
+    assert one["orbits"][0]["impacts"][0]["time"] == one["orbits"][0]["period"]
+    percuss(*asked, "--switch").refused("not followed yet")
+
+
 def test_the_largest_labels_are_searched(percuss):
     for label in ("64/1", "1/256", "64/256"):
         percuss("orbits", "other.toml", "--label", label, "--tries", "2", "--motions", "2").told("0 orbits")

@@ -9,8 +9,11 @@ import pytest
 
 from machine_maps import beginning, differences, landed
 from percuss.errors import ParameterError
+from percuss.explore import orbit_seeds
+from percuss.explore.attractors.drawn_starts import named
 from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
-from percuss.steady import ValveCycle, pressure_over, self_excited_motion, slow_pressure
+from percuss.simulate import Stop, run
+from percuss.steady import ValveCycle, orbits, pressure_over, self_excited_motion, slow_pressure
 from percuss.steady.self_excited.event_sequence import sequence_of
 
 MODES = (0, 1, 4)
@@ -127,3 +130,67 @@ def test_a_cycle_with_rest_is_refused() -> None:
     assert cycle.rests
     with pytest.raises(ParameterError, match="rest"):
         sequence_of(cycle)
+
+
+# -- all of them: searched for by orders of events --
+
+
+def late_return(R: float, back: float, late: float, modes: int = 0) -> Machine:
+    """A power of 1 that ends so late after the blow (machines of two forces, no gas)."""
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact", delay=late))
+    bar = UniformBar(20.0, External(0.0 if modes == 0 else 0.1))
+    return Machine(bar, Valve({"return": -back, "power": 1.0}, ports), Kept(R))
+
+
+@pytest.mark.parametrize(
+    ("machine", "label", "moduli"),
+    [
+        (late_return(0.2, 0.3, 0.2), (1, 1), [0.0077]),
+        (late_return(0.2, 0.3, 0.5), (2, 1), [0.0016]),
+        (late_return(0.2, 0.3, 0.5), (1, 1), []),
+        (late_return(0.8, 3.0, 1.0), (1, 1), [1.2309]),  # beyond its flip …
+        (late_return(0.8, 3.0, 1.0), (2, 2), [0.9244]),  # … the doubled one is stable
+    ],
+)
+def test_orbits_of_a_late_return(machine: Machine, label: tuple[int, int], moduli: list[float]) -> None:
+    found = orbits(machine, *label, modes=0, tries=40)
+    assert [abs(one.multiplier) for one in found.orbits] == pytest.approx(moduli, abs=1e-4)
+    assert found.label == f"{label[0]}/{label[1]}" and all(one.label == found.label for one in found.orbits)
+    assert found.tries == 40 and not found.complete
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_orbits_are_motions_of_the_simulator_and_none_is_missing(seed: int) -> None:
+    """Each comes back to 1e-10 with the multipliers of differences; what simulations settle on is among them."""
+    machine, modes = drawn(seed)
+    ports = list(machine.valve.ports)
+    ports[1] = replace(ports[1], delay=0.07 * seed)
+    machine = machine.with_valve(replace(machine.valve, ports=tuple(ports)))
+    labels = {(1, 1), (2, 2)}
+    settled = [run(machine, start, modes=modes, stop=Stop(impacts=300)) for start in named(machine, "wall", 3, seed)]
+    settled = [one for one in settled if one.cycle is not None and one.cycle.kind == 0 and 0 < one.cycle.impacts <= 4]
+    labels |= {(one.cycle.impacts, one.cycle.periods) for one in settled}
+    found = {label: orbits(machine, *label, modes=modes, tries=30).orbits for label in labels}
+    for one in settled:
+        periods = [orbit.period for orbit in found[one.cycle.impacts, one.cycle.periods]]
+        assert any(abs(one.cycle.period - period) < 1e-5 * period for period in periods), one.label
+    for cycle in (one for those in found.values() for one in those):
+        begin = beginning(cycle)
+        assert landed(cycle, begin).numbers == pytest.approx(
+            begin, rel=1e-10, abs=1e-10 * max(1.0, abs(cycle.multiplier))
+        )
+        if abs(cycle.multiplier) < 5.0:
+            own, theirs = np.poly(cycle.multipliers), np.poly(np.linalg.eigvals(differences(cycle)))
+            assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * max(1.0, float(np.abs(theirs).max())))
+
+
+def test_simulated_motions_are_starts_and_a_search_ends_when_told() -> None:
+    machine = late_return(0.8, 3.0, 1.0)
+    seeds = orbit_seeds(machine, 2, 2, modes=0, motions=2)
+    found = orbits(machine, 2, 2, modes=0, tries=1, near=seeds)
+    assert found.sources["simulated motions"].orbits == 1 and len(found.orbits) == 1
+    asked = iter([False] * 6)
+    found = orbits(machine, 1, 1, modes=0, tries=1000, halt=lambda: next(asked, True))
+    assert found.halted and found.tries < 1000
+    with pytest.raises(ParameterError, match="loses energy"):
+        orbits(late_return(1.0, 0.3, 0.0), 1, 1, modes=0)

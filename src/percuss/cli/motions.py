@@ -92,16 +92,13 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     if case.is_machine:
         from percuss.case import machine_answer
 
-        asked = {"periods": options.periods != (1,), "starts": options.starts, "reach": options.reach}
-        asked |= {"reach-of": options.reach_of is not None, "report": options.report is not None}
-        for name in (name for name, given in asked.items() if given):
-            parser.error(f"argument --{name}: not for a hammer whose piston switches its own valve")
+        _refuse(parser, options, "a hammer whose piston switches its own valve", _NOT_OF_MACHINES)
         with of_file(case):
             return _told_machine(options, machine_answer(case, options.modes))
     if case.tables.body is not None:
         from percuss.case import structure_answer
 
-        _refuse_for_structures(parser, options)
+        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
         held = structure_answer(case, options.periods, options.modes)
         if reaches:
             rows, cut = _reached(parser, options, case, None if held.chosen is None else held.chosen.orbit)
@@ -130,14 +127,24 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     )  # fmt: skip
 
 
-def _refuse_for_structures(parser: Parser, options: argparse.Namespace) -> None:
-    if options.report is not None:
-        parser.error(
-            "argument --report: its pages are of a free bar (waveform, level, blows); of a structure that is held "
-            "--plot FILE draws the motions and --json gives all numbers"
-        )
-    if options.starts:
-        parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
+_NOT_OF_STRUCTURES = {
+    "report": "its pages are of a free bar; --plot FILE draws the motions and --json gives all numbers",
+    "starts": "'percuss experiment' follows its starts",
+}
+_NOT_OF_MACHINES = {
+    "report": "--plot FILE draws the cycle and --json gives all numbers",
+    "starts": "'percuss experiment' follows its starts",
+    "periods": "it has no load period, its rhythm is its own",
+    "reach": "how far it is from stalling is in the answer without it",
+    "reach_of": "'percuss sweep' varies its parameters",
+}
+"""Options that have no meaning for a kind of hammer, and what to ask instead."""
+
+
+def _refuse(parser: Parser, options: argparse.Namespace, kind: str, without: dict[str, str]) -> None:
+    for name, instead in without.items():
+        if getattr(options, name) not in (None, False, 0, (1,)):
+            parser.error(f"argument --{name.replace('_', '-')}: not for {kind}: {instead}")
 
 
 def _reached(

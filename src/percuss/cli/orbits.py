@@ -34,21 +34,23 @@ _SEED = option("--seed N", "of the random starts (default 0)", whole(), default=
 @command(
     """\
 The orbits z=p/n of a hammer: its periodic motions with p impacts in n load periods, stable and unstable, found without
-a guess. Of one impact in a cycle, and of two of a rigid bar, they are proved to be all there are; of more, those that a
-search finds from simulated motions and from random times, with an estimate of the share of random times that lead to
-others. Each is proved to stay off the wall between its impacts. Cycles in which the bar comes to rest on the wall, at
-the end of complete chatter or without restitution, are chatter/n and rest/n: all of them are found. All numbers are
-dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the answer is what has been
-found so far.""",
+a guess; of a machine whose piston switches the valve p/n, with p blows in n cycles of the valve. Of one impact in a
+cycle under a clock, and of two of a rigid bar, they are proved to be all there are; of more, those that a search finds
+from simulated motions and from random times, with an estimate of the share of random times that lead to others. Each is
+proved to stay off the wall between its impacts, and of a machine to do nothing else in between. Cycles in which the bar
+comes to rest on the wall, at the end of complete chatter or without restitution, are chatter/n and rest/n: all of them
+are found. All numbers are dimensionless: phases of the load in rad, speeds in the scales of the case. After Ctrl-C the
+answer is what has been found so far.""",
     """\
   percuss orbits pneumatic-jackleg --label 2/1
   percuss orbits case.toml --label 1/1 --up-to 3/2 --modes 0
   percuss orbits case.toml --label 3/2 --tries 5000 --json
-  percuss orbits pneumatic-jackleg --label chatter/1""",
+  percuss orbits pneumatic-jackleg --label chatter/1
+  percuss orbits valve-breaker --up-to 2/2 --modes 4""",
     CASE,
     option(
         "--label P/N",
-        "impacts and load periods of a cycle, or chatter/N or rest/N for cycles with rest (default 1/1)",
+        "impacts and periods of a cycle, of the load or the valve, or chatter/N or rest/N with rest (default 1/1)",
         orbit_label,
         default="1/1",
     ),
@@ -113,7 +115,8 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
                 found.append(orbits_answer(case, label, **asked, halt=watch.asked))
             if watch.interrupted:
                 break
-        if options.up_to is not None and case.system().body.is_free and not watch.interrupted:
+        free = not case.is_machine and case.system().body.is_free
+        if options.up_to is not None and free and not watch.interrupted:
             with suppress(Interrupted), halting(watch.asked):
                 resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
     if not found:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.model import System
+from percuss.halting import halting, look
+from percuss.model import Machine, System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
 from percuss.stability import orbit_multipliers
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.states import MAX_MODES
 
 if TYPE_CHECKING:
@@ -100,7 +102,7 @@ _NEW = 1e-4  # rad, by which two starts must differ
 
 
 def orbit_seeds(
-    system: System,
+    system: System | Machine,
     impacts: int,
     periods: int = 1,
     *,
@@ -108,7 +110,7 @@ def orbit_seeds(
     motions: int = 64,
     seed: int = 0,
     halt: Callable[[], bool] | None = None,
-) -> dict[str, Array]:
+) -> dict[str, Any]:
     """Where `percuss.steady.orbits` is to start: impacts of simulated motions that come back nearly after a cycle.
 
     Stable orbits are found in this way where few random starts lead to them; and an aperiodic motion comes near the
@@ -117,7 +119,7 @@ def orbit_seeds(
     Parameters
     ----------
     system
-        What moves.
+        What moves; or a machine that switches its own valve.
     impacts, periods
         p and n.
     modes
@@ -132,7 +134,7 @@ def orbit_seeds(
     Returns
     -------
     dict
-        Rows of p times, by where they come from; for the parameter `near` of `orbits`.
+        Rows of p times, of a machine each a `Rhythm`, by where they come from; for the parameter `near` of `orbits`.
 
     Raises
     ------
@@ -152,6 +154,8 @@ def orbit_seeds(
     """
     from percuss.simulate import Starts, Stop, simulate_many  # loads the compiler
 
+    if isinstance(system, Machine):
+        return {SIMULATED: _rhythms(system, impacts, modes, motions, seed, halt)}
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     start = count("seed", seed, least=0, most=2**63 - 1)
@@ -163,6 +167,35 @@ def orbit_seeds(
     )  # fmt: skip
     found = [row for times in np.asarray(ensemble.last_time) for row in _returns(times[np.isfinite(times)], p, n)]
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}
+
+
+_BLOWS = 120  # of each motion of a machine
+
+
+def _rhythms(
+    machine: Machine, blows: int, modes: int, motions: int, seed: int, halt: Callable[[], bool] | None
+) -> list[Rhythm]:
+    """Of motions of a machine the stretches of so many blows that come back most nearly: the last one, and the best."""
+    from percuss.explore.attractors.drawn_starts import named, speed_scale
+    from percuss.simulate import Stop, run
+
+    starts = named(machine, "wall" if speed_scale(machine) else "field", count("motions", motions, most=_MOST), seed)
+    found = []
+    with halting(halt):
+        for start in starts:
+            look()
+            motion = run(machine, start, modes=modes, stop=Stop(impacts=_BLOWS))
+            events = [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
+            struck = [i for i, event in enumerate(events) if event[1] == "impact"]
+            speeds = motion.blow_speeds
+            if len(struck) <= 2 * blows:
+                continue
+            apart = np.abs(speeds[blows:] - speeds[:-blows])
+            best = blows + int(np.argmin(apart[blows:])) + blows if apart.size > blows else len(struck) - 1
+            for last in {best, len(struck) - 1}:
+                before = Switching(machine.valve, *start.valve_of(machine))
+                found.append(rhythm_of(before, events[: struck[last] + 1], blows))
+    return found
 
 
 def _returns(times: Array, impacts: int, periods: int) -> Array:

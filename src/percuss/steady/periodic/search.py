@@ -7,14 +7,14 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
-from percuss.model import HeldBody, System
+from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, array, callback, count, instance, numbers
 from percuss.shown import Shown
 from percuss.steady.orbit import Reason
@@ -39,6 +39,9 @@ class Drop(Enum):
     RESONANT = "internal resonance"
     NO_BLOW = "strikes backwards"
     THROUGH_WALL = "through the wall"
+    OUT_OF_ORDER = "events out of order"
+    ANOTHER_PORT = "another port is entered"
+    NO_PRESSURE = "no pressure"
     KNOWN = "known already"
 
 
@@ -56,9 +59,9 @@ class FoundOrbits(Shown):
     Parameters
     ----------
     system, impacts, periods, modes
-        What was asked: p, n and N.
+        What was asked: p, n and N. Of a machine without a clock the periods are cycles of its valve.
     orbits
-        Those that are possible, by the phase of their first impact.
+        Those that are possible, by the phase of their first impact; of a machine each is a `ValveCycle`, by period.
     rejected
         The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
     tries
@@ -96,8 +99,8 @@ class FoundOrbits(Shown):
 
     @property
     def label(self) -> str:
-        """z=p/n."""
-        return f"z={self.impacts}/{self.periods}"
+        """z=p/n; of a machine without a clock p/n, blows and cycles of its valve."""
+        return f"{'z=' if isinstance(self.system, System) else ''}{self.impacts}/{self.periods}"
 
     @property
     def unseen_in_words(self) -> str:
@@ -353,17 +356,17 @@ _NEAR = 1e-8  # rad, from an enclosed root to that of Newton's method
 
 
 def orbits(
-    system: System,
+    system: System | Machine,
     impacts: int,
     periods: int = 1,
     *,
     modes: int = 32,
     tries: int = 400,
     seed: int = 0,
-    near: Mapping[str, npt.ArrayLike] | None = None,
+    near: Mapping[str, Any] | None = None,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
-    """The periodic motions z=p/n with p impacts in n load periods.
+    """The periodic motions z=p/n with p impacts in n load periods; of a machine p/n, blows in cycles of its valve.
 
     For p = 1 they are the steady motions of `steady_states`, all of them. For p = 2 and a rigid bar interval Newton's
     method encloses them all and proves that there are no others, but where one is degenerate (at a fold, at a step of
@@ -373,10 +376,15 @@ def orbits(
     forward, the bar must stay off the wall between impacts (proved with bounds), and it must be no repeat of a shorter
     orbit, nor one already found that starts from another impact or another period of the load.
 
+    Of a machine without a clock the starts are orders of events: stretches of the rigid piston's motion from blow to
+    blow, after random rebounds, and what is given. Newton's method closes each by the times of its blows and ports.
+    What it finds is an orbit, a `ValveCycle`, if the order of events is the valve's own and nothing else happens in
+    between, which is proved. Cycles with rest are none of them.
+
     Parameters
     ----------
     system
-        The bar, its load and its contact.
+        The bar, its load and its contact; or a machine that switches its own valve.
     impacts, periods
         p, 1 to 64, and n, 1 to 256. They need not be coprime: z=2/2 is what a doubled z=1/1 is.
     modes
@@ -388,6 +396,7 @@ def orbits(
     near
         Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
         the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
+        Of a machine lists of `Rhythm`.
     halt
         Asked now and then; once it returns true the search ends with what it has, `halted`.
 
@@ -412,6 +421,10 @@ def orbits(
     [0.148241 1.466982] [1.865025 0.732025]
     [0.390789 2.321002] [2.099374 0.497676]
     """
+    if isinstance(system, Machine):
+        from percuss.steady.self_excited.valve_orbits import valve_orbits
+
+        return valve_orbits(system, impacts, periods, modes=modes, tries=tries, seed=seed, near=near, halt=halt)
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     kept = _kept(system, modes)

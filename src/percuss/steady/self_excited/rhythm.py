@@ -126,11 +126,13 @@ def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows
     heard = _events(now.valve, events)
     struck: list[tuple[int, float, str, Orders]] = []
     for i, (time, kind, detail) in enumerate(heard):
+        while now.due < time:  # one that changed nothing may not be told
+            now.carry_out()
         if kind == "impact":
             struck.append((i, time, now.state, now.pending_after(time)))
         elif kind == "port":
             now.demand(time, cast("int", detail))
-        elif kind == "valve":
+        elif kind == "valve" and now.state != detail:
             now.state, now.orders = str(detail), replace(now.orders, pending=now.orders.pending[1:])
     if len(struck) <= blows:
         raise ParameterError("events", f"{len(struck)} blows", f"more than the {blows} of a cycle")

@@ -404,6 +404,27 @@ class ValveCycle(Shown):
         return self.blow_times.size
 
     @property
+    def flight_times(self) -> Array:
+        """From blow to blow, the first after that at time 0; shape (blows,)."""
+        return np.diff(self.blow_times, prepend=0.0)
+
+    @property
+    def valve_cycles(self) -> int:
+        """How often the valve goes through its states: changes to the state it changes to most often."""
+        changes = [switch.to for switch in self.switches]
+        return max((changes.count(state) for state in set(changes)), default=0)
+
+    @property
+    def label(self) -> str:
+        """Blows and valve cycles in a cycle: "1/1"."""
+        return f"{self.blows}/{self.valve_cycles}"
+
+    @property
+    def resonant_modes(self) -> tuple[int, ...]:
+        """None: without a clock no mode comes back by itself."""
+        return ()
+
+    @property
     def blow_speed(self) -> float:
         """Speed just before the strongest blow."""
         return float(self.blow_speeds.max())

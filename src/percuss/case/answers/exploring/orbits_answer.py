@@ -21,7 +21,7 @@ from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.halting import halting
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array, count, flag, text
 from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
@@ -32,7 +32,7 @@ from percuss.steady.states import check_pushes
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, DiagramBranch, PointCurve
     from percuss.model.checks import ComplexArray
-    from percuss.steady import FoundRestCycles, RestCycle
+    from percuss.steady import FoundRestCycles, RestCycle, ValveCycle
 
 
 # ---- The orbit of a label that is near the phases of its impacts, whatever load periods these fall into
@@ -126,12 +126,12 @@ def orbits_answer(
     switch: bool = False,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
-    """The orbits z=p/n of a case; see `percuss.steady.orbits`.
+    """The orbits z=p/n of a case, or p/n of one whose piston switches the valve; see `percuss.steady.orbits`.
 
     Parameters
     ----------
     case
-        A hammer whose load keeps time.
+        A hammer.
     label
         p/n.
     modes
@@ -158,11 +158,12 @@ def orbits_answer(
     """
     checked_case(case)
     asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
-    return _searched(case.system(), label, _modes(case, modes), **asked)
+    hammer = case.machine() if case.is_machine else case.system()
+    return _searched(hammer, label, _modes(case, modes), **asked)
 
 
 def _searched(
-    system: System,
+    system: System | Machine,
     label: str,
     kept: int,
     *,
@@ -174,6 +175,11 @@ def _searched(
 ) -> FoundOrbits:
     """The orbits of a label with so many modes."""
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
+    if isinstance(system, Machine):
+        if flag("switch", switch):
+            raise ParameterError("switch", switch, "False: branches of a machine without a clock are not followed yet")
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt) if drawn else {}
+        return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
         found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
         if found.complete:
@@ -329,9 +335,26 @@ def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     """What a search found."""
     return {
         **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
-        "orbits": [orbit_dict(orbit, orbit_multipliers(orbit).values) for orbit in found.orbits],
+        "orbits": [told_orbit(orbit) for orbit in found.orbits],
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
+    }
+
+
+def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
+    """An orbit of either kind of hammer, with its multipliers."""
+    if isinstance(orbit, PeriodicOrbit):
+        return orbit_dict(orbit, orbit_multipliers(orbit).values)
+    blows = zip(orbit.blow_times.tolist(), orbit.blow_speeds.tolist(), strict=True)
+    return {
+        **picked(orbit, "label period flight_times"),
+        "impacts": [{"time": time, "speed": speed} for time, speed in blows],
+        "ports": [picked(one, "port time") for one in orbit.uncoverings],
+        "pressure": orbit.rebound.pressure,
+        "multipliers": plain_value(orbit.multipliers.tolist()),
+        "stable": bool(abs(orbit.multiplier) < 1.0 - NEUTRAL),
+        "admissible": True,
+        "reason": None,
     }
 
 
@@ -553,6 +576,7 @@ def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> R
 
 
 _COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
+_CYCLE_COLUMNS = ("number", "blows after", "speeds", "largest multiplier", "stable")
 _REST_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
 
 
@@ -586,10 +610,14 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
         told += ", …" if len(one.resonant_modes) > _MOST_TOLD else ""
         lines.append(("free amplitude", f"of {mode}s {told}, which come back after a cycle by themselves"))
     search = ReportSection(f"{one.label}: the search", tuple(lines))
-    return [Grid(one.label, _COLUMNS, rows), search] if rows else [search]
+    columns = _COLUMNS if isinstance(one.system, System) else _CYCLE_COLUMNS
+    return [Grid(one.label, columns, rows), search] if rows else [search]
 
 
-def _orbit_row(number: int, orbit: PeriodicOrbit) -> tuple[str, ...]:
+def _orbit_row(number: int, orbit: PeriodicOrbit | ValveCycle) -> tuple[str, ...]:
+    if not isinstance(orbit, PeriodicOrbit):
+        figures = _few(orbit.blow_times.tolist()), _few(orbit.blow_speeds.tolist()), f"{abs(orbit.multiplier):.6g}"
+        return (str(number), *figures, "yes" if abs(orbit.multiplier) < 1.0 - NEUTRAL else "no")
     found = orbit_multipliers(orbit)
     impacts = (_few(orbit.phases.tolist()), _few(orbit.speeds.tolist()))
     return (str(number), *impacts, f"{found.largest:.6g}", "yes" if found.stable else "no")

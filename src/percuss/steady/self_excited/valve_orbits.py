@@ -1,0 +1,224 @@
+"""The periodic motions of a machine without a clock: searched for by orders of events, and solved for by their times.
+
+A start is a stretch of a motion from blow to blow: of the rigid piston, from a random rebound, or one that is given, as
+of a simulation. Its order of events is kept, and Newton's method closes it by the times. Whatever it finds is looked at
+before it is called an orbit: the order of events must be the valve's own, everything must be met in the way that
+counts, and nothing else may happen in between, which is proved.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from percuss.errors import Interrupted, ParameterError
+from percuss.halting import halting, look
+from percuss.model import Machine
+from percuss.model.checks import Array, callback, count, instance
+from percuss.model.load.valve import Orders
+from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
+from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
+from percuss.steady.self_excited.piston import BlowToBlow, Piston
+from percuss.steady.self_excited.rhythm import Rhythm, valve_after
+from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
+
+RANDOM = "random rebounds"
+"""What starts are called that nobody gave."""
+
+_MOST_MODES = 4096
+_MOST_TRIES = 10**7
+_SETTLING = 6  # blows after a random rebound, at most, before the stretch that is tried
+_SAME = 1e-7  # of the period, and of the speed
+_REACH = 1.5  # random speeds, over what the valve could give at most
+_PRESSURES = 1.0  # of the logarithm of a random pressure
+
+_FAULTS = {
+    "order": Drop.OUT_OF_ORDER,
+    "direction": Drop.NO_BLOW,
+    "wall": Drop.THROUGH_WALL,
+    "port": Drop.ANOTHER_PORT,
+    "pressure": Drop.NO_PRESSURE,
+}
+
+
+def valve_orbits(
+    machine: Machine,
+    blows: int,
+    valve_cycles: int = 1,
+    *,
+    modes: int = 32,
+    tries: int = 400,
+    seed: int = 0,
+    near: Mapping[str, Iterable[Rhythm]] | None = None,
+    halt: Callable[[], bool] | None = None,
+) -> FoundOrbits:
+    """The periodic motions of a machine with so many blows in so many cycles of its valve; see `orbits`."""
+    instance("machine", machine, Machine)
+    p, n = count("impacts", blows, most=MOST_IMPACTS), count("periods", valve_cycles, most=MOST_PERIODS)
+    kept, wanted = count("modes", modes, least=0, most=_MOST_MODES), count("tries", tries, most=_MOST_TRIES)
+    start = count("seed", seed, least=0, most=2**63 - 1)
+    callback("halt", halt)
+    if machine.contact.is_lossless and machine.body.damping.is_zero:
+        raise ParameterError("machine", str(machine), "a machine that loses energy", "give a restitution below 1")
+    search, halted = _ValveSearch(machine, p, n, kept), False
+    with halting(halt):
+        try:
+            for name, rhythms in (near or {}).items():
+                search.tried(name, (instance("near", rhythm, Rhythm) for rhythm in rhythms))
+            search.tried(RANDOM, search.drawn(np.random.default_rng(start), wanted))
+        except Interrupted:
+            if halt is None or not halt():  # told from outside: nobody waits for a part
+                raise
+            halted = True
+    return search.result(halted)
+
+
+class _ValveSearch:
+    """The roots found so far, with a verdict on each, and the tries, by where they started and what became of them."""
+
+    def __init__(self, machine: Machine, blows: int, valve_cycles: int, modes: int) -> None:
+        self.machine, self.blows, self.valve_cycles, self.modes = machine, blows, valve_cycles, modes
+        self.roots: list[tuple[ValveCycle, Drop | None]] = []
+        self.dropped: Counter[Drop] = Counter()
+        self.met: Counter[int] = Counter()  # the orbits at which random tries ended
+        self.sources: dict[str, Tally] = {}
+
+    def tried(self, name: str, starts: Iterable[Rhythm | None]) -> None:
+        """Newton's method from stretches of motions, from each in turn; None is one that is none."""
+        for rhythm in starts:
+            look()
+            before = self._good
+            number = None if rhythm is None else self._followed(rhythm)
+            if number is None:
+                self.dropped[Drop.LOST] += 1
+            elif number >= 0 and self.roots[number][1] is None and name == RANDOM:
+                self.met[number] += 1
+            tries, orbits = self.sources.get(name, Tally(0, 0))
+            self.sources[name] = Tally(tries + 1, orbits + self._good - before)
+
+    @property
+    def _good(self) -> int:
+        return sum(1 for _, reason in self.roots if reason is None)
+
+    def _followed(self, rhythm: Rhythm) -> int | None:
+        """The number of the root to which a stretch leads; None for none."""
+        sequence = sequence_in(self.machine.valve, rhythm)
+        if sequence is None or (sequence.blows, sequence.valve_cycles) != (self.blows, self.valve_cycles):
+            return None
+        found = sequence.solved(self.machine, self.modes, np.array([time for time, _ in rhythm.guarded]))
+        if found is None:
+            return None
+        for number, (other, reason) in enumerate(self.roots):
+            if _is_same(found, other):
+                self.dropped[reason or Drop.KNOWN] += 1
+                return number
+        reason = self._verdict(sequence, found)
+        self.roots.append((first_longest(found) if reason is None else found, reason))
+        if reason is not None:
+            self.dropped[reason] += 1
+        return len(self.roots) - 1
+
+    def _verdict(self, sequence: EventSequence, cycle: ValveCycle) -> Drop | None:
+        """Why a root is no orbit."""
+        fault = sequence.fault(cycle)
+        if fault is not None:
+            return _FAULTS[fault.kind]
+        if any(_is_same(cycle, cycle, shift) for shift in range(1, self.blows)):
+            return Drop.REPEAT
+        if sequence_in(self.machine.valve, cycle.rhythm) != sequence:
+            return Drop.OUT_OF_ORDER
+        return None if cycle.keeps_before_the_wall else Drop.THROUGH_WALL
+
+    def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[Rhythm | None]:
+        """Stretches of motions of the rigid piston, some blows after a random rebound."""
+        piston, supply = Piston(self.machine), self.machine.valve.supply
+        row = [0.0] * (kn.DUE + 2)
+        kn.fast(*piston.numbers, 1.0, row)
+        for _ in range(wanted):
+            state = piston.names[int(random.integers(len(piston.names)))]
+            speed = _REACH * max(row[kn.V], 0.1 * _speed(self.machine)) * float(random.uniform())
+            pressure = None if supply is None else float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))
+            begin: Rebound | None = Rebound(speed, state, Orders(state), pressure)
+            for _ in range(int(random.integers(_SETTLING + 1))):
+                begin = None if begin is None else piston.leg(begin).rebound
+            yield None if begin is None else _stretch(piston, begin, self.blows)
+
+    def result(self, halted: bool) -> FoundOrbits:
+        """What was found."""
+        ended = sum(self.met.values())
+        unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
+        listed = sorted(self.roots, key=lambda root: root[0].period)
+        good = tuple(cycle for cycle, reason in listed if reason is None)
+        others = tuple(cycle for cycle, reason in listed if reason not in (None, Drop.REPEAT))
+        dropped = {drop: self.dropped[drop] for drop in Drop if self.dropped[drop]}
+        tries = sum(tally.tries for tally in self.sources.values())
+        return FoundOrbits(
+            cast("Any", self.machine), self.blows, self.valve_cycles, self.modes, cast("Any", good),
+            cast("Any", others), tries, dropped, unseen, False, self.sources, ended, halted,
+        )  # fmt: skip
+
+
+def _speed(machine: Machine) -> float:
+    """What the greatest force makes of rest on the way from the farthest port."""
+    way = max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
+    return float(np.sqrt(2.0 * max(abs(machine.valve.force(name)) for name, _ in machine.valve.pairs) * way))
+
+
+def _stretch(piston: Piston, begin: Rebound, blows: int) -> Rhythm | None:
+    """So many blows of the rigid piston after a rebound; None where they do not come, or it rests in between."""
+    legs: list[BlowToBlow] = []
+    now: Rebound | None = begin
+    while now is not None and len(legs) < blows:
+        legs.append(piston.leg(now))
+        now = legs[-1].rebound
+    if now is None or any(one.force == 0.0 and not one.begin.any() for leg in legs for one in leg.flights):
+        return None
+    ends = np.cumsum([leg.duration for leg in legs])
+    if not np.all(np.diff(ends, prepend=0.0) > 0.0):
+        return None
+    starts = zip([0.0, *ends[:-1].tolist()], legs, strict=True)
+    passages = tuple((start + one.time, one.port) for start, leg in starts for one in leg.uncoverings)
+    return Rhythm(tuple(ends.tolist()), passages, begin.state, begin.orders)
+
+
+def _numbers(cycle: ValveCycle) -> Array:
+    """Flights from blow to blow over the period, and speeds over the greatest one, shape (2, blows)."""
+    return np.array([cycle.flight_times / cycle.period, cycle.blow_speeds / max(cycle.blow_speed, 1e-300)])
+
+
+def _is_same(one: ValveCycle, other: ValveCycle, shift: int | None = None) -> bool:
+    """Whether two cycles are the same but for which blow is the first, or for a shift by so many blows."""
+    if abs(one.period - other.period) > _SAME * one.period:
+        return False
+    a, b = _numbers(one), _numbers(other)
+    shifts = range(one.blows) if shift is None else [shift]
+    return any(float(np.abs(np.roll(a, k, axis=1) - b).max()) <= _SAME for k in shifts)
+
+
+def rotated(cycle: ValveCycle, blow: int) -> ValveCycle:
+    """The same cycle from another of its blows on."""
+    rhythm, time = cycle.rhythm, float(cycle.blow_times[blow])
+    valve = valve_after(cycle.machine.valve, rhythm, blow)
+
+    def moved(t: float) -> float:
+        return t - time if t > time else t - time + cycle.period
+
+    times = sorted(moved(t) for t in rhythm.blow_times)
+    passages = tuple(sorted((moved(t), port) for t, port in rhythm.passages))
+    again = replace(rhythm, blow_times=tuple(times), passages=passages, state=valve.state, orders=valve.orders)
+    sequence = sequence_in(cycle.machine.valve, again)
+    found = None if sequence is None else sequence.solved(
+        cycle.machine, cycle.modes, np.array([t for t, _ in again.guarded])
+    )  # fmt: skip
+    return cycle if found is None else found
+
+
+def first_longest(cycle: ValveCycle) -> ValveCycle:
+    """The same cycle, with its longest flight from blow to blow first."""
+    longest = int(np.argmax(cycle.flight_times))
+    return cycle if longest == 0 else rotated(cycle, longest - 1)
