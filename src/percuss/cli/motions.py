@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
+    from percuss.steady.self_excited import ValveCycle
 
 MAX_STARTS = 1000
 
@@ -94,7 +95,14 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
 
         _refuse(parser, options, "a hammer whose piston switches its own valve", _NOT_OF_MACHINES)
         with of_file(case):
-            return _told_machine(options, machine_answer(case, options.modes))
+            machine = machine_answer(case, options.modes)
+            if reaches:
+                cycle = (
+                    machine.cycle if machine.runs and machine.cycle is not None and not machine.cycle.rests else None
+                )
+                rows, cut = _reached(parser, options, case, cycle)
+                machine = replace(machine, reach=rows)
+            return _told_machine(options, machine, cut=cut)
     if case.tables.body is not None:
         from percuss.case import structure_answer
 
@@ -135,8 +143,6 @@ _NOT_OF_MACHINES = {
     "report": "--plot FILE draws the cycle and --json gives all numbers",
     "starts": "'percuss experiment' follows its starts",
     "periods": "it has no load period, its rhythm is its own",
-    "reach": "how far it is from stalling is in the answer without it",
-    "reach_of": "'percuss sweep' varies its parameters",
 }
 """Options that have no meaning for a kind of hammer, and what to ask instead."""
 
@@ -148,7 +154,7 @@ def _refuse(parser: Parser, options: argparse.Namespace, kind: str, without: dic
 
 
 def _reached(
-    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
+    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | ValveCycle | None
 ) -> tuple[tuple[CaseReach, ...], str]:
     """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
     from percuss.case.answers.exploring.reach_answer import reach_answer, varied_parameters
@@ -191,7 +197,7 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
                 "the simulator has not been compiled on this computer yet; "
                 f"'percuss steady {as_typed(case.file)} --starts {STARTS}' does it, and is quick from then on"
             )
-        print("percuss: compiling the simulator, which takes up to a minute", file=sys.stderr, flush=True)
+        print("percuss: compiling the simulator once, about 20 s", file=sys.stderr, flush=True)
         gc.enable()  # compiling leaves many cycles
     return ends_of(case, STARTS if starts is None else starts, options.modes)
 
@@ -242,7 +248,11 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
 
 
 def _told_machine(
-    options: argparse.Namespace, answer: MachineAnswer, record: RecordedAnswer | None = None, output: str | None = None
+    options: argparse.Namespace,
+    answer: MachineAnswer,
+    record: RecordedAnswer | None = None,
+    output: str | None = None,
+    cut: str = "",
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
@@ -268,7 +278,7 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output)
+    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output, cut=cut)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:
