@@ -585,7 +585,7 @@ async def test_boundaries_end_when_their_client_leaves() -> None:
     found: list[Any] = []
 
     def work(halt: Any, y: tuple[str, float, float], options: dict[str, Any]) -> None:
-        found.append(boundaries(system, x, y, halt=halt, **options))
+        found.append(boundaries(system, x, y, progress=lambda _: halt(), **options))
 
     for y, options in hard:
         lane = Lane("test", 1, 0)
@@ -594,7 +594,7 @@ async def test_boundaries_end_when_their_client_leaves() -> None:
             while lane._taken:
                 await asyncio.sleep(0.02)
         assert len(found[-1].failed) > 50 and {why for _, why in found[-1].failed} == {"given up"}
-    whole = boundaries(system, ("restitution", [0.2]), hard[0][0], kinds=("fold",), halt=lambda: False)
+    whole = boundaries(system, ("restitution", [0.2]), hard[0][0], kinds=("fold",))
     assert not whole.failed and whole.greatest("fold")[0] > 0.0
 
 
