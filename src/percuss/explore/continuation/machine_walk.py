@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import in_words, outside
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
@@ -232,14 +232,11 @@ _SAME = 1e-6  # rad, by which the cycle may be inexact
 
 def beginning(curve: MachineCurve, cycle: ValveCycle, values: tuple[float, ...]) -> CurvePoint | None:
     """The point of a cycle with the tangent towards greater values of the parameter; None where there is none near."""
-    x = curve.unknowns(cycle, *values)
     try:
-        matrix = curve.matrix(x)
-        tangent = np.linalg.svd(matrix)[2][-1]
-        tangent = tangent if tangent[-1] >= 0.0 else -tangent
-        return curve.corrected(x, tangent, tangent, CurvePoint(x, tangent, 0, matrix))
-    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
+        found = curve.settled(curve.unknowns(cycle, *values))
+    except CorrectorFailed:
         return None
+    return found if found.tangent[-1] >= 0.0 else found._replace(tangent=-found.tangent)
 
 
 def doubled(curve: MachineCurve, point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:
