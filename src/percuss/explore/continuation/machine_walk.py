@@ -37,6 +37,7 @@ from percuss.steady.self_excited.event_sequence import sequence_of
 
 # ---- What happens within a step
 
+_INSIDE = 1e-10  # of a step, before the place where two events change places
 _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another one comes first
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
@@ -58,7 +59,8 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
             place = segment.root(partial(_test, curve, name), 0.0, last)
             if found is None or place < found.place:
                 kind, which = kind_of(name)
-                found = segment.event(kind, place, which)
+                aside = _INSIDE * segment.length if kind is BranchEvent.ORDER_LOST else 0.0  # where the order is known
+                found = segment.event(kind, max(place - aside, 0.0), which)
         if fault is not None:
             kind = OF_FAULTS[fault.kind]
             found = segment.event(kind, _bisected(segment, last))
