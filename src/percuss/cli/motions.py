@@ -197,7 +197,7 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
                 "the simulator has not been compiled on this computer yet; "
                 f"'percuss steady {as_typed(case.file)} --starts {STARTS}' does it, and is quick from then on"
             )
-        print("percuss: compiling the simulator, which takes up to a minute", file=sys.stderr, flush=True)
+        print("percuss: compiling the simulator once, about 20 s", file=sys.stderr, flush=True)
         gc.enable()  # compiling leaves many cycles
     return ends_of(case, STARTS if starts is None else starts, options.modes)
 
