@@ -774,7 +774,7 @@ def test_workers_are_begun_again_and_do_not_outlive_their_supervisor() -> None:
                 assert client.post("/api/quick", json=MACHINE).status_code == 200
         process.kill()
         process.wait()
-        for _ in range(200):
+        for _ in range(1200):
             try:
                 socket.create_connection(("127.0.0.1", _port(base)), 1.0).close()
             except OSError:
