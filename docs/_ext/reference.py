@@ -17,11 +17,10 @@ import re
 from typing import Any
 from unittest import mock
 
-from percuss.case.answers.blow_answer import GAUGE, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
-from percuss.case.answers.recorded_answer import MEASURED
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,

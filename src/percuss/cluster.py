@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import PercussError, extra_package
 from percuss.explore.jobs.archive_layout import versions
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import Chunk, packed
@@ -56,10 +56,7 @@ def pool(address: str, timeout: float = 10.0) -> Cluster:
     PercussError
         When the scheduler does not answer, has no workers, or has workers with other versions.
     """
-    try:
-        import distributed  # noqa: F401
-    except ImportError:
-        raise MissingExtraError("distributed", "cluster") from None
+    extra_package("distributed", "cluster")
     whole = address if "://" in address else f"tcp://{address}"
     noise = _Noise()
     try:

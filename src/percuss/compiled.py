@@ -3,10 +3,10 @@
 Five decorators. `entry`: called from Python; its machine code, with that of all it calls, is kept in numba's cache.
 `inner`: called from compiled functions only, so that it needs neither a wrapper for Python, nor a cache of its own, nor
 machine code (`Whole`).
-`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over.
-`apart`: an `inner` that is made once, however many places call it. Of other ones numba makes copies where the function
-that was the first to call them is copied: it hands that down.
-`summed`: an `inner` whose sums may be reordered; NaN and infinity keep their meaning.
+`inlined`: an `inner` that is copied into its callers, as a record of many arrays takes long to hand over. LLVM decides
+which
+others are; numba by itself would hand the copying down from a function to those that it is the first to call.
+`summed`, `inlined_sums`: the same of functions whose sums may be reordered; NaN and infinity keep their meaning.
 
 All of them work in arrays that the caller owns and make none. So numba is told not to count references to arrays: the
 counting, atomic because of threads, took three quarters of the time of an impact. A function without a wrapper cannot
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import operator
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
@@ -25,7 +26,7 @@ from types import FunctionType
 from typing import Any, ClassVar
 
 from numba import njit
-from numba.core import codegen, compiler
+from numba.core import codegen, compiler, compiler_machinery, ir, ir_utils, types
 
 # ---- Machine code made once, of a function that Python calls together with all that it calls
 #
@@ -42,6 +43,17 @@ from numba.core import codegen, compiler
 
 _Library: Any = codegen.JITCodeLibrary
 _Compiler: Any = compiler.Compiler
+_Pass: Any = compiler_machinery.FunctionPass
+_registered: Any = compiler_machinery.register_pass
+_ir: Any = ir
+_guarded: Any = ir_utils.guard
+
+_IDLE = {
+    "with_lifting", "inline_closure_likes", "rewrite_dynamic_raises", "make_function_op_code_to_jit_function",
+    "inline_inlinables", "find_literally", "literal_unroll", "LiteralPropagation", "inline_overloads",
+    "nopython_rewrites", "nopython_supported_feature_validation", "dump_parfor_diagnostics",
+}  # fmt: skip
+"""Passes for what no function here has: closures, contexts, raised errors, expressions of whole arrays."""
 
 _KNOWN = (
     "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
@@ -134,10 +146,54 @@ def _all_of(libraries: Iterable[Any]) -> Iterable[Any]:
     return found.values()
 
 
+@_registered(mutates_CFG=False, analysis_only=False)
+class _TellNone(_Pass):  # type: ignore[misc]
+    """Arguments that are not None are known not to be, so that what stands behind `is None` is left out for them, too.
+
+    By itself numba leaves out only what arguments that are None do not come to.
+    """
+
+    _name = "percuss_tell_none"
+
+    def __init__(self) -> None:
+        _Pass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Puts the answers in place of the questions."""
+        known, perhaps = state.func_ir._definitions, (types.NoneType, types.Optional, types.Omitted)
+        for block in state.func_ir.blocks.values():
+            for line in block.find_insts(_ir.Assign):
+                asked = line.value
+                if getattr(asked, "op", "") != "binop" or asked.fn not in (operator.is_, operator.is_not):
+                    continue
+                given, none = (
+                    _guarded(ir_utils.get_definition, state.func_ir, side) for side in (asked.lhs, asked.rhs)
+                )
+                if not isinstance(given, _ir.Arg) or getattr(none, "value", 0) is not None:
+                    continue
+                if not isinstance(state.args[given.index], perhaps):
+                    line.value = _ir.Const(asked.fn is operator.is_not, line.loc)
+                    lines = known[line.target.name]
+                    lines[lines.index(asked)] = line.value
+        return True
+
+
 class _Pipeline(_Compiler):  # type: ignore[misc]
     """numba's way from Python to machine code, with a library of ours."""
 
     library: ClassVar[type[_Own]]
+
+    def define_pipelines(self) -> list[Any]:
+        """numba's passes, without those that our functions give nothing to do: they take a fifth of the time."""
+        found: list[Any] = super().define_pipelines()
+        for manager in found:
+            manager.passes = [one for one in manager.passes if one[0].name() not in _IDLE]
+            pruned = [i for i, one in enumerate(manager.passes) if one[0].name() == "dead_branch_prune"]
+            for i in reversed(pruned[1:]):
+                del manager.passes[i]
+            manager.passes.insert(pruned[0], (_TellNone, "what is not None"))
+            manager.finalize()
+        return found
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         if self.state.library is None:
@@ -181,21 +237,24 @@ def pipelines() -> tuple[dict[str, Any], dict[str, Any]]:
 _compile: Callable[..., Any] = njit  # with options that its types do not know
 _PART, _WHOLE = pipelines()
 _COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False}
-# where nothing is said of fastmath, numba takes it from the caller that happens to be compiled first
-_INNER: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, **_COMMON, **_PART}
+# where nothing is said of fastmath or of inlining, numba takes it from the caller that happens to be compiled first
+_INNER: dict[str, Any] = {
+    "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "fastmath": False, "forceinline": False, **_COMMON, **_PART
+}  # fmt: skip
 _SUMS = {"reassoc", "contract", "nsz"}
 
 inner: Callable[[Any], Any] = _compile(**_INNER)
 """Compile a function that only compiled functions call."""
 
-apart: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": False}))
-"""Compile a function that only compiled functions call, once for all of them, where `inner` would be copied."""
-
-inlined: Callable[[Any], Any] = _compile(forceinline=True, **_INNER)
+inlined: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": True}))
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""
 
 summed: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS}))
 """Compile a function that only compiled functions call, and whose sums may be reordered."""
+
+
+inlined_sums: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS, "forceinline": True}))
+"""Compile a function that is copied into those that call it, and whose sums may be reordered."""
 
 
 def entry(function: Callable[..., Any]) -> Any:
@@ -205,6 +264,8 @@ def entry(function: Callable[..., Any]) -> Any:
     version of a function of another file in it.
     """
     dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON, **_WHOLE)(function)
+    if not hasattr(dispatcher, "_cache"):  # the compiler is switched off
+        return dispatcher
     file, digest = dispatcher._cache._cache_file, sources_digest(Path(function.__code__.co_filename))
     file._source_stamp = digest
     # The version is all that is read of an index before its types are: those of other sources may be gone.

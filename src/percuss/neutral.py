@@ -16,13 +16,7 @@ _ALSO_LINES = re.compile(f"[\n\u2028\u2029]|{_STEERS.pattern}")
 
 
 def neutral(text: str) -> str:
-    """The text with all that steers a terminal written out.
-
-    Examples
-    --------
-    >>> print(neutral("mine\x1b[2J"))
-    mine\\u001b[2J
-    """
+    """The text with all that steers a terminal written out."""
     return _STEERS.sub(_written_out, text)
 
 

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import PercussError, extra_package
 
 if TYPE_CHECKING:
     import xarray
@@ -35,26 +35,9 @@ _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getat
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[str]:
-    """Write a file for the user; what goes wrong is told with the name that they gave.
+    """The name of an empty file to be filled, which takes the place of `path` at the end of the block.
 
-    Yields
-    ------
-    str
-        The name of an empty file to be filled; at the end of the block it takes the place of `path`.
-
-    Raises
-    ------
-    PercussError
-        When the file cannot be written; what was there before is there still.
-
-    Examples
-    --------
-    >>> import os, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     with whole_file(os.path.join(folder, "a.txt")) as part:
-    ...         _ = open(part, "w").write("all of it")
-    ...     print(os.listdir(folder))
-    ['a.txt']
+    What goes wrong is told with the name that the user gave; what was there before is there still.
     """
     try:
         with replaced(path) as part:
@@ -67,31 +50,14 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[str]:
 
 
 def write_whole(path: str | os.PathLike[str], content: str | bytes) -> None:
-    """Write all of a file at once, text as UTF-8 with its line ends as they are.
-
-    Raises
-    ------
-    PercussError
-        As `whole_file`.
-    """
+    """Write all of a file at once, text as UTF-8 with its line ends as they are."""
     with whole_file(path) as part, open(part, "wb") as file:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
 def write_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write a dataset as one NetCDF 4 file.
-
-    Raises
-    ------
-    MissingExtraError
-        Without h5netcdf.
-    PercussError
-        As `whole_file`.
-    """
-    try:
-        import h5netcdf
-    except ImportError:
-        raise MissingExtraError("h5netcdf", "io") from None
+    """Write a dataset as one NetCDF 4 file."""
+    h5netcdf = extra_package("h5netcdf", "io")
     from xarray.backends import H5NetCDFStore
 
     with whole_file(path) as part, open(part, "r+b", buffering=0) as raw:

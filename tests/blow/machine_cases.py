@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from percuss.blow import Rod, Wall
+from percuss.blow import Rod
 from percuss.blow.periods import Impacts, run_by_waves
 from percuss.blow.periods.lattice import machine_record
-from percuss.blow.periods.wave_motion import LatticeRun, impacts_of, rigid_state
+from percuss.blow.periods.wave_motion import LatticeRun, rigid_state
 from percuss.model import Kept, Load, System
 from percuss.model.body import SteppedBar, UniformBar
 from percuss.simulate import Start, Stop
@@ -63,21 +61,3 @@ def settled(system, target, start=None, cells=100, **more):
     motion = run_by_waves(system, target, Start.rigid(-2.0, 0.0, 0.3) if start is None else start, cells=cells, **more)
     assert motion.cycle is not None, motion
     return motion
-
-
-__all__ = [
-    "DRIFTER",
-    "QUIET_LOAD",
-    "TURN",
-    "S",
-    "Wall",
-    "bar",
-    "contacts_of_blow",
-    "followed",
-    "impacts_of",
-    "np",
-    "one_blow",
-    "rod_for",
-    "settled",
-    "uniform",
-]

@@ -10,7 +10,7 @@ import pytest
 
 from case_texts import HEAD, SHAFT, plain_case, refusal, si_case
 from percuss.case import Case, CaseErrors
-from percuss.case.file_format.body_tables import MATERIALS
+from percuss.case.file_format.bodies import MATERIALS
 from percuss.model import External, Ratio, SectionedBar, SteppedBar, UniformBar
 
 

@@ -48,7 +48,6 @@ steady .                                                | .: is a directory | ca
 steady ''                                               | no such file
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
-steady valve-breaker --reach                            | not for a hammer whose piston switches its own valve
 steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve
 machines all                                            | one argument too many: 'all'
 new                                                     | MACHINE
@@ -155,7 +154,6 @@ diagram possible.toml --along mean=0.6:1 --csv x.nc     | .csv
 diagram possible.toml --along mean=0.6:1 --plot x.txt   | .png
 diagram possible.toml --along mean=0.6:1 --starts 0 --runs 0 --searched 0 | searched
 diagram possible.toml --along 'mean=5 kN:6 kN'          | mean
-diagram valve-breaker --along 'pressure=100 bar:200 bar' | keeps time by itself
 orbits other.toml --label 65/1                          | impacts = 65: expected a whole number from 1 to 64
 orbits other.toml --label 0/1                           | impacts = 0
 orbits other.toml --label 1/0                           | periods = 0

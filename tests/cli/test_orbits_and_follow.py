@@ -44,7 +44,7 @@ def test_the_orbits_of_a_machine(percuss):
     one, two = percuss(*asked, "--up-to", "2/1", "--json").json
     assert [one["label"], two["label"], len(one["orbits"]), len(two["orbits"])] == ["1/1", "2/1", 1, 0]
     assert one["orbits"][0]["impacts"][0]["time"] == one["orbits"][0]["period"]
-    percuss(*asked, "--switch").refused("not followed yet")
+    percuss(*asked, "--switch").told("1 orbit")
 
 
 def test_the_largest_labels_are_searched(percuss):

@@ -21,9 +21,15 @@ from percuss.explore.family import Axis, SystemFamily
 from percuss.explore.jobs.progress import JobProgress
 from percuss.explore.parameters import vary
 from percuss.halting import halting
-from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
+from percuss.stability import (
+    characteristic,
+    floquet_multipliers,
+    orbit_multipliers,
+    reduced_criterion,
+    stability_plane,
+)
 from percuss.stability.multipliers import linear_map
-from percuss.steady import Orbit
+from percuss.steady import Orbit, PeriodicOrbit, Reason
 from percuss.steady.admissible import flight_check, stays_off, tops
 from strategies import oracle
 
@@ -283,15 +289,70 @@ def test_exact_and_reduced_flips_meet_for_stiff_bars():
     )
 
 
-def test_elastic_instability_that_b77_cannot_see():
-    """Theory §5: between two crossings of pairs an elastic mode flips, where the reduced criterion says stable."""
-    system = pneumatic(5.0, 0.0, 0.8)
-    found = boundaries(system, ("s", [5.0]), ("load_factor", 0.7, 1.2), 2, "exact", modes=8, kinds=("neimark-sacker",))
+N = 8
+
+
+def as_orbit(motion: Orbit) -> PeriodicOrbit:
+    """A steady motion told as an orbit with one impact, whose multipliers share no code with the boundaries."""
+    return PeriodicOrbit(motion.system, motion.periods, (motion.phase,), N)
+
+
+@pytest.mark.parametrize(
+    ("s", "r", "m"), [(5.0, 0.8, 2), (1.05, 0.58, 2), (0.71, 0.66, 2), (3.1, 0.52, 2), (2.0, 0.5, 1)]
+)
+def test_a_crossing_is_what_it_is_called(s, r, m):
+    found = boundaries(pneumatic(s, 0.0, r), ("s", [s]), ("load_factor", 0.2, 1.3), m, "exact", modes=N,
+                       kinds=("flip", "neimark-sacker"))  # fmt: skip
     assert found.curves
-    orbit = steady_states(system, 2).orbits[-1]
-    verdict = stability_of(orbit, modes=8)
-    assert verdict.reduced.stable and not verdict.stable
-    assert verdict.multipliers.largest == pytest.approx(1.000147, abs=5e-7)
+    for curve in found.curves:
+        there = vary(pneumatic(s, 0.0, r), {"load_factor": float(curve.y[0])})
+        orbit = PeriodicOrbit(there, m, (float(curve.phase[0]),), N)
+        values = orbit_multipliers(orbit).values
+        angle = float(curve.angle[0])
+        turning = values[np.abs(values.imag) > 1e-6]
+        if curve.kind == "flip":
+            assert np.abs(values + 1.0).min() < 1e-8
+        else:
+            assert np.abs(turning - np.exp(1j * angle)).min() < 1e-8
+        scale = np.prod(1.0 + np.abs(values))
+        assert abs(characteristic(orbit, complex(np.exp(1j * angle)))) < 1e-10 * scale
+        outside = np.count_nonzero(np.abs(values) > 1.0 + 1e-7)
+        assert outside == curve.outside[0]
+
+
+def test_elastic_instability_that_b77_cannot_see():
+    """Theory §5: between two crossings of pairs an elastic mode flips; at d = 0 by −1.000147, and damping holds it."""
+    system = pneumatic(5.0, 0.0, 0.8)
+    found = boundaries(system, ("s", [5.0]), ("load_factor", 0.7, 1.2), 2, "exact", modes=N, kinds=("neimark-sacker",))
+    assert found.curves
+    orbit = steady_states(system, 2, modes=N).orbits[-1]
+    verdict = stability_of(orbit, modes=N)
+    assert verdict.reduced.stable and verdict.kind is Reason.ELASTIC
+    assert "turns over and grows by a factor of 1.000147" in verdict.reason
+    assert orbit_multipliers(as_orbit(orbit)).values[0] == pytest.approx(-1.000147, abs=5e-7)
+    for d, sign in ((2.337e-5, 1), (2.339e-5, -1)):
+        values = orbit_multipliers(as_orbit(steady_states(pneumatic(5.0, d, 0.8), 2, modes=N).orbits[-1]))
+        assert math.copysign(1.0, values.largest - 1.0) == sign and values.values[0].imag == 0.0
+
+
+def test_what_b77_cannot_see_are_flips_of_elastic_modes():
+    """Undamped, under one harmonic: motions that B77's criterion calls stable and an elastic mode makes unstable."""
+    random, flips, pairs = np.random.default_rng(5), 0, 0
+    for _ in range(300):
+        s, r = float(10.0 ** random.uniform(-0.2, 1.3)), float(random.uniform(0.2, 0.97))
+        system, m = (
+            vary(pneumatic(s, 0.0, r), {"load_factor": float(random.uniform(0.2, 1.3))}),
+            int(random.integers(1, 4)),
+        )
+        for motion in steady_states(system, m, modes=N).orbits:
+            if stability_of(motion, modes=N).kind is Reason.ELASTIC:
+                values = orbit_multipliers(as_orbit(motion)).values
+                outside = values[np.abs(values) > 1.0 + 1e-10]
+                assert outside.size
+                real = bool(np.all(np.abs(outside.imag) < 1e-6))
+                flips, pairs = flips + (real and bool(np.all(outside.real < 0.0))), pairs + (not real)
+    assert flips > 3
+    assert pairs <= 0.2 * flips
 
 
 def outside(stretch, t: float, modes: int) -> int:

@@ -295,7 +295,8 @@ def test_files_that_cannot_be_read(tmp_path):
         (ELASTIC, {"x": ("position", -1.0, 0.5, 3)}, "wall"),
         (ELASTIC, {"x": ("u_3", -1.0, 0.5, 3)}, "modes"),
         (ELASTIC, {"x": ("u_0", -1.0, 0.5, 3)}, "u_1"),
-        (ELASTIC, {"x": "time"}, "name, first"),
+        (ELASTIC, {"x": "time"}, "NAME=FROM:TO"),
+        (ELASTIC, {"x": ("time",)}, "name, first"),
         (ELASTIC, {"at": {"velocity": 1.0}}, "not on an axis"),
         (ELASTIC, {"at": {"place": 1.0}}, "position, velocity, time"),
         (ELASTIC, {"at": {"position": 1.0}}, "wall"),
@@ -561,7 +562,7 @@ def test_the_shares_of_a_box_are_those_of_random_starts_in_it():
 
 
 def test_modal_amplitudes():
-    found = basins(ELASTIC, ("u_1", -0.3, 0.3, 3), Axis.linear("v_2", -0.2, 0.2, 2), at={"position": -1.0}, modes=2)
+    found = basins(ELASTIC, "u_1=-0.3:0.3:3", Axis.linear("v_2", -0.2, 0.2, 2), at={"position": -1.0}, modes=2)
     for i, v in enumerate((-0.2, 0.2)):
         for j, u in enumerate((-0.3, 0.0, 0.3)):
             start = Start.modal([-1.0 + 2.0 * u, u, 0.0], [0.0, 0.0, v])
@@ -607,17 +608,6 @@ def test_json():
     assert parts == sorted(parts, reverse=True) and sum(parts) == pytest.approx(1.0)
 
 
-def test_dataset():
-    found = experiment(PNEUMATIC, 60, "wall", 1, workers=1)
-    data = found.to_xarray()
-    assert data.sizes["start"] == 60 and data.sizes["attractor"] == len(found.shares)
-    assert data["velocity"].attrs["units"] == "bar lengths/rad" and data["phase"].attrs["units"] == "rad"
-    assert all("long_name" in data[name].attrs for name in data.data_vars)
-    assert data["attractor_label"].values.tolist() == [share.label for share in found.shares]
-    assert np.array_equal(data["attractor_number"], found.attractor)
-    assert "Experiment: 60 starts" in str(found) and "%" in str(found)
-
-
 def test_dataset_of_a_plane():
     found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1)
     data = found.to_xarray()
@@ -641,7 +631,14 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     assert data["impact_velocity"].attrs["units"] == "1"
     assert data["impact_velocity"].attrs["comment"] == "dimensionless" and "comment" not in data["code"].attrs
     assert data.attrs["frequency_Hz"] == 60.0 and data.attrs["scaling"].startswith("dimensionless")
-    plain = experiment(PNEUMATIC, 30, "wall", 1, workers=1).to_xarray()
+    found = experiment(PNEUMATIC, 30, "wall", 1, workers=1)
+    plain = found.to_xarray()
+    assert plain.sizes["start"] == 30 and plain["attractor_label"].values.tolist() == [
+        one.label for one in found.shares
+    ]
+    assert plain["velocity"].attrs["units"] == "bar lengths/rad" and plain["phase"].attrs["units"] == "rad"
+    assert all("long_name" in plain[name].attrs for name in plain.data_vars)
+    assert np.array_equal(plain["attractor_number"], found.attractor) and "Experiment: 30 starts" in str(found)
     assert plain["blow_energy"].attrs["comment"] == "dimensionless" and "si_scale" not in plain["blow_energy"].attrs
     assert "frequency_Hz" not in plain.attrs
     data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).to_xarray()

@@ -21,13 +21,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from jobs import COLUMNS, Grid, Kills, Marks, Raises, Sines, same, whole
+from jobs import COLUMNS, Grid, Kills, Raises, Sines, same, whole
 from percuss import Load, System
 from percuss.cli import long_commands as carrying
-from percuss.cli import main
 from percuss.cli.arguments import Parser
 from percuss.cli.long_commands import CARRYING, JobWatch, carried
-from percuss.errors import ArchiveError, Interrupted, ParameterError, PercussError, UsageError
+from percuss.errors import Interrupted, ParameterError, PercussError, UsageError
 from percuss.explore.attractors.experiments import experiment_job
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import Sheet, carry_out, chunk_of, estimate, measured
@@ -98,11 +97,6 @@ def test_processes_of_its_own(tmp_path):
     assert seen[-1].done == seen[-1].size == 400 and seen[-1].seconds_left == 0.0
     assert 20 <= Archive.open(tmp_path / "a.zarr").chunk <= 200
     assert all(one.done <= other.done for one, other in itertools.pairwise(seen))
-
-
-def test_small_jobs_start_no_processes(monkeypatch):
-    monkeypatch.setattr("percuss.explore.jobs.carrying_out.Processes", None)
-    assert same(carry_out(Sines(100, sleep=0.005), workers=8), whole(Sines(100)))
 
 
 class Slow(Sines):
@@ -568,16 +562,6 @@ def in_folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_carried(in_folder, capsys):
-    parser, options = options_of("-o", "a.zarr", "--workers", "1")
-    assert same(carried(parser, options, Grid()), whole(Grid()))
-    assert capsys.readouterr() == ("", "")
-    with pytest.raises(ArchiveError, match="exists, 100 % done"):
-        carried(parser, options, Grid())
-    parser, options = options_of("-o", "a.zarr", "--resume")
-    assert same(carried(parser, options, Grid()), whole(Grid()))
-
-
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -684,15 +668,6 @@ def test_interrupted_says_the_command(in_folder, monkeypatch):
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_exit_code_of_an_interruption(monkeypatch, capsys):
-    def stops(_: object) -> int:
-        raise Interrupted(3, 10, "a.zarr", "go on")
-
-    monkeypatch.setattr("percuss.cli.long_commands.show", stops)
-    assert main(["show", "a.zarr"]) == 130
-    assert "interrupted after 3 of 10 items; the finished ones are in a.zarr — go on" in capsys.readouterr().err
-
-
 def test_durations():
     assert [duration(x) for x in (0.2, 89, 91, 3599, 86400, 3e7)] == [
         "0 s", "89 s", "1.5 min", "60 min", "24 h", "347 days",
@@ -702,9 +677,3 @@ def test_durations():
 def test_columns_choose_what_is_empty():
     assert [Column(kind).empty for kind in ("int8", "bool")] == [-1, False] and Column("int8", fill=0).empty == 0
     assert json.dumps(Column("uint8", fill=7).empty) == "7"
-
-
-def test_marks_are_of_workers(tmp_path, processes):
-    """The work is shared."""
-    carry_out(Marks(60, sleep=0.02, folder=str(tmp_path)), pool=processes, chunk=5)
-    assert len(_marks(tmp_path)) == 2 and os.getpid() not in _marks(tmp_path)

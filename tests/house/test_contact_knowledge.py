@@ -19,7 +19,6 @@ RESOLVED = {"blow/closed_forms.py", "case/answers/blow_answer.py"}
 COMPILED = {
     "simulate/kernels/wall.py",
     "simulate/kernels/motion.py",
-    "simulate/kernels/valve_motion.py",
 }
 """Compiled functions see no objects: R comes to them as a number of their record."""
 

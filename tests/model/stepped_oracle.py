@@ -11,6 +11,7 @@ from mpmath import mp, mpc, mpf
 from scipy.linalg import eigh
 
 from percuss.model import SteppedBar
+from strategies import decades
 
 
 def sections(bar: SteppedBar) -> tuple[list[mpf], list[mpf]]:
@@ -80,19 +81,13 @@ def finite_elements(bar: SteppedBar, elements: int) -> np.ndarray:
     return np.sqrt(np.maximum(eigh(stiffness, mass, eigvals_only=True), 0.0))[1:]
 
 
-def decades(most: float) -> st.SearchStrategy[float]:
-    return st.floats(-most, most).map(lambda power: float(10.0**power))
-
-
 @st.composite
 def stepped_bars(draw: st.DrawFn, most: int = 200, spread: float = 6.0, s: float | None = None) -> SteppedBar:
     """1 to `most` sections; transit times lie in 10^±spread, impedances no further apart than neighbours may be."""
     count = draw(st.one_of(st.integers(1, min(most, 6)), st.integers(1, most)))
     own = draw(st.sampled_from([spread, 0.3]))
-    impedances, times = (
-        draw(st.lists(st.one_of(decades(most), st.sampled_from([1.0, 10.0**most])), min_size=count, max_size=count))
-        for most in (min(own, 2.9), own)
-    )
+    one = (st.one_of(decades(-most, most), st.sampled_from([1.0, 10.0**most])) for most in (min(own, 2.9), own))
+    impedances, times = (draw(st.lists(each, min_size=count, max_size=count)) for each in one)
     lengths = draw(st.one_of(st.none(), st.just(tuple(times[::-1]))))
-    wave_speed = draw(decades(2.0)) if s is None else s
+    wave_speed = draw(decades(-2.0, 2.0)) if s is None else s
     return SteppedBar(wave_speed, tuple(impedances), tuple(times), lengths=lengths)

@@ -13,7 +13,7 @@ from damped_flights import REGIONS, Sums, damped_flight
 from interval_oracle import Flight, first_contact, gap
 from percuss.model import Load, System
 from percuss.simulate import Start, Stop, run
-from percuss.simulate.kernels.modes import creep, free_motion
+from percuss.simulate.kernels.modes import creep
 from test_first_contact import simulated
 
 ERROR = 8e-15  # of a gap or its rate, times the sums of the absolute values of what makes it up
@@ -177,7 +177,7 @@ def test_the_free_motion_of_a_damped_mode(spread):
     import mpmath
     import numba
 
-    creeping, moving = numba.njit(creep.py_func), numba.njit(free_motion.py_func)
+    creeping = numba.njit(creep.py_func)
     with mpmath.workdps(60):
         omega, d = mpmath.mpf(2), 4 * (1 + mpmath.mpf(spread))
         d = mpmath.mpf(float(d))
@@ -192,4 +192,3 @@ def test_the_free_motion_of_a_damped_mode(spread):
             for i in (0, 1, 3):
                 assert found[i] == pytest.approx(float(exact[i]), rel=4e-14, abs=0.0)
             assert found[2] == pytest.approx(float(exact[2]), rel=1e-13, abs=4e-16)
-            assert moving(float(d), square, 2.0, tau) == pytest.approx((found[3], found[1], found[2]), rel=1e-13)

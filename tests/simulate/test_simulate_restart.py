@@ -90,6 +90,8 @@ def test_continued(name, tmp_path):
     same(read.continued(Stop(impacts=impacts, periodic=False)), whole)
     assert read.continued().impacts == 2 * part.impacts
     assert part.to_xarray()["time"].attrs["units"]
+    table = part.to_pandas()
+    assert table["kind"].tolist() == part.events.kind.tolist() and table["time"].tolist() == part.events.time.tolist()
 
 
 @pytest.mark.parametrize("seed", range(35))

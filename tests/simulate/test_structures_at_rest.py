@@ -1,4 +1,4 @@
-"""Structures of one mode that chatter, rest on the wall and leave it: by integration, by the search, in ensembles."""
+"""Structures that chatter, rest on the wall and leave it: by integration, by the search, in ensembles."""
 
 import math
 
@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from percuss import Start, Starts, Stop, run, simulate_many
 from percuss.errors import ParameterError
 from percuss.model import Kept, Load, ModalBody, Mounted, System
+from percuss.simulate.events import KINDS
 from percuss.steady import rest_cycles
 
 TURN = 2.0 * math.pi
@@ -144,11 +145,61 @@ def test_a_mode_that_the_wall_holds_for_good_rests():
     assert rest_cycles(motion.system).cycles == ()
 
 
-def test_several_modes_rest_no_further():
-    body = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+TWO = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+THREE = ModalBody((3.3, 7.3, 11.0), (0.3, 0.1, 30.0), (1.0, 0.8, 0.4), (1.0, -0.5, 0.7), -0.02)
+
+
+@pytest.mark.parametrize(
+    ("body", "load", "restitution"),
+    [(TWO, COSINE, 0.4), (THREE, COSINE, 0.3), (TWO, Load.square(1.0, 1.2), 0.4),
+     (TWO, Load.steps([0.2, 1.0, 3.0], [0.5, -0.4, 1.0]), 0.0)],
+)  # fmt: skip
+def test_several_modes_move_on_while_the_wall_holds_the_contact(body, load, restitution):
+    """The held structure integrated, with the force that keeps its contact still, to where that would pull."""
+    start, stop = Start.rigid(-0.3, 0.0, 0.4), Stop(impacts=30, time=40.0, periodic=False)
+    motion = run(System(body, load, Kept(restitution)), start, stop=stop)
+    assert abs(motion.energy_balance().imbalance) < 1e-12
+    rest = int(np.flatnonzero(motion.events.code == KINDS.index("rest"))[0])
+    begin, release = motion.events[rest].time, motion.events[rest + 1].time
+    assert motion.events[rest + 1].kind == "release"
+    omega, delta, contact, drive = map(np.array, (body.omega, body.delta, body.contact, body.drive))
+
+    def force(t, y):
+        q, w = np.split(y, 2)
+        return float(contact @ (drive * float(load.value(t)) - delta * w - omega**2 * q)) / (contact @ contact)
+
+    def rates(t, y):
+        q, w = np.split(y, 2)
+        return np.append(w, drive * float(load.value(t)) - delta * w - omega**2 * q - contact * force(t, y))
+
+    lies = np.append(motion.displacement[rest][1:] * drive, np.zeros(omega.size))
+    t = np.linspace(begin, release, 40)[1:-1]
+    found = solve_ivp(rates, (begin, release), lies, rtol=1e-11, atol=1e-13, max_step=0.02, dense_output=True)
+    forces = np.array([force(time, found.sol(time)) for time in t])
+    assert forces.min() > 0.0 and force(release, found.y[:, -1]) == pytest.approx(0.0, abs=1e-8)
+    assert motion.contact_force(t) == pytest.approx(forces, abs=1e-8)
+    assert pytest.approx(found.sol(t)[: omega.size], abs=1e-9) == (motion.modal(t).displacement[1:].T * drive).T
+    after = np.append(motion.displacement[rest + 1][1:] * drive, motion.velocity[rest + 1][1:] * drive)
+    assert after == pytest.approx(found.y[:, -1], abs=1e-9)
+    assert motion.gap(np.linspace(release, motion.events[rest + 2].time, 50)).max() < 1e-14
+
+
+def test_rests_of_several_modes_go_on_and_are_members_of_ensembles():
+    system = System(TWO, COSINE, Kept(0.4))
+    whole = run(system, Start.rigid(-0.3), stop=Stop(impacts=40, periodic=False))
+    rest = float(whole.events.of("rest").time[0])
+    stopped = run(system, Start.rigid(-0.3), stop=Stop(time=rest + 0.1, periodic=False))
+    assert stopped.outcome == "time" and stopped.events.kind[-1] == "rest"
+    again = stopped.continued(Stop(impacts=40, periodic=False))
+    assert again.events.time.tolist() == whole.events.time.tolist()
+    many = simulate_many(system, Starts.rigid([-0.3, -1.0]), stop=Stop(impacts=40, periodic=False), keep=5)
+    assert many.last_time[0].tolist() == whole.events.of("impact").time[-5:].tolist()
+
+
+def test_cycles_with_rest_are_searched_for_of_one_mode():
     with pytest.raises(ParameterError, match="several"):
-        rest_cycles(System(body, COSINE, Kept(0.4)))
-    assert rest_cycles(System(body, COSINE, Kept(0.4)), modes=1).cycles
+        rest_cycles(System(TWO, COSINE, Kept(0.4)))
+    assert rest_cycles(System(TWO, COSINE, Kept(0.4)), modes=1).cycles
 
 
 def test_without_rebound_several_modes_leave_under_steps_when_they_are_pulled():

@@ -532,24 +532,6 @@ def test_many_periods_of_a_usual_load_are_answered() -> None:
     assert len(Client().answer("/api/steady", asked)["periods"]) == 8
 
 
-# -- without what is compiled ---------------------------------------------------------------------------------------
-
-
-def test_without_the_kernels_the_rest_is_answered(monkeypatch: pytest.MonkeyPatch, caplog: Any) -> None:
-    """As where nothing can be written and there is no home to keep them in: no failure, but a refusal in words."""
-    monkeypatch.setattr("percuss.web.workers._loaded", lambda part: False)
-
-    async def ask() -> dict[str, int]:
-        async with serving() as served:
-            while not served.app.app.state.kernels.settled("motions"):
-                await asyncio.sleep(0.01)
-            tried = {"/api/simulate": MACHINE, "/api/curves": MACHINE, "/api/experiment": {**MACHINE, "starts": 5}}
-            tried |= {"/api/steady": MACHINE, "/api/quick": MACHINE, "/api/case": MACHINE}
-            return {path: await served.ask(posted(path, asked)) for path, asked in tried.items()}
-
-    assert list(asyncio.run(ask()).values()) == [503, 503, 503, 200, 200, 200]
-
-
 # -- the token ------------------------------------------------------------------------------------------------------
 
 

@@ -85,9 +85,8 @@ def test_the_closed_form_does_not_wait(compiler: Compiler) -> None:
             assert about["preparing"] == about["kernels"][1:] == ["motions", "blows", "machines", "orbits"]
             compiler.told["motions"].set()
             assert (await motion).status_code == 200
-            compiler.told["blows"].set()
-            compiler.told["machines"].set()
-            compiler.told["orbits"].set()
+            for part in ("blows", "machines", "orbits"):
+                compiler.told[part].set()
             await settled(client)
             while (await client.get("/api/about")).json()["preparing"]:
                 await asyncio.sleep(0.01)
@@ -115,17 +114,23 @@ async def test_nonsense_is_refused_at_once(compiler: Compiler, path: str, asked:
         assert ((await client.post(path, json=asked)).status_code) == 422
 
 
-def test_without_kernels_the_closed_form_goes_on(compiler: Compiler) -> None:
-    compiler.broken = {"multipliers", "motions", "blows", "machines", "orbits"}
+def test_without_kernels_the_closed_form_goes_on_and_the_rest_is_refused(compiler: Compiler) -> None:
+    """As where nothing can be written and there is no home to keep them in."""
+    compiler.broken = set(compiler.told)
     for event in compiler.told.values():
         event.set()
 
-    async def ask() -> dict[str, Any]:
+    async def ask() -> tuple[list[int], dict[str, Any]]:
         async with workbench() as (client, _):
             await settled(client)
-            return (await client.post("/api/quick", json=MACHINE)).json()
+            asked = {"simulate": MACHINE, "curves": MACHINE, "experiment": {**MACHINE, "starts": 5}}
+            asked |= dict.fromkeys(("steady", "case", "quick"), MACHINE)
+            found = [await client.post(f"/api/{path}", json=body) for path, body in asked.items()]
+            return [one.status_code for one in found], found[-1].json()
 
-    assert asyncio.run(ask())["orbits"][0]["multipliers"]["values"]  # by the spectrum, which needs none
+    codes, quick = asyncio.run(ask())
+    assert codes == [503, 503, 503, 200, 200, 200]
+    assert quick["orbits"][0]["multipliers"]["values"]  # by the spectrum, which needs none
 
 
 def test_a_client_that_leaves_does_not_wait_any_more(compiler: Compiler) -> None:

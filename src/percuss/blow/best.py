@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.blow.figures import FIGURES, BlowOutcome
-from percuss.errors import ConvergenceError, Interrupted, MissingExtraError, ParameterError, PercussError
+from percuss.errors import ConvergenceError, Interrupted, ParameterError, PercussError, extra_package
 from percuss.model.checks import Array, callback, choice, count, finite, positive
 
 if TYPE_CHECKING:
@@ -178,10 +178,9 @@ def best_blow(
 
 def _searched(search: _Search, first: Sequence[float] | None, seed: int) -> None:
     """Search everywhere, then near the best place."""
-    try:
-        from scipy.optimize import Bounds, differential_evolution, minimize
-    except ImportError:
-        raise MissingExtraError("scipy", "io") from None
+    extra_package("scipy", "io")
+    from scipy.optimize import Bounds, differential_evolution, minimize
+
     start = None
     if first is not None:
         start = search.place(first)

@@ -387,19 +387,13 @@ def strike(
     until
         End of the window. None: until no further contact is possible, where that can be proved, or nothing is left;
         at most 20 transit times of the striker, and once through the rod and back.
-    load
-        Steps (time, force): the force on the striker toward the target from each time on.
-    load_at
-        The place of that force: 0 the driven end, i the step after the i-th section.
+    load, load_at
+        Steps (time, force): the force on the striker toward the target from each time on; and its place, 0 the driven
+        end, i the step after the i-th section.
     field
         Velocity and compressive force in the striker at the start, functions of x, an array from 0 to 1.
     most_pieces
-        Pieces of waves after which the window is cut short.
-
-    Returns
-    -------
-    Blow
-        Whose `outcome` says how its window ended.
+        Pieces of waves after which the window is cut short, as the blow's `outcome` says then.
 
     Raises
     ------

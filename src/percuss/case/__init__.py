@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+    from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
     from percuss.case.answers.exploring.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploring.exploration import basins_job_of, experiment_job_of, sweep_job_of
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
     from percuss.case.answers.exploring.reach_answer import reach_answer
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
-    from percuss.case.answers.recorded_answer import MeasuredGauge, RecordedAnswer, measured_gauge, recorded_answer
+    from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import (
         SimulationAnswer,
         resumed_answer,

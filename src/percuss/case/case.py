@@ -11,17 +11,14 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.heading import clock_note
 from percuss.case.file_format.building import (
     Parts,
-    blow_note,
-    blow_of,
     check_clock,
     check_motion,
-    law_note,
     machine_of,
     recording_of,
     system_of,
 )
-from percuss.case.file_format.load_building import room_of
-from percuss.case.file_format.load_tables import ValveLoad
+from percuss.case.file_format.contact import blow_note, blow_of, law_note
+from percuss.case.file_format.loads import ValveLoad, room_of
 from percuss.case.file_format.reading import checked_tables, parsed, text_of, toml_text, with_value
 from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
@@ -32,10 +29,10 @@ from percuss.model.checks import text as checked_text
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
-    from percuss.case.file_format.body_building import BlowQuestion
-    from percuss.case.file_format.load_building import ReadHistory
-    from percuss.case.file_format.load_tables import AnyLoad
+    from percuss.case.file_format.building import ReadHistory
+    from percuss.case.file_format.loads import AnyLoad
     from percuss.case.file_format.plain_form import PlainCase
+    from percuss.case.file_format.target import BlowQuestion
     from percuss.model import Load, Machine, System
     from percuss.model.checks import Array
     from percuss.model.contact import Timed

@@ -168,13 +168,7 @@ _MOST = 10**9
 
 
 def whole(least: int = 0, most: int = _MOST, note: str = "") -> Callable[[str], int]:
-    """The kind of a whole number from `least` to `most`; the note is said to those who want others.
-
-    Examples
-    --------
-    >>> whole(1)("24")
-    24
-    """
+    """The kind of a whole number from `least` to `most`; the note is said to those who want others."""
 
     def kind(text: str) -> int:
         if not re.fullmatch(r"\d{1,10}", text, re.ASCII) or not least <= int(text) <= most:
@@ -197,13 +191,7 @@ def names(text: str) -> tuple[str, ...]:
 
 
 def periods(text: str) -> tuple[int, ...]:
-    """``2``, ``1..4`` or ``1,3``: the numbers of load periods per impact, in order and once each.
-
-    Examples
-    --------
-    >>> periods("1..3,7")
-    (1, 2, 3, 7)
-    """
+    """``2``, ``1..4`` or ``1,3``: the numbers of load periods per impact, in order and once each."""
     found: set[int] = set()
     for part in text.split(","):
         match = re.fullmatch(r"\s*(\d{1,9})\s*(?:(?:\.\.|-)\s*(\d{1,9})\s*)?", part, re.ASCII)
@@ -233,15 +221,7 @@ def events(text: str) -> tuple[int | None]:
 
 
 def start_keys(text: str) -> dict[str, Any]:
-    """``position=-1,time=0.3``, ``orbit:2``, ``random`` or ``random:ringing`` as the keys of [start].
-
-    Examples
-    --------
-    >>> start_keys("position=-3 cm,time=0.3")
-    {'position': '-3 cm', 'time': 0.3}
-    >>> start_keys("orbit:2"), start_keys("random")
-    ({'orbit': 2}, {'random': 'rigid'})
-    """
+    """``position=-1,time=0.3``, ``orbit:2``, ``random`` or ``random:ringing`` as the keys of [start]."""
     found: dict[str, Any] = {}
     for part in re.split(r",(?![^\[]*\])", text):
         name, sign, value = part.strip().partition("=")
@@ -317,13 +297,7 @@ NETCDF = ("io", "xarray", "h5netcdf")
 
 
 def named_case(name: str) -> Case:
-    """The case in a file, or of a machine of the catalogue; a file goes first.
-
-    Raises
-    ------
-    CaseError
-        When there is neither, or the file is not a case.
-    """
+    """The case in a file, or of a machine of the catalogue; a file goes first."""
     from percuss.case import Case, load_case
     from percuss.case.catalogue.sample_cases import is_sample, sample_names
     from percuss.errors import did_you_mean

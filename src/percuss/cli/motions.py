@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
+    from percuss.steady.self_excited import ValveCycle
 
 MAX_STARTS = 1000
 
@@ -92,16 +93,20 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     if case.is_machine:
         from percuss.case import machine_answer
 
-        asked = {"periods": options.periods != (1,), "starts": options.starts, "reach": options.reach}
-        asked |= {"reach-of": options.reach_of is not None, "report": options.report is not None}
-        for name in (name for name, given in asked.items() if given):
-            parser.error(f"argument --{name}: not for a hammer whose piston switches its own valve")
+        _refuse(parser, options, "a hammer whose piston switches its own valve", _NOT_OF_MACHINES)
         with of_file(case):
-            return _told_machine(options, machine_answer(case, options.modes))
+            machine = machine_answer(case, options.modes)
+            if reaches:
+                cycle = (
+                    machine.cycle if machine.runs and machine.cycle is not None and not machine.cycle.rests else None
+                )
+                rows, cut = _reached(parser, options, case, cycle)
+                machine = replace(machine, reach=rows)
+            return _told_machine(options, machine, cut=cut)
     if case.tables.body is not None:
         from percuss.case import structure_answer
 
-        _refuse_for_structures(parser, options)
+        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
         held = structure_answer(case, options.periods, options.modes)
         if reaches:
             rows, cut = _reached(parser, options, case, None if held.chosen is None else held.chosen.orbit)
@@ -130,18 +135,26 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     )  # fmt: skip
 
 
-def _refuse_for_structures(parser: Parser, options: argparse.Namespace) -> None:
-    if options.report is not None:
-        parser.error(
-            "argument --report: its pages are of a free bar (waveform, level, blows); of a structure that is held "
-            "--plot FILE draws the motions and --json gives all numbers"
-        )
-    if options.starts:
-        parser.error("argument --starts: not for a structure that is held; 'percuss experiment' follows its starts")
+_NOT_OF_STRUCTURES = {
+    "report": "its pages are of a free bar; --plot FILE draws the motions and --json gives all numbers",
+    "starts": "'percuss experiment' follows its starts",
+}
+_NOT_OF_MACHINES = {
+    "report": "--plot FILE draws the cycle and --json gives all numbers",
+    "starts": "'percuss experiment' follows its starts",
+    "periods": "it has no load period, its rhythm is its own",
+}
+"""Options that have no meaning for a kind of hammer, and what to ask instead."""
+
+
+def _refuse(parser: Parser, options: argparse.Namespace, kind: str, without: dict[str, str]) -> None:
+    for name, instead in without.items():
+        if getattr(options, name) not in (None, False, 0, (1,)):
+            parser.error(f"argument --{name.replace('_', '-')}: not for {kind}: {instead}")
 
 
 def _reached(
-    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | None
+    parser: Parser, options: argparse.Namespace, case: Case, orbit: Orbit | ValveCycle | None
 ) -> tuple[tuple[CaseReach, ...], str]:
     """How far parameters may move; after Ctrl-C of as many as are known, and of how many that is."""
     from percuss.case.answers.exploring.reach_answer import reach_answer, varied_parameters
@@ -184,7 +197,7 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
                 "the simulator has not been compiled on this computer yet; "
                 f"'percuss steady {as_typed(case.file)} --starts {STARTS}' does it, and is quick from then on"
             )
-        print("percuss: compiling the simulator, which takes up to a minute", file=sys.stderr, flush=True)
+        print("percuss: compiling the simulator once, about 20 s", file=sys.stderr, flush=True)
         gc.enable()  # compiling leaves many cycles
     return ends_of(case, STARTS if starts is None else starts, options.modes)
 
@@ -235,7 +248,11 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
 
 
 def _told_machine(
-    options: argparse.Namespace, answer: MachineAnswer, record: RecordedAnswer | None = None, output: str | None = None
+    options: argparse.Namespace,
+    answer: MachineAnswer,
+    record: RecordedAnswer | None = None,
+    output: str | None = None,
+    cut: str = "",
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
@@ -261,7 +278,7 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output)
+    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output, cut=cut)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:

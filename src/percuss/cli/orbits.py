@@ -147,7 +147,10 @@ circle and corners at steps of the load are located to 1e-10, and of each it is 
 number in the list of 'percuss orbits', or one near the phases of its impacts, in order of time; or a cycle with rest,
 which is followed to where its chatter meets the next release or it ends otherwise. With --curve points of the branch
 are followed themselves, through its parameter and the one of --over: the curves in their plane at which motions or
-their stability begin and end. After Ctrl-C the answer is what has been followed so far.""",
+their stability begin and end. A range that does not hold the value of the case begins at its end that is nearest to it.
+Of a hammer whose piston switches its own valve the ends are also where two events of the valve exchange their order,
+where the piston turns just at a port, and where the pressure of its pump is gone. After Ctrl-C the answer is what has
+been followed so far.""",
     """\
   percuss follow pneumatic-jackleg --orbit 1/1 --along load_factor=0.3:1.2
   percuss follow case.toml --orbit 1/1:2 --along mean=0.5:1 --switch 4 --modes 0 --plot cascade.png

@@ -23,7 +23,10 @@ _SHARE = 0.3
 _LOOKS = 0.25
 """Seconds between two looks."""
 
-COMPILING = "compiling the kernels once, a minute or two; later runs take them from a cache"
+COMPILING = "compiling the kernels once, about 20 s; later runs take them from a cache"
+_COMPILED = 1.0
+"""Seconds after which that is said."""
+
 _OTHERWISE = "computing"
 
 _ROOMS = {
@@ -75,9 +78,12 @@ def _tell(command: str, thread: int, ended: threading.Event) -> None:
     begun, told = time.monotonic(), set[str]()
     while not ended.wait(min(_LOOKS, PATIENCE)):
         now = time.monotonic()
-        if now - _last_sign < max(PATIENCE, _SHARE * (now - begun) if told else 0.0):
+        silent, patience = now - _last_sign, max(PATIENCE, _SHARE * (now - begun) if told else 0.0)
+        if silent < min(_COMPILED, PATIENCE):
             continue
         what = doing(thread)
+        if silent < patience and (what != COMPILING or what in told):
+            continue
         if what not in told:
             told.add(what)
             print(f"percuss: {command}: {what}", file=sys.stderr, flush=True)

@@ -32,7 +32,7 @@ from percuss.model import Machine, System
 from percuss.model.checks import Array
 from percuss.stability import stability_plane
 from percuss.stability.multipliers import NEUTRAL
-from percuss.stability.verdict import DEFAULT_MODES
+from percuss.stability.verdict import DEFAULT_MODES, moduli_of
 from percuss.steady import rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
 from percuss.steady.forced import forced_response
@@ -92,12 +92,10 @@ def qualified(function: SystemFunction) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SweepJob:
-    """A map as a job: its items are the cells, the last axis running fastest.
+    """A map as a job: its items are the cells, the last axis running fastest; see `percuss.explore.sweep`.
 
-    `periods`: m, where it is no axis. `modes`: N of the steady motions, their multipliers and the simulations; None for
-    the steady motions of the continuous bar, multipliers of 32 modes, and simulations of `simulated`. `start`: of the
-    simulations, None for that of the family. `impacts`, `discard`: of a Lyapunov exponent. `functions`: one's own
-    quantities.
+    `simulated`: N of the simulations, where `modes` is None for the continuous bar and multipliers of 32 modes.
+    `start`: of the simulations, None for that of the family. `functions`: one's own quantities.
     """
 
     family: Family
@@ -206,7 +204,11 @@ class SweepJob:
         if simulated:
             if ask["modes"] != self.simulated:
                 ask["simulated"] = self.simulated
-            ask["start"] = None if self.start is None else _described(self.start, self.simulated)
+            ask["start"] = None
+            if self.start is not None:
+                u, v, gap = self.start.state(self.simulated)
+                place = {"displacement": u.tolist(), "velocity": v.tolist(), "gap": float(gap)}
+                ask["start"] = {**place, "time": self.start.time}
             ask["stop"] = {"impacts": self.stop.impacts, "time": self.stop.time, "tolerance": self.stop.tolerance}
             if "lyapunov" in self.quantities:
                 ask["lyapunov"] = {"impacts": self.impacts, "discard": self.discard}
@@ -287,12 +289,6 @@ class SweepJob:
                     except (PercussError, ArithmeticError) as error:
                         out["outcome"][i] = failure(error)
         return out
-
-
-def _described(start: Start, modes: int) -> dict[str, Any]:
-    """A start in JSON's types."""
-    u, v, gap = start.state(modes)
-    return {"displacement": u.tolist(), "velocity": v.tolist(), "gap": float(gap), "time": start.time}
 
 
 # ---- Steady motions of systems
@@ -425,15 +421,7 @@ def _resonant(out: Columns, i: int, system: System | Machine, modes: int) -> boo
 
 
 def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]:
-    """The motion labels of cells in words, from the five columns they are kept in; empty where nothing was simulated.
-
-    Examples
-    --------
-    >>> columns = {"label_outcome": np.array([3, -1]), "label_impacts": np.array([2, 0])}
-    >>> columns |= {"label_periods": np.array([2, 0]), "label_kind": np.zeros(2), "label_wanders": np.zeros(2)}
-    >>> label_text(columns).tolist()
-    ['z=2/2', '']
-    """
+    """The motion labels of cells in words, from their five columns; empty where nothing was simulated."""
     from percuss.simulate.ensemble import labels_of
 
     numbers = [np.asarray(columns[f"label_{name}"]) for name in ("outcome", "impacts", "periods", "kind", "wanders")]
@@ -446,8 +434,8 @@ def label_text(columns: Mapping[str, Any]) -> np.ndarray[Any, np.dtype[np.str_]]
 
 # ---- Machines that switch their own valves
 
-_NUMBERS = {obstacle: STALLS.index(obstacle.value) for obstacle in Obstacle}
-_OF_CYCLES = ("period", "speed", "energy", "stroke", "work", "taken", "duty", "multiplier")
+_OF_CYCLES = ("period", "stroke", "work", "taken", "duty", "speed", "energy", "multiplier")
+"""What a map takes of the cycle with one blow, per unit of mass."""
 
 
 def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Sequence[tuple[int, Machine]]) -> None:
@@ -456,24 +444,25 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
     if job.multiplier_modes == 0:
         machines = [machine for _, machine in there]
         many = rigid_cycles(machines, [family.room(machine) for machine in machines], starts="starts" in out)
-        arrays = [getattr(many, name).tolist() for name in _OF_CYCLES]
+        cycles = zip(*(getattr(many, name).tolist() for name in _OF_CYCLES), strict=True)
         left = []
-        for k, (i, machine) in enumerate(there):
-            if many.answered[k]:
-                numbers = {name: array[k] for name, array in zip(_OF_CYCLES, arrays, strict=True)}
-                _put(job, out, i, machine, many.obstacles[k], numbers, many.starts[k])
+        for one, obstacle, starts, figures, answered in zip(
+            there, many.obstacles, many.starts, cycles, many.answered, strict=True
+        ):
+            if answered:
+                _put(job, out, *one, obstacle, starts, figures)
             else:
-                left.append((i, machine))
+                left.append(one)
     for i, machine in left:
         try:
             kept = job.multiplier_modes if machine.valve.supply is None else 0  # under a supply the piston is rigid
             motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
-            cycle, numbers = motion.cycle, {}
+            cycle = motion.cycle
+            numbers: tuple[float, ...] | None = None
             if cycle is not None and cycle.blows == 1:
-                numbers = {name: getattr(cycle, name) for name in ("period", "stroke", "work", "taken", "duty")}
-                numbers |= {"speed": cycle.blow_speed, "energy": cycle.blow_energy}
-                numbers["multiplier"] = abs(cycle.multiplier)
-            _put(job, out, i, machine, motion.obstacle, numbers, "starts" in out and motion.starts_from_rest)
+                numbers = tuple(getattr(cycle, name) for name in _OF_CYCLES[:5])
+                numbers = (*numbers, cycle.blow_speed, cycle.blow_energy, abs(cycle.multiplier))
+            _put(job, out, i, machine, motion.obstacle, "starts" in out and motion.starts_from_rest, numbers)
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = failure(error)
 
@@ -484,32 +473,26 @@ def _put(
     i: int,
     machine: Machine,
     obstacle: Obstacle | None,
-    cycle: Mapping[str, float],
     starts: bool,
+    cycle: tuple[float, ...] | None,
 ) -> None:
-    """Fill in one cell, in SI or dimensionless; `cycle`: that with one blow, per unit of mass, where there is one."""
-    found: dict[str, float | None] = {"runs": obstacle is None, "starts": starts, "multiplier": cycle.get("multiplier")}
-    found["stall"] = 0 if obstacle is None else _NUMBERS[obstacle]
-    if obstacle is None and cycle:
-        length, time, energy = 1.0, 1.0, 1.0
+    """Fill in one cell, in SI or dimensionless."""
+    found: dict[str, float | None] = {"runs": obstacle is None, "starts": starts}
+    found["stall"] = STALLS.index("runs" if obstacle is None else obstacle.value)
+    if cycle is not None:
+        period, stroke, work, taken, duty, speed, energy, found["multiplier"] = cycle
+    if cycle is not None and obstacle is None:
+        length, time, joule = 1.0, 1.0, 1.0
         if job.is_si:
-            length, time, energy = machine.length_scale, machine.time_scale, machine.energy_scale
-        period, supply = cycle["period"] * time, machine.valve.supply
-        volume = cycle["work"] if supply is None else supply.flow * cycle["period"]
+            length, time, joule = machine.length_scale, machine.time_scale, machine.energy_scale
+        supply, forces = machine.valve.supply, [force for _, force in machine.valve.pairs]
+        volume, lasts = work if supply is None else supply.flow * period, period * time
         if machine.pressure is not None and job.is_si:
-            found["flow"] = volume * energy / machine.pressure / period
+            found["flow"] = volume * joule / machine.pressure / lasts
         elif not job.is_si:
-            forces = [force for _, force in machine.valve.pairs]
-            found["flow"] = volume / (max(forces) - min(forces)) / period
-        found |= {
-            "blow_energy": cycle["energy"] * energy,
-            "rate": 1.0 / period,
-            "speed": cycle["speed"] * length / time,
-            "stroke": cycle["stroke"] * length,
-            "power": cycle["taken"] * energy / period,
-            "efficiency": cycle["taken"] / cycle["work"],
-            "duty": cycle["duty"],
-        }
+            found["flow"] = volume / (max(forces) - min(forces)) / lasts
+        found |= {"blow_energy": energy * joule, "rate": 1.0 / lasts, "speed": speed * length / time}
+        found |= {"stroke": stroke * length, "power": taken * joule / lasts, "efficiency": taken / work, "duty": duty}
     _set(out, i, found)
 
 
@@ -584,7 +567,7 @@ def _fill(
     plane = stability_plane(system, restitution, factor, m)
     there = ~np.isnan(plane.phase)
     found: dict[str, npt.ArrayLike] = {"exists": there.any(axis=0), "orbits": there.sum(axis=0)}
-    reduced = np.where(there, 1.0 - _largest(plane.a), np.nan)
+    reduced = np.where(there, 1.0 - moduli_of(*plane.a)[0], np.nan)
     best = reduced
     found["reduced_margin"] = _greatest(reduced)
     found["reduced_stable"] = np.nan_to_num(found["reduced_margin"], nan=-1.0) > NEUTRAL
@@ -605,16 +588,6 @@ def _fill(
         found["phases"] = phases
     for name in found.keys() & out.keys():
         out[name][rows] = found[name]
-
-
-def _largest(a: Array) -> Array:
-    """Largest modulus of the roots of a_2 ξ² + a_1 ξ + a_0; shape of one coefficient."""
-    a_0, a_1, a_2 = a
-    with np.errstate(invalid="ignore", divide="ignore"):
-        inside = a_1 * a_1 - 4.0 * a_2 * a_0
-        big = -0.5 * (a_1 + np.copysign(np.sqrt(np.maximum(inside, 0.0)), a_1))
-        real = np.maximum(np.abs(big / a_2), np.where(big == 0.0, 0.0, np.abs(a_0 / big)))
-        return np.asarray(np.where(inside < 0.0, np.sqrt(np.abs(a_0 / a_2)), real))
 
 
 def _greatest(values: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.states import MAX_MODES
 
 if TYPE_CHECKING:
-    from percuss.simulate import Trajectory
+    from percuss.simulate import Start, Trajectory
+    from percuss.steady import ValveCycle
 
 SWITCHED = "branches of shorter orbits"
 """What the starts are called."""
 
 _MOST_POINTS = 400  # of a branch, each way
+_AROUND = 0.2  # of the pressure or the flow, on either side, where flips of machines are looked for
 
 
 def switched_seeds(
@@ -86,6 +88,20 @@ def switched_seeds(
                 if (one.impacts, one.periods) == (p, n):
                     rows += one.times_at(mean)
     return {SWITCHED: np.array(rows).reshape(-1, p)}
+
+
+def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int) -> dict[str, list[Rhythm]]:
+    """The same of a machine: rhythms of what begins at flips of its shorter cycles, over pressure or flow."""
+    from percuss.explore.continuation.machine_walk import doubled_cycles
+    from percuss.explore.continuation.walk import varied
+
+    supply, found = machine.valve.supply, list[Rhythm]()
+    name, here = ("pressure", 1.0) if supply is None else ("supply.flow", supply.flow)
+    around = (1.0 - _AROUND) * here, (1.0 + _AROUND) * here
+    for cycle in orbits(machine, blows // 2, valve_cycles // 2, modes=modes).orbits:
+        over = varied(machine, None, [name], [around], [here])
+        found += [one.rhythm for one in doubled_cycles(cast("ValveCycle", cycle), over)]
+    return {SWITCHED: found}
 
 
 # ---- Starts for a search for orbits: close returns of simulated motions
@@ -172,6 +188,18 @@ def orbit_seeds(
 _BLOWS = 120  # of each motion of a machine
 
 
+def last_rhythm(machine: Machine, start: Start, motion: Trajectory) -> Rhythm | None:
+    """Of the last blow of a simulated motion of a machine; None where there are fewer than two."""
+    if motion.impacts < 2:
+        return None
+    return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), 1)
+
+
+def _heard(motion: Trajectory) -> list[tuple[float, str, Any]]:
+    """The events of a motion of a machine as `Rhythm.of_events` takes them."""
+    return [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
+
+
 def _rhythms(
     machine: Machine, blows: int, modes: int, motions: int, seed: int, halt: Callable[[], bool] | None
 ) -> list[Rhythm]:
@@ -185,7 +213,7 @@ def _rhythms(
         for start in starts:
             look()
             motion = run(machine, start, modes=modes, stop=Stop(impacts=_BLOWS))
-            events = [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
+            events = _heard(motion)
             struck = [i for i, event in enumerate(events) if event[1] == "impact"]
             speeds = motion.blow_speeds
             if len(struck) <= 2 * blows:

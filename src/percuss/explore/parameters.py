@@ -404,13 +404,7 @@ def refuse_twice(sets: Mapping[str, str]) -> None:
 
 
 def label_of(name: str) -> str:
-    """What stands on an axis of a parameter; the name itself when the table does not have it.
-
-    Examples
-    --------
-    >>> label_of("restitution"), label_of("m"), label_of("bar.length")
-    ('restitution R', 'load periods m', 'bar.length')
-    """
+    """What stands on an axis of a parameter; the name itself when the table does not have it."""
     if name == PERIODS:
         return "load periods m"
     return PARAMETERS[name].label if name in PARAMETERS else name

@@ -31,21 +31,12 @@ REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 
 Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow", "machine"]
+"""What a quantity is of: the closed form, with the multipliers, …, one blow by waves, the cycle of a machine."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of a cell: the columns it is kept in, what must be computed for it, and what it says.
-
-    Attributes
-    ----------
-    group
-        ``orbits``: from the closed form; ``exact``: with the multipliers; ``rest``; ``simulation``; ``lyapunov``;
-        ``blow``: from one blow on what the case says is struck, by waves; ``machine``: from the cycle of a machine that
-        switches its own valve.
-    one
-        Whether it is of the one orbit that is most stable.
-    """
+    """A quantity of a cell: its columns, what must be computed for it; `one`: it is of the most stable orbit."""
 
     columns: dict[str, Column]
     group: Group

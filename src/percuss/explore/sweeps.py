@@ -143,9 +143,6 @@ def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
     family.check({axis.name: axis.unit for axis in axes if axis.name != PERIODS})
 
 
-# ---- Maps: quantities of a system over a parameter curve or plane
-
-
 @dataclass(frozen=True, eq=False)
 class Sweep(HandedOver):
     """A map: the columns of all cells.
@@ -313,21 +310,9 @@ class Range:
 
 
 def true_ranges(job: SweepJob, found: Sweep, quantity: str) -> tuple[Range, ...]:
-    """Where a yes-or-no quantity of a map with one axis is true.
+    """Where a yes-or-no quantity of a map with one axis is true, each end to 1e-9 of the axis.
 
-    An end lies between two neighbouring values of the axis; the cells between them are asked until it is known to 1e-9
-    of the axis. What begins and ends between two neighbours is not seen.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> from percuss.explore import Sweep
-    >>> from percuss.explore.sweeps import sweep_job
-    >>> rigid = System(s=1e7, d=0.0, restitution=0.5, load=Load.harmonic(0.9, 1.0))
-    >>> job = sweep_job(rigid, "load_factor=0.1:1.2:12", quantities=["reduced_stable"])
-    >>> found = Sweep.shaped(job, job.compute(0, job.size, lambda: False))
-    >>> [(round(part.first, 6), round(part.last, 6)) for part in true_ranges(job, found, "reduced_stable")]
-    [(0.654954, 0.95493)]
+    What begins and ends between two neighbouring values of the axis is not seen.
     """
     if len(job.axes) != 1:
         raise ParameterError("axes", len(job.axes), "a map with one axis")

@@ -110,8 +110,7 @@ class Closed(NamedTuple):
     """The motion that belongs to given times of the events, and how far it is from what it should be.
 
     `start` is the state just after the blow at time 0, and `states` those just before each event; `error` is of the
-    guards, and of the first coordinate's place after the cycle, in place of that of the last blow; `slope` are its
-    derivatives by the unknown times. See `Cycle.parts` for what a state is.
+    guards; `slope` are its derivatives by the unknown times. See `Cycle.parts` for what a state is.
     """
 
     start: Array
@@ -209,7 +208,7 @@ class Cycle:
         return found
 
     def closed(self, unknowns: Array) -> Closed:
-        """The motion that closes in all but the position of the first coordinate, and strikes at the end."""
+        """The motion that begins at the wall, and closes in all but the position of the first coordinate."""
         flights = self._flights(unknowns)
         now, fixed = np.eye(2 * self.size + 1), np.zeros(2 * self.size + 1)
         if not self.supplied:
@@ -230,33 +229,35 @@ class Cycle:
         inner = self.guards[:-1]
         error = [float(read(self.rows[i], states[i])) - self.levels[i] for i in inner]
         slope = [read(self.rows[i], moves[i]) for i in inner]
-        error.append(float((start - _moved(self.events[-1], states[-1])).reshape(-1)[0]))
-        slope.append((change - self.events[-1] @ moves[-1]).reshape(start.size, -1)[0])
+        error.append(float(read(self.rows[-1], states[-1])) - self.levels[-1])
+        slope.append(read(self.rows[-1], moves[-1]))
         return Closed(start, states, np.array(error), np.array(slope))
 
     def _closing(self, whole: Array) -> Callable[[Array], Array]:
-        """Solves (I − D M) x = D c for the map M of the cycle, the last blow's guard in place of the first line."""
+        """Solves (I − D M) x = D c for the map M of the cycle; in place of the first line, the beginning at the wall.
+
+        Were it the end, a chamber would make this singular where it turns the cycle by a certain angle.
+        """
         turn, row = self.events[-1], self.rows[-1]
         if self.supplied:
             matrix = np.eye(row.size) - turn @ whole
-            matrix[0] = row @ whole
+            matrix[0] = np.append(np.stack([self.flows[0].modes.end, 0.0 * self.flows[0].modes.end], axis=1), 0.0)
 
             def together(c: Array) -> Array:
                 """For the columns of c, shape (2N + 3, C)."""
                 right = turn @ c
-                right[0] = -row @ c
+                right[0] = 0.0
                 return np.asarray(np.linalg.solve(matrix, right), dtype=float)
 
             return together
         end, beta = row[:, 0], self.turn[1]
         elastic = np.eye(2) - turn @ whole[1:]
-        first = np.array([end[0] * whole[0, 0], np.array([0.0, 1.0]) - beta * whole[0, 1]])
+        first = np.array([[end[0], 0.0], np.array([0.0, 1.0]) - beta * whole[0, 1]])
 
         def apart(c: Array) -> Array:
             """For the columns of c, shape (N + 1, 2, C)."""
             rest = np.linalg.solve(elastic, turn @ c[1:])
-            beside = end[1:] @ (whole[1:, :1] @ rest)[:, 0] + end[1:] @ c[1:, 0]
-            own = np.linalg.solve(first, np.array([-beside - end[0] * c[0, 0], beta * c[0, 1]]))
+            own = np.linalg.solve(first, np.array([-(end[1:] @ rest[:, 0]), beta * c[0, 1]]))
             return np.concatenate([own[None], rest])
 
         return apart

@@ -1,64 +1,36 @@
 """The ground floor: body, load and contact, and the system that joins them."""
 
-from percuss.model.body import (
-    UNDAMPED,
-    Bar,
-    Body,
-    Damping,
-    External,
-    HeldBody,
-    KelvinVoigt,
-    ModalBody,
-    Modes,
-    Mounted,
-    Ratio,
-    Section,
-    SectionedBar,
-    Shape,
-    SizedBody,
-    SizedModes,
-    SteppedBar,
-    Table,
-    UniformBar,
-)
-from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
-from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Supply, Valve
-from percuss.model.machine import Machine, MachineModes
-from percuss.model.system import System
+from __future__ import annotations
 
-__all__ = [
-    "UNDAMPED",
-    "Bar",
-    "Body",
-    "Chamber",
-    "Contact",
-    "Cushion",
-    "Damping",
-    "External",
-    "HeldBody",
-    "Jump",
-    "KelvinVoigt",
-    "Kept",
-    "Load",
-    "Machine",
-    "MachineModes",
-    "ModalBody",
-    "Modes",
-    "Mounted",
-    "Port",
-    "Ratio",
-    "Result",
-    "Reversed",
-    "Section",
-    "SectionedBar",
-    "Shape",
-    "SizedBody",
-    "SizedModes",
-    "SteppedBar",
-    "Supply",
-    "System",
-    "Table",
-    "Timed",
-    "UniformBar",
-    "Valve",
-]
+from typing import TYPE_CHECKING
+
+from percuss.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from percuss.model.body import (
+        UNDAMPED,
+        Bar,
+        Body,
+        Damping,
+        External,
+        HeldBody,
+        KelvinVoigt,
+        ModalBody,
+        Modes,
+        Mounted,
+        Ratio,
+        Section,
+        SectionedBar,
+        Shape,
+        SizedBody,
+        SizedModes,
+        SteppedBar,
+        Table,
+        UniformBar,
+    )
+    from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
+    from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Supply, Valve
+    from percuss.model.machine import Machine, MachineModes
+    from percuss.model.system import System
+
+__all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

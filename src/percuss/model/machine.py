@@ -10,10 +10,10 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.halting import interruptible
 from percuss.model.body import Body, SizedBody
+from percuss.model.body.uniform import SIScales
 from percuss.model.checks import Array, count, instance, non_negative, numbers, positive
 from percuss.model.contact import Contact
 from percuss.model.load import Load, Valve
-from percuss.shown import Shown
 
 # ---- The free motions of a body whose driven end a gas chamber holds: the rigid motion and the modes, coupled by it
 
@@ -122,7 +122,7 @@ def machine_modes(body: Body, at: int, stiffness: float, elastic: int) -> Machin
 
 
 @dataclass(frozen=True)
-class Machine(Shown):
+class Machine(SIScales):
     """A body, the valve that drives it and the contact by which it strikes, all dimensionless.
 
     As `System`, but for what drives it: no clock, so that the unit of time is free. A machine in SI has the second for
@@ -215,46 +215,10 @@ class Machine(Shown):
 
     # -- scales --
 
-    @property
-    def is_si(self) -> bool:
-        """Whether the scales back to SI are known."""
-        return self.bar is not None
-
-    def _sized(self) -> SizedBody:
+    def _si(self) -> tuple[SizedBody, float]:
         if self.bar is None:
             raise ParameterError("machine", "dimensionless", "a machine made from SI", "use Machine.from_si")
-        return self.bar
-
-    @property
-    def length_scale(self) -> float:
-        """L in m."""
-        return self._sized().length
-
-    @property
-    def time_scale(self) -> float:
-        """1/Ω in s: one second."""
-        self._sized()
-        return 1.0
-
-    @property
-    def speed_scale(self) -> float:
-        """LΩ in m/s."""
-        return self.length_scale / self.time_scale
-
-    @property
-    def force_scale(self) -> float:
-        """M L Ω² in N."""
-        return self._sized().mass * self.length_scale / self.time_scale**2
-
-    @property
-    def energy_scale(self) -> float:
-        """M L² Ω² in J."""
-        return self.force_scale * self.length_scale
-
-    @property
-    def power_scale(self) -> float:
-        """M L² Ω³ in W."""
-        return self.energy_scale / self.time_scale
+        return self.bar, 1.0  # the unit of time is one second
 
     def __str__(self) -> str:
         states = ", ".join(f"{name} {force:.4g}" for name, force in self.valve.pairs)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model.body import Body, External, HeldBody, ModalBody, Modes, SizedBody, UniformBar
+from percuss.model.body.uniform import SIScales
 from percuss.model.checks import (
     MOST_FORCE,
     Array,
@@ -25,11 +26,10 @@ from percuss.model.checks import (
 )
 from percuss.model.contact import Contact, Kept
 from percuss.model.load import Load
-from percuss.shown import Shown
 
 
 @dataclass(frozen=True, init=False)
-class System(Shown):
+class System(SIScales):
     """A body, the load that drives it and the contact by which it strikes, all dimensionless.
 
     Researchers of B77's uniform bar make one from s, d, R and a load, `System(s=…, d=…, restitution=…, load=…)`;
@@ -176,11 +176,6 @@ class System(Shown):
 
     # -- scales --
 
-    @property
-    def is_si(self) -> bool:
-        """Whether the scales back to SI are known."""
-        return self.bar is not None
-
     def _si(self) -> tuple[SizedBody, float]:
         if self.bar is None or self.frequency is None:
             raise ParameterError("system", "dimensionless", "a system made from SI", "use System.from_si")
@@ -190,38 +185,6 @@ class System(Shown):
     def angular_frequency(self) -> float:
         """Ω in rad/s."""
         return self._si()[1]
-
-    @property
-    def length_scale(self) -> float:
-        """L in m."""
-        return self._si()[0].length
-
-    @property
-    def time_scale(self) -> float:
-        """1/Ω in s."""
-        return 1.0 / self._si()[1]
-
-    @property
-    def speed_scale(self) -> float:
-        """LΩ in m/s."""
-        bar, omega = self._si()
-        return bar.length * omega
-
-    @property
-    def force_scale(self) -> float:
-        """M L² Ω² in N."""
-        bar, omega = self._si()
-        return bar.mass * bar.length * omega**2
-
-    @property
-    def energy_scale(self) -> float:
-        """M L³ Ω² in J."""
-        return self.force_scale * self.length_scale
-
-    @property
-    def power_scale(self) -> float:
-        """M L³ Ω³ in W."""
-        return self.energy_scale * self.angular_frequency
 
     @property
     def stress_scale(self) -> float:

@@ -59,7 +59,7 @@ def _rows(line: Branch | DiagramBranch, quantity: str) -> Array:
         return line.phases.reshape(size, -1)
     scales = getattr(line, "scales", None)
     speed, energy = (1.0, 1.0) if scales is None else (scales[:, :1], scales[:, 1])
-    return line.speeds.reshape(size, -1) * speed if quantity == "speed" else (line.energies * energy)[:, None]  # type: ignore[union-attr]
+    return line.speeds.reshape(size, -1) * speed if quantity == "speed" else (line.energies * energy)[:, None]
 
 
 def _cut(x: Array, y: Array, quantity: str) -> tuple[Array, Array]:

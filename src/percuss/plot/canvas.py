@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss import palette
-from percuss.errors import MissingExtraError, ParameterError
+from percuss.errors import ParameterError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import having
 from percuss.model.checks import path as checked_path
@@ -64,11 +64,8 @@ _STYLE = {
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of the given size in inches, without any global state (no pyplot)."""
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtraError("matplotlib", "plot") from None
-    return Figure(figsize=(width, height), layout="constrained")
+    made: Figure = extra_package("matplotlib.figure", "plot").Figure(figsize=(width, height), layout="constrained")
+    return made
 
 
 @contextmanager

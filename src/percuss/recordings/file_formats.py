@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import HistoryError, MissingExtraError
+from percuss.errors import HistoryError, MissingExtraError, extra_package
 from percuss.recordings.columns import Array, RecordedTable
 from percuss.recordings.separate_process import Found, bounds_of, need, read_apart
 from percuss.recordings.untrusted_files import MOST_NUMBERS, Damaged, plain_mat, too_many, vetted, vetted_hdf5
@@ -83,10 +83,9 @@ def _read(path: Path, kind: str) -> Iterator[None]:
 
 
 def _read_mat(path: Path) -> RecordedTable:
-    try:
-        from scipy.io import loadmat
-    except ImportError:
-        raise MissingExtraError("scipy", "io") from None
+    extra_package("scipy", "io")
+    from scipy.io import loadmat
+
     with _read(path, "MATLAB"):
         data = path.read_bytes()
         version_4 = 0 in data[:4]  # which packs nothing
@@ -149,10 +148,9 @@ def _read_tdms(path: Path) -> RecordedTable:
 
 
 def _read_wav(path: Path) -> RecordedTable:
-    try:
-        from scipy.io import wavfile
-    except ImportError:
-        raise MissingExtraError("scipy", "io") from None
+    extra_package("scipy", "io")
+    from scipy.io import wavfile
+
     with _read(path, "WAV"), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # unknown chunks are of no interest
         rate, data = wavfile.read(path)
@@ -177,10 +175,9 @@ READERS: dict[str, Callable[[Path], RecordedTable]] = {
 
 def netcdf_content(path: Path) -> xarray.Dataset:
     """What a file holds, as it is written: nothing that it says of scales and dates is done to its numbers."""
-    try:
-        import xarray
-    except ImportError:
-        raise MissingExtraError("xarray", "io") from None
+    extra_package("xarray", "io")
+    import xarray
+
     need("h5netcdf")
     told, arrays = read_apart("percuss.recordings.file_formats:read_netcdf", path, {}, bounds_of(path))
     try:

@@ -137,10 +137,8 @@ def analyse(
 
     Parameters
     ----------
-    time
-        Shape (n,), s, strictly increasing; the steps may differ.
-    values
-        Shape (n,), in any unit.
+    time, values
+        Shape (n,), s, strictly increasing, in steps that may differ; and in any unit.
     frequency
         Of the fundamental, Hz; None to find it. The cycles are aligned in either case.
     harmonics

@@ -190,10 +190,9 @@ def read_recording(
     unit
         What 1 in the column stands for, such as "bar" or, for a sensor, "12 MPa"; overrides the heading. In a
         ``.wav`` file 1 is full scale, so there it is the pressure or force at full scale.
-    time_column
-        As `column`, for the time. A column of time without a unit is taken to be in seconds.
-    sample_rate
-        In Hz, or text such as "50 kHz"; then no column of time is used.
+    time_column, sample_rate
+        As `column`, for the time, in seconds where it has no unit; or a rate in Hz, or text such as "50 kHz": then no
+        column of time is used.
     opposing_column
         As `column`, for the same quantity on the opposing face, in the unit of its own heading, or in `unit`.
     start, end

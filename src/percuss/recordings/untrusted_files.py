@@ -14,7 +14,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from percuss.errors import HistoryError, MissingExtraError
+from percuss.errors import HistoryError, MissingExtraError, extra_package
 
 MOST_NUMBERS = 2**25
 """In one file, all its arrays together; as many as the largest file that is read holds of 16 bits each."""
@@ -166,10 +166,9 @@ def vetted(path: Path, most: int = MOST_NUMBERS) -> None:
 def vetted_hdf5(path: Path, most: int) -> None:
     """Refuse a file of HDF5 that would unpack to too much, or whose arrays lie in other files."""
     os.environ["HDF5_PLUGIN_PRELOAD"] = "::"  # no filters but those of the library
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtraError("h5py", "io") from None
+    extra_package("h5py", "io")
+    import h5py
+
     left = [most, _MOST_ARRAYS]
 
     def visit(name: str, item: Any) -> None:  # soft and external links are not visited, here nor by the reader

@@ -11,10 +11,9 @@ if TYPE_CHECKING:
     from percuss.simulate.engine import Progress
     from percuss.simulate.ensemble import Ensemble, EnsembleProgress, simulate_many
     from percuss.simulate.events import STALLS, Event, Events, MotionCycle, SISummary, Summary
-    from percuss.simulate.simulated_motion import EnergyBalance
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.trajectory import Trajectory, run
+    from percuss.simulate.trajectory import EnergyBalance, Trajectory, run
 
 ensure_cache()  # before anything here is compiled
 

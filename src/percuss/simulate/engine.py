@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -15,11 +15,10 @@ from percuss.model import HeldBody, Kept, Load, System
 from percuss.model.body import Body
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
-from percuss.simulate.events import CHATTER, IMPACT, RELEASE, Events, MotionCycle, joined, label_of, unresolved
+from percuss.simulate.events import RELEASE, Events, MotionCycle, joined, label_of, unresolved
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.clock import release_phases
-from percuss.simulate.kernels.motion import follow as follow_compiled
-from percuss.simulate.kernels.motion import place
+from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BAR,
@@ -53,13 +52,16 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
     StartRows,
 )
-from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum, held_table, shifted
+from percuss.simulate.pressed_structure import pressed
+from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
 
 # ---- The numbers of one system as the kernels want them, computed once for all its motions
 
 _EQUAL = 4.0 * np.finfo(float).eps
+_AWAY = 1e-2  # of a radian of the highest mode: how long a structure of several modes is away at least, once let go
+_RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked at again after a release
 
 
 @lru_cache(maxsize=16)
@@ -79,16 +81,43 @@ def table_of(system: System, modes: int) -> MotionTable:
     shared = _without_mean(system.body, load.at, harmonics, modes)
     bar = _copied(shared.bar)
     bar["restitution"], bar["strain"] = -system.contact.velocity_factor, system.contact.strain_factor
-    bar["mean"], bar["pushing"] = load.mean, _longest_push(load)
-    if not system.body.is_free:
-        return held_table(shared._replace(bar=bar), system)
+    bar["bears"], bar["pushing"] = 1.0, _longest_push(load)
+    bar["force"] = float(np.abs(load.values).max()) if load.is_piecewise else abs(load.mean) + shared.bar["force"]
+    wall, waves = load, shared.harmonics
+    if isinstance(system.body, HeldBody):
+        wall = _held(bar, system, modes)
+        waves = waves._replace(load_re=bar["bears"] * waves.load_re, load_im=bar["bears"] * waves.load_im)
+    set_load(bar, load.mean)
     if load.is_piecewise:
-        steps = np.array(load.values)
-        bar["force"] = float(np.abs(load.values).max())
-        releases = np.array(load.breaks)[(steps < 0.0) & (np.roll(steps, 1) >= 0.0)]
-        return shared._replace(bar=bar, breaks=np.array(load.breaks), values=steps, releases=releases)
-    bar["force"] = abs(load.mean) + shared.bar["force"]
-    return shared._replace(bar=bar, releases=_releases(system.body, load.at, harmonics, modes, load.mean))
+        steps, breaks = np.array(wall.values), np.array(load.breaks)
+        releases = breaks[(steps < 0.0) & (np.roll(steps, 1) >= 0.0)]
+        return shared._replace(bar=bar, breaks=breaks, values=np.array(load.values), releases=releases)
+    found = _releases(system.body, load.at, tuple(wall.coefficients.tolist())[1:], modes, wall.mean)
+    return shared._replace(bar=bar, harmonics=waves, releases=found)
+
+
+def set_load(bar: np.void, value: float) -> None:
+    """The constant part of the load, as the kernels set it (`clock.set_load`)."""
+    bar["load"], bar["mean"] = value, 0.0 if bar["held"] else value
+    bar["wall"] = bar["bears"] * value + bar["preload"]
+
+
+def _held(bar: np.void, system: System, modes: int) -> Load:
+    """What the kernels know of a structure, which has no rigid motion; returns the force at the wall that pulls it off.
+
+    Of one mode that is an affine image of the load. Several modes move on while the wall holds their contact: they
+    are not released, and whether they stay on the wall is told by their acceleration.
+    """
+    bar["held"], bar["contact"], bar["pushing"] = 1.0, 0.0, 0.0
+    if not rests(system, modes):
+        bar["bears"] = 0.0
+        return system.load.scaled(0.0)
+    known, wall = system.body.modes(1, system.load.at), wall_load(system, 1)
+    bar["damping"] = known.damping[0]  # of no rigid motion, but by which a chatter ends
+    bar["ripple"], bar["wave"] = _RIPPLE / (1.0 + float(known.omega[0])), half_swing(known)
+    bar["bears"] = np.copysign(1.0, known.gamma[0])
+    bar["preload"] = wall.mean - bar["bears"] * system.load.mean
+    return wall
 
 
 def to_change(table: MotionTable) -> MotionTable:
@@ -201,11 +230,6 @@ def _longest_push(load: Load) -> float:
     if not pulls.size:
         return np.inf
     return float(np.diff(pulls, append=pulls[0] + _SAMPLES.size).max() * _SAMPLES[1])
-
-
-def turns_to_pull(body: Body, load: Load) -> Array:
-    """Phases at which a load that is a Fourier series begins to pull, ascending."""
-    return _releases(body, load.at, tuple(load.coefficients.tolist())[1:], 1, load.mean)
 
 
 @lru_cache(maxsize=1024)
@@ -330,17 +354,10 @@ def begin(spectrum: Spectrum, table: MotionTable, start: Start) -> Snapshot:
     u, v, gap = start.state(spectrum.modes, spectrum.system)
     state = Snapshot.empty(spectrum.modes)
     period, phase, piece = begun(spectrum.system.load, np.array([start.time]))
-    if not spectrum.system.body.is_free and gap == 0.0 and not u[1:].any() and not v.any():
-        gap = -np.finfo(float).tiny  # else the kernels would take it for a bar at rest on the wall
-    starts = begins(
-        shifted(spectrum.system, spectrum.modes, u[None]),
-        v[None],
-        np.array([gap]),
-        phase,
-        period,
-        piece,
-    )
-    place(to_change(table), state.motion, desk_for(table), starts)
+    starts = begins(u[None], v[None], np.array([gap]), phase, period, piece)
+    rules, room = Rules(np.inf, 0.0, 0, False, 0.0, 0, 1), (NO_LOG, NO_LOG, _GOES_ON, np.zeros(1, MEMBER), _NO_TAIL)
+    twin = Snapshot.empty(spectrum.modes).motion
+    follow(to_change(table), starts, _ENDLESS, rules, state.motion, twin, desk_for(table), *room)
     return state
 
 
@@ -361,7 +378,7 @@ ENDS = {
 
 # of a motion that goes on by itself
 _NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
-_GOES_ON, _NO_TAIL = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST)
+_GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST), np.array([[math.inf, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -381,20 +398,6 @@ class Progress:
     impacts: int
     time: float
     fraction: float
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """What a stretch of simulation gave: its events, the states after them, where it stands, and why it ended.
-
-    `wanders`: whether its last impacts do not come near any of the ones before.
-    """
-
-    events: Events
-    states: Array
-    snapshot: Snapshot
-    outcome: str
-    wanders: bool
 
 
 def gathered(
@@ -437,42 +440,6 @@ def gathered(
     return joined(events), states[0] if len(states) == 1 else np.concatenate(states), ended
 
 
-def follow(
-    table: MotionTable,
-    snapshot: Snapshot,
-    stop: Stop,
-    begin_time: float,
-    progress: Callable[[Progress], object] | None = None,
-    skip: int = 0,
-) -> Stretch:
-    """The motion from a snapshot on until the stop rule holds; the snapshot itself is left alone.
-
-    `skip`: impacts that the running sums leave out.
-    """
-    state, modes = snapshot.copy(), table.modes.omega.size
-    room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
-    log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
-    own = to_change(table)
-    motion, twin, desk, count = state.motion, state.copy().motion, desk_for(table), state.count[0]
-    if table.values.size:
-        own.bar["mean"] = table.values[count["piece"]]
-    found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
-    ends = np.array([[math.inf, 0.0] if stop.time is None else clock(begin_time + stop.time)])
-
-    def step() -> tuple[str, bool]:
-        budget = (int(count["work"]) // stride + 1) * stride
-        rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
-        follow_compiled(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
-        code = int(found["ended"][0])
-        return ENDS.get(code, ""), code == BY_WORK
-
-    def gone() -> tuple[int, float]:
-        return state.impacts, state.time - begin_time
-
-    events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
-    return Stretch(events, states, state, outcome, bool(found["wanders"][0]))
-
-
 def events_of(log: npt.NDArray[Any]) -> Events:
     """The kernels' events as columns, in the kernels' units."""
     columns: dict[str, Any] = {name: log[name].copy() for name in ("period", "phase", "resolved", "piece", "port")}
@@ -484,187 +451,6 @@ def events_of(log: npt.NDArray[Any]) -> Events:
         kinetic_energy=log["kinetic"].copy(),
         **columns,
     )
-
-
-# ---- How a structure lies on the wall: its velocities gone, its shape that of the last impact
-#
-# Infinitely many impacts, or one without rebound, take every velocity and leave the shape as it is. The kernels know
-# the rest of a bar, which is undeformed.
-
-
-def laid_down(spectrum: Spectrum, table: MotionTable, before: Snapshot, stretch: Stretch) -> Stretch:
-    """The end of a stretch of simulation, with the shape and the energies of a structure; that of a bar as it is.
-
-    `before`: where the stretch began. Without rebound there is no chatter, whatever the kernels say (`held_table`).
-    """
-    system = spectrum.system
-    if system.body.is_free or stretch.outcome != "rest":
-        return stretch
-    snapshot = stretch.snapshot.copy()
-    events, states, lost = stretch.events, stretch.states, stretch.events.energy_lost.copy()
-    struck = np.flatnonzero(events.code == IMPACT)
-    last, left = (int(struck[-1]), 0.0) if struck.size else (-1, 0.0)
-    if struck.size:
-        left = system.contact.velocity_factor**2 * float(events.kinetic_energy[last])
-    shape = _shape(spectrum, before, stretch, last)
-    taken, states = float(lost[last + 1 :].sum()), states.copy()
-    for i in range(last + 1, len(events)):
-        mean = spectrum.mean(int(events.piece[i]))
-        states[i, :2] = 0.0
-        states[i, 2:] = spectrum.amplitudes(shape, np.zeros_like(shape), float(events.phase[i]), mean).reshape(-1)
-        lost[i] = left if i == last + 1 else 0.0
-    if last + 1 < len(events):
-        snapshot.z[:] = states[-1, 2:].reshape(2, -1)
-        bounded(table.bar, table.modes, snapshot.z, snapshot.now[0])
-    snapshot.sums["taken"][0] += float(lost[last + 1 :].sum()) - taken
-    events = replace(events, energy_lost=lost)
-    if not system.contact.rebounds:
-        kept = events.code != CHATTER
-        events, states = events[kept], states[kept]
-        snapshot.count["chatters"] = snapshot.count["mark_chatters"] = 0
-    return replace(stretch, events=events, states=states, snapshot=snapshot)
-
-
-def _shape(spectrum: Spectrum, before: Snapshot, stretch: Stretch, last: int) -> Array:
-    """u_n in which the structure lies: of one mode told by the gap, of several as it was struck last."""
-    body = spectrum.system.body
-    if spectrum.modes == 1:
-        return np.array([-body.gap, body.gap / float(spectrum.unit[0])])
-    if last >= 0:
-        z, phase, piece = stretch.states[last, 2:], stretch.events.phase[last], stretch.events.piece[last]
-    else:
-        z, phase, piece = before.z, before.now["phase"][0], before.count["piece"][0]
-    shape, _ = spectrum.modal(z.reshape(2, -1), 0.0, 0.0, float(phase), spectrum.mean(int(piece)))
-    return np.asarray(shape)
-
-
-# ---- Rest and release of a structure of one mode: what the kernels, which end its motion at rest, leave to be told
-#
-# The wall holds its contact, so that nothing moves, until the force that it feels (`wall_load`) turns into a pull. The
-# structure then leaves from y = 0 and y' = 0, and is away for certain as long as it is pulled, half a period of its own
-# at most.
-
-_IN_VAIN = 64  # releases without an impact after which a motion is given up
-_FLIGHT = (
-    "gap", "gap_rate", "rigid_rate", "phase", "cosine", "sine", "free", "free_oscillating", "free_curve",
-    "sup", "sup1", "sup2", "sup3",
-)  # fmt: skip
-
-
-def followed(
-    spectrum: Spectrum,
-    table: MotionTable,
-    snapshot: Snapshot,
-    stop: Stop,
-    begin_time: float,
-    progress: Callable[[Progress], object] | None = None,
-    skip: int = 0,
-) -> Stretch:
-    """The motion from a snapshot on until the stop rule holds, as `engine.follow`, over every rest of a structure."""
-    system, modes = spectrum.system, spectrum.modes
-    if system.body.is_free or not rests(system, modes):
-        return laid_down(spectrum, table, snapshot, follow(table, snapshot, stop, begin_time, progress, skip))
-    parts: list[Stretch] = []
-    state, in_vain = snapshot, 0
-    pulls = _pulls(system)
-    while True:
-        part = laid_down(spectrum, table, state, follow(table, state, stop, begin_time, progress, skip))
-        parts.append(part)
-        in_vain = 0 if part.snapshot.impacts > state.impacts else in_vain + 1
-        if part.outcome != "rest":
-            break
-        state = part.snapshot.copy()
-        let_go = _let_go(spectrum, table, pulls, state, stop, begin_time)
-        if isinstance(let_go, str) or in_vain > _IN_VAIN:
-            parts[-1] = replace(part, outcome=let_go if isinstance(let_go, str) else "work")
-            break
-        parts.append(replace(part, events=let_go[0], states=let_go[1]))
-    last = parts[-1]
-    return replace(
-        last, events=joined([part.events for part in parts]), states=np.concatenate([p.states for p in parts])
-    )
-
-
-@dataclass(frozen=True)
-class _Pulls:
-    """The force that the wall feels from a structure at rest: where it begins to pull, and to push; phases."""
-
-    load: Load
-    begin: Array
-    end: Array
-
-    def ahead(self, phase: float) -> float:
-        """Time from a phase until the wall lets go, 0 if it is pulled there; inf if it never does."""
-        wait = np.mod(self.begin - phase, TURN)
-        wait = np.where(TURN - wait <= 4.0 * np.spacing(TURN), 0.0, wait)
-        if not wait.size:
-            return np.inf if float(self.load.value(phase)) >= 0.0 else 0.0
-        held = float(wait.min()) == 0.0 or float(self.load.value(phase)) >= 0.0
-        return float(wait.min()) if held else 0.0
-
-    def lasts(self, phase: float) -> float:
-        """How long it pulls from there on."""
-        left = np.mod(self.end - phase, TURN)
-        return float(left[left > 1e-9].min(initial=np.inf))
-
-
-@lru_cache(maxsize=64)
-def _pulls(system: System) -> _Pulls:
-    load = wall_load(system, 1)
-    if load.is_piecewise:
-        values, breaks = np.array(load.values), np.array(load.breaks)
-        begin = breaks[(values < 0.0) & (np.roll(values, 1) >= 0.0)]
-        return _Pulls(load, begin, breaks[values > 0.0])
-    begin, end = (turns_to_pull(system.body, force) for force in (load, load.scaled(-1.0)))
-    return _Pulls(load, begin, end)
-
-
-def _let_go(
-    spectrum: Spectrum, table: MotionTable, pulls: _Pulls, state: Snapshot, stop: Stop, begin_time: float
-) -> tuple[Events, Array] | str:
-    """The release of a structure at rest, into the state; or how its motion ends before: at rest, or by time."""
-    now, count = state.now[0], state.count[0]
-    period, phase = int(count["period"]), float(now["phase"])
-    wait = pulls.ahead(phase)
-    if wait == np.inf:
-        return "rest"
-    if wait > 0.0:
-        new = float(pulls.begin[int(np.argmin(np.mod(pulls.begin - phase, TURN)))])
-        period, phase = period + (new < phase), new
-    if stop.time is not None:
-        ends = clock(begin_time + stop.time)
-        if (ends[0] - period) * TURN + (ends[1] - phase) <= 0.0:
-            return "time"
-    turns, phases, piece = begun(spectrum.system.load, np.array([phase]))
-    period, phase = period + int(turns[0]), float(phases[0])
-    _set_off(spectrum, table, state, period, phase, int(piece[0]))
-    now["hold"] = min(pulls.lasts(phase), half_swing(spectrum.elastic))
-    row = np.concatenate([[0.0, 0.0], state.z.reshape(-1)])[None, :]
-    none = np.zeros(1)
-    return Events(
-        code=np.array([RELEASE], dtype=np.int8), period=np.array([period]), phase=np.array([phase]),
-        impact_velocity=none, rebound_velocity=none, energy_lost=none, kinetic_energy=none,
-        resolved=np.zeros(1, dtype=np.int64), piece=np.array([int(count["piece"])]), port=np.array([-1]),
-    ), row  # fmt: skip
-
-
-def _set_off(spectrum: Spectrum, table: MotionTable, state: Snapshot, period: int, phase: float, piece: int) -> None:
-    """The structure at its wall and without speed, about to leave; what is kept of its impacts stays."""
-    system, now, count = spectrum.system, state.now[0], state.count[0]
-    gap = system.body.gap if isinstance(system.body, HeldBody) else 0.0
-    shape = np.array([[-gap, gap / float(spectrum.unit[0])]])
-    fresh = Snapshot.empty(1)
-    start = begins(
-        shifted(system, 1, shape), np.zeros((1, 2)), np.zeros(1), np.array([phase]), np.array([period]),
-        np.array([piece]),
-    )  # fmt: skip
-    place(to_change(table), fresh.motion, desk_for(table), start)
-    state.z[:] = fresh.z
-    for name in _FLIGHT:
-        now[name] = fresh.now[name][0]
-    count["period"], count["piece"], count["mode"], count["run"] = period, piece, ON_WALL, 0
-    count["release_period"], count["work"] = period, count["work"] + 1
-    now["last_flight"], now["since"], now["released"], now["last_place"] = -1.0, 0.0, -1.0, 0.0
 
 
 # ---- A motion on its way, and what the stretch simulated last makes of it
@@ -697,23 +483,76 @@ class Clocked:
         return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == RESTING
 
     def followed(
-        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
+        self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None, skip: int = 0
     ) -> dict[str, Any]:
-        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields."""
-        stretch = followed(self.spectrum, self.table, self.snapshot, stop, begin_time, progress)
-        state = stretch.snapshot
+        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields.
+
+        `skip`: impacts that the running sums leave out.
+        """
+        table, state = self.table, self.snapshot.copy()
+        modes, own, count = self.modes, to_change(table), state.count[0]
+        room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
+        log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
+        motion, twin, desk = state.motion, state.copy().motion, desk_for(table)
+        if table.values.size:
+            set_load(own.bar, table.values[count["piece"]])
+        found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
+        ends = _ENDLESS if stop.time is None else np.array([clock(begin_time + stop.time)])
+
+        def step() -> tuple[str, bool]:
+            budget = (int(count["work"]) // stride + 1) * stride
+            rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
+            follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
+            code = int(found["ended"][0])
+            if code == AT_REST and not rests(self.spectrum.system, modes):
+                return self._let_go(own, state, log, ends[0]), False
+            return ENDS.get(code, ""), code == BY_WORK
+
+        def gone() -> tuple[int, float]:
+            return state.impacts, state.time - begin_time
+
+        events, states, outcome = gathered(log, count, step, gone, stop, progress, (_TOO_MANY, False))
         cycle = _cycle(state.count)
-        wanders = not self.spectrum.system.load.is_constant and stretch.wanders
-        end = state.time if stretch.outcome != "time" or stop.time is None else begin_time + stop.time
+        wanders = not self.spectrum.system.load.is_constant and bool(found["wanders"][0])
+        end = state.time if outcome != "time" or stop.time is None else begin_time + stop.time
         return {
-            "events": stretch.events,
-            "states": stretch.states,
+            "events": events,
+            "states": states,
             "snapshot": {name: getattr(state, name) for name in _ARRAYS},
-            "outcome": stretch.outcome,
-            "label": label_of(stretch.outcome, cycle, wanders, unresolved(state.count)),
+            "outcome": outcome,
+            "label": label_of(outcome, cycle, wanders, unresolved(state.count)),
             "cycle": cycle,
             "end_time": max(end, begin_time),
         }
+
+    def _let_go(self, own: MotionTable, state: Snapshot, log: Log, ends: Array) -> str:
+        """A structure of several modes at rest released into the state; or how its motion ends before."""
+        spectrum, now, count = self.spectrum, state.now[0], state.count[0]
+        phase, piece, period = float(now["phase"]), int(count["piece"]), int(count["period"])
+        shape, still = spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))
+        held, left = pressed(spectrum.system, self.modes), (ends[0] - period) * TURN + (ends[1] - phase)
+        wait, piece, modes = held.release(phase, piece, (shape, np.zeros_like(still)), left)
+        if not wait < left:
+            return "rest" if wait == math.inf else "work" if math.isnan(wait) else "time"
+        turns, phase = clock(phase + wait)
+        if own.values.size:
+            set_load(own.bar, own.values[piece])
+        state.z[:] = spectrum.amplitudes(*modes, phase, spectrum.mean(piece))
+        for name, value in (
+            ("gap", 0.0), ("gap_rate", 0.0), ("rigid_rate", 0.0), ("phase", phase), ("cosine", math.cos(phase)),
+            ("sine", math.sin(phase)), ("hold", _AWAY / float(spectrum.omega.max())), ("last_flight", -1.0),
+            ("since", 0.0), ("released", -1.0), ("last_place", 0.0),
+        ):  # fmt: skip
+            now[name] = value
+        bounded(own.bar, own.modes, state.z, now)
+        count["period"], count["piece"], count["mode"], count["run"] = period + turns, piece, ON_WALL, 0
+        count["release_period"], count["work"] = count["period"], count["work"] + 1
+        row = log.events[count["events"]]
+        row.fill(0)
+        row["kind"], row["port"], row["phase"], row["period"], row["piece"] = RELEASE, -1, phase, period + turns, piece
+        log.states[count["events"]] = np.concatenate([[0.0, 0.0], state.z.reshape(-1)])
+        count["events"] += 1
+        return ""
 
 
 def _cycle(count: npt.NDArray[Any]) -> MotionCycle | None:

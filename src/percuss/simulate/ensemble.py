@@ -23,18 +23,16 @@ from percuss.shown import Shown, watched
 from percuss.simulate.engine import (
     ENDS,
     NO_LOG,
+    Clocked,
     Snapshot,
-    begin,
     begins,
     begun,
     clocks,
     desk_for,
-    followed,
-    prepared,
     table_of,
     to_change,
 )
-from percuss.simulate.events import IMPACT, STALLS, MotionCycle, label_of, machine_label
+from percuss.simulate.events import STALLS, MotionCycle, label_of, machine_label
 from percuss.simulate.kernels.motion import follow
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
@@ -49,7 +47,7 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
 )
 from percuss.simulate.kernels.statistics import conclude
-from percuss.simulate.spectrum import shifted, state_of
+from percuss.simulate.spectrum import state_of
 from percuss.simulate.start import Start, Starts
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES, Stop
 from percuss.simulate.trajectory import Trajectory, run
@@ -422,7 +420,6 @@ class _Systems(_Job):
         u, v = self.displacement[window], self.velocity[window]
         if isinstance(system.body, HeldBody):
             u, v = state_of(system.body, system.load.at, self.modes, u, v, self.gaps[window])
-            u = shifted(system, self.modes, u)
         starts = begins(u, v, self.gaps[window], phases, periods, pieces)
         rules = Rules(
             np.inf, 0.0, self.stop.most_impacts, self.stop.periodic, self.stop.tolerance, self.skip, self.budget
@@ -432,21 +429,17 @@ class _Systems(_Job):
             to_change(table), starts, self.ends[window], rules, motion, twin, desk, NO_LOG, NO_LOG,
             self.stopped, self.found[window], self.tail[window],
         )  # fmt: skip
-        if isinstance(system.body, HeldBody) and rests(system, self.modes):
-            for i in np.flatnonzero(self.found["ended"][window] == AT_REST):
-                self._over_rests(system, first + int(i))
+        if not rests(system, self.modes):
+            for i in first + np.flatnonzero(self.found["ended"][window] == AT_REST):
+                self._over_rests(system, int(i))
 
     def _over_rests(self, system: System, i: int) -> None:
-        """A structure that came to rest, from its start on: whether it leaves the wall again is not for the kernels."""
-        if self.stopped[0]:
-            return
-        start, (spectrum, table) = self.columns[i if len(self.columns) > 1 else 0], prepared(system, self.modes)
-        made = followed(
-            spectrum, table, begin(spectrum, table, start), self.stop, start.time,
-            lambda _: bool(self.stopped[0]), self.skip,
-        )  # fmt: skip
-        conclude(made.snapshot.motion, _code(made.outcome), self.found[i])
-        struck = made.events[made.events.code == IMPACT]
+        """A structure of several modes that came to rest, from its start on: when it leaves is not for the kernels."""
+        start = self.columns[i if len(self.columns) > 1 else 0]
+        moved, *_ = Clocked.begun(system, self.modes, start)
+        made = moved.followed(self.stop, start.time, lambda _: bool(self.stopped[0]), self.skip)
+        state, struck = Snapshot(**made["snapshot"]), made["events"].of("impact")
+        conclude(state.motion, _code(made["outcome"]), self.found[i])
         kept = min(self.last, len(struck))
         if kept:
             row = self.tail[i, self.last - kept :]

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,16 +28,17 @@ from percuss.simulate.kernels.motion_records import (
     TURNING,
     VALVE_NOW,
 )
-from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, kept, kept_valve, sound, width
 from percuss.simulate.spectrum import Anchor
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
+    from percuss.simulate.trajectory import Trajectory
     from percuss.simulate.valve import SelfSwitching
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
@@ -116,7 +117,7 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
 # ---- The state that a motion goes on from, looked at before it is given to the kernels: they check no bound themselves
 
 
-def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
+def continued(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
     moved: Clocked | SelfSwitching
     try:
@@ -142,8 +143,6 @@ def continued(motion: SimulatedMotion, stop: Stop, progress: Callable[[Progress]
 
 # ---- A trajectory as an xarray dataset and as a NetCDF file
 
-Kind = TypeVar("Kind", bound=SimulatedMotion)
-
 FORMAT = "percuss trajectory 4"
 _READ = "percuss trajectory 3"  # an older one that is still read
 _OLDER = ("percuss trajectory 1", "percuss trajectory 2")
@@ -166,7 +165,7 @@ _COLUMNS = {
 """Of the event table: types, units and meanings."""
 
 
-def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
+def to_dataset(motion: Trajectory) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
     package = extra_package("xarray", "io")
     units, hammer = _CLOCKED if motion.is_clocked else _OWN, motion.hammer
@@ -210,6 +209,17 @@ def to_dataset(motion: SimulatedMotion) -> xarray.Dataset:
     return dataset.assign_attrs(sha256=digest(dataset))
 
 
+def to_table(motion: Trajectory) -> pandas.DataFrame:
+    """See `Trajectory.to_pandas`."""
+    events = motion.events
+    table: pandas.DataFrame = (
+        extra_package("pandas", "io")
+        .DataFrame({"time": events.time, "kind": events.kind, **events.columns()})
+        .drop(columns="code")
+    )
+    return table.assign(state=np.array(events.states)[events.piece]) if events.states else table
+
+
 def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xarray.Dataset:
     """See `Ensemble.to_xarray`: its columns, each of shape (members,) or (members, last)."""
     package = extra_package("xarray", "io")
@@ -220,12 +230,12 @@ def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xar
     return dataset
 
 
-def write(motion: SimulatedMotion, path: str | os.PathLike[str]) -> None:
+def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
     """Write the file: whole, or not at all."""
     write_dataset(to_dataset(motion), checked_path("path", path))
 
 
-def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
+def motion_from(name: str, dataset: xarray.Dataset, kind: type[Trajectory]) -> Trajectory:
     """The motion in the content of a file of this name."""
     found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
     if found in _OLDER:
@@ -246,7 +256,7 @@ def motion_from(name: str, dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
     raise damaged(name, "its numbers are not the ones that were written")
 
 
-def _from_dataset(dataset: xarray.Dataset, kind: type[Kind]) -> Kind:
+def _from_dataset(dataset: xarray.Dataset, kind: type[Trajectory]) -> Trajectory:
     about = json.loads(dataset.attrs["description"])
     clocked = "system" in dataset.attrs
     hammer = (system_from if clocked else machine_from)(json.loads(dataset.attrs[_DESCRIBED[not clocked]]))

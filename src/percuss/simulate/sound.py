@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,8 +27,10 @@ from percuss.simulate.kernels.motion_records import (
     TURN,
     WINDOW,
 )
-from percuss.simulate.simulated_motion import SimulatedMotion
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES
+
+if TYPE_CHECKING:
+    from percuss.simulate.trajectory import Trajectory
 
 _MOST = 1e100
 """No number of a motion is greater: its square must not overflow."""
@@ -67,7 +69,7 @@ MOST_PERIODS = 2**53
 _ROUNDING = 1e-9
 
 
-def sound(motion: SimulatedMotion, kinds: Mapping[str, str]) -> None:
+def sound(motion: Trajectory, kinds: Mapping[str, str]) -> None:
     """Refuse a motion of which not all can be what a simulation has left; `kinds`: types of the columns of events."""
     modes = count("modes", motion.modes, least=0, most=MAX_MODES)
     true(motion.outcome in OUTCOMES, f"outcome {str(motion.outcome)[:40]!r}")
@@ -109,7 +111,7 @@ def _events(events: Events, kinds: Mapping[str, str], pieces: int, ports: int) -
     true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
 
 
-def _impacts(motion: SimulatedMotion) -> None:
+def _impacts(motion: Trajectory) -> None:
     """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
     contact, events, at = motion.hammer.contact, motion.events, motion.events.code == IMPACT
     beta = contact.velocity_factor
@@ -161,7 +163,7 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 OF_SNAPSHOT = ("z", "cycle", *RECORDS)
 
 
-def kept(motion: SimulatedMotion) -> None:
+def kept(motion: Trajectory) -> None:
     """Refuse a state to go on from that does not agree with the events and states of a motion under a clock."""
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
     for name in OF_SNAPSHOT:
@@ -175,7 +177,8 @@ def kept(motion: SimulatedMotion) -> None:
         numbers(f"engine_{name}", values, values.shape)
     _now(snapshot["now"])
     _counts(snapshot["count"], max(len(system.load.values), 1), motion.impacts, len(motion.events))
-    _remembered(motion)
+    for agrees in (_ends, _anchor, _bounds_of_the_flight, _last_impacts, _compared_with, _sums):
+        agrees(motion)
 
 
 def _now(now: npt.NDArray[Any]) -> None:
@@ -211,28 +214,11 @@ _HELD = 1e-8
 """Time after a graze in which none is looked for."""
 
 
-def _remembered(motion: SimulatedMotion) -> None:
-    _ends(motion)
-    _anchor(motion)
-    _bounds_of_the_flight(motion)
-    _last_impacts(motion)
-    _compared_with(motion)
-    _sums(motion)
-
-
-def _now_of(motion: SimulatedMotion) -> Any:
-    return motion.snapshot["now"][0]
-
-
-def _count_of(motion: SimulatedMotion) -> Any:
-    return motion.snapshot["count"][0]
-
-
 def _same(name: str, found: npt.ArrayLike, kept: npt.ArrayLike) -> None:
     true(np.array_equal(np.asarray(found), np.asarray(kept)), f"{name}, which is not what the events say,")
 
 
-def _ends(motion: SimulatedMotion) -> None:
+def _ends(motion: Trajectory) -> None:
     """After an impact the modes move as fast, all together and at the end, as the event says; theory §2, B77 10."""
     # a bar of few modes that is beyond the wall after a release strikes with no speed, whatever its modes do
     at = (motion.events.code == IMPACT) & (motion.events.impact_velocity > 0.0)
@@ -248,9 +234,9 @@ def _ends(motion: SimulatedMotion) -> None:
     true(np.all(np.abs(kinetic - left) <= 1e-6 * blow + noise**2), "the kinetic energy of a state")
 
 
-def _anchor(motion: SimulatedMotion) -> None:
+def _anchor(motion: Trajectory) -> None:
     """The state after the last event, or at the start; under a load of steps it may be at a later one of them."""
-    now, count, events = _now_of(motion), _count_of(motion), motion.events
+    now, count, events = motion.snapshot["now"][0], motion.snapshot["count"][0], motion.events
     row, phase, period = motion.start.row, motion.start.phase, int(count["period"])
     if len(events):
         row, phase, period = motion.states[-1], float(events.phase[-1]), int(events.period[-1])
@@ -270,13 +256,13 @@ def _anchor(motion: SimulatedMotion) -> None:
         true(now["gap_rate"] in (0.0, events.rebound_velocity[-1]), "the speed of engine_now")
 
 
-def _bounds_of_the_flight(motion: SimulatedMotion) -> None:
+def _bounds_of_the_flight(motion: Trajectory) -> None:
     """What is proved of the flight follows from the amplitudes; and no finite free time is longer than the motion."""
     from percuss.simulate.engine import prepared
     from percuss.simulate.kernels.bounds import bounded  # the compiler
 
     _, table = prepared(motion.system, motion.modes)
-    now = _now_of(motion)
+    now = motion.snapshot["now"][0]
     fresh = np.zeros(1, NOW)[0]
     bounded(table.bar, table.modes, np.ascontiguousarray(motion.snapshot["z"]), fresh)
     bounds = ("sup", "sup1", "sup2", "sup3")
@@ -298,7 +284,7 @@ def _bounds_of_the_flight(motion: SimulatedMotion) -> None:
     within("engine_now", now["kinetic_energy"], 0.0, motion.events.kinetic_energy.max(initial=0.0))
 
 
-def _last_impacts(motion: SimulatedMotion) -> None:
+def _last_impacts(motion: Trajectory) -> None:
     struck, past = motion.events[motion.events.code == IMPACT], motion.snapshot["past"]
     kept = np.zeros_like(past)
     last = np.arange(max(len(struck) - WINDOW, 0), len(struck))
@@ -307,8 +293,8 @@ def _last_impacts(motion: SimulatedMotion) -> None:
     _same("engine_past", past, kept)
 
 
-def _compared_with(motion: SimulatedMotion) -> None:
-    cycle, now, number = motion.snapshot["cycle"], _now_of(motion), int(_count_of(motion)["anchor"])
+def _compared_with(motion: Trajectory) -> None:
+    cycle, now, number = motion.snapshot["cycle"], motion.snapshot["now"][0], int(motion.snapshot["count"]["anchor"][0])
     kept = [now["anchor_phase"], now["anchor_speed"], now["anchor_rigid_rate"]]
     if number == 0:
         _same("engine_cycle", cycle, np.zeros_like(cycle))
@@ -320,9 +306,9 @@ def _compared_with(motion: SimulatedMotion) -> None:
     _same("engine_now", kept, [events.phase[at], events.impact_velocity[at], state[1]])
 
 
-def _sums(motion: SimulatedMotion) -> None:
+def _sums(motion: Trajectory) -> None:
     """No sum is more than that of all events, and none is negative but a load period."""
-    events, sums, now = motion.events, motion.snapshot["sums"], _now_of(motion)
+    events, sums, now = motion.events, motion.snapshot["sums"], motion.snapshot["now"][0]
     struck = events[events.code == IMPACT]
     n, long = float(len(struck)), max(motion.end_time - motion.begin_time, 0.0)
     most: npt.NDArray[Any] = np.zeros(1, SUMS)
@@ -356,7 +342,7 @@ def _between(sums: npt.NDArray[Any], most: npt.NDArray[Any]) -> None:
 # ---- The state that a machine goes on from
 
 
-def kept_valve(motion: SimulatedMotion) -> None:
+def kept_valve(motion: Trajectory) -> None:
     """Refuse a state to go on from whose whole numbers are no places in arrays, or whose arrays have other shapes."""
     from percuss.simulate.valve import ROOM, unmoved  # the compiler
 

@@ -14,7 +14,6 @@ from percuss.mechanics.flow import propagator, series
 from percuss.model import HeldBody, System
 from percuss.model.body import Modes
 from percuss.model.checks import Array, ComplexArray
-from percuss.simulate.kernels.motion_records import MotionTable
 
 # ---- What damping makes of elastic modes: which of them swing, and how fast
 
@@ -213,58 +212,7 @@ def units(modes: Modes) -> Array:
     return np.where(np.abs(modes.at_load) > _NODE, modes.gamma, 1.0 / modes.inertia)
 
 
-# ---- Bodies that are held, in the terms of the kernels, which know a bar that moves as a whole
-#
-# The rigid motion of the kernels has no force, no speed and so no motion here: u_0 = −g for ever. The load reaches the
-# modes alone; the constant part of the load, which would push the bar as a whole, is taken into the place about which
-# the modes swing. Kernels use those places where a motion is put in and where it comes to rest. The first is made up
-# for by a shift of the start (`shifted`). At rest (the wall holds the contact, by complete chatter or an impact without
-# rebound) a structure of several modes goes on to move in ways that no law of impact says: a simulation ends there. One
-# of one mode stands still, and is let go by `held_release`. So that the kernels end both, the load that they see at the
-# wall never pulls. Whether a structure that does not rebound stays at the wall, they then ask its acceleration: they do
-# so for any rebound that is not exactly 0.
-
-_FAINT = 2.0**-400  # what of the steps the rigid motion feels
-_NO_REBOUND = 2.0**-1000
-_RIPPLE = 1e-3  # of a radian of the one mode: how soon it is looked at again after a release
-
-
-def held_table(table: MotionTable, system: System) -> MotionTable:
-    """The table of a structure, from that of its modes; its `bar` is changed."""
-    bar, load, harmonics = table.bar, system.load, table.harmonics
-    bar["mean"], bar["pushing"], bar["force"] = 0.0, np.inf, abs(load.mean) + float(bar["force"])
-    if table.modes.omega.size == 1:
-        bar["damping"] = table.modes.damping[0]  # of no rigid motion, but by which a chatter ends
-        bar["ripple"] = _RIPPLE / (1.0 + float(table.modes.omega[0]))
-    silent = np.zeros_like(harmonics.load_re)
-    quiet = harmonics._replace(load_re=silent, load_im=silent.copy())
-    if not load.is_piecewise:
-        return table._replace(harmonics=quiet)
-    if not system.contact.rebounds:
-        bar["restitution"] = _NO_REBOUND
-    values = np.array(load.values)
-    bar["force"] = float(np.abs(values).max())
-    modes = table.modes._replace(statics=table.modes.statics / _FAINT)
-    steps = _FAINT * (values + _lift(system))
-    return table._replace(modes=modes, harmonics=quiet, breaks=np.array(load.breaks), values=steps)
-
-
-def _lift(system: System) -> float:
-    """What is added to steps so that the kernels see none that pulls."""
-    return 2.0 * float(np.abs(system.load.values).max())
-
-
-def shifted(system: System, modes: int, displacement: Array) -> Array:
-    """u_n of starts as the kernels take them, whose places of rest are others; shape (starts, n)."""
-    if system.body.is_free:
-        return displacement
-    elastic = system.body.modes(modes, system.load.at)
-    still = elastic.gamma / (elastic.omega**2 * units(elastic))
-    by = _lift(system) if system.load.is_piecewise else -system.load.mean
-    found = np.zeros((displacement.shape[0], modes + 1))
-    found[:, : displacement.shape[1]] = displacement[:, : modes + 1]
-    found[:, 1:] += by * still
-    return found
+# ---- Bodies that are held
 
 
 def state_of(body: HeldBody, at: int, modes: int, u: Array, v: Array, gap: Array) -> tuple[Array, Array]:

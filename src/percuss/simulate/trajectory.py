@@ -1,29 +1,82 @@
-"""A simulated motion that can be continued, saved and read again; and `run`, which makes one."""
+"""A simulated motion: what happened, where the bar is at any time, where its energy goes; `run`, which makes one."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import ParameterError, PercussError
 from percuss.model import Machine, System
-from percuss.model.checks import callback, count, instance
-from percuss.shown import watched
-from percuss.simulate.simulated_motion import SimulatedMotion
-from percuss.simulate.start import Start
+from percuss.model.checks import Array, array, callback, choice, count, finite, instance
+from percuss.shown import Shown, watched
+from percuss.simulate.events import (
+    CHATTER,
+    IMPACT,
+    RELEASE,
+    REST,
+    VALVE,
+    Events,
+    MotionCycle,
+    Summary,
+    main_blows,
+    summary_of,
+    unresolved,
+)
+from percuss.simulate.pressed_structure import pressed
+from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels
+from percuss.simulate.start import Start, still
 from percuss.simulate.stop import MAX_MODES, Stop, further
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
-    from percuss.simulate.spectrum import Anchor
-    from percuss.simulate.valve import SelfSwitching
+    from percuss.simulate.valve import Mechanism, SelfSwitching
+
+_TURN = 2.0 * np.pi
+
+Side = Literal["left", "right"]
 
 
 @dataclass(frozen=True)
-class Trajectory(SimulatedMotion):
+class EnergyBalance(Shown):
+    """Energy between two instants; dimensionless, of a machine per unit of mass.
+
+    Attributes
+    ----------
+    input
+        Work of the load; of a machine that of the valve or, with a supply, of the pump, with the constant part of the
+        chamber's force: the rest of the chamber's is `stored`, as ½κu(0)².
+    damping, impacts
+        Taken by damping, and by impacts, chatter and rest.
+    stored
+        Rise of the kinetic and elastic energy of the bar, and of that of a chamber and an accumulator.
+    rests
+        Of `impacts`, what lying down takes, with the end of chatter: motion and strain that the last blow left.
+    """
+
+    input: float
+    damping: float
+    impacts: float
+    stored: float
+    rests: float = 0.0
+
+    @property
+    def imbalance(self) -> float:
+        """Input less damping, impacts and what is stored: 0 but for rounding."""
+        return self.input - self.damping - self.impacts - self.stored
+
+
+@dataclass(frozen=True)
+class Trajectory(Shown):
     """A simulated motion; made by `run`, and by `Trajectory.load` from a file.
 
     Of a system all quantities are dimensionless (theory §1): lengths in bar lengths, times in radians of the load's
@@ -62,6 +115,341 @@ class Trajectory(SimulatedMotion):
         What `continued` goes on from.
     """
 
+    hammer: System | Machine
+    modes: int
+    events: Events
+    states: Array
+    start: Anchor
+    resting: bool
+    snapshot: dict[str, npt.NDArray[Any]]
+    outcome: str
+    label: str
+    cycle: MotionCycle | None
+    stop: Stop
+    begin_time: float
+    end_time: float
+
+    # -- what moved --
+
+    @property
+    def is_clocked(self) -> bool:
+        """Whether a clock drives it, and no valve of its own."""
+        return isinstance(self.hammer, System)
+
+    @property
+    def system(self) -> System:
+        """The system that moved; PercussError when it was a machine."""
+        if not isinstance(self.hammer, System):
+            raise PercussError("a machine that switches its own valve is no system under a clock", "ask for machine")
+        return self.hammer
+
+    @property
+    def machine(self) -> Machine:
+        """The machine that moved; PercussError when it was a system under a clock."""
+        if not isinstance(self.hammer, Machine):
+            raise PercussError("a system under a clock is no machine that switches its own valve", "ask for system")
+        return self.hammer
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """Frequencies and forced response of the modes; of a machine, of its bar without a load."""
+        return Spectrum(still(self.hammer), self.modes)
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The numbers of a machine."""
+        from percuss.simulate.valve import mechanism
+
+        return mechanism(self.machine, self.modes)
+
+    @cached_property
+    def _flights(self) -> ClockedFlights | Mechanism:
+        if isinstance(self.hammer, System):
+            return ClockedFlights(self.spectrum)
+        return self.mechanism
+
+    # -- what happened --
+
+    @property
+    def impacts(self) -> int:
+        """The number of impacts."""
+        return int(np.count_nonzero(self.events.code == IMPACT))
+
+    @property
+    def blow_times(self) -> Array:
+        """When the impacts fall; shape (impacts,)."""
+        return self.events.of("impact").time
+
+    @property
+    def blow_speeds(self) -> Array:
+        """Striking speed of each impact; shape (impacts,)."""
+        return self.events.of("impact").impact_velocity
+
+    @property
+    def blow_energies(self) -> Array:
+        """Kinetic energy just before each impact; shape (impacts,)."""
+        return self.events.of("impact").kinetic_energy
+
+    @property
+    def main_blows(self) -> npt.NDArray[np.bool_]:
+        """Which impacts are main blows: a completed chatter counts once. Shape (impacts,)."""
+        return main_blows(self.events)
+
+    @property
+    def period_unresolved(self) -> bool:
+        """Whether the motion repeats, as it was released twice in the same state, in a time that hangs on rounding."""
+        return self.is_clocked and self.cycle is None and unresolved(self.snapshot["count"]) > 0
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Blow rate, its scatter, energies of a system's motion; in SI besides for one made from SI."""
+        return summary_of(self.system, self.events, self.cycle, over=self.outcome in ("rest", "departed"))
+
+    @property
+    def transient(self) -> int | None:
+        """Impacts before the periodic motion; None when none was found."""
+        return None if self.cycle is None else self.cycle.first
+
+    # -- the state --
+
+    def _anchor(self, i: int) -> Anchor:
+        """The state after event number i; −1 is the start."""
+        if i < 0:
+            return self.start
+        return Anchor(float(self.events.phase[i]), int(self.events.piece[i]), self.states[i])
+
+    @cached_property
+    def lies(self) -> npt.NDArray[np.bool_]:
+        """Whether the bar rests on the wall after the start and each event; a valve may change while it does."""
+        codes = np.concatenate([[REST if self.resting else RELEASE], self.events.code])
+        told = np.where(np.isin(codes, (REST, RELEASE, IMPACT)), np.arange(codes.size), 0)
+        return np.asarray(codes[np.maximum.accumulate(told)] == REST)
+
+    def _last(self, times: Array, side: Side = "right") -> npt.NDArray[np.intp]:
+        """The number of the event that each time follows; −1 is the start."""
+        if times.size and not (self.begin_time <= times.min() and times.max() <= self.end_time):
+            accepted = f"times from {self.begin_time:.6g} to {self.end_time:.6g}"
+            raise ParameterError("t", f"{times.min():.6g} … {times.max():.6g}", accepted, "simulate for longer")
+        return np.searchsorted(self.events.time, times, side=side) - 1
+
+    @cached_property
+    def _modal_states(self) -> tuple[Array, Array]:
+        return self._flights.states(self.states, self.events.phase, self.events.piece)
+
+    @property
+    def displacement(self) -> Array:
+        """u_n after each event, n = 0 … N; shape (events, N+1)."""
+        return self._modal_states[0]
+
+    @property
+    def velocity(self) -> Array:
+        """u_n' after each event, n = 0 … N; shape (events, N+1)."""
+        return self._modal_states[1]
+
+    def modal(self, t: npt.ArrayLike, side: Side = "right") -> ModalMotion:
+        """u_n(t) and u_n'(t), each of shape (N+1, len(t)).
+
+        Parameters
+        ----------
+        t
+            Times from `begin_time` to `end_time`.
+        side
+            At the time of an event: the state after it (``right``) or before it (``left``).
+
+        Raises
+        ------
+        ParameterError
+            For times outside the simulated ones.
+        """
+        choice("side", side, "left", "right")
+        times = array("t", t, -np.inf, np.inf)
+        order = np.argsort(times, kind="stable")
+        ordered = times[order]
+        last = self._last(ordered, side)
+        u, v = np.empty((self.modes + 1, times.size)), np.empty((self.modes + 1, times.size))
+        for i in np.unique(last):
+            here = np.flatnonzero(last == i)
+            part = self._between(int(i), ordered[here])
+            u[:, order[here]], v[:, order[here]] = part.displacement, part.velocity
+        return ModalMotion(u, v)
+
+    def _between(self, i: int, times: Array) -> ModalMotion:
+        nothing = np.zeros((self.modes + 1, times.size))
+        lies = self.lies[i + 1]
+        if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
+            return ModalMotion(nothing, nothing)
+        if lies and self.modes > 1:
+            at = self._anchor(i)
+            periods = self.events.period[i]
+            since = np.maximum((times - periods * _TURN) - at.phase, 0.0)
+            return pressed(self.system, self.modes).after(at.phase, at.piece, (self._at(i), nothing[:, 0]), since)
+        # a structure of one mode rests as it was struck last; infinitely many bounces of less than 1e-9 are none
+        if lies or (i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER):
+            return ModalMotion(self._at(i)[:, None] + nothing, nothing)
+        if i >= 0:
+            periods, phase = self.events.period[i], self.events.phase[i]
+        else:
+            periods, phase = divmod(self.begin_time, _TURN) if self.is_clocked else (0.0, self.begin_time)
+        return self._flights.after(self._anchor(i), np.maximum((times - periods * _TURN) - phase, 0.0))
+
+    def _at(self, i: int) -> Array:
+        at = self._anchor(i)
+        displacement, _ = self._flights.states(at.row[None], np.array([at.phase]), np.array([at.piece]))
+        return np.asarray(displacement[0])
+
+    def state(self, t: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """The number of the state of a machine's valve, or of the step of a load; shape (len(t),)."""
+        times = array("t", t, -np.inf, np.inf)
+        last = self._last(times)
+        if isinstance(self.hammer, Machine):
+            return np.append(self.events.piece, self.start.piece)[last]
+        load = self.hammer.load
+        return np.asarray(load.piece(times) if load.is_piecewise else np.zeros(times.size), dtype=np.int64)
+
+    def _moment(self, t: Array, side: Side = "right") -> Moment:
+        modes, piece = self.modal(t, side), self.state(t)
+        fed = isinstance(self.hammer, Machine) and self.hammer.valve.supply is not None
+        return Moment(t, modes, piece, self._pressure(t, modes, piece) if fed else None)
+
+    def _pressure(self, t: Array, modes: ModalMotion, piece: npt.NDArray[np.int64]) -> Array:
+        last = self._last(t)
+        since = np.maximum(t - np.append(self.events.time, self.begin_time)[last], 0.0)
+        charge = np.append(self.states[:, -1], self.start.row[-1])[last]
+        return self.mechanism.pressure(piece, charge, since, modes.displacement)
+
+    def pressure(self, t: npt.ArrayLike) -> Array:
+        """The pressure of a supply, as a multiple of that for which the forces of the states hold; shape (len(t),).
+
+        Raises
+        ------
+        ParameterError
+            For times outside the simulated ones.
+        PercussError
+            When a pump and an accumulator do not feed it.
+        """
+        if self.machine.valve.supply is None:
+            raise PercussError("the pressure of a machine without a supply does not change", "ask for force")
+        times = array("t", t, -np.inf, np.inf)
+        return self._pressure(times, self.modal(times), self.state(times))
+
+    # -- fields --
+
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
+        return self._shapes(x) @ self.modal(t).displacement
+
+    def bar_velocity(self, x: npt.ArrayLike, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """u_t(x, t); shape (len(x), len(t))."""
+        return self._shapes(x) @ self.modal(t, side).velocity
+
+    def strain(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+        """u_x(x, t), negative in compression; shape (len(x), len(t)). 0 in a bar that rests on the wall.
+
+        The free motion has N modes; the forced one is summed over all of them, so that −s² u_x(0, t) = p(t).
+        """
+        places, times = array("x", x, 0.0, 1.0), array("t", t, -np.inf, np.inf)
+        slopes = self.spectrum.system.body.shapes(places, self.modes).strain * self.spectrum.unit
+        found = slopes @ self.modal(times).displacement[1:]
+        flies = ~self._rests(times)
+        if isinstance(self.hammer, Machine):
+            mean = self.force(times[flies])
+        else:
+            load = self.hammer.load
+            steps = np.asarray(load.values)
+            mean = steps[load.piece(times[flies])] if steps.size else np.full(int(flies.sum()), load.mean)
+        found[:, flies] += self.spectrum.forced_strain_beyond(places, times[flies], mean)
+        return np.asarray(found)
+
+    def gap(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t) = u(1, t): 0 at contact, negative between; shape (len(t),).
+
+        After a release, for the time of one wave and as long as the load pulls, the ripple of a finite number of modes
+        may show above 0.
+        """
+        return np.asarray(self.position(1.0, t)[0])
+
+    def centre(self, t: npt.ArrayLike) -> Array:
+        """Position of the centre of mass, of a bar that is free; shape (len(t),)."""
+        return np.asarray(self.modal(t).displacement[0])
+
+    def force(self, t: npt.ArrayLike) -> Array:
+        """Force on the driven end: the load or, of a machine, p_k − κu(0, t) with that of the chamber; (len(t),)."""
+        return self._flights.force(self._moment(array("t", t, -np.inf, np.inf)))
+
+    def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
+        """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),).
+
+        Of a machine that of its chamber besides, ½κu(0, t)², and of an accumulator, ½cπ².
+        """
+        at = self._moment(array("t", t, -np.inf, np.inf), side)
+        weight = np.append(0.5, 0.5 * self.spectrum.weight)
+        stiffness = 0.5 * self.spectrum.weight * self.spectrum.omega**2
+        bar = weight @ at.modes.velocity**2 + stiffness @ at.modes.displacement[1:] ** 2
+        return np.asarray(bar + self._flights.stored(at))
+
+    def contact_force(self, t: npt.ArrayLike) -> Array:
+        """Force with which a bar that rests presses on the wall, quasi-static p(t), or a structure; 0 elsewhere.
+
+        Shape (len(t),).
+        """
+        times = array("t", t, self.begin_time, self.end_time)
+        if self.spectrum.system.body.is_free:
+            pressing = self.force(times)
+        else:  # what would move the contact
+            spectrum, at = self.spectrum, self.modal(times)
+            moved = [spectrum.unit[:, None] * modes[1:] for modes in (at.displacement, at.velocity)]
+            pull = spectrum.omega**2 @ moved[0] + spectrum.damping @ moved[1]
+            pressing = (spectrum.elastic.gamma.sum() * self.force(times) - pull) / (1.0 / spectrum.inertia).sum()
+        return np.where(self._rests(times), pressing, 0.0)
+
+    def _rests(self, times: Array) -> npt.NDArray[np.bool_]:
+        return self.lies[np.searchsorted(self.events.time, times, side="right")]
+
+    def _shapes(self, x: npt.ArrayLike) -> Array:
+        places = array("x", x, 0.0, 1.0)
+        shapes = self.spectrum.system.body.shapes(places, self.modes).displacement * self.spectrum.unit
+        return np.column_stack([np.ones(places.size), shapes])
+
+    # -- energy --
+
+    def energy_balance(self, first: float | None = None, last: float | None = None) -> EnergyBalance:
+        """The energy that was put in and where it went, between two times (default: the whole motion).
+
+        The work of the drive and of damping are integrated over the closed forms, flight by flight, with Gauss's rule.
+        """
+        begin = self.begin_time if first is None else finite("first", first)
+        end = self.end_time if last is None else finite("last", last)
+        if not self.begin_time <= begin <= end <= self.end_time:
+            accepted = f"two times in order from {self.begin_time:.6g} to {self.end_time:.6g}"
+            raise ParameterError("first, last", f"{begin:.6g}, {end:.6g}", accepted)
+        times, flights = self.events.time, self._flights
+        inside = (times > begin) & (times <= end)
+        edges = np.unique(np.concatenate([[begin], times[inside], flights.breaks(begin, end), [end]]))
+        put_in = lost = 0.0
+        for a, b in pairwise(edges):
+            if b - a <= 1e-14 * max(abs(a), abs(self.end_time - self.begin_time) if not self.is_clocked else 1.0):
+                continue
+            t, w = panels(a, b, *flights.rates)
+            at = self._moment(t)
+            put_in += float(w @ flights.put_in(at))
+            lost += float(w @ flights.lost(at))
+        lost_at = self.events.energy_lost
+        lying = inside & np.isin(self.events.code, (CHATTER, REST))
+        stored = self.energy(np.array([begin, end]))
+        return EnergyBalance(
+            put_in, lost, float(lost_at[inside].sum()), float(stored[1] - stored[0]), float(lost_at[lying].sum())
+        )
+
+    def __str__(self) -> str:
+        count, gone = len(self.events), self.end_time - self.begin_time
+        if not self.is_clocked:
+            changes = int(np.count_nonzero(self.events.code == VALVE))
+            what = f"{self.impacts} impacts and {changes} changes of the valve in {gone:.6g}"
+        else:
+            events = f"{count} event{'s' if count != 1 else ''}"
+            what = f"{self.impacts} impacts, {events} in {gone / _TURN:.6g} load periods"
+        return f"{type(self).__name__} {self.label}: {what}, {self.modes} modes, ended by {self.outcome}"
+
     # -- going on --
 
     def continued(self, stop: Stop | None = None, progress: Callable[[Progress], object] | None = None) -> Trajectory:
@@ -87,6 +475,12 @@ class Trajectory(SimulatedMotion):
         from percuss.simulate.motion_files import to_dataset
 
         return to_dataset(self)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The table of events, a row each: time, kind, and the columns of `Events`; of a machine the valve's state."""
+        from percuss.simulate.motion_files import to_table
+
+        return to_table(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a NetCDF file that `Trajectory.load` reads."""

@@ -27,6 +27,7 @@ from percuss.simulate.engine import (
     to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
+from percuss.simulate.kernels.motion import follow_valve, wanders_valve
 from percuss.simulate.kernels.motion_records import (
     AT_REST,
     BY_IMPACTS,
@@ -54,7 +55,6 @@ from percuss.simulate.kernels.motion_records import (
     Plant,
     Rules,
 )
-from percuss.simulate.kernels.valve_motion import begin_valve, follow_valve, wanders
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -457,11 +457,12 @@ ENDS = {
 
 @dataclass
 class SelfSwitching:
-    """A motion of a machine on its way: the kernels' memory, and what they have recorded so far."""
+    """A motion of a machine on its way: the kernels' memory, what they recorded, and how `follow_valve` begins."""
 
     mechanism: Mechanism
     plant: Plant
     log: Log = NO_LOG
+    begins: int = 0
     tables: dict[int, tuple[MotionTable, ...]] = field(default_factory=dict)
 
     @property
@@ -499,7 +500,7 @@ class SelfSwitching:
         if gap == 0.0 and not v.any() and not u.any():
             count["mode"] = RESTING
         row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
-        begin_valve(plant, start.orders is None, moved.log)
+        moved.begins = 2 if start.orders is None else 1
         anchor = Anchor(start.time, own.piece, np.array(row))
         return moved, anchor, bool(count["mode"] == RESTING)
 
@@ -549,7 +550,7 @@ class SelfSwitching:
             "states": states.copy() if 4 * states.size < self.log.states.size else states,
             "snapshot": kept(self.plant),
             "outcome": outcome_of(ended, stalled),
-            "label": machine_label("in the chamber" if stalled else ended, cycle, bool(wanders(self.plant.controls))),
+            "label": machine_label("in the chamber" if stalled else ended, cycle, self._wanders),
             "cycle": cycle,
             "end_time": max(begin_time + known, last),
         }
@@ -562,16 +563,17 @@ class SelfSwitching:
             if ended or int(count["work"]) < tries * stride or stopped():
                 ended = ended or ("cancelled" if stopped() else "work")
                 break
-        return ended or "work", bool(wanders(self.plant.controls))
+        return ended or "work", self._wanders
 
     def _on(self, stop: Stop, budget: int) -> int:
         """A stretch, with room for all orders that come to wait: how it ended."""
         time = np.inf if stop.time is None else stop.time / self.mechanism.unit
         rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
-        code = follow_valve(self.plant, rules, self.log)
+        code = follow_valve(self.plant, rules, self.log, self.begins)
+        self.begins = 0
         while code in (CROWDED, HANDED):
             self.plant = roomier(self.plant) if code == CROWDED else self._handed()
-            code = follow_valve(self.plant, rules, self.log)
+            code = follow_valve(self.plant, rules, self.log, 0)
         return int(code)
 
     def _handed(self) -> Plant:
@@ -595,6 +597,10 @@ class SelfSwitching:
             self.tables[own.piece] = tuple(map(to_change, own.tables))
         table, alone = self.tables[own.piece]
         return self.plant._replace(table=table, alone=alone, gear=own.gear)
+
+    @property
+    def _wanders(self) -> bool:
+        return bool(wanders_valve(self.plant.controls))
 
     @property
     def cycle(self) -> MotionCycle | None:

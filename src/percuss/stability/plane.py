@@ -17,16 +17,16 @@ from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
 from percuss.model.checks import Array, ComplexArray, count, instance, numbers
-from percuss.model.contact import Result, restitutions
+from percuss.model.contact import restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, blocks, floquet_multipliers
-from percuss.stability.verdict import quadratic_coefficients, schur_quotients
+from percuss.stability.verdict import coefficients_at, schur_quotients
 from percuss.steady import Orbit
 from percuss.steady.forced import Response, forced_response
 from percuss.steady.phases import Arcs, grows, level_at, level_of, phase_condition
 from percuss.steady.states import MAX_PERIODS
-from percuss.steady.trigonometric import harmonic_sums, on_circle
+from percuss.steady.trigonometric import on_circle
 
 _CHUNK = 1 << 15  # cells handled at once: their arrays stay in the cache
 
@@ -165,10 +165,8 @@ def _fill(
 ) -> None:
     """Fill some cells: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
     period, response, arcs = 2.0 * math.pi * periods, forced_response(system), curve.arcs
-    elastic, feeds = response.by_harmonics, system.contact.holds(Result.FEEDBACK)
     beta, mean = system.contact.velocity_factors(restitution[curve.cells]), force[curve.cells]
     level = target[curve.cells] - curve.raised * mean
-    end = elastic.end_shape() if feeds else np.zeros(elastic.k.size, dtype=complex)
     for branch in range(arcs.ends.size - 1):
         low, high = sorted((arcs.velocities[branch], arcs.velocities[branch + 1]))
         index = np.flatnonzero((level > low) & (level <= high) & (mean > 0.0))
@@ -176,14 +174,9 @@ def _fill(
             continue
         look()
         phase = arcs.invert(np.full(index.size, branch), level[index])
-        k = elastic.k
-        ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
-        if not response.is_smooth:
-            slope = response.rigid_acceleration(phase)  # exact where the series would ring
-        sigma, slope = ringing / (mean[index] * period), slope / mean[index]
-        a_0, a_1, a_2 = quadratic_coefficients(system.d, beta[index], period, sigma, slope)
-        first, second = schur_quotients(a_0, a_1, a_2)
-        rows = (on_circle(phase), slope, sigma, a_0, a_1, a_2, first, second)
+        exact = None if response.is_smooth else response.rigid_acceleration(phase)
+        slope, sigma, a = coefficients_at(system, period, phase, mean[index], beta[index], exact)
+        rows = (on_circle(phase), slope, sigma, *a, *schur_quotients(*a))
         places = index + curve.cells.start if isinstance(curve.cells, slice) else curve.cells[index]
         for row, values in zip(out[:, branch], rows, strict=True):
             row[places] = values

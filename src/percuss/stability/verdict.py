@@ -9,12 +9,15 @@ from typing import TypeVar
 import numpy as np
 
 from percuss.mechanics.flow import phi1
+from percuss.model import System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
 from percuss.model.contact import Contact, Result
 from percuss.shown import Shown
 from percuss.stability.multipliers import NEUTRAL, TURNING, Multipliers, floquet_multipliers
 from percuss.steady import Orbit, Reason, TimedOrbit
+from percuss.steady.forced import forced_response
+from percuss.steady.trigonometric import harmonic_sums
 
 # ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
 
@@ -150,6 +153,21 @@ def quadratic_coefficients(d: float, velocity_factor: X, period: float, sigma: X
     return a_0, a_1, a_2
 
 
+def coefficients_at(
+    system: System, period: float, phase: Array, mean: Array, velocity_factor: Array, slope: Array | None
+) -> tuple[Array, Array, tuple[Array, Array, Array]]:
+    """v_f'(φ)/p_0, σ and a_0, a_1, a_2 at impact phases; `slope`: v_f' where its series rings, under steps of the load.
+
+    `mean` over the size of the alternating load, that of the system being 1.
+    """
+    elastic = forced_response(system).by_harmonics
+    k, end = elastic.k, elastic.end_shape()
+    ringing, smooth = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
+    slope = (smooth if slope is None else slope) / mean
+    sigma = ringing / (mean * period) if system.contact.holds(Result.FEEDBACK) else np.zeros_like(phase)
+    return slope, sigma, quadratic_coefficients(system.d, velocity_factor, period, sigma, slope)
+
+
 def schur_quotients(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
     """|a_0/a_2| and |a_1/(a_0 + a_2)| (B77 32); inf where a denominator vanishes."""
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -180,21 +198,19 @@ def _with_force(orbit: Orbit, force: float, other: Reduced | None) -> Reduced:
     slope = (force - system.load.mean - system.d * v_phi) / system.load.mean  # v_f' = p − p_0 − d v_f
     sigma = elastic_feedback(orbit) if system.contact.holds(Result.FEEDBACK) else 0.0
     a = quadratic_coefficients(system.d, system.contact.velocity_factor, orbit.period, sigma, slope)
-    first, second = (float(quotient) for quotient in schur_quotients(*(np.asarray(x) for x in a)))
-    return Reduced(sigma, a, (first, second), _moduli(*a), other)
+    rows = [np.asarray(x) for x in a]
+    (first, second), (largest, least) = (tuple(map(float, found(*rows))) for found in (schur_quotients, moduli_of))
+    return Reduced(sigma, a, (first, second), (largest, least), other)
 
 
-def _moduli(a_0: float, a_1: float, a_2: float) -> tuple[float, float]:
-    """Moduli of the roots of a_2 ξ² + a_1 ξ + a_0, largest first, without cancellation."""
-    if a_2 == 0.0:
-        return (math.inf, abs(a_0 / a_1) if a_1 else math.inf)
-    discriminant = a_1 * a_1 - 4.0 * a_2 * a_0
-    if discriminant < 0.0:
-        modulus = math.sqrt(a_0 / a_2)
-        return (modulus, modulus)
-    big = -0.5 * (a_1 + math.copysign(math.sqrt(discriminant), a_1))
-    first, second = abs(big / a_2), abs(a_0 / big) if big else 0.0
-    return (max(first, second), min(first, second))
+def moduli_of(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
+    """Moduli of the roots of a_2 ξ² + a_1 ξ + a_0, largest first, without cancellation; inf where a_2 vanishes."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inside, pair = a_1 * a_1 - 4.0 * a_2 * a_0, np.sqrt(np.abs(a_0 / a_2))
+        big = -0.5 * (a_1 + np.copysign(np.sqrt(np.maximum(inside, 0.0)), a_1))
+        one, other = np.where(a_2 == 0.0, np.inf, np.abs(big / a_2)), np.where(big == 0.0, 0.0, np.abs(a_0 / big))
+    turning = inside < 0.0
+    return np.where(turning, pair, np.maximum(one, other)), np.where(turning, pair, np.minimum(one, other))
 
 
 # ---- The verdict on an orbit: stable or not, why, and by what margin

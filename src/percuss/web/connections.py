@@ -74,13 +74,7 @@ class Crowd:
 
 
 def neighbourhood(address: str) -> str:
-    """What counts as one address: of IPv6 the network of 64 bits, which one client has all to itself.
-
-    Examples
-    --------
-    >>> neighbourhood("192.168.0.7"), neighbourhood("2001:db8::7")
-    ('192.168.0.7', '2001:db8::')
-    """
+    """What counts as one address: of IPv6 the network of 64 bits, which one client has all to itself."""
     try:
         found = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:

@@ -418,12 +418,6 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) ->
 
     Everything is little endian; the header is padded so that every array begins at a multiple of 8. Numbers beyond
     32 bits become infinite, whole numbers are clipped to 16 bits, truth values are 0 and 1.
-
-    Examples
-    --------
-    >>> data = packed({"title": "x"}, {"t": np.array([0.0, 0.5])})
-    >>> (4 + int.from_bytes(data[:4], "little")) % 8
-    0
     """
     parts: list[bytes] = []
     told: list[dict[str, Any]] = []

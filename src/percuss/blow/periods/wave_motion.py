@@ -510,13 +510,11 @@ def run_by_waves(
 
     Parameters
     ----------
-    system
-        Striker, load and damping. The damping acts on the striker alone, in contact too.
-    target
-        A rigid wall, or a rod with any end. Its own gap is not used: the start has one. A rod on rock or with a free
-        end is fed between blows: when the striker that has gone back turns forward again, and the rod has been without
-        contact for four ways of a wave through it and half a swing of its mass on the rock, it is laid at rest against
-        fresh rock.
+    system, target
+        Striker, load and damping, which acts on the striker alone, in contact too; and a rigid wall, or a rod with any
+        end. Its own gap is not used: the start has one. A rod on rock or with a free end is fed between blows: when the
+        striker that has gone back turns forward again, and the rod has been without contact for four ways of a wave
+        through it and half a swing of its mass on the rock, it is laid at rest against fresh rock.
     start
         Of which the rigid motion is taken; one length of the striker off, at rest, by default.
     stop
@@ -530,10 +528,9 @@ def run_by_waves(
         where it was, with the rock as it was; one with a free end can only be pushed back.
     quiet
         Whether all ringing of the striker is made to end between blows, as the laws b77 and b77-blow assume.
-    cells
-        Cells of the striker, at least; those of a coarser lattice are half as many.
-    estimate
-        Whether to tell, from a lattice with half the cells, how sure a settled motion is.
+    cells, estimate
+        Cells of the striker, at least, and whether to tell, from a lattice with half as many, how sure a settled motion
+        is.
     progress
         Called now and then with a `percuss.simulate.Progress`; the motion ends when it returns something true.
 

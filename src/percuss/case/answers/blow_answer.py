@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -28,20 +29,21 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
-from percuss.errors import CaseError, ParameterError, extra_package
+from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
-from percuss.model.checks import Array, flag, non_negative, positive
+from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
 from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
     from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
+    from percuss.blow.gauges import RecordFit
     from percuss.blow.striking import Field
-    from percuss.case.answers.recorded_answer import MeasuredGauge
     from percuss.case.case import Case
-    from percuss.case.file_format.body_building import BlowQuestion
+    from percuss.case.file_format.target import BlowQuestion
+    from percuss.recordings import Recording
     from percuss.steady import Orbit
 
 
@@ -779,3 +781,189 @@ def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
 
     first = told(peak.compression, peak.compression_place, peak.compression_time)
     return (name, *first, *told(peak.tension, peak.tension_place, peak.tension_time))
+
+
+# ---- A record of a strain gauge, as it lies over the computed force of a blow
+
+
+@dataclass(frozen=True)
+class MeasuredGauge(Shown):
+    """A record of strain, stress or force at a gauge, laid over the computed force there.
+
+    Attributes
+    ----------
+    file
+        Where it was read.
+    quantity
+        "strain", "stress" or "force"; times E A, times A or as it is, it is the force at the gauge.
+    sign
+        1 where compression is positive in the record, −1 where it is negative.
+    shift
+        What is added to the record's time to make it that of the blow, s.
+    zero
+        What the record shows without a force, N in its own sign; it is taken off.
+    scale
+        The factor on the computed force that fits the record best; 1 where they agree.
+    residual
+        Root mean square of measured less computed force in the window, over the greatest computed force.
+    residual_scaled
+        The same with the factor.
+    overlap
+        Share of the blow's window that the record covers.
+    time, force
+        Shape (n,): the record on the clock of the blow, s, and N with compression positive.
+    notes
+        What was assumed, one sentence each.
+    """
+
+    file: str
+    quantity: Literal["strain", "stress", "force"]
+    sign: int
+    shift: float
+    zero: float
+    scale: float
+    residual: float
+    residual_scaled: float
+    overlap: float
+    time: Array = field(repr=False)
+    force: Array = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """The lines of a report."""
+        return (*rows_of(self, MEASURED, Teller(None, True)), *(("note", note) for note in self.notes))
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """Its numbers in plain values, without the series."""
+        return plain_of(self, MEASURED)
+
+
+MEASURED: tuple[Fact[MeasuredGauge], ...] = (
+    Fact("file", "record", "the record", "", "file",
+         lambda one, _: f"{one.file}, {one.quantity}, compression {'positive' if one.sign > 0 else 'negative'}"),
+    *figures("""
+quantity | `"strain"`, `"stress"` or `"force"`
+sign | 1 if compression is positive in the record, −1 if it is negative
+"""),
+    Fact("shift", "clock", "what is added to the record's time to make it that of the blow, in s", "", "shift",
+         lambda one, _: f"{quantity(one.shift, 's', 5)} added to the time of the record"),
+    Fact("zero", "zero", "what the record shows without a force, in N in its own sign; it is taken off", "", "zero",
+         "{zero:force} taken off"),
+    Fact("scale", "scale", "the factor on the computed force that fits the record best", "", "scale",
+         "the record is {scale} times the computed force"),
+    Fact("residual", "residual",
+         "root mean square of measured less computed force in the window, over the greatest computed force", "",
+         "residual", "{residual:percent} of the computed peak (rms); {residual_scaled:percent} after scaling"),
+    Fact("residual_scaled", "", "the same with the factor `scale`", "", "residual_scaled"),
+    Fact("overlap", "overlap", "share of the window that the record covers", "", "overlap",
+         "the record covers {overlap:percent} of the window"),
+    Fact("notes", "", "a list of texts: what was assumed", "", "notes"),
+)  # fmt: skip
+"""How a record fits a blow."""
+
+
+_SIGNS = {"auto": None, "positive": 1, "negative": -1}
+_FEW_SAMPLES = 10
+"""Samples while a wave runs through the striker and back, below which the record says little of its shape."""
+_PARTLY = 0.5
+_UNLIKE = 0.15
+"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
+
+
+def measured_gauge(
+    answer: BlowAnswer,
+    path: str | os.PathLike[str],
+    *,
+    column: str | int | None = None,
+    unit: str | None = None,
+    sample_rate: float | str | None = None,
+    sign: Literal["auto", "positive", "negative"] = "auto",
+) -> MeasuredGauge:
+    """Lay a measured record over the computed force at the gauge of a blow.
+
+    Parameters
+    ----------
+    answer
+        What `blow_answer` gives, of a case in SI with a rod.
+    path, column, unit, sample_rate
+        As `percuss.recordings.read_recording` has them; strain, stress or force.
+    sign
+        How the record writes compression: "positive", "negative", or "auto" for the one that fits better.
+
+    Raises
+    ------
+    HistoryError
+        When the record cannot be read, is constant, or nothing in it resembles the computed force.
+    ParameterError
+        For a dimensionless case, for a wall, and where the area of the rod at the gauge is not known.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from percuss.case import blow_answer, load_case
+    >>> answer = blow_answer(load_case("laboratory-striker"))
+    >>> time = np.arange(0.0, answer.blow.until, 1e-6)
+    >>> force = answer.waves.incident.at(time) + answer.waves.reflected.at(time)
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "gauge.csv")
+    ...     _ = file.write_text("t [s],force [N]\\n" + "".join(f"{t},{-1.02 * f}\\n" for t, f in zip(time, force)))
+    ...     found = measured_gauge(answer, file)
+    >>> found.sign, round(found.scale, 2)
+    (-1, 1.02)
+    """
+    from percuss.blow.gauges import fitted_record
+    from percuss.recordings import read_recording
+
+    instance("answer", answer, BlowAnswer)
+    choice("sign", sign, *_SIGNS)
+    waves = answer.waves
+    if waves is None:
+        remedy = "the target is a wall: give the case a [tool]"
+        raise ParameterError("measured", "a record", "a blow on a rod", remedy)
+    if not answer.is_si:
+        remedy = "describe the bar and the rod by their sizes, in [bar] and [tool]"
+        raise ParameterError("measured", "a record", "a case in SI: the case is dimensionless", remedy)
+    record = read_recording(path, column=column, unit=unit, sample_rate=sample_rate, sensor="gauge")
+    force = record.values * _force_of_one(answer, record)
+    try:
+        fit = fitted_record(waves, answer.blow.until, record.time, force, sign=_SIGNS[sign])
+    except ParameterError as error:
+        raise HistoryError(f"expected {error.accepted}", error.remedy, str(record.path)) from None
+    kind: Any = "stress" if record.quantity == "pressure" else record.quantity
+    found = (fit.sign, fit.shift, fit.zero, fit.scale, fit.residual, fit.residual_scaled, fit.overlap)
+    notes = (*record.notes, *_record_notes(answer, record, fit, sign == "auto"))
+    series = record.time + fit.shift, fit.sign * (force - fit.zero)
+    return MeasuredGauge(str(record.path), kind, *found, *series, notes)
+
+
+def _force_of_one(answer: BlowAnswer, record: Recording) -> float:
+    """The force in N, compression positive, that 1 in the record stands for."""
+    if record.quantity == "force":
+        return 1.0
+    # the section of the rod under the gauge; of two that meet there, the later one, as for the waves
+    place, pieces = answer.gauge, answer.pieces[1]
+    piece = next((p for p in pieces if place is not None and place < p.end), pieces[-1] if pieces else None)
+    if piece is None:
+        remedy = "give the rod sections with area and youngs_modulus in [tool], or a record of force"
+        raise ParameterError("measured", record.quantity, "a rod whose area at the gauge is known", remedy)
+    return piece.area * (piece.youngs_modulus if record.quantity == "strain" else 1.0)  # N = E A ε
+
+
+def _record_notes(answer: BlowAnswer, record: Recording, fit: RecordFit, chosen: bool) -> list[str]:
+    from percuss.blow.bodies import striker_sections
+
+    found = []
+    if chosen:
+        which = "positive" if fit.sign > 0 else "negative"
+        found.append(f"compression is taken as {which} in the record, which fits better")
+    there_and_back = 2.0 * float(striker_sections(answer.blow.striker).transit.sum())
+    seen = there_and_back / float(np.median(np.diff(record.time)))
+    if seen < _FEW_SAMPLES:
+        found.append(f"only {number(seen, 2)} samples while a wave runs through the striker and back: sample faster")
+    if fit.overlap < _PARTLY:
+        found.append(f"the record covers only {percent(fit.overlap)} of the window: compare with a shorter --until")
+    if fit.residual_scaled > _UNLIKE:
+        found.append("the shapes differ: check the place of the gauge, the sections and the window")
+    return found

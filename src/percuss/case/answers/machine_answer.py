@@ -43,6 +43,7 @@ from percuss.steady.self_excited import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, CycleCurve
+    from percuss.case.answers.steady_answer import CaseReach
     from percuss.case.case import Case
     from percuss.model import Machine
     from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
@@ -65,6 +66,8 @@ class MachineAnswer(Shown):
         The same of a rigid piston.
     notes
         What was assumed, one sentence each.
+    reach
+        How far parameters may move before the cycle is lost (`percuss.case.reach_answer`); None unless asked for.
     """
 
     name: str
@@ -72,6 +75,7 @@ class MachineAnswer(Shown):
     motion: SelfExcited
     rigid: SelfExcited
     notes: tuple[str, ...] = ()
+    reach: tuple[CaseReach, ...] | None = None
 
     @cached_property
     def margins(self) -> ValveMargins | None:
@@ -169,6 +173,7 @@ class MachineAnswer(Shown):
             "rigid": None if other is None else _cycle_dict(other),
             "rigid_si": None if other is None else figures_in_si(self.machine, other.cycle),
             "warnings": list(self.warnings),
+            **({} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}),
         }
 
 
@@ -563,6 +568,9 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections.append(ReportSection("Margins (rigid piston)", tuple(rows_of(answer, MARGINS, tell))))
     if answer.sensitivities:
         sections.append(_sensitivity_grid(answer))
+    if answer.reach is not None:
+        reach = [(row.label, row.words) for row in answer.reach] or [("reach", "no stable motion to follow")]
+        sections.append(ReportSection("How far parameters may move", tuple(reach)))
     if answer.blank is not None:
         sections.append(ReportSection("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
     return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))

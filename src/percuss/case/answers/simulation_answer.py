@@ -25,7 +25,6 @@ from percuss.case.answers.numerals import counted, json_number, number, numbers,
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, positive
-from percuss.model.system import rests
 from percuss.shown import Shown
 from percuss.simulate import Stop, Trajectory
 from percuss.stability import orbit_multipliers
@@ -376,8 +375,6 @@ def label_in_words(motion: Trajectory) -> str:
         pull = "the load" if system.body.is_free else "the force of load and spring"
         periods = "one load period" if numbers == "1" else f"{numbers} load periods"
         return f"{who} settles on a cycle of {periods}: it {how}, until {pull} pulls it off"
-    if name == "rest" and not rests(system, motion.modes):
-        return "The wall stops the contact, and the structure goes on in ways that are not simulated"
     if name == "rest":
         return f"{who} comes to rest on the wall and stays there"
     if name == "departed":

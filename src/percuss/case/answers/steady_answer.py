@@ -207,6 +207,11 @@ _WHERE = {
     "corner": "where the {blow} meets a step of the load and is no longer stable",
     "grazing_touch": "where the {bar} touches the wall between two {blow}s",
     "grazing_impact_dies": "where the {blow} has no speed left",
+    "order_lost": "where two events of the valve exchange their order",
+    "port_not_reached": "where the piston turns at a port and no longer reaches it",
+    "turning_at_port": "where the piston turns at another port",
+    "pressure_gone": "where the pressure falls to 0",
+    "stall": "where the cycle comes to a standstill",
     "sticking": "where the {bar} would rest on the wall after {blow_}",
     "load_stops_pushing": "where the load stops pushing",
     "parameter_end": "beyond which there is no such {system}",
@@ -225,7 +230,8 @@ def _end_in_words(end: ReachEnd, unit: str, name: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
         return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
-    names = _HAMMER if end.orbit.system.body.is_free else _STRUCTURE
+    machine = getattr(end.motion, "machine", None)  # of a cycle of a machine that switches its own valve
+    names = _HAMMER if machine is not None or end.orbit.system.body.is_free else _STRUCTURE
     return f"{number(end.value)}{unit}, {_WHERE.get(end.kind.value, end.kind.words).format(**names)}{then}"
 
 
@@ -233,7 +239,7 @@ def _end_dict(end: ReachEnd) -> dict[str, Any]:
     return {
         "type": end.kind.value,
         "value": json_number(end.value),
-        "phase": json_number(end.orbit.phase),
+        "phase": None if hasattr(end.motion, "machine") else json_number(end.orbit.phase),
         "beyond": end.beyond,
         "then": end.then,
     }

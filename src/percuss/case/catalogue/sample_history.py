@@ -29,38 +29,8 @@ def write_sample_history(
 ) -> None:
     """Write a CSV file with the columns "time [s]" and "pressure [MPa]"; the same arguments give the same bytes.
 
-    Parameters
-    ----------
-    path
-        The file to write; an existing one is replaced.
-    pressure_coefficients
-        In Pa, p(t) = Re Σ p_k exp(ikt); the first is the mean.
-    frequency
-        Of the fundamental, Hz.
-    cycles
-        Whole cycles in the file.
-    sample_rate
-        Hz.
-    noise
-        Standard deviation of white noise, as a fraction of the rms of the alternating part.
-    jitter
-        Standard deviation of the length of a cycle, as a fraction of the period.
-    drift
-        Change of the mean from the first to the last sample, as a fraction of the same rms.
-    seed
-        Of the random numbers.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sample.csv")
-    ...     write_sample_history(file, pressure_coefficients=[8e6, 4e6], frequency=60.0)
-    ...     print(*file.read_text().splitlines()[1:4], sep="\\n")
-    # 40 cycles at 60 Hz, sampled at 50000 Hz, noise 2 %, jitter 0.3 %, drift 2 %, seed 1977
-    time [s],pressure [MPa]
-    0.00000,...
+    The coefficients are in Pa, frequencies in Hz; noise and drift (of the mean, from end to end) are fractions of the
+    rms of the alternating part, jitter is one of the period.
     """
     coefficients = np.asarray(pressure_coefficients, dtype=complex)
     # PCG64's raw integers are the same everywhere and for ever; numpy may change how it makes normal numbers of them

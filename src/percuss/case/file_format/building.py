@@ -9,208 +9,227 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel
 
-from percuss.case.file_format.body_building import (
-    NO_BIT,
-    BlowQuestion,
-    blow_question,
-    check_beside,
-    held_body,
+from percuss.case.file_format.bodies import (
+    COLUMNS,
+    BodyTable,
+    SystemTable,
+    columns_of,
     plain_body,
-    plain_target,
-    rock_of,
+    plain_damping,
     sized_body,
-    sized_target,
 )
-from percuss.case.file_format.load_building import ReadHistory, history_load, load_of, pressure_of, valve_of
-from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
+from percuss.case.file_format.contact import check_body, contact_of, law_of, restitution_of, timed_law
+from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, valve_of
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
-from percuss.case.file_format.schema import ContactTable, PhysicalCase, SystemTable
+from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
-from percuss.case.file_format.values import FROM_THE_BLOW
-from percuss.errors import CaseError, ParameterError
-from percuss.model import Contact, Kept, Load, Machine, Reversed, SizedBody, System, UniformBar, Valve
-from percuss.model.body import Body
-from percuss.model.contact import LAWS, Timed
-from percuss.units import si
+from percuss.case.file_format.target import NO_BIT, BlowQuestion, blow_question, rock_of, sized_target
+from percuss.case.file_format.values import above_zero, given_in, keyed
+from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
+from percuss.model import (
+    Bar,
+    Contact,
+    HeldBody,
+    Load,
+    Machine,
+    ModalBody,
+    Mounted,
+    SizedBody,
+    System,
+    Valve,
+)
+from percuss.model.body import Body, SizedModes, SizedMounted
+from percuss.model.contact import Timed
 
 if TYPE_CHECKING:
-    from percuss.blow import EffectiveBlow, Rod, Wall
+    from percuss.blow import Rod, Wall
     from percuss.case.file_format.plain_form import PlainCase
+    from percuss.model.checks import Array
+    from percuss.recordings.history import HistoryReport
+    from percuss.recordings.recording import Recording
 
 
-# ---- From the tables [contact] and [system] of a case to the law of the contact, as far as no blow is resolved for it
+# ---- A load from a recorded history that a case names, with every refusal translated to its key
 
 
-def contact_of(table: ContactTable | SystemTable, bar: SizedBody | None, tool: bool) -> Contact | None:
-    """The law of the contact; None where it depends on a bar that could not be made, or on the blow.
+class ReadHistory(NamedTuple):
+    """The load of a recorded history, what was assumed in reading it, and its samples: times (s) and the force."""
 
-    `tool` tells whether the case says what the bar strikes.
+    load: Load
+    notes: tuple[str, ...]
+    time: Array
+    force: Array
+
+
+def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
+    """The load of a recorded history.
+
+    Its file is looked for in `folder`, that of the case file.
     """
-    area = getattr(table, "receiving_area", None)
-    if area is not None and table.restitution is not None:
-        raise ParameterError("receiving_area", area, "either restitution or receiving_area, not both")
-    _check_law(table, tool or area is not None)
-    if table.law == "b77-blow" or table.restitution == FROM_THE_BLOW:
-        return None
-    law = law_of(table, bar)
-    if area is not None:
-        receiving = si(area, "area", "receiving_area")
-        return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
-    if table.restitution is None:
-        remedy = f'that of the blow on the tool is restitution = "{FROM_THE_BLOW}"' if tool else ""
-        raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area", remedy)
-    assert not isinstance(table.restitution, str)
-    return law(table.restitution)
+    try:
+        recording, force = _recorded(table, file, folder)
+        frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
+        load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
+        if (counted := getattr(table, "force_scale", None)) is not None:  # of the dimensionless form
+            load = load.scaled(1.0 / above_zero("force_scale", counted, "force"))
+        if recording.opposing is not None:  # a limit of one channel hides in the difference of both
+            load = replace(load, report=_with_clipping(load.report, table, recording))
+        return ReadHistory(load.acting_at(table.at), recording.notes, recording.time, force)
+    except (ParameterError, HistoryError, OSError, ValueError) as error:
+        raise _refused(error, table, file) from error
 
 
-def law_of(table: ContactTable | SystemTable, bar: SizedBody | None) -> type[Contact]:
-    """The law that the table names; else B77's, but in SI what the waves in a uniform bar do."""
-    if table.strain is not None:
-        return LAWS[table.strain]
-    uniform = isinstance(table, ContactTable) and (bar is None or bar.kind == UniformBar.kind)
-    return Reversed if uniform else Kept
+def _with_clipping(report: HistoryReport | None, table: HistoryLoad, recording: Recording) -> HistoryReport | None:
+    """The report, with what is to say of either channel by itself."""
+    from percuss.recordings.history import clipped_share, clipping
+
+    if report is None or recording.opposing is None:
+        return report
+    first = "the first channel" if table.column is None else f"column {table.column}"
+    channels = ((first, recording.values), (f"column {table.opposing_column}", recording.opposing))
+    said = [text for name, values in channels for text in clipping(clipped_share(values), f" of {name}")]
+    return replace(report, warnings=(*report.warnings, *said))
 
 
-def check_body(table: ContactTable | SystemTable, law: type[Contact], body: Body) -> None:
-    """Refuse a body that the laws of the table do not hold for."""
-    law(0.0).check(body)
-    if table.law == "b77-tau" and not body.is_harmonic:
-        remedy = 'take law = "b77-blow", which holds for any bar'
-        raise ParameterError("law", table.law, "a uniform bar for the law b77-tau", remedy)
+def _refused(error: Exception, table: HistoryLoad, file: str) -> CaseError:
+    """The refusal of a recording, with its key."""
+    if isinstance(error, CaseError):
+        return error
+    if isinstance(error, ParameterError):
+        return from_parameter(error, file, "load", table.model_dump(by_alias=True))
+    if isinstance(error, HistoryError):
+        return CaseError(file, "load.file", table.file, error.message, error.remedy)
+    return CaseError(file, "load.file", table.file, f"cannot be read: {error}")  # as a path with a null character
 
 
-def _check_law(table: ContactTable | SystemTable, target: bool) -> None:
-    """Refuse a law of the blow that lacks what it is made of; `target` tells whether the case says what is struck."""
-    given = table.restitution
-    if table.advance is not None and table.law in (None, "b77"):
-        remedy = 'take it away, or write law = "b77-tau" or "b77-blow"'
-        raise ParameterError("advance", table.advance, "a law that knows the duration of the blow beside it", remedy)
-    if table.law == "b77-blow" and given not in (None, FROM_THE_BLOW):
-        accepted = "no number beside the law b77-blow, which takes it from the blow"
-        remedy = f'write restitution = "{FROM_THE_BLOW}", or take law = "b77" for a number'
-        raise ParameterError("restitution", given, accepted, remedy)
-    if not target and (table.law == "b77-blow" or given == FROM_THE_BLOW):
-        key, remedy = ("law" if table.law == "b77-blow" else "restitution"), 'a rigid wall is kind = "wall" in [tool]'
-        raise ParameterError(key, getattr(table, key), "a table [tool] that says what the bar strikes", remedy)
+def _recorded(table: HistoryLoad, file: str, folder: Path) -> tuple[Recording, Array]:
+    """The recording that a case names, and the force on the bar."""
+    from percuss.recordings.recording import read_recording  # only histories need it
 
-
-# ---- The contact of a case by one blow resolved by waves: its restitution, its duration, how far the tool moves on
-
-_SPENT = 1e-9
-"""A restitution that is as good as 0: the bar has given its momentum away."""
-
-_FORWARD = (
-    "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
-    "steps that on an endless tool never end: make the tool "
-    "thicker or the bar thinner, or give a number from 0 to 1"
-)
-
-
-def blow_of(question: BlowQuestion) -> EffectiveBlow:
-    """The blow of a bar on its tool, without a load; one that was computed before is remembered.
-
-    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
-    ends with `until`, where that is given.
-    """
-    from percuss.blow import effective_blow
-
-    rock = getattr(question.target, "rock", None)
-    velocity = 1.0 if rock is None or rock.gap == 0.0 else question.velocity
-    if not isinstance(velocity, float):
-        remedy = 'for example velocity = "10 m/s"; without the gap one blow serves all speeds'
-        accepted = "a velocity in [blow] beside the gap of [rock], as the blow depends on its speed"
-        raise ParameterError("restitution", None, accepted, remedy)
-    found = effective_blow(question.striker, question.target, velocity, until=question.until)
-    if not found.contacts:
-        remedy = "check the gap of [tool] and until in [blow]"
-        raise ParameterError("restitution", None, "a blow of a bar that reaches the tool", remedy)
-    return found
-
-
-def restitution_of(question: BlowQuestion) -> float:
-    """The restitution of a blow as B77's law takes it."""
-    from percuss.blow import BlowOutcome
-
-    blow = blow_of(question)
-    if abs(blow.restitution) <= _SPENT:
-        return 0.0
-    usual = 0.0 <= blow.restitution <= 1.0
-    if not usual and blow.outcome is BlowOutcome.STILL_IN_CONTACT and question.until is None:
-        accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
-        raise ParameterError("restitution", None, accepted, _FORWARD)
-    if blow.outcome in (BlowOutcome.STILL_IN_CONTACT, BlowOutcome.GAP_CLOSING):
-        accepted = f"a blow that is over; {blow.outcome.value}"
-        raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
-    if not usual:
-        accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
-        raise ParameterError("restitution", None, accepted, _FORWARD)
-    return blow.restitution
-
-
-def blow_note(blow: EffectiveBlow, question: BlowQuestion) -> str:
-    """What is to be known of a restitution that is that of a blow, one sentence."""
-    several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
-    share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
-    text = f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
-    rock = getattr(question.target, "rock", None)
-    if rock is None or rock.gap == 0.0:
-        return text
-    return f"{text}; it is that of the velocity in [blow], as the gap in front of the rock makes it depend on the speed"
-
-
-def law_note(table: ContactTable | SystemTable | None) -> str:
-    """Where a law of blows that take time counts and where it does not, one sentence; "" without one."""
-    if table is None or table.law in (None, "b77"):
-        return ""
-    return (
-        f"law {table.law}: steady motions have its phases and multipliers beside those of B77's impact; simulations, "
-        "maps and boundaries have B77's impact with the same restitution"
+    path = folder / table.file
+    if not path.exists():
+        raise CaseError(file, "load.file", table.file, f"no such file as {path}", _other_recordings(path))
+    if path.is_dir():
+        raise CaseError(file, "load.file", table.file, f"{path} is a directory", _other_recordings(path / "x"))
+    rate = None if table.sample_rate is None else above_zero("sample_rate", table.sample_rate, "frequency")
+    recording = read_recording(
+        path,
+        column=table.column,
+        unit=table.unit,
+        time_column=table.time_column,
+        sample_rate=rate,
+        opposing_column=table.opposing_column,
+        start=table.start,
+        end=table.end,
     )
+    return recording, _recorded_force(table, recording, file)
 
 
-def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
-    """The law of a blow that takes time, as the table names it; None for B77's."""
-    if table.law == "b77-tau":
-        advance = table.advance or "kept"
-        if advance == "residual penetration":
-            raise ParameterError("advance", advance, '"kept" or "pushed back" beside the law b77-tau', _LAW_OF_ROCK)
-        return Timed.of_uniform_bar(system.s, system.restitution, advance)
-    if table.law != "b77-blow":
-        return None
-    blow = blow_of(question)
-    if blow.duration is None or blow.centroid is None:
-        accepted = f"a contact that ends; here {blow.outcome.value}"
-        raise ParameterError("law", table.law, accepted, _FORWARD)
-    time = 1.0 if system.bar is None else system.time_scale
-    law = Timed(
-        restitution_of(question),
-        blow.duration / time,
-        min(blow.centroid, blow.duration) / time,
-        ringing_share=min(blow.ringing, 1.0),
-        contacts=blow.contacts,
-    )
-    return replace(law, advance_per_impulse=_advance(table, question.target, blow) / time / law.impulse(1.0, 0.0))
+def _recorded_force(table: HistoryLoad, recording: Recording, file: str) -> Array:
+    """The force on the bar: of the one face, less that of the opposing one."""
+    force = recording.values * _area(table.area, "area", recording.quantity, file)
+    if recording.opposing is not None:
+        return force - recording.opposing * _area(table.opposing_area, "opposing_area", recording.quantity, file)
+    if table.opposing_area is not None:
+        remedy = "name the column of the pressure that acts on it: opposing_column"
+        raise CaseError(file, "load.opposing_area", table.opposing_area, "there is no opposing pressure", remedy)
+    return force
 
 
-_LAW_OF_ROCK = 'the penetration is known to law = "b77-blow"'
+def _area(given: str | None, name: str, quantity: str, file: str) -> float:
+    """In m² for a pressure; 1 for a force, which takes none."""
+    if quantity == "pressure":
+        if given is None:
+            remedy = f'give it as {name} = "6.5 cm^2"; or name another column or unit when the values are forces'
+            raise CaseError(file, f"load.{name}", None, "a recorded pressure needs the area that it acts on", remedy)
+        return above_zero(name, given, "area")
+    if given is not None:
+        remedy = f"leave {name} out, or name the column or unit of a pressure"
+        raise CaseError(file, f"load.{name}", given, "the recorded values are forces, which need no area", remedy)
+    return 1.0
 
 
-def _advance(table: ContactTable | SystemTable, target: Rod | Wall, blow: EffectiveBlow) -> float:
-    """Advance of the tool per speed of the bar, in the unit of time of the blow."""
-    from percuss.blow import Wall
+def _other_recordings(path: Path) -> str:
+    """A remedy that names the recordings lying where one was looked for."""
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.suffix.lower() != ".toml"]
+    except OSError:
+        return "the path is taken from the folder of the case file"
+    return did_you_mean(path.name, names) or "the path is taken from the folder of the case file"
 
-    end = "wall" if isinstance(target, Wall) else target.end
-    usual = {"rock": "residual penetration", "infinite": "kept"}.get(end, "pushed back")
-    advance = table.advance or usual
-    if advance not in (usual, "pushed back"):
-        where = {"wall": "a wall", "rock": "a rod on rock", "infinite": "an endless rod"}
-        accepted = f'"{usual}"' if usual == "pushed back" else f'"{usual}" or "pushed back"'
-        raise ParameterError("advance", advance, f"{accepted} of {where.get(end, f'a rod with a {end} end')}")
-    return 0.0 if advance == "pushed back" else blow.advance
+
+# ---- From the table [body] of a case to the structure that it describes
+
+_OF_STRUCTURE = {"gap": "length", "spring": "stiffness", "dashpot": "dashpot"}
+_OF_KIND = {"modes": ("file", *COLUMNS), "mounted": ("spring", "dashpot", "mass")}
+
+
+_MODEL = {"delta": "damping", "stiffness": "spring", "rigid_mass": "mass"}
+"""What the model calls the keys of a structure."""
+
+
+def held_body(table: BodyTable, tables: PlainCase | PhysicalCase, folder: Path) -> HeldBody | SizedBody:
+    """The structure of a case."""
+    for kind, names in _OF_KIND.items():
+        for name in names:
+            if kind != table.kind and getattr(table, name) is not None:
+                raise ParameterError(name, getattr(table, name), f'nothing: it belongs to kind = "{kind}"')
+    si_case = isinstance(tables, PhysicalCase)
+    for name in ("gap", "spring", "dashpot"):
+        if si_case and isinstance(given := getattr(table, name), float | int):
+            accepted = f"text with a number and a unit of {_OF_STRUCTURE[name]} in a case in SI"
+            raise ParameterError(name, given, accepted)
+    own = {"gap": 0.0, "dashpot": 0.0} | given_in(table)
+    if table.kind == "modes":
+        columns = columns_of(table, folder)
+        with keyed(keys=_MODEL):
+            return (SizedModes if si_case else ModalBody)(**columns, gap=own["gap"])
+    if "spring" not in own:
+        raise ParameterError("spring", None, "the spring of a body that is mounted")
+    if isinstance(tables, PhysicalCase):
+        bar = sized_body(tables.bar) if "bar" in tables.model_fields_set else None
+        if bar is not None and not isinstance(bar, Bar):
+            raise ParameterError("kind", table.kind, "a bar of one section in [bar]")
+        if (bar is None) == (table.mass is None):
+            wanted = "either a mass or a table [bar], not both"
+            wanted = wanted if bar else 'a mass with its unit, for example "5 kg", or a table [bar]'
+            raise ParameterError("mass", table.mass, wanted)
+        with keyed(keys=_MODEL):
+            return SizedMounted(own["spring"], own["dashpot"], bar, own.get("mass", 1.0), own["gap"])
+    if table.mass is not None:
+        raise ParameterError("mass", table.mass, "no mass: it is 1 in a dimensionless case")
+    s = tables.system.s
+    with_s = {} if s is None else {"s": s, "damping": plain_damping(tables.system)}
+    with keyed(keys=_MODEL):
+        return Mounted(own["spring"], own["dashpot"], gap=own["gap"], **with_s)  # type: ignore[arg-type]
+
+
+def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | None:
+    """The table, key and words of what does not go with [body]; None for nothing."""
+    table = tables.body
+    assert table is not None
+    for name in ("tool", "rock", "blow"):
+        if getattr(tables, name, None) is not None:
+            return name, "", "no such table beside [body]: its contact is with a rigid wall"
+    for key, only in (("law", "b77"), ("strain", "kept")):
+        if tables.struck is not None and getattr(tables.struck, key) not in (None, only):
+            return tables.struck_name, key, f'only "{only}" beside [body]'
+    if tables.load is not None and tables.load.kind == "valve":
+        return "load", "kind", "a load that keeps time beside [body]"
+    if tables.load is not None and tables.load.at:
+        return "load", "at", "0 beside [body]: its table says where the load acts"
+    if not isinstance(tables, PhysicalCase):
+        unfit = {"s", "d", "damping"} if table.kind == "modes" or tables.system.s is None else set()
+        unfit |= {"impedances", "transit_times"}
+        for name in sorted(unfit & tables.system.model_fields_set):
+            return "system", name, "no such key beside this [body]"
+    elif table.kind == "modes" and "bar" in tables.model_fields_set:
+        return "bar", "", "no table [bar] beside a table of modes"
+    return None
 
 
 # ---- From the tables of a case to the objects of the model, with every refusal translated to its key
@@ -287,6 +306,8 @@ class Parts:
             assert isinstance(tables, PhysicalCase)
             self._target_in_si(tables, striker)
         else:
+            from percuss.case.file_format.plain_form import plain_target
+
             self.target = self._try("tool", tables.tool, lambda table: plain_target(table, striker))
         if self.target is not None:
             self.blow = self._try("blow", tables.blow, lambda table: blow_question(table, striker, self.target))
@@ -298,7 +319,8 @@ class Parts:
             accepted = "expected a table [tool] beside it: what the bar strikes, with the rock at its end"
             self._problems.append(CaseError(self._file, "rock", None, accepted, NO_BIT))
         if len(self._problems) == before:
-            make = partial(sized_target, rock=rock, contact=tables.contact, bar=bar)
+            area = None if tables.contact is None else tables.contact.receiving_area
+            make = partial(sized_target, rock=rock, receiving_area=area, bar=bar)
             self.target = self._try("tool", tables.tool, make)
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:

@@ -13,7 +13,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from percuss.case.file_format import body_tables, load_tables, schema
+from percuss.case.file_format import bodies, contact, loads, start_and_simulation, target
 from percuss.case.file_format.plain_form import plain_form
 from percuss.case.file_format.values import CaseTable, Kind, hints_of
 from percuss.errors import ParameterError
@@ -21,34 +21,34 @@ from percuss.errors import ParameterError
 _LOADS: dict[str, type[CaseTable]] = {
     f"load.{get_args(load.model_fields['kind'].annotation)[0]}": load
     for load in (
-        load_tables.HarmonicLoad,
-        load_tables.SquareLoad,
-        load_tables.StepsLoad,
-        load_tables.FourierLoad,
-        load_tables.HistoryLoad,
-        load_tables.ValveLoad,
+        loads.HarmonicLoad,
+        loads.SquareLoad,
+        loads.StepsLoad,
+        loads.FourierLoad,
+        loads.HistoryLoad,
+        loads.ValveLoad,
     )
 }
-_STRUCK: dict[str, type[CaseTable]] = {"tool": body_tables.ToolTable, "blow": body_tables.BlowTable}
+_STRUCK: dict[str, type[CaseTable]] = {"tool": target.ToolTable, "blow": target.BlowTable}
 
 TABLES: dict[str, type[CaseTable]] = {
-    "bar": schema.BarTable,
-    "bar.sections": body_tables.SectionTable,
-    "damping": body_tables.DampingTable,
-    "body": body_tables.BodyTable,
-    "contact": schema.ContactTable,
+    "bar": bodies.BarTable,
+    "bar.sections": bodies.SectionTable,
+    "damping": bodies.DampingTable,
+    "body": bodies.BodyTable,
+    "contact": contact.ContactTable,
     **_LOADS,
-    "load.ports": load_tables.PortTable,
-    "load.chamber": load_tables.ChamberTable,
-    "load.states": load_tables.AreasTable,
-    "load.cushion": load_tables.CushionTable,
-    "load.supply": load_tables.SupplyTable,
+    "load.ports": loads.PortTable,
+    "load.chamber": loads.ChamberTable,
+    "load.states": loads.AreasTable,
+    "load.cushion": loads.CushionTable,
+    "load.supply": loads.SupplyTable,
     **_STRUCK,
-    "tool.sections": body_tables.ToolSectionTable,
-    "rock": body_tables.RockTable,
-    "start": schema.StartTable,
-    "simulation": schema.SimulationTable,
-    "system": schema.SystemTable,
+    "tool.sections": target.ToolSectionTable,
+    "rock": target.RockTable,
+    "start": start_and_simulation.StartTable,
+    "simulation": start_and_simulation.SimulationTable,
+    "system": bodies.SystemTable,
     **{f"plain.{name}": plain_form(table) for name, table in (_STRUCK | _LOADS).items()},
 }
 """The tables by their place in a case file; those of dimensionless cases that differ begin with ``plain``."""

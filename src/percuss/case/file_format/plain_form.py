@@ -5,10 +5,19 @@ from __future__ import annotations
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
-from percuss.case.file_format.body_tables import BlowTable, BodyTable, ToolTable
-from percuss.case.file_format.load_tables import AnyLoad, HistoryLoad
-from percuss.case.file_format.schema import SimulationTable, StartTable, StruckCase, SystemTable
+from percuss.case.file_format.bodies import BodyTable, SystemTable
+from percuss.case.file_format.loads import AnyLoad, HistoryLoad
+from percuss.case.file_format.schema import StruckCase
+from percuss.case.file_format.start_and_simulation import SimulationTable, StartTable
+from percuss.case.file_format.target import BlowTable, ToolTable
 from percuss.case.file_format.values import CaseTable, Force, Kind, PlainNumber, hints_of
+from percuss.errors import ParameterError
+from percuss.model import SteppedBar
+from percuss.model.body import Body
+from percuss.model.checks import positive
+
+if TYPE_CHECKING:
+    from percuss.blow import Rod, Wall
 
 
 class PlainTool(CaseTable):
@@ -24,6 +33,23 @@ class PlainTool(CaseTable):
     gap: PlainNumber | None = None
     """Distance between the striking end and the struck face when the blow begins, in bar lengths. Allowed: 0 or
     greater. When left out: 0."""
+
+
+def plain_target(tool: PlainTool | None, body: Body) -> Rod | Wall:
+    """What a dimensionless body strikes; without a table [tool] a rigid wall."""
+    from percuss.blow import Rod, Wall
+
+    if tool is None:
+        return Wall()
+    gap = 0.0 if tool.gap is None else tool.gap
+    if tool.kind == "wall":
+        if tool.impedance is not None:
+            raise ParameterError("impedance", tool.impedance, "no impedance of a wall", 'a rod has kind = "rod"')
+        return Wall(gap)
+    if tool.impedance is None:
+        raise ParameterError("impedance", None, 'the impedance of the endless rod, or kind = "wall"')
+    own = float(body.sections.impedance[-1]) if isinstance(body, SteppedBar) else body.s
+    return Rod.of_impedance(positive("impedance", tool.impedance) * own, gap=gap)
 
 
 class PlainHistoryLoad(HistoryLoad):

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from percuss.case.case import Case
-from percuss.case.file_format.body_building import damping_table, modes_in
-from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.bodies import damping_table, modes_in
+from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.file_format.reading import case_form, checked_tables
 from percuss.case.file_format.schema import PhysicalCase, missing_tables
 from percuss.errors import CaseError
@@ -25,14 +25,7 @@ MAX_HARMONICS = 1024
 
 
 def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_HARMONICS) -> Case:
-    """The case that tables describe, as JSON has them; keys without a value (null) are taken as not given.
-
-    Examples
-    --------
-    >>> load = {"kind": "harmonic", "mean": 0.9, "amplitude": 1.0}
-    >>> case_of({"system": {"s": 20, "d": 0.0048, "restitution": 0.6}, "load": load}).is_si
-    False
-    """
+    """The case that tables describe, as JSON has them; keys without a value (null) are taken as not given."""
     given = _given(tables)
     load, body = given.get("load"), given.get("body")
     if isinstance(body, dict) and "file" in body:
@@ -99,14 +92,7 @@ def fourier_table(load: Load) -> dict[str, Any]:
 
 
 def system_table(hammer: System | Machine) -> dict[str, Any]:
-    """The table [system] of a system or a machine.
-
-    Examples
-    --------
-    >>> from percuss.model import Kept, Load, Ratio, System, UniformBar
-    >>> system_table(System(UniformBar(20.0, Ratio(0.001)), Load.harmonic(0.9, 1.0), Kept(0.6)))
-    {'s': 20.0, 'restitution': 0.6, 'damping': {'kind': 'ratio', 'value': 0.001}}
-    """
+    """The table [system] of a system or a machine."""
     body, law, contact = hammer.body, hammer.body.damping, hammer.contact
     table: dict[str, Any] = {"s": body.s, "restitution": contact.restitution}
     if isinstance(body, SteppedBar):

@@ -111,13 +111,7 @@ Step = str | int
 
 
 def value_at(tables: Any, key: str) -> Any:
-    """What stands under a key; None where there is nothing.
-
-    Examples
-    --------
-    >>> value_at({"bar": {"sections": [{"length": "120 mm"}]}}, "bar.sections[0].length")
-    '120 mm'
-    """
+    """What stands under a key; None where there is nothing."""
     for step in _steps(key):
         if isinstance(step, int):
             tables = tables[step] if isinstance(tables, list | tuple) and step < len(tables) else None
@@ -127,13 +121,7 @@ def value_at(tables: Any, key: str) -> Any:
 
 
 def with_value(tables: Any, key: str, value: Any) -> Any:
-    """A copy of the tables with another value under a key; None takes the key away.
-
-    Examples
-    --------
-    >>> with_value({"system": {"s": 5.0, "impedances": [2.0, 1.0]}}, "system.impedances[1]", 3.0)
-    {'system': {'s': 5.0, 'impedances': [2.0, 3.0]}}
-    """
+    """A copy of the tables with another value under a key; None takes the key away."""
     return _replaced(tables, _steps(key), value)
 
 
@@ -406,16 +394,6 @@ def toml_text(tables: Mapping[str, Any]) -> str:
     """TOML text that parses back to the same tables (numbers to the last bit).
 
     Plain values come first, then one ``[table]`` for every mapping; mappings in them stand in one line.
-
-    Examples
-    --------
-    >>> print(toml_text({"title": "B77", "system": {"s": 20.0, "d": 0.0048, "restitution": 0.6}}), end="")
-    title = "B77"
-    <BLANKLINE>
-    [system]
-    s = 20.0
-    d = 0.0048
-    restitution = 0.6
     """
     lines = [f"{_toml_key(name)} = {_value(value)}" for name, value in tables.items() if not isinstance(value, Mapping)]
     for name, table in tables.items():

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from percuss.case.file_format.schema import SimulationTable, StartTable
+from percuss.case.file_format.values import CaseTable, NumberOrLength, NumberOrTime, NumberOrVelocity, Numbers
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Machine, System
 from percuss.model.checks import count
@@ -16,6 +16,49 @@ from percuss.units import si
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop
     from percuss.steady import Orbit
+
+
+class StartTable(CaseTable):
+    """Where a simulation starts: rigid, modal, on a steady motion, or drawn; in SI with units, or in plain numbers."""
+
+    position: NumberOrLength | None = None
+    """Rigid: position of the bar. With `orbit`, added to that motion, and 0 unless given. Allowed: 0 (on the wall) or
+    less. When left out: −1, and 0 with a load of the kind `"valve"`."""
+    velocity: NumberOrVelocity | None = None
+    """Rigid: velocity of the bar, positive toward the wall. With `orbit`, added to that motion. When left out: 0."""
+    time: NumberOrTime | None = None
+    """Load phase at the start, in radians; not allowed with `orbit`, and for a valve, which starts at 0. When left out:
+    0."""
+    modal_displacement: Numbers | None = None
+    r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. With `orbit`, added to that
+    motion. When left out: 0."""
+    modal_velocity: Numbers | None = None
+    r"""Modal: $u_0', u_1', \dots$. With `orbit`, added to that motion. When left out: 0."""
+    orbit: int | None = None
+    """Just after the impact of this steady motion, numbered as `percuss steady` does. Allowed: 1 or greater."""
+    periods: int | None = None
+    """With `orbit`: load periods per impact of that motion. Allowed: 1 or greater. When left out: 1."""
+    random: Literal["rigid", "still", "ringing"] | None = None
+    """A random start: undeformed, undeformed and at rest, or with ringing modes."""
+    seed: int | None = None
+    """With `random`; the same seed gives the same start. Allowed: 0 or greater. When left out: 0."""
+
+
+class SimulationTable(CaseTable):
+    """How a simulation is made and when it ends; times with a unit, or in radians of the load's fundamental."""
+
+    modes: int | None = None
+    """Elastic modes; 0 is a rigid bar. Allowed: 0 to 4096. When left out: 32."""
+    impacts: int | None = None
+    """End after this many impacts. Allowed: 0 to 1e9. When left out: 2000, or a million with `time`."""
+    time: NumberOrTime | None = None
+    """End after this time from the start, in radians, or in the unit of time that a dimensionless valve has. Allowed:
+    greater than 0. When left out: `impacts` decides."""
+    periodic: bool | None = None
+    """Whether to end when a periodic motion is found. When left out: true."""
+    tolerance: float | None = None
+    """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
+
 
 DEFAULT_MODES = 32
 """Elastic modes of a simulation that asks for no number of them."""

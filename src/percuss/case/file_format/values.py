@@ -189,6 +189,15 @@ def _restitution(value: Any, info: ValidationInfo) -> Any:
     raise ParameterError(info.field_name or "restitution", value, f'{accepted}, or "{FROM_THE_BLOW}"', remedy)
 
 
+Strain = Literal["kept", "reversed"]
+"""The contact laws by what they do to the strain."""
+
+Law = Literal["b77", "b77-tau", "b77-blow"]
+"""The laws of a blow: what is known of its restitution, its duration and its advance."""
+
+Advance = Literal["kept", "pushed back", "residual penetration"]
+"""How far the face of the tool is from one blow to the next."""
+
 Length = Annotated[str, _quantity_of("length")]
 Area = Annotated[str, _quantity_of("area")]
 Frequency = Annotated[str, _quantity_of("frequency")]

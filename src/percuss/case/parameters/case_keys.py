@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.file_format.body_tables import SectionTable
-from percuss.case.file_format.load_tables import HistoryLoad, ValveLoad
+from percuss.case.file_format.bodies import SectionTable
+from percuss.case.file_format.loads import HistoryLoad, ValveLoad
 from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
@@ -241,13 +241,7 @@ def _numbers_of(section: SectionTable, last: bool) -> list[str]:
 
 
 def with_generic_places(keys: Iterable[str]) -> list[str]:
-    """The keys with those that differ only by a place in a list told once.
-
-    Examples
-    --------
-    >>> with_generic_places(["bar.density", "bar.sections[0].length", "bar.sections[1].length"])
-    ['bar.density', 'bar.sections[i].length']
-    """
+    """The keys with those that differ only by a place in a list told once."""
     return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", key) for key in keys))
 
 

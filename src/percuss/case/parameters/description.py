@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
 from percuss.case.answers.numerals import json_number as number
 from percuss.case.answers.numerals import numbers, plain
-from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_keys import (

@@ -27,13 +27,7 @@ _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\
 
 
 def parsed_quantity(given: Any) -> tuple[float | None, str]:
-    """Number and unit of a value of a case; None where there is no number.
-
-    Examples
-    --------
-    >>> parsed_quantity("341 mm"), parsed_quantity(0.2)
-    ((341.0, 'mm'), (0.2, ''))
-    """
+    """Number and unit of a value of a case; None where there is no number."""
     if isinstance(given, int | float) and not isinstance(given, bool):
         return float(given), ""
     match = _QUANTITY.fullmatch(given) if isinstance(given, str) else None
@@ -41,13 +35,7 @@ def parsed_quantity(given: Any) -> tuple[float | None, str]:
 
 
 def like(given: Any, value: float) -> Any:
-    """The value as it would stand in place of what is given: with its unit, or as a plain number.
-
-    Examples
-    --------
-    >>> like("341 mm", 300.0), like(0.2, 0.3), like({"kind": "ratio", "value": 0.001}, 0.002)
-    ('300.0 mm', 0.3, {'kind': 'ratio', 'value': 0.002})
-    """
+    """The value as it would stand in place of what is given: with its unit, or as a plain number."""
     if isinstance(given, dict):
         return {**given, "value": like(given.get("value"), value)}
     if isinstance(given, str):
@@ -210,13 +198,6 @@ def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Ca
 
     What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
     its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> moved = placed(load_case("mini-breaker"), {"load_factor": 0.5, "bar.length": 300.0})
-    >>> moved.tables.bar.length, round(moved.system().load.load_factor, 12)
-    ('300.0 mm', 0.5)
     """
     case = without_files(case)
     tables = json_tables(case)

@@ -38,14 +38,6 @@ def uploaded_history(
 
     The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
     or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
-
-    Examples
-    --------
-    >>> import math
-    >>> rows = [f"{t / 1000},{5 + 9 * math.cos(0.3 * t)}" for t in range(1000)]
-    >>> text = "time [s],force [kN]\\n" + "\\n".join(rows)
-    >>> uploaded_history(text.encode(), "mine.csv", {})["load"]["kind"]
-    'fourier'
     """
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:

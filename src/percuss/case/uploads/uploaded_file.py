@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from percuss.case.answers.numerals import plain
-from percuss.case.file_format.load_building import history_load
-from percuss.case.file_format.load_tables import HistoryLoad
+from percuss.case.file_format.building import history_load
+from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.file_format.plain_form import PlainHistoryLoad
 from percuss.case.file_format.plain_tables import fourier_table
 from percuss.case.file_format.reading import from_validation, raise_all

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # ---- What an image of basins carries out: the starts of a plane, each followed by itself
 
-Line = Axis | tuple[str, float, float, int] | tuple[str, Sequence[float]]
+Line = Axis | str | tuple[str, float, float, int] | tuple[str, Sequence[float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +93,11 @@ def basins_job(
 
 
 def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
+    line = Axis.parsed(line) if isinstance(line, str) else line
     if not isinstance(line, Axis):
         if not isinstance(line, tuple | list) or len(line) not in (2, 4) or not isinstance(line[0], str):
-            raise ParameterError(axis, line, "(name, first, last, number), (name, values) or an Axis")
+            accepted = "text (time=0:6.2:32), (name, first, last, number), (name, values) or an Axis"
+            raise ParameterError(axis, line, accepted)
         line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], numbers(line[0], line[1]))
     if line.unit:
         remedy = "divide by a scale of the system: length_scale, speed_scale or time_scale"
@@ -187,9 +189,10 @@ def basins(
     system
         What moves, dimensionless: a system whose load keeps time, or a machine that switches its own valve.
     x, y
-        The axes: ``(name, first, last, number)``, ``(name, values)`` or an `Axis` without a unit; dimensionless. Names
-        are ``position`` (of the striking end, the wall is at 0), ``velocity``, ``time`` (load phase in radians), and
-        the modal amplitudes ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, …; a machine has no load phase.
+        The axes: text such as ``"time=0:6.2:32"``, ``(name, first, last, number)``, ``(name, values)`` or an `Axis`
+        without a unit; dimensionless. Names are ``position`` (of the striking end, the wall is at 0), ``velocity``,
+        ``time`` (load phase in radians), and the modal amplitudes ``u_1``, ``u_2``, …, ``v_1``, ``v_2``, …; a machine
+        has no load phase.
     at
         The same for all starts, by name; 0 where nothing is said. Of a machine also ``state``, that of the valve by its
         name: its own starting state where nothing is said.

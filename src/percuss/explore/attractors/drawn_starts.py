@@ -129,17 +129,8 @@ def named(what: System | Machine, distribution: str, number: int, seed: int = 0,
     that leaves has a velocity below 0. Every column of every `BLOCK` rows has a stream of its own, spawned from the
     seed by numpy's `SeedSequence`.
 
-    They are `number` rows from row `first` on of the endless table of the seed. ParameterError for an unknown name, for
-    ``wall`` with a load that does not push, and for starts on the wall of a machine whose states all push alike: they
-    have no scale.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
-    >>> starts = named(system, "gentle", 1000, seed=1)
-    >>> len(starts), bool((starts.velocity < 0.0).all()), bool((starts.gap == 0.0).all())
-    (1000, True, True)
+    They are `number` rows from row `first` on of the endless table of the seed. ParameterError for ``wall`` with a load
+    that does not push, and for starts on the wall of a machine whose states all push alike: they have no scale.
     """
     from percuss.simulate import Starts
 
@@ -282,7 +273,15 @@ def table_of(source: Any, states: tuple[str, ...] = ()) -> tuple[str, dict[str, 
         why = "" if not path.exists() else "it is not a regular file"
         raise ParameterError("distribution", str(source), accepted, why or "there is no such file")
     other = {".npz": _npz, ".nc": _netcdf}.get(path.suffix.lower())
-    return str(path), _text(path, states) if other is None else other(path)
+    if other is None:
+        return str(path), _text(path, states)
+    try:
+        return str(path), other(path)
+    except (Interrupted, MissingExtraError):
+        raise
+    except Exception as error:  # a damaged file raises whatever it happens to hit
+        accepted = f"a {path.suffix.lower()} file of numbers"
+        raise ParameterError("distribution", str(path), accepted, str(error)[:200]) from None
 
 
 def table_starts(body: Body, at: int, file: str, columns: dict[str, Array], third: str = "time") -> Starts:
@@ -360,29 +359,18 @@ def _text(path: Path, states: tuple[str, ...]) -> dict[str, Array]:
 
 
 def _npz(path: Path) -> dict[str, Array]:
-    try:
-        with np.load(path, allow_pickle=False) as content:
-            return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
-    except Exception as error:  # a damaged file raises whatever it happens to hit
-        raise ParameterError("distribution", str(path), "an .npz file of numbers", str(error)[:200]) from None
+    with np.load(path, allow_pickle=False) as content:
+        return {name.lower(): np.asarray(content[name], dtype=float).reshape(-1) for name in content.files}
 
 
 def _netcdf(path: Path) -> dict[str, Array]:
     xarray = extra_package("xarray", "io")
-    try:
-        with path.open("rb") as file:
-            classic = file.read(3) == b"CDF"  # read by Python itself
-        content = xarray.load_dataset(path, decode_cf=False) if classic else netcdf_content(path)
-        content = xarray.decode_cf(content, decode_times=False)
-        names = [str(name) for name in content.variables if str(name) not in content.indexes]
-        return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
-    except (Interrupted, MissingExtraError):
-        raise
-    except Exception as error:  # as above
-        raise ParameterError("distribution", str(path), "a NetCDF file of numbers", str(error)[:200]) from None
-
-
-# -- a plane ----------------------------------------------------------------------------------------------------------
+    with path.open("rb") as file:
+        classic = file.read(3) == b"CDF"  # read by Python itself
+    content = xarray.load_dataset(path, decode_cf=False) if classic else netcdf_content(path)
+    content = xarray.decode_cf(content, decode_times=False)
+    names = [str(name) for name in content.variables if str(name) not in content.indexes]
+    return {name.lower(): np.asarray(content[name].values, dtype=float).reshape(-1) for name in names}
 
 
 def mode_of(name: str) -> int:

@@ -188,21 +188,7 @@ CONFIDENCE = 0.95
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """Wilson's interval of a probability, from counts; (0, 1) when nothing was tried.
 
-    It never leaves [0, 1] and has its confidence, nearly, at 0 and at all successes too.
-
-    Raises
-    ------
-    ParameterError
-        For counts below 0, more successes than trials, or a confidence outside (0, 1).
-
-    References
-    ----------
     E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212, doi:10.1080/01621459.1927.10502953.
-
-    Examples
-    --------
-    >>> [round(x, 5) for x in wilson(8, 10)]
-    [0.49016, 0.94332]
     """
     n, k = count("trials", trials, least=0), count("successes", successes, least=0)
     c = finite("confidence", confidence)

@@ -19,13 +19,12 @@ from percuss.explore.boundary_curves.crossings import (
     FLIP,
     GRAZING,
     SPIRAL,
-    BoundaryCrossing,
     exact_crossings,
     grazings,
     reduced_crossings,
 )
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line
+from percuss.explore.boundary_curves.plane_lines import FOLD, BoundaryCrossing, Line
 from percuss.explore.family import Axis, Family, family_of
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.parameters import PARAMETERS, PERIODS
@@ -39,14 +38,10 @@ from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
-FOLD = "fold"
-
 KINDS = (FOLD, FLIP, SPIRAL, GRAZING)
 """What can happen on a branch of steady motions."""
 
 CRITERIA = ("reduced", "exact")
-
-Row = list[tuple[int, BoundaryCrossing]]  # what crosses the line of one value of x, and on which branch
 
 _FAR = 0.75  # in shares of the range of y and of a half turn: points farther apart are not of one curve
 _GAP = 1e-3  # what each missing value of x adds to that
@@ -56,26 +51,12 @@ _GAP = 1e-3  # what each missing value of x adds to that
 class BoundaryCurve(Shown):
     """One boundary over x; every array of shape (n,), NaN where x has none.
 
-    Parameters
-    ----------
-    kind
-        One of `KINDS`.
-    branch
-        The monotone arc of v_f (for a fold: its extremum) on which the curve begins, counted by phase from 0.
-    x, y
-        The parameters, in their own units.
-    phase
-        Load phase of the impact there, rad in [0, 2π).
-    residual
-        Estimate of the error of y that is left: the step that Newton's method would still make.
-    angle
-        Of the multiplier on the unit circle, in rad: 0 at a fold, π at a flip; NaN for a grazing.
-    outside
-        How many other multipliers are outside the circle there: where there are some, the motion is unstable on both
-        sides. NaN for folds and grazing.
-    impact_velocity
-        Striking speed of the motion there, dimensionless. Where it is not greater than 0 the motion strikes backward:
-        the equations have it, a bar does not.
+    `branch`: the monotone arc of v_f (for a fold: its extremum) on which the curve begins, counted by phase from 0.
+    `x`, `y`: the parameters, in their own units. `phase`: load phase of the impact, rad in [0, 2π). `residual`: the
+    step in y that Newton's method would still make. `angle`: of the multiplier on the unit circle, in rad: 0 at a fold,
+    π at a flip; NaN for a grazing. `outside`: how many other multipliers are outside the circle there: where there are
+    some, the motion is unstable on both sides; NaN for folds and grazing. `impact_velocity`: striking speed of the
+    motion there, dimensionless; where it is not greater than 0 the motion strikes backward, which a bar does not.
     """
 
     kind: str
@@ -161,13 +142,13 @@ class Boundaries(Shown):
         return "\n".join([head, *(f"  {c.kind}, branch {c.branch}: {int(c.found.sum())} points" for c in self.curves)])
 
 
-def linked(kind: str, x: Array, rows: list[Row], span: float) -> list[BoundaryCurve]:
+def linked(kind: str, x: Array, rows: list[list[BoundaryCrossing]], span: float) -> list[BoundaryCurve]:
     """Join the points of one kind to curves: each goes on with the point that is nearest in y and phase."""
-    threads: list[dict[int, tuple[int, BoundaryCrossing]]] = []
+    threads: list[dict[int, BoundaryCrossing]] = []
     for i, row in enumerate(rows):
-        points = [(branch, crossing) for branch, crossing in row if crossing.kind == kind]
+        points = [crossing for crossing in row if crossing.kind == kind]
         pairs = sorted(
-            (_distance(thread[max(thread)][1], point[1], span) + _GAP * (i - 1 - max(thread)), a, b)
+            (_distance(thread[max(thread)], point, span) + _GAP * (i - 1 - max(thread)), a, b)
             for a, thread in enumerate(threads)
             for b, point in enumerate(points)
         )
@@ -182,9 +163,9 @@ def linked(kind: str, x: Array, rows: list[Row], span: float) -> list[BoundaryCu
     curves = []
     for thread in threads:
         columns = np.full((6, x.size), math.nan)
-        for i, (_, point) in thread.items():
+        for i, point in thread.items():
             columns[:, i] = point.y, point.phase, point.residual, point.angle, point.outside, point.speed
-        curves.append(BoundaryCurve(kind, thread[min(thread)][0], x, *columns))
+        curves.append(BoundaryCurve(kind, thread[min(thread)].branch, x, *columns))
     return curves
 
 
@@ -194,8 +175,8 @@ def _distance(a: BoundaryCrossing, b: BoundaryCrossing, span: float) -> float:
 
 def boundaries(
     system: System | Family,
-    x: Axis | tuple[str, npt.ArrayLike],
-    y: Axis | tuple[str, float, float],
+    x: Axis | str | tuple[str, npt.ArrayLike],
+    y: Axis | str | tuple[str, float, float],
     periods: int = 1,
     criterion: str = "reduced",
     *,
@@ -216,7 +197,8 @@ def boundaries(
     system
         The system, or a family of systems, of which x and y are parameters.
     x
-        A parameter and its values; besides the family's own, "m" for the load periods per impact.
+        A parameter and its values, also as text, ``"restitution=0:0.9:31"``; besides the family's own, "m" for the load
+        periods per impact.
     y
         Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
     periods
@@ -276,7 +258,7 @@ def boundaries(
     else:
         need_free(corner.body, "boundary curves; `follow` finds those of structures")
     meter = Meter(values.size, 0, progress)
-    rows: list[Row] = []
+    rows: list[list[BoundaryCrossing]] = []
     failed: list[tuple[float, str]] = []
     meter.start(0)
     with halting(lambda: meter() or (halt is not None and halt())):
@@ -298,8 +280,8 @@ def boundaries(
 
 def checked_boundaries(
     family: Family,
-    x: Axis | tuple[str, npt.ArrayLike],
-    y: Axis | tuple[str, float, float],
+    x: Axis | str | tuple[str, npt.ArrayLike],
+    y: Axis | str | tuple[str, float, float],
     periods: int = 1,
     criterion: str = "reduced",
     modes: int | None = None,
@@ -307,11 +289,12 @@ def checked_boundaries(
 ) -> tuple[str, Array, str, float, float]:
     """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
     kinds = several("kinds", kinds, f"some of {', '.join(KINDS)}")
-    if isinstance(x, Axis):
-        axis = x
+    if isinstance(x, Axis | str):
+        axis = Axis.parsed(x) if isinstance(x, str) else x
     else:
         _check_line("x", x, 2, "(name, values) or an Axis")
         axis = Axis(x[0], np.atleast_1d(numbers(x[0], x[1])))
+    y = Axis.parsed(y) if isinstance(y, str) else y
     if isinstance(y, Axis):
         y = y.name, float(y.values.min()), float(y.values.max())
     _check_line("y", y, 3, "(name, lowest, highest) or an Axis")
@@ -345,16 +328,14 @@ def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
         raise ParameterError(axis, line, accepted)
 
 
-def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> Row:
+def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[BoundaryCrossing]:
     """Everything that happens at one value of x; ParameterError where it does not hold for the contact law."""
     line.middle.contact.need(Result.LEVEL)
     if criterion == "reduced" and {FLIP, SPIRAL} & set(kinds):
         line.middle.contact.need(Result.REDUCED)
     alone = set(kinds) == {FOLD}
     folds, stretches = folds_and_stretches(line, samples or (17 if alone else 33), alone)
-    found = []
-    if FOLD in kinds:
-        found = [(f.branch, BoundaryCrossing(FOLD, f.y, f.phase, f.residual, 0.0)) for f in folds]
+    found = folds if FOLD in kinds else []
     exact, grazing = criterion == "exact" and bool({FLIP, SPIRAL} & set(kinds)), GRAZING in kinds
     parts = len(stretches) * max(exact + grazing, 1)  # of the work; the reduced criterion is hardly any
     part = 0
@@ -374,15 +355,12 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
         if grazing:
             crossings += grazings(stretch, samples, told)
             part += 1
-        found += [(stretch.branch, crossing) for crossing in crossings if crossing.kind in kinds]
-    return [(branch, crossing._replace(speed=_speed(line, crossing))) for branch, crossing in found]
+        found += [crossing for crossing in crossings if crossing.kind in kinds]
+    return [crossing._replace(speed=_speed(line, crossing)) for crossing in found]
 
 
 def _speed(line: Line, crossing: BoundaryCrossing) -> float:
-    """Striking speed of the motion at a crossing: below 0 the motion is none that there can be.
-
-    A look with a few modes says so but where the speed nearly vanishes.
-    """
+    """Striking speed of the motion at a crossing; a look with a few modes is enough but where it nearly vanishes."""
     few = DEFAULT_MODES if line.modes is None else line.modes
     motion = Orbit(line.system(crossing.y), line.periods, crossing.phase, False, few)
     if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:

@@ -7,7 +7,6 @@ import itertools
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +14,7 @@ import numpy.typing as npt
 from percuss.explore.boundary_curves.plane_lines import (
     EXACT_SAMPLES,
     GRAZING_SAMPLES,
+    BoundaryCrossing,
     Function,
     MotionArc,
     bracketed_roots,
@@ -36,28 +36,13 @@ _OUTSIDE = 1e-7  # multipliers this little outside the circle are those that cro
 _DEPTH = 6  # halvings of a step in which several multipliers cross
 
 
-class BoundaryCrossing(NamedTuple):
-    """One crossing on a branch, found to `residual`, an estimate of the error of y.
-
-    `speed`: striking speed of the motion there, dimensionless.
-    `outside`: how many other multipliers are outside the unit circle there, so that 0 is an end of stability.
-    """
-
-    kind: str
-    y: float
-    phase: float
-    residual: float
-    angle: float = math.nan
-    outside: float = math.nan
-    speed: float = math.nan
-
-
 def _crossing(stretch: MotionArc, kind: str, t: float, off: float, angle: float = math.nan) -> BoundaryCrossing:
     """The crossing at a place; `off`: the step in t that Newton's method would still make there."""
     y, phase = stretch.place(np.array([t]))
     low, high = max(t - _SLOPE, 0.0), min(t + _SLOPE, 1.0)
     ys = stretch.place(np.array([low, high]))[0]
-    return BoundaryCrossing(kind, float(y[0]), float(phase[0]), off * abs(float(ys[1] - ys[0])) / (high - low), angle)
+    residual = off * abs(float(ys[1] - ys[0])) / (high - low)
+    return BoundaryCrossing(kind, stretch.branch, float(y[0]), float(phase[0]), residual, angle)
 
 
 def _off(f: Function, t: float, low: float = 0.0, high: float = 1.0) -> float:
@@ -262,10 +247,9 @@ def _possible(motion: Orbit) -> bool:
 def _grazing(
     stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, bad: float
 ) -> tuple[float, BoundaryCrossing]:
-    """The root of what makes the bad motion impossible; where another touch comes first, the root of that; else halves.
+    """The root of what makes the bad motion impossible; the motion a hair nearer to the good one proves it the first.
 
-    A few halves first: a motion that hardly passes the wall does so at one place. The motion a hair nearer to the good
-    one proves that it is the first.
+    A few halves first: a motion that hardly passes the wall does so at one place.
     """
     far, halves = good, _HALVES
     for _ in range(_STEPS):
@@ -284,7 +268,8 @@ def _grazing(
             return place, _crossing(stretch, GRAZING, place, off)
         bad = beside
     ys, phases = stretch.place(np.array([good, bad]))
-    return good, BoundaryCrossing(GRAZING, float(ys[0]), float(phases[0]), abs(float(ys[1] - ys[0])))
+    off = abs(float(ys[1] - ys[0]))
+    return good, BoundaryCrossing(GRAZING, stretch.branch, float(ys[0]), float(phases[0]), off)
 
 
 def _touch(orbit: Callable[[float], Orbit], good: float, bad: float) -> tuple[float, float] | None:

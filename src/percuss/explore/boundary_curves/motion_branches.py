@@ -16,8 +16,9 @@ from itertools import pairwise
 import numpy as np
 
 from percuss.explore.boundary_curves.plane_lines import (
+    FOLD,
     SAMPLES,
-    Fold,
+    BoundaryCrossing,
     Function,
     Line,
     MotionArc,
@@ -26,11 +27,10 @@ from percuss.explore.boundary_curves.plane_lines import (
 )
 from percuss.explore.family import SystemFamily
 from percuss.model.checks import Array
-from percuss.model.contact import Result
-from percuss.stability.verdict import quadratic_coefficients
+from percuss.stability.verdict import coefficients_at
 from percuss.steady.forced import forced_response
 from percuss.steady.phases import Arcs, level_at, ratio_at
-from percuss.steady.trigonometric import harmonic_sums, on_circle
+from percuss.steady.trigonometric import on_circle
 
 # ---- Branches along a parameter that moves the arcs of v_f themselves: d, κ, s, any quantity of a case
 
@@ -68,16 +68,13 @@ class ParameterArc(MotionArc):
         return arcs, float(on_circle(np.array(phase_at(arcs, self.branch, height))))
 
     def _row(self, y: float) -> tuple[float, float, float]:
-        if y in self._rows:
-            return self._rows[y]
-        arcs, phase = self._found(y)
-        system, response = arcs.response.system, forced_response(arcs.response.system)
-        feeds = system.contact.holds(Result.FEEDBACK)
-        velocity = response.by_harmonics.end_velocity(phase) if feeds else 0.0
-        slope = float(response.slope_on(self.branch, np.array([phase]))[0])
-        push, period = system.load.mean, self.line.period
-        sigma, slope = velocity / (push * period), slope / push
-        self._rows[y] = quadratic_coefficients(system.d, system.contact.velocity_factor, period, sigma, slope)
+        if y not in self._rows:
+            arcs, phase = self._found(y)
+            system, place = arcs.response.system, np.array([phase])
+            mean, beta = np.array([system.load.mean]), np.array([system.contact.velocity_factor])
+            slope = forced_response(system).slope_on(self.branch, place)
+            _, _, row = coefficients_at(system, self.line.period, place, mean, beta, slope)
+            self._rows[y] = (float(row[0][0]), float(row[1][0]), float(row[2][0]))
         return self._rows[y]
 
 
@@ -90,8 +87,8 @@ def _near_resonances(line: Line) -> Array:
     return np.asarray(np.concatenate([places * (1.0 + sign * 10.0**-j) for j in range(1, 6) for sign in (-1.0, 1.0)]))
 
 
-def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[Fold], list[MotionArc]]:
-    folds: list[Fold] = []
+def by_parameter(line: Line, samples: int, folds_alone: bool) -> tuple[list[BoundaryCrossing], list[MotionArc]]:
+    folds: list[BoundaryCrossing] = []
     stretches: list[MotionArc] = []
     for low, high, form in _same_form(line, _crowded(line.low, line.high, samples)):
         count = abs(form)
@@ -113,7 +110,7 @@ def _crowded(low: float, high: float, samples: int) -> Array:
     return np.asarray(low + (high - low) * np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, samples)) ** 2)
 
 
-def _fold(line: Line, y: float, end: int) -> Fold | None:
+def _fold(line: Line, y: float, end: int) -> BoundaryCrossing | None:
     """The fold at an end of the arcs, unless v_f only has a kink there and goes on."""
     arcs, level = line.condition(y).arcs, line.condition(y).level
     v = arcs.velocities
@@ -124,7 +121,11 @@ def _fold(line: Line, y: float, end: int) -> Fold | None:
     rise = [float(near.arcs.velocities[end]) - near.level for near in around]
     slope = (rise[1] - rise[0]) / (min(y + step, line.high) - max(y - step, line.low))
     off = abs(float(v[end]) - level)
-    return Fold(y, float(on_circle(arcs.ends[end])), end, off / abs(slope) if slope else math.nan)
+    return _fold_at(arcs, end, y, off / abs(slope) if slope else math.nan)
+
+
+def _fold_at(arcs: Arcs, end: int, y: float, off: float) -> BoundaryCrossing:
+    return BoundaryCrossing(FOLD, end, y, float(on_circle(arcs.ends[end])), off, 0.0)
 
 
 def _excess(line: Line, form: int, end: int) -> Function:
@@ -247,15 +248,9 @@ class PhaseArc(MotionArc):
         y, _ = self.place(t)
         phase = self.start + (self.stop - self.start) * t
         heights, system, period = self.heights, self.line.middle, self.line.period
-        response = forced_response(system)
-        push, elastic = heights.mean(y) / heights.size(y), response.by_harmonics
-        k, end = elastic.k, elastic.end_shape()
-        ringing, slope = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)
-        if not response.is_smooth:
-            slope = response.slope_on(self.branch, phase)
-        sigma = ringing / (push * period) if system.contact.holds(Result.FEEDBACK) else np.zeros_like(phase)
-        beta = system.contact.velocity_factors(heights.restitution(y))
-        return quadratic_coefficients(system.d, beta, period, sigma, slope / push)
+        response, beta = forced_response(system), system.contact.velocity_factors(heights.restitution(y))
+        slope = None if response.is_smooth else response.slope_on(self.branch, phase)
+        return coefficients_at(system, period, phase, heights.mean(y) / heights.size(y), beta, slope)[2]
 
 
 def _factor(line: Line) -> float:
@@ -264,11 +259,11 @@ def _factor(line: Line) -> float:
     return line.condition_of(system.with_load(system.load.with_mean(1.0))).level
 
 
-def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[MotionArc]]:
+def by_phase(line: Line, heights: Heights) -> tuple[list[BoundaryCrossing], list[MotionArc]]:
     system = line.middle
     arcs = line.condition(0.5 * (line.low + line.high)).arcs
     low = line.low if line.low > 0.0 or line.name == "restitution" else _FIRST * line.high
-    folds: list[Fold] = []
+    folds: list[BoundaryCrossing] = []
     stretches: list[MotionArc] = []
     if system.load.mean <= 0.0 and line.name in ("restitution", "amplitude"):
         return folds, stretches
@@ -281,7 +276,7 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[MotionArc]]
         if turns and least <= v[j] <= most:
             y = float(heights.y(v[j : j + 1])[0])
             miss = heights.y(2.0 * v[j : j + 1] - heights.of(np.array([y])))  # where twice the error would lead
-            folds.append(Fold(y, float(on_circle(arcs.ends[j])), j, abs(float(miss[0]) - y)))
+            folds.append(_fold_at(arcs, j, y, abs(float(miss[0]) - y)))
         bottom, top = max(min(v[j], v[j + 1]), least), min(max(v[j], v[j + 1]), most)
         if bottom < top:
             ends = [phase_at(arcs, j, h) for h in (bottom, top)]
@@ -289,7 +284,9 @@ def by_phase(line: Line, heights: Heights) -> tuple[list[Fold], list[MotionArc]]
     return folds, stretches
 
 
-def folds_and_stretches(line: Line, samples: int, folds_alone: bool = False) -> tuple[list[Fold], list[MotionArc]]:
+def folds_and_stretches(
+    line: Line, samples: int, folds_alone: bool = False
+) -> tuple[list[BoundaryCrossing], list[MotionArc]]:
     """All folds on a line, and all branches between them unless only folds are wanted."""
     heights = heights_of(line)
     return by_parameter(line, samples, folds_alone) if heights is None else by_phase(line, heights)

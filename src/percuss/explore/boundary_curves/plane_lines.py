@@ -31,10 +31,9 @@ PER_HARMONIC = 8
 
 @dataclass(frozen=True)
 class Line:
-    """All systems at one value of x, m load periods to an impact: y runs from `low` to `high`.
+    """All systems at one value of x, m load periods to an impact: y runs from `low` to `high`, `fixed` stays.
 
-    `fixed`: what stays as it is, by name. `modes`, `tolerance`: of the orbits. `told`: called with the share of the
-    line's work that is done, 0 to 1.
+    `modes`, `tolerance`: of the orbits. `told`: called with the share of the line's work that is done, 0 to 1.
     """
 
     family: Family
@@ -68,11 +67,7 @@ class Line:
         return self._known[y]
 
     def condition_of(self, system: System) -> PhaseCondition:
-        """The same of any system on the line.
-
-        Under a load of steps v_f stands for the curve of a contact law that changes the strain: right to second order
-        in 1/s.
-        """
+        """The same of any system on the line; under steps v_f stands for it, right to second order in 1/s."""
         response = forced_response(system)
         if response.is_smooth:
             return phase_condition(system, self.periods, self.modes)
@@ -84,13 +79,24 @@ class Line:
         return self.system(0.5 * (self.low + self.high))
 
 
-class Fold(NamedTuple):
-    """Where two branches meet: the value of y, the phase, the extremum's number, and an estimate of the error of y."""
+FOLD = "fold"
 
+
+class BoundaryCrossing(NamedTuple):
+    """One crossing on a branch (of a fold: at an extremum), found to `residual`, an estimate of the error of y.
+
+    `speed`: striking speed of the motion there, dimensionless. `outside`: how many other multipliers are outside the
+    unit circle there, so that 0 is an end of stability.
+    """
+
+    kind: str
+    branch: int
     y: float
     phase: float
-    branch: int
     residual: float
+    angle: float = math.nan
+    outside: float = math.nan
+    speed: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -103,10 +109,7 @@ class MotionArc(ABC):
     stop: float
 
     def nodes(self, samples: int | None, inside: float, least: int = SAMPLES) -> Array:
-        """Increasing places, `inside` the ends, at which what happens on it shows: of many harmonics more.
-
-        Where resonances crowd there are more.
-        """
+        """Increasing places, `inside` the ends, at which what happens on it shows: more of many harmonics."""
         many = least + PER_HARMONIC * int(self.line.middle.load.harmonics.max(initial=0))
         return np.linspace(inside, 1.0 - inside, samples or many)
 
@@ -150,16 +153,9 @@ _NEAR = 0.25  # a sample whose neighbours promise an extreme nearer to 0 than th
 
 
 def bracketed_roots(f: Function, low: Array, high: Array, f_low: Array, f_high: Array, steps: int = 120) -> Array:
-    """One root in each bracket, to rounding, by Chandrupatla's method: inverse quadratic steps where they are safe.
+    """One root in each bracket, to rounding: inverse quadratic steps where they are safe.
 
     T. R. Chandrupatla, Adv. Eng. Softw. 28 (1997) 145–149.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> a, b = np.array([1.0]), np.array([2.0])
-    >>> bracketed_roots(lambda x: x**2 - 2.0, a, b, a**2 - 2.0, b**2 - 2.0)
-    array([1.41421356])
     """
     x1, x2, f1, f2 = (np.array(v, dtype=float) for v in (high, low, f_high, f_low))
     t = np.full(x1.shape, 0.5)

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit, RestCycle
+from percuss.steady.self_excited import ValveCycle
 
 # ---- What may happen: the kinds of points, with their words
 
@@ -56,6 +57,13 @@ class BranchEvent(Enum):
     ONSET = "onset", "the end of a chatter, or an impact before a rest, meets the next release"
     RELEASE_LOST = "release_lost", "the load no longer lets go"
     CHANGE = "label_changes", "the bar comes back to its release otherwise"
+
+    # on a branch of a machine that switches its own valve
+    ORDER_LOST = "order_lost", "two events of the valve exchange their order"
+    PORT_LOST = "port_not_reached", "the piston turns just at a port that it passes: beyond, it does not reach it"
+    PORT_TOUCH = "turning_at_port", "the piston turns just at a port that it does not pass: beyond, it passes it"
+    PRESSURE_GONE = "pressure_gone", "the pressure of the supply falls to 0"
+    STALL = "stall", "the cycle takes longer and longer: the machine comes to a standstill"
 
     # on a curve over two
     CUSP = "cusp", "two folds meet and vanish: the curve has a cusp"
@@ -119,8 +127,8 @@ class BranchPoint(Shown):
     values
         Of the parameter, to 1e-10 of it or better; of both on a curve over two.
     motion
-        The orbit there, its impacts in the order of the branch, or the cycle with rest; on a branch of a diagram these
-        as plain numbers, and None on a curve of ends of cycles with rest.
+        The orbit there, its impacts in the order of the branch, the cycle with rest, or that of a machine; on a branch
+        of a diagram these as plain numbers, and None on a curve of ends of cycles with rest.
     beyond
         What lies beyond, in a sentence.
     multipliers
@@ -134,7 +142,7 @@ class BranchPoint(Shown):
 
     kind: BranchEvent
     values: tuple[float, ...]
-    motion: PeriodicOrbit | RestCycle | PlainMotion | None = field(repr=False)
+    motion: PeriodicOrbit | RestCycle | ValveCycle | PlainMotion | None = field(repr=False)
     beyond: str
     multipliers: ComplexArray | None = field(default=None, repr=False)
     impact: int | None = None
@@ -155,6 +163,12 @@ class BranchPoint(Shown):
     def cycle(self) -> RestCycle:
         """The cycle with rest, of a branch of such."""
         assert isinstance(self.motion, RestCycle)
+        return self.motion
+
+    @property
+    def valve_cycle(self) -> ValveCycle:
+        """The cycle of a machine, of a branch of such."""
+        assert isinstance(self.motion, ValveCycle)
         return self.motion
 
     @property
@@ -212,6 +226,11 @@ class Branch(Shown):
         When the bar is let go, and when it comes to rest after that; shape (m, rests). Empty without rest.
     cycles
         The cycles with rest themselves; none of orbits.
+    cycle_times
+        Of machines that switch their own valve the duration of each cycle, whose `times` are those of the blows after
+        the last one of the cycle before, in the unit of the machine; shape (m,). Empty of others.
+    energies
+        Mean kinetic energy just before a blow, of machines and in diagrams; NaN where it is not known. Shape (m,).
     switched
         The branches that begin at its points, as far as they were asked for; the first point of each is that.
     """
@@ -227,6 +246,8 @@ class Branch(Shown):
     releases: Array = field(default_factory=_nothing, repr=False)
     rests: Array = field(default_factory=_nothing, repr=False)
     cycles: tuple[RestCycle, ...] = field(default=(), repr=False)
+    cycle_times: Array = field(default_factory=_nothing, repr=False)
+    energies: Array = field(default_factory=_nothing, repr=False)
     switched: tuple[Branch, ...] = ()
 
     @property
@@ -237,7 +258,12 @@ class Branch(Shown):
     @property
     def has_rest(self) -> bool:
         """Whether it is of cycles with rest."""
-        return not self.label.startswith("z=")
+        return self.label.startswith(("chatter", "rest"))
+
+    @property
+    def is_machine(self) -> bool:
+        """Whether it is of machines that switch their own valve: labels are blows and valve cycles then."""
+        return self.label[:1].isdecimal()
 
     @property
     def impacts(self) -> int:
@@ -251,8 +277,8 @@ class Branch(Shown):
 
     @property
     def phases(self) -> Array:
-        """Phases of the load at the impacts, in [0, 2π); of the shape of `times`."""
-        return np.mod(self.times, _TURN)
+        """Phases of the load at the impacts, in [0, 2π), or of the cycle of a machine; of the shape of `times`."""
+        return np.mod(self.times if not self.is_machine else _TURN * self.times / self.cycle_times[:, None], _TURN)
 
     @property
     def release_phases(self) -> Array:
@@ -286,11 +312,18 @@ class Branch(Shown):
 
     def times_at(self, value: float) -> list[Array]:
         """The times of the impacts where it has a value of the parameter, straight between its points."""
+        return self._between(value, self.times)
+
+    def speeds_at(self, value: float) -> list[Array]:
+        """The same of their speeds."""
+        return self._between(value, self.speeds)
+
+    def _between(self, value: float, rows: Array) -> list[Array]:
         off = self.values - value
-        found = [self.times[i] for i in np.flatnonzero(off == 0.0).tolist()]
+        found = [rows[i] for i in np.flatnonzero(off == 0.0).tolist()]
         for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
             share = off[i] / (off[i] - off[i + 1])
-            found.append((1.0 - share) * self.times[i] + share * self.times[i + 1])
+            found.append((1.0 - share) * rows[i] + share * rows[i + 1])
         return found
 
     def family(self) -> Iterator[Branch]:

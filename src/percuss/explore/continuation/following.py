@@ -26,6 +26,7 @@ from percuss.explore.continuation.branch_events import (
     to_corner,
     unstable,
 )
+from percuss.explore.continuation.machine_walk import follow_cycle
 from percuss.explore.continuation.missed_events import (
     BESIDE,
     crossings,
@@ -50,7 +51,7 @@ from percuss.explore.continuation.walk import (
     joined,
     varied,
 )
-from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.family import Family, SystemFamily, drives_itself, family_of
 from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, text
@@ -59,6 +60,7 @@ from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import TURNING
 from percuss.steady import PeriodicOrbit
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
+from percuss.steady.self_excited import ValveCycle
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
 
@@ -328,7 +330,7 @@ _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
 
 
 def follow(
-    orbit: PeriodicOrbit,
+    orbit: PeriodicOrbit | ValveCycle,
     along: str,
     between: tuple[float, float] | None = None,
     *,
@@ -350,7 +352,8 @@ def follow(
     Parameters
     ----------
     orbit
-        Where to begin: an admissible orbit, of `percuss.steady.orbits` or `orbit_near`.
+        Where to begin: an admissible orbit, of `percuss.steady.orbits` or `orbit_near`; or the cycle of a machine that
+        switches its own valve, of `percuss.steady.self_excited_motion`, without a rest.
     along
         Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family.
     between
@@ -397,12 +400,14 @@ def follow(
     fold 0.673754187
     grazing_touch 0.527909682
     """
-    instance("orbit", orbit, PeriodicOrbit)
     name = text("along", along, "the name of a parameter")
-    over = varied(orbit.system, family, [name], [between], [value])
+    hammer = orbit.machine if isinstance(orbit, ValveCycle) else instance("orbit", orbit, PeriodicOrbit).system
+    over = varied(hammer, family, [name], [between], [value])
     (here,), (bounds,) = over.here, over.bounds
     points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     callback("halt", halt)
+    if isinstance(orbit, ValveCycle):
+        return follow_cycle(orbit, over, switch=depth, most=points, halt=halt)
     curve = SolutionCurve(over.family, name, orbit.impacts, orbit.periods, orbit.modes, *over.units)
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
@@ -543,7 +548,7 @@ class Reach(Shown):
 
 
 def reach(
-    orbit: PeriodicOrbit,
+    orbit: PeriodicOrbit | ValveCycle,
     along: str,
     between: tuple[float, float] | None = None,
     *,
@@ -579,24 +584,28 @@ def reach(
     >>> found.above.kind.value, round(found.above.value, 9), found.above.then
     ('fold', 0.954929659, 'chatter/1')
     """
-    instance("orbit", orbit, PeriodicOrbit)
     callback("halt", halt)
-    if not orbit_multipliers(orbit).stable:
+    machine = isinstance(orbit, ValveCycle)
+    hammer = orbit.machine if isinstance(orbit, ValveCycle) else instance("orbit", orbit, PeriodicOrbit).system
+    if not (orbit.stable if isinstance(orbit, ValveCycle) else orbit_multipliers(orbit).stable):
         raise ParameterError("orbit", str(orbit), "a stable orbit", "'follow' goes along unstable ones")
     branch = follow(orbit, along, between, family=family, value=value, halt=halt)
-    systems = SystemFamily(orbit.system) if family is None else family_of(family)
+    systems = SystemFamily(hammer) if family is None else family_of(family)
     start = _row(branch, orbit, value)
 
     def end(way: int) -> ReachEnd:
         point = _lost(branch, start, way)
-        then = None if point.kind in _OPEN else _then(systems, along, point, way)
+        beyond = _machine_then if machine else _then
+        then = None if point.kind in _OPEN else beyond(systems, along, point, way)
         return ReachEnd(**vars(point), then=then)
 
     return Reach(along, float(branch.values[start]), end(-1), end(1))
 
 
-def _row(branch: Branch, orbit: PeriodicOrbit, value: float | None = None) -> int:
+def _row(branch: Branch, orbit: PeriodicOrbit | ValveCycle, value: float | None = None) -> int:
     """The row of a branch that is nearest to an orbit."""
+    if isinstance(orbit, ValveCycle):
+        return int(np.argmin(np.abs(branch.times / orbit.blow_times - 1.0).max(axis=-1)))
     turn = load_turn(orbit.system.load)
     off = np.abs(differences(np.array(orbit.times), branch.times, orbit.period, turn)).max(axis=-1).min(axis=-1)
     if value is not None:
@@ -607,7 +616,7 @@ def _row(branch: Branch, orbit: PeriodicOrbit, value: float | None = None) -> in
 def _lost(branch: Branch, start: int, way: int) -> BranchPoint:
     """The nearest point at which the motion of a row is lost; where there is none, an end of the branch."""
     first, *inner, last = branch.points
-    rows = [_row(branch, point.orbit, point.value) for point in inner]
+    rows = [_row(branch, point.valve_cycle if branch.is_machine else point.orbit, point.value) for point in inner]
     ahead = [(row, point) for row, point in zip(rows, inner, strict=True) if (row - start) * way > 0]
     for row, point in sorted(ahead, key=lambda one: way * one[0]):
         beyond = min(max(row + way, 0), branch.values.size - 1)
@@ -629,4 +638,23 @@ def _then(systems: Family, name: str, point: BranchPoint, way: int) -> str | Non
                 break
     except PercussError:
         return None
+    return label
+
+
+def _machine_then(machines: Family, name: str, point: BranchPoint, way: int) -> str | None:
+    """The same of a machine, from the motion of its piston as a whole."""
+    from percuss.simulate import Start, run
+
+    assert drives_itself(machines)
+    cycle, size = point.valve_cycle, _BEYOND * (abs(point.value) or 1.0)
+    own, label = cycle.label, None
+    start = Start.rigid(0.0, -cycle.rebound.speed).with_valve(cycle.state, cycle.orders)
+    try:
+        for further in (1.0, 3.0, 10.0):
+            machine = machines.machine({name: point.value + way * further * size})
+            label = run(machine, start, modes=cycle.modes).label
+            if not label.endswith(own):
+                break
+    except PercussError:
+        return label
     return label

@@ -294,7 +294,7 @@ def _solved(x: Array, linearised: Callable[[Array], tuple[Array, Array]], most: 
     raise CorrectorFailed("no convergence")
 
 
-def where_it_vanishes(curve: SolutionCurve, x: Array, number: Number) -> Array:
+def where_it_vanishes(curve: Problem, x: Array, number: Number) -> Array:
     """The point of a curve at which a number vanishes, by Newton's method from a point near; or CorrectorFailed."""
 
     def linearised(x: Array) -> tuple[Array, Array]:

@@ -20,9 +20,9 @@ from percuss.errors import Interrupted, LoadError, ParameterError, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.family import Family, SystemFamily, family_of
-from percuss.explore.parameters import PARAMETERS
+from percuss.explore.parameters import parameters_of
 from percuss.halting import look
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array, finite, numbers
 from percuss.steady.periodic.periodic_orbit import differences, load_turn, slope
 from percuss.steady.states import check_pushes
@@ -57,7 +57,7 @@ class Varied(NamedTuple):
 
 
 def varied(
-    system: System,
+    system: System | Machine,
     family: System | Family | None,
     names: Sequence[str],
     between: Sequence[object],
@@ -79,10 +79,11 @@ def _range_around(between: object, here: float) -> tuple[float, float]:
     return float(ends[0]), float(ends[1])
 
 
-def _value_at(system: System, name: str, given: float | None) -> float:
+def _value_at(system: System | Machine, name: str, given: float | None) -> float:
     if given is not None:
         return finite("value", given)
-    found = PARAMETERS[name].get(system) if name in PARAMETERS else None
+    known = parameters_of(system)
+    found = known[name].get(system) if name in known else None
     if found is None:
         raise ParameterError("value", None, f"the value of {name} that belongs to what is followed")
     return found
@@ -154,6 +155,7 @@ class Problem(ABC):
     periods: int
     oriented = True  # whether the equations stay the same along the curve: then their derivatives keep its sense
     difference = 1e-6  # by which the unknowns are moved for derivatives
+    motion: Any  # at a point, where impacts are among the unknowns
 
     @property
     @abstractmethod
@@ -219,6 +221,21 @@ class Problem(ABC):
         """The last place on the way to one where there is no motion; here CorrectorFailed, and a shorter step."""
         raise CorrectorFailed(str(refusal)) from refusal
 
+    # -- times --
+
+    def flights(self, x: Array) -> Array:
+        """The times of the flights, which change only little in a step."""
+        p = self.impacts
+        return np.append(x[1:p], x[0] + 2.0 * math.pi * self.periods) - x[:p] if p else np.empty(0)
+
+    def apart(self, x: Array, first: Array) -> Array:
+        """How far unknowns are from others, as those of motions whose first impact and load period may differ."""
+        off, p = x - first, self.impacts
+        if p:
+            orbit = self.motion(first)
+            off[:p] = differences(x[:p], first[None, :p], orbit.period, load_turn(orbit.system.load))[0, 0]
+        return off
+
     # -- the way back to the curve --
 
     def matrix(self, x: Array) -> Array:
@@ -228,6 +245,10 @@ class Problem(ABC):
             return lambda by: self.residual(x + by * way)
 
         return np.stack([slope(moved(way), self.difference, CorrectorFailed) for way in np.eye(x.size)], axis=1)
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        """The derivatives of the equations, and the equations."""
+        return self.matrix(x), self.residual(x)
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """The point of the curve in a plane with a normal, its tangent the way of `along`; or CorrectorFailed."""
@@ -329,21 +350,13 @@ _FLIGHT = 0.5  # share of a flight by which it may change in a step
 _HOME = 1e-6  # rad, between the start of a walk and where it comes back to it
 
 
-def flights_of(curve: Problem, x: Array) -> Array:
-    """The times of the flights."""
-    p = curve.impacts
-    return np.append(x[1:p], x[0] + 2.0 * math.pi * curve.periods) - x[:p] if p else np.empty(0)
-
-
 def closed_at(first: CurvePoint, segment: CurveSegment) -> CurvePoint | None:
     """The start of a walk, if a step comes back to it or past it, with the times of now."""
     curve, stop, p = segment.curve, segment.stop, segment.curve.impacts
-    reach, off = 2.0 * segment.length, stop.x - first.x
-    if np.abs(off[p:]).max() > reach:
+    reach = 2.0 * segment.length
+    if np.abs((stop.x - first.x)[p:]).max() > reach:
         return None
-    if p:
-        orbit = curve.motion(first.x)
-        off[:p] = differences(stop.x[:p], first.x[None, :p], orbit.period, load_turn(orbit.system.load))[0, 0]
+    off = curve.apart(stop.x, first.x)
     if np.abs(off).max() > reach:
         return None
     ahead, along = float(off @ first.tangent), float(stop.tangent @ first.tangent)
@@ -548,7 +561,7 @@ class Walk:
             raise CorrectorFailed("a bend")
         if float(np.linalg.norm(found.x - place)) > _ASIDE * self.size:
             raise CorrectorFailed("beside the tangent")
-        if not np.all(np.abs(flights_of(curve, found.x) / flights_of(curve, here.x) - 1.0) < _FLIGHT):
+        if not np.all(np.abs(curve.flights(found.x) / curve.flights(here.x) - 1.0) < _FLIGHT):
             raise CorrectorFailed("a flight changes too much")
         before, after = here.matrix, found.matrix
         if not curve.oriented or before is None or after is None:

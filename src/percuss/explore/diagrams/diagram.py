@@ -14,6 +14,7 @@ from percuss.errors import Interrupted, extra_package
 from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, lines_from, with_new
+from percuss.explore.diagrams.machine_diagram import machine_settled_at
 from percuss.explore.family import Axis, Family
 from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
@@ -144,11 +145,12 @@ class Diagram(Shown):
             rests += [line for line in new if line.has_rest]
         passes = {name: np.asarray(values)[labelled:][known[labelled:]] for name, values in columns.items()}
         scales, load_scales = np.array(ask["scales"]), np.array(ask["load_scales"])
-        settled = [
-            one
-            for i, value in enumerate(axis.values.tolist())
-            for one in settled_at(passes, i, value, scales[i], float(load_scales[i]))
-        ]
+        settled = []
+        for i, value in enumerate(axis.values.tolist()):
+            if ask.get("machine"):
+                settled += machine_settled_at(passes, i, value, scales[i])
+            else:
+                settled += settled_at(passes, i, value, scales[i], float(load_scales[i]))
         left_out = int(columns["left_out"][:labelled][known[:labelled]].sum())
         motions = tuple(line for line in lines if line.possible)
         others = tuple(line for line in lines if not line.possible)
@@ -248,7 +250,7 @@ def diagram(
     Raises
     ------
     ParameterError
-        For numbers out of range, an unknown parameter, or a machine that switches its own valve.
+        For numbers out of range, or an unknown parameter.
     Interrupted
         After Ctrl-C; its `partial` is the diagram of what was done.
 

@@ -14,8 +14,9 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.attractors.hammers import COLUMNS, ClockedHammer, invariants_of, seconds_of_start
 from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
+from percuss.explore.diagrams.machine_diagram import machine_branches, machine_pass
 from percuss.explore.diagrams.tracing import SettledCycle, labels_up_to, of_label, rests_traced, settled_on, traced
-from percuss.explore.family import Axis, Family, drives_itself, family_of
+from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, count, instance
@@ -285,6 +286,7 @@ class DiagramJob:
         """The family, the values and the options."""
         return {
             "kind": "diagram",
+            "machine": drives_itself(self.family),
             "percuss": ASK_FORMAT,
             "along": self.axis.to_json_dict(),
             "family": self.family.describe(),
@@ -304,14 +306,15 @@ class DiagramJob:
 
     # -- the systems --
 
-    def system(self, value: float) -> System:
-        """The system at a value; PercussError where there is none."""
-        return self.family.system({self.axis.name: value})
+    def system(self, value: float) -> Any:
+        """The system, or the machine, at a value; PercussError where there is none."""
+        values = {self.axis.name: value}
+        return self.family.machine(values) if drives_itself(self.family) else self.family.system(values)
 
     @cached_property
-    def systems(self) -> tuple[System | None, ...]:
-        """The systems at the values; None where there is none."""
-        found: list[System | None] = []
+    def systems(self) -> tuple[Any, ...]:
+        """The systems, or the machines, at the values; None where there is none."""
+        found: list[Any] = []
         for value in self.axis.values.tolist():
             found.append(None)
             with suppress(PercussError):
@@ -327,7 +330,7 @@ class DiagramJob:
     @cached_property
     def load_scales(self) -> Array:
         """Σ|p_k| at each value, by which speeds are compared; shape (values,)."""
-        return np.array([np.abs(s.load.coefficients).sum() if s is not None else 1.0 for s in self.systems])
+        return np.array([np.abs(s.load.coefficients).sum() if isinstance(s, System) else 1.0 for s in self.systems])
 
     # -- the items --
 
@@ -343,6 +346,8 @@ class DiagramJob:
         found["branch_bytes"][...] = found["left_out"][...] = 0
         if i >= self.traces:
             return found | self._pass(i - self.traces, stopped)
+        if drives_itself(self.family):
+            return self._traced_of_machines(self.family, i, found, stopped)
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
         longer = i == len(self.labels)
         number = (_FINER if longer else 1) * self.searched
@@ -361,10 +366,20 @@ class DiagramJob:
         ]
         switch = 0 if longer else self.switch
         lines += traced(*along, search, switch=switch, modes=self.modes, stopped=stopped, settled=settled)
-        data, kept = packed(lines, found["branches"].size)
-        found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
-        found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept
-        return found
+        return _with_lines(found, lines)
+
+    def _traced_of_machines(
+        self, family: SwitchingFamily, i: int, found: Columns, stopped: Callable[[], bool]
+    ) -> Columns:
+        low, high = float(self.axis.values.min()), float(self.axis.values.max())
+        if i == len(self.labels):  # longer cycles begin at flips alone
+            return _with_lines(found, [])
+        values = low + (np.arange(self.searched) + 0.5) / self.searched * (high - low)
+        lines = machine_branches(
+            family, self.axis.name, (low, high), values.tolist(), self.labels[i], switch=self.switch,
+            tries=self.tries, modes=self.modes, stopped=stopped,
+        )  # fmt: skip
+        return _with_lines(found, lines)
 
     def _settled(self, stopped: Callable[[], bool]) -> list[SettledCycle]:
         """The cycles without rest that the passes settle on; none where the answer is no longer wanted.
@@ -400,12 +415,24 @@ class DiagramJob:
         if number in self._early:
             return self._early.pop(number)
         systems = self.systems
+        if drives_itself(self.family):
+            known, along = _empty(len(systems)), number >= self.starts
+            machine_pass(systems, self.modes, self.stop, self.seed + 7919 * number, known, along, stopped)
+            return known
         if number < self.starts:
             return fresh_pass(systems, self.modes, self.stop, self.seed, number, stopped)
         run = number - self.starts
         places = -(-self.runs // _RANKS)
         place, rank = (run // _RANKS + 0.5) / places, run % _RANKS
         return running_pass(systems, self.modes, self.stop, self.seed, place, rank, stopped)
+
+
+def _with_lines(found: Columns, lines: list[DiagramBranch]) -> Columns:
+    """A row with branches as bytes, as many as there is room for."""
+    data, kept = packed(lines, found["branches"].size)
+    found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
+    found["branch_bytes"][...], found["left_out"][...] = len(data), len(lines) - kept
+    return found
 
 
 def diagram_job(
@@ -427,11 +454,6 @@ def diagram_job(
     from percuss.simulate.stop import MAX_MODES
 
     family = family_of(what)
-    if drives_itself(family):
-        raise ParameterError(
-            "diagram", str(what), "a hammer whose load keeps time by itself",
-            "of a machine that switches its own valve 'percuss sweep' maps the motions over a parameter",
-        )  # fmt: skip
     instance("axis", axis, Axis)
     if len(axis) < 2:
         raise ParameterError(axis.name, axis.values.tolist(), "at least two values", "a diagram is over a range")
@@ -449,7 +471,7 @@ def diagram_job(
     made = next((system for system in job.systems if system is not None), None)
     if made is None:
         job.system(float(axis.values[0]))  # which says why there is none
-    held = None if made is None or not isinstance(made.body, HeldBody) else made.body
+    held = made.body if isinstance(made, System) and isinstance(made.body, HeldBody) else None
     return job if held is None else replace(job, modes=held.chosen(job.modes))
 
 

@@ -16,13 +16,16 @@ from percuss.explore.continuation.orbit_curve import SolutionCurve
 from percuss.explore.continuation.rest_following import KEPT_IMPACTS
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk, unit_of
 from percuss.explore.family import Family
-from percuss.model import System
+from percuss.model import Machine, System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.periodic.periodic_orbit import differences
+from percuss.steady.self_excited import ValveCycle
 
 _TURN = 2.0 * np.pi
-_TEXTS, _ARRAYS = ("label", "modes"), ("values", "times", "speeds", "unstable", "releases", "rests", "energies")
+_TEXTS, _ARRAYS = ("label", "modes"), (
+    "values", "times", "speeds", "unstable", "releases", "rests", "cycle_times", "energies",
+)  # fmt: skip
 _OF_POINT, _OF_MOTION = ("values", "beyond", "impact", "touch_phase"), ("label", "energy")
 
 
@@ -32,16 +35,12 @@ class DiagramBranch(Branch):
 
     Parameters
     ----------
-    energies
-        Mean kinetic energy just before an impact, of cycles with rest before a main blow; shape (m,), NaN where it is
-        not known.
     scales
         Metres per second and joules of a speed and an energy of 1; shape (m, 2), None for a system without units.
     possible
         Whether these are motions; if not, they are roots of the equations beyond an end of a branch.
     """
 
-    energies: Array = field(repr=False)
     scales: Array | None = field(default=None, repr=False)
     possible: bool = True
 
@@ -52,26 +51,29 @@ class DiagramBranch(Branch):
         return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
 
 
-def line_of(branch: Branch, system: Callable[[float], System]) -> DiagramBranch:
-    """A followed branch with the energies of its motions; `system`: that at a value of the parameter."""
+def line_of(branch: Branch, system: Callable[[float], Any]) -> DiagramBranch:
+    """A followed branch with the energies of its motions; `system`: the hammer at a value of the parameter."""
     systems = [_system(system, value) for value in branch.values.tolist()]
     scales = np.array([_scales(one) for one in systems])
-    energies, of_points = _blow_energies(branch) if branch.has_rest else _orbit_energies(branch, systems)
+    if branch.is_machine:
+        energies = branch.energies
+        of_points = [float(point.valve_cycle.blow_energies.mean()) for point in branch.points]
+    else:
+        energies, of_points = _blow_energies(branch) if branch.has_rest else _orbit_energies(branch, systems)
     kept = {name: getattr(branch, name) for name in ("parameters", *_TEXTS, *_ARRAYS[:-1])}
     points = tuple(_plain_point(point, energy) for point, energy in zip(branch.points, of_points, strict=True))
     return DiagramBranch(**kept, points=points, energies=energies, scales=scales if np.isfinite(scales).any() else None)
 
 
-def _system(system: Callable[[float], System], value: float) -> System | None:
+def _system(system: Callable[[float], Any], value: float) -> Any:
     try:
         return system(value)
     except PercussError:  # an end beyond which there is none
         return None
 
 
-def _scales(system: System | None) -> tuple[float, float]:
-    known = system is not None and system.is_si
-    return (system.speed_scale, system.energy_scale) if known else (np.nan, np.nan)  # type: ignore[union-attr]
+def _scales(hammer: System | Machine | None) -> tuple[float, float]:
+    return (np.nan, np.nan) if hammer is None or not hammer.is_si else (hammer.speed_scale, hammer.energy_scale)
 
 
 def _orbit_energies(branch: Branch, systems: Sequence[System | None]) -> tuple[Array, list[float]]:
@@ -97,6 +99,9 @@ def _blow_energies(branch: Branch) -> tuple[Array, list[float]]:
 def _plain_point(point: BranchPoint, energy: float) -> BranchPoint:
     """A point with its motion as plain numbers: of a cycle with rest the impacts that its branch has."""
     motion, impact, touch = point.motion, point.impact, point.touch_phase
+    if isinstance(motion, ValveCycle):
+        plain = PlainMotion(motion.label, motion.phases, motion.blow_speeds, energy)
+        return BranchPoint(point.kind, point.values, plain, point.beyond, impact=impact)
     assert isinstance(motion, PeriodicOrbit | RestCycle)
     phases, speeds = motion.phases, motion.speeds
     if isinstance(motion, RestCycle):
@@ -211,6 +216,8 @@ def goes_through(line: DiagramBranch, periods: int, value: float, times: Array) 
 
 def _is_near(line: DiagramBranch, value: float, times: Array) -> bool:
     """Whether a branch has an orbit near given times."""
+    if line.is_machine:
+        return any(bool(np.all(np.abs(times - at) < _NEAR / _TURN * at[-1])) for at in line.times_at(value))
     period = _TURN * line.periods
     return any(
         float(np.abs(differences(times, at[None, :], period, _TURN)).max(axis=-1).min()) < _NEAR

@@ -140,16 +140,10 @@ def plain_dataset(archive: Archive) -> xarray.Dataset:
 
 
 def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """One line for each item, after a line of names with units.
+    """One line for each item, after a line of names with units; numbers that stand for words as the words.
 
     The items are those of the first variable; what has other dimensions, such as a table of attractors, is left out,
-    and what has more becomes a column for each. Numbers that stand for words are written as the words, empty where
-    there is none.
-
-    Raises
-    ------
-    PercussError
-        When it cannot be written.
+    and what has more becomes a column for each.
     """
     dims = _row_dims(dataset)
     shape = tuple(dataset.sizes[dim] for dim in dims)

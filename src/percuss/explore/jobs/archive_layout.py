@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
-from percuss.errors import ArchiveError, MissingExtraError
+from percuss.errors import ArchiveError, extra_package
 from percuss.explore.jobs.job import Column, Job
 from percuss.whole_file import replaced, synced
 
@@ -32,12 +32,11 @@ from percuss.whole_file import replaced, synced
 
 def zarr_package() -> Any:
     """zarr, imported when an archive is first used."""
-    try:
-        import zarr
-        import zarr.codecs
-        import zarr.storage
-    except ImportError:
-        raise MissingExtraError("zarr", "io") from None
+    extra_package("zarr", "io")
+    import zarr
+    import zarr.codecs
+    import zarr.storage
+
     return zarr
 
 
@@ -102,13 +101,7 @@ def versions() -> dict[str, str]:
 
 
 def command(arguments: Sequence[str]) -> str:
-    """How a process was started, from its `sys.argv`; empty when nobody typed it.
-
-    Examples
-    --------
-    >>> command(["/usr/bin/percuss", "sweep", "my case.toml"]), command(["study.py", "3"]), command([""])
-    ("percuss sweep 'my case.toml'", 'python study.py 3', '')
-    """
+    """How a process was started, from its `sys.argv`; empty when nobody typed it."""
     if not arguments or not arguments[0] or arguments[0] in ("-c", "-"):
         return ""
     program, *rest = arguments
@@ -140,13 +133,7 @@ _SHOWN = 6
 
 
 def canonical(ask: dict[str, Any]) -> str:
-    """The ask as JSON, its keys in order; numbers keep all their digits, infinity included.
-
-    Examples
-    --------
-    >>> canonical({"s": float("inf"), "d": 0.1, "axes": (1, 2)})
-    '{"axes":[1,2],"d":0.1,"s":Infinity}'
-    """
+    """The ask as JSON, its keys in order; numbers keep all their digits, infinity included."""
     return json.dumps(ask, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
 
 
@@ -175,13 +162,7 @@ def _depth(value: Any) -> int:
 
 
 def differences(old: dict[str, Any], new: dict[str, Any]) -> str:
-    """Which parts of two asks differ, in words; empty when none does.
-
-    Examples
-    --------
-    >>> differences({"seed": 1, "system": {"s": 20.0}}, {"seed": 2, "system": {"s": 20.0}})
-    'seed: 1 in the archive, 2 asked for'
-    """
+    """Which parts of two asks differ, in words; empty when none does."""
     # through JSON, so that a tuple and a list of the same numbers do not differ
     one, other = json.loads(canonical(old)), json.loads(canonical(new))
     found = list(_parts("kind", one.get("kind"), other.get("kind"))) or list(_parts("", one, other))

@@ -146,13 +146,7 @@ def measured(job: Job, stopped: Callable[[], bool]) -> Pace:
 
 
 def chunk_of(size: int, item_seconds: float, workers: int) -> int:
-    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks.
-
-    Examples
-    --------
-    >>> chunk_of(10**6, 1e-3, workers=2), chunk_of(10**4, 1e-3, workers=4), chunk_of(40, 10.0, workers=2)
-    (2000, 1000, 1)
-    """
+    """Items of about two seconds of work, fewer (to a half) when every worker would get less than four chunks."""
     whole = max(item_seconds, 1e-12) ** -1 * CHUNK_SECONDS * max(1.0, workers / _WRITERS)
     wanted = min(max(size / (4 * workers), 0.5 * whole), whole)
     fewer = min(math.ceil(size / _MANY_CHUNKS), int(whole * _LONG_CHUNK / CHUNK_SECONDS))
@@ -248,7 +242,9 @@ class Task:
         elif workers == 1:
             self._here()
         elif not self._here(until=SMALL):
-            self._shared(workers)
+            helping = workers <= _HELPED  # which spares the start of a process
+            with Processes(max(1, min(workers, len(self._units(workers))) - helping)) as processes:
+                self._elsewhere(processes, helping)
         self.meter.tell()
         return self.sheet.columns
 
@@ -332,12 +328,12 @@ class Task:
         if self._seconds_left() > until:
             return False
         # twice as long is the same thing, found out later
-        return all(self._seconds_left() <= 2.0 * until for _ in self._portions(self._runs()))
+        return all(self._seconds_left() <= 2.0 * until for _ in self._portions(deque(self._units(1))))
 
-    def _portions(self, runs: Iterator[tuple[int, int]]) -> Iterator[None]:
-        """Compute runs of items in this process; yields a few times a second."""
+    def _portions(self, waiting: deque[Chunk]) -> Iterator[None]:
+        """Compute in this process what waits, first come, first taken; yields a few times a second."""
         items = max(1, _portion(self.item_seconds) // 64) if self.item_seconds else 1  # the rest may be slower
-        for first, last in runs:
+        for first, last in self._taken(waiting):
             while first < last:
                 upto = min(first + items, last)
                 begin = time.perf_counter()
@@ -354,20 +350,6 @@ class Task:
 
     def _seconds_left(self) -> float:
         return (self.job.size - self.meter.done) * self.item_seconds
-
-    def _runs(self) -> Iterator[tuple[int, int]]:
-        """What is not there, one chunk after the other where they are kept."""
-        if self.kept is None:
-            yield from self.sheet.gaps(0, self.job.size)
-            return
-        for number in self._open():
-            yield from self.sheet.gaps(*self._bounds(number))
-
-    def _shared(self, workers: int) -> None:
-        """Among processes of this machine, started for this job."""
-        helping = workers <= _HELPED  # which spares the start of a process
-        with Processes(max(1, min(workers, len(self._units(workers))) - helping)) as processes:
-            self._elsewhere(processes, helping)
 
     def _units(self, workers: int) -> list[Chunk]:
         """What is not there, in parts of chunks of half a second of work each; in chunks where their size was asked."""
@@ -387,7 +369,7 @@ class Task:
         if not waiting:
             return
         pool.begin(self.job)
-        mine = self._portions(self._taken(waiting)) if helping else iter(())
+        mine = self._portions(waiting) if helping else iter(())
         out = 0
         while waiting or out or helping:
             ahead = 2 if len(waiting) > 2 * pool.workers else 1  # towards the end, whoever is free takes the next

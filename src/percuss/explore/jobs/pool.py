@@ -62,21 +62,25 @@ _READY, _BAD_JOB, _DONE, _FAILED = "ready", "bad job", "done", "failed"
 def work(connection: Connection[Any, Any]) -> None:
     """Answer the asking process until it is gone or kills us.
 
-    A job comes as bytes, a chunk as (number, first, last); what goes back is (word, …): `_READY`, `_BAD_JOB` with the
-    error, `_DONE` with number and columns, or `_FAILED` with number and error.
+    A job comes as bytes, a chunk as (number, first, last); what goes back is (word, number, …): `_READY`, `_DONE` with
+    the columns, `_BAD_JOB` or `_FAILED` with the error.
     """
     for which in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C goes to all of a terminal, SIGTERM to all of a batch job;
         signal.signal(which, signal.SIG_IGN)  # the asking process ends us
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    job: Job | None = None
+    job: Any = None
     try:
         while True:
             message = connection.recv()
-            if isinstance(message, bytes):
-                job, answer = _unpacked(message)
-            else:
-                assert job is not None
-                answer = _computed(job, *message)
+            is_job, number = isinstance(message, bytes), message[0]
+            answer: tuple[Any, ...] = (_READY, number)
+            try:
+                if is_job:
+                    job = pickle.loads(message)
+                else:
+                    answer = _DONE, number, job.compute(*message[1:], lambda: False)  # the unwanted are killed
+            except BaseException as error:
+                answer = _BAD_JOB if is_job else _FAILED, number, _sendable(error)
             connection.send(answer)
     except (EOFError, OSError):
         return  # nobody is there any more
@@ -88,21 +92,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _unpacked(message: bytes) -> tuple[Job | None, tuple[Any, ...]]:
-    try:
-        job: Job = pickle.loads(message)
-        return job, (_READY,)
-    except Exception as error:
-        return None, (_BAD_JOB, _sendable(error))
-
-
-def _computed(job: Job, number: int, first: int, last: int) -> tuple[Any, ...]:
-    try:
-        return _DONE, number, job.compute(first, last, lambda: False)  # who is no longer wanted is killed
-    except BaseException as error:
-        return _FAILED, number, _sendable(error)
 
 
 def _sendable(error: BaseException) -> BaseException:
@@ -153,10 +142,7 @@ class Pool(Protocol):
     def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
         """The chunks that are ready, waiting at most so long for the first.
 
-        Raises
-        ------
-        PercussError
-            When a chunk cannot be computed, however often it is tried; or the error that it raised.
+        PercussError when a chunk cannot be computed, however often it is tried; or the error that it raised.
         """
         ...
 
@@ -205,12 +191,7 @@ class Processes:
     """Worker processes of this machine, started with the first job and ready for the next ones.
 
     They end with this process, whatever it dies of, and leave Ctrl-C to it. A worker that dies of a chunk is replaced
-    and the chunk tried once more.
-
-    Parameters
-    ----------
-    workers
-        How many; by default as many as cores.
+    and the chunk tried once more. By default there are as many as cores.
     """
 
     def __init__(self, workers: int | None = None) -> None:
@@ -277,9 +258,7 @@ class Processes:
         self._workers.clear()
         self._waiting.clear()
 
-    def close(self) -> None:
-        """End the processes at once, as `cancel` does: letting them end by themselves would take a second."""
-        self.cancel()
+    close = cancel  # letting them end by themselves would take a second
 
     def __enter__(self) -> Processes:
         return self
@@ -312,11 +291,11 @@ class Processes:
                     self._tell(worker, (chunk.number, chunk.first, chunk.last))
 
     def _take(self, worker: _Worker, message: tuple[Any, ...], ready: list[tuple[Chunk, Columns]]) -> None:
-        word, *rest = message
+        word, _, *rest = message
         if word == _DONE:
-            ready.append((worker.chunks.popleft(), rest[1]))
+            ready.append((worker.chunks.popleft(), rest[0]))
         elif word == _FAILED:
-            raise rest[1]
+            raise rest[0]
         elif word == _BAD_JOB:
             remedy = "define functions and classes in a module that the workers can import, or use workers=1"
             raise PercussError(f"the job cannot be read by a worker process: {rest[0]}", remedy) from rest[0]

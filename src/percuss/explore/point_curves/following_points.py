@@ -22,6 +22,7 @@ from percuss.explore.continuation.walk import (
     varied,
 )
 from percuss.explore.family import Family
+from percuss.explore.point_curves.machine_points import machine_curve
 from percuss.explore.point_curves.point_walk import (
     Condition,
     Corner,
@@ -37,6 +38,7 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
+from percuss.steady.self_excited import ValveCycle
 
 # ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
 
@@ -108,7 +110,8 @@ def follow_point(
     ----------
     point
         A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`; an onset, touch, death
-        or the last release of `follow_rest_cycle`.
+        or the last release of `follow_rest_cycle`; of a machine that switches its own valve a fold, flip or
+        Neimark–Sacker point, or an end that is told by its order of events.
     along
         The names of both parameters.
     between
@@ -151,7 +154,7 @@ def follow_point(
     limit [0.6, 0.768652978]
     """
     motion = instance("point", point, BranchPoint).motion
-    if not isinstance(motion, PeriodicOrbit | RestCycle):
+    if not isinstance(motion, PeriodicOrbit | RestCycle | ValveCycle):
         raise ParameterError("point", str(point), "a point of follow or follow_rest_cycle")
     names = tuple(several("along", along, _TWO))
     if len(names) != 2 or names[0] == names[1]:
@@ -161,9 +164,12 @@ def follow_point(
     for told, two, meant in (("values", given, _VALUES), ("between", ranges, _RANGES)):
         if len(two) != 2:
             raise ParameterError(told, two, meant)
-    over = varied(motion.system, family, names, ranges, given)
+    hammer = motion.machine if isinstance(motion, ValveCycle) else motion.system
+    over = varied(hammer, family, names, ranges, given)
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("halt", halt)
+    if isinstance(motion, ValveCycle):
+        return machine_curve(point, over, ways, halt)
     if isinstance(motion, RestCycle):
         return _rest_ends(point, over, ways, halt)
     with halting(halt):

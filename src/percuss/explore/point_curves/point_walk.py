@@ -38,7 +38,6 @@ from percuss.explore.continuation.walk import (
     Number,
     Target,
     Walk,
-    flights_of,
     refused,
 )
 from percuss.explore.family import Family
@@ -667,7 +666,7 @@ class PointWalk(Walk):
         if aside > max(_ARC * float(np.linalg.norm(chord)), SHORTEST):
             raise CorrectorFailed("beside the arc")
         if isinstance(self.curve.condition, Touch):
-            flight = flights_of(self.curve, found.x)[self.curve.condition.flight]
+            flight = self.curve.flights(found.x)[self.curve.condition.flight]
             if not 0.0 < float(self.curve.extra(found.x)[0]) < flight:
                 raise CorrectorFailed("the touch passes an impact")
 

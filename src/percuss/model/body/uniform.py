@@ -14,6 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, IntArray, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, External, Ratio, check_damping, share_of_critical
 from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, positive
+from percuss.shown import Shown
 
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
 LEAST_S, MOST_S = 1e-4, 1e9
@@ -260,6 +261,53 @@ class SizedBody(ABC):
         found = self.body(rate).modes(count("modes", modes, most=1 << 20))
         squares = np.maximum(found.omega**2 - (0.5 * found.damping) ** 2, 0.0)
         return np.asarray(rate * np.sqrt(squares) / (2.0 * np.pi))
+
+
+class SIScales(Shown, ABC):
+    """What has a body with sizes behind it, `bar`, or none: its scales are that body's mass M and length L, and 1/Ω."""
+
+    bar: SizedBody | None
+
+    @abstractmethod
+    def _si(self) -> tuple[SizedBody, float]:
+        """The body with sizes, and Ω in rad/s; ParameterError without one."""
+
+    @property
+    def is_si(self) -> bool:
+        """Whether the scales back to SI are known."""
+        return self.bar is not None
+
+    @property
+    def length_scale(self) -> float:
+        """L in m."""
+        return self._si()[0].length
+
+    @property
+    def time_scale(self) -> float:
+        """1/Ω in s."""
+        return 1.0 / self._si()[1]
+
+    @property
+    def speed_scale(self) -> float:
+        """LΩ in m/s."""
+        bar, omega = self._si()
+        return bar.length * omega
+
+    @property
+    def force_scale(self) -> float:
+        """M L Ω² in N, M the mass of the whole."""
+        bar, omega = self._si()
+        return bar.mass * bar.length * omega**2
+
+    @property
+    def energy_scale(self) -> float:
+        """M L² Ω² in J."""
+        return self.force_scale * self.length_scale
+
+    @property
+    def power_scale(self) -> float:
+        """M L² Ω³ in W."""
+        return self.energy_scale * self._si()[1]
 
 
 # ---- The uniform bar in SI units: a slender elastic rod of one cross-section and one material

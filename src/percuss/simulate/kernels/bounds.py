@@ -1,16 +1,26 @@
-"""Bounds of the free motion of the elastic modes."""
+"""A flight from an anchor on: bounds of its free part, its rounding error, its smooth part, and the anchor moved."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
-from percuss.compiled import entry, inlined, summed
-from percuss.simulate.kernels.modes import creep_sizes, creeping, drift, most_of, ramped, sine_cosine, sway
+from percuss.compiled import entry, inlined, inlined_sums, inner, summed
+from percuss.simulate.kernels.modes import (
+    creep_sizes,
+    creeping,
+    drift,
+    elastic_apart,
+    most_of,
+    ramped,
+    sine_cosine,
+    sway,
+    turn_modes,
+)
 from percuss.simulate.kernels.motion_records import EPS, POWERS
 
 
-@summed
+@inlined_sums
 def amplitudes(bar, modes, z, now):
     """f and f'' at the anchor, and bounds of |f|, |f'|, |f''|, |f‴| ever after."""
     f, curve = 0.0, 0.0
@@ -44,7 +54,13 @@ def amplitudes(bar, modes, z, now):
     now.sup, now.sup1, now.sup2, now.sup3 = sup * grown, sup1 * grown, sup2 * grown, sup3 * grown
 
 
-@summed
+@inner
+def amplitudes_apart(bar, modes, z, now):
+    """`amplitudes`, made once for what is seldom done."""
+    amplitudes(bar, modes, z, now)
+
+
+@inlined_sums
 def ringing(modes, z):
     """Σ|z|, Σω|z|, Σω²|z|, Σω³|z| of the oscillating modes: bounds of their free part and its derivatives."""
     sup, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
@@ -319,3 +335,29 @@ def smooth_at_anchor(bar, harmonics, now, osc):
     now.drift = now.rigid_rate - rigid
     now.smooth_rate = now.drift + rate + bar.climb
     now.acceleration = now.free_curve + curve + bar.mean - bar.damping * now.drift
+
+
+# ---- The anchor moved along a flight
+
+
+@inner
+def advance(table, motion, desk, tau):
+    """The anchor moved to τ under a constant load, without an impact; the clock is turned apart."""
+    bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
+    ds, vs, _ = smooth(bar, now, desk.osc, tau)
+    df, fv, _, slip = elastic_apart(bar, modes, z, now, desk, tau)
+    now.rigid_rate = drifted(bar, now, tau)
+    turn_modes(bar, modes, z, desk, tau, 0.0, slip)
+    now.gap += ds + df
+    now.gap_rate = vs + fv
+
+
+@inlined
+def jump_back(table, motion, old, new):
+    """The force on the modes jumps, and with it the places about which they swing; so the free part jumps back."""
+    modes, z = table.modes, motion.z
+    for j in range(modes.omega.shape[0]):
+        jump = modes.statics[j] * (old - new)
+        z[0, j] += jump
+        z[1, j] -= modes.half[j] * jump * modes.inverse[j]
+    amplitudes_apart(table.bar, modes, z, motion.now)

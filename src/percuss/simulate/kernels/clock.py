@@ -45,6 +45,14 @@ def to_break(now, count, breaks):
     return max(breaks[piece] - now.phase, 0.0)
 
 
+@inlined
+def set_load(bar, value):
+    """The constant part of the load, with what follows from it."""
+    bar.load = value
+    bar.mean = 0.0 if bar.held > 0.0 else value
+    bar.wall = bar.bears * value + bar.preload
+
+
 @inner
 def set_clock(table, now, count, phase):
     """The clock of a resting bar put to the next time of a load phase, with the step of the load that holds then.
@@ -61,7 +69,7 @@ def set_clock(table, now, count, phase):
             if breaks[i] <= phase:
                 piece = i
         count.piece = piece
-        bar.mean = values[piece]
+        set_load(bar, values[piece])
 
 
 # ---- What the load does: its value, where it turns from push to pull, and for how long
@@ -121,7 +129,7 @@ def pull_begins(bar, harmonics, now):
         t += blind
         blind *= 2.0
         s, c = sine_cosine(now.phase + t)
-        p, _ = load_at(harmonics, bar.mean, c, s)
+        p, _ = load_at(harmonics, bar.wall, c, s)
         if abs(p) > least:
             return t if p < 0.0 else -1.0
     return -1.0
@@ -135,7 +143,7 @@ def pull_ahead(table, now):
     laid down within rounding after such a phase is released now and not a period later.
     """
     bar, harmonics, releases = table.bar, table.harmonics, table.releases
-    p, _ = load_at(harmonics, bar.mean, now.cosine, now.sine)
+    p, _ = load_at(harmonics, bar.wall, now.cosine, now.sine)
     least = 0.0 if table.values.shape[0] else 64.0 * EPS * bar.force
     if p < -least:
         return 0.0, now.phase
@@ -165,7 +173,7 @@ def release_at(phase, releases):
 @inner
 def first_pull(bar, harmonics, now):
     """A time from the release of a rigid bar on for which the load surely pulls: 0 when it jumps to a pull."""
-    p, rate = load_at(harmonics, bar.mean, now.cosine, now.sine)
+    p, rate = load_at(harmonics, bar.wall, now.cosine, now.sine)
     if harmonics.gap_re.shape[0] == 0:
         return 0.0
     ahead = 0.5 * min(reach(min(p, 0.0), rate, bar.bend), 1.0)
@@ -174,7 +182,7 @@ def first_pull(bar, harmonics, now):
         while ahead < 1.0 and p > -64.0 * EPS * bar.force:
             ahead *= 2.0
             s, c = sine_cosine(now.phase + ahead)
-            p, rate = load_at(harmonics, bar.mean, c, s)
+            p, rate = load_at(harmonics, bar.wall, c, s)
     return ahead
 
 
@@ -189,7 +197,7 @@ def pull_lasts(table, now, count):
         ahead, piece = to_break(now, count, breaks), count.piece
         for _ in range(values.shape[0]):
             piece = piece + 1 if piece + 1 < values.shape[0] else 0
-            if values[piece] > 0.0:
+            if bar.bears * values[piece] + bar.preload > 0.0:
                 return ahead
             following = breaks[piece + 1] if piece + 1 < values.shape[0] else breaks[0] + TURN
             ahead += following - breaks[piece]
@@ -197,7 +205,7 @@ def pull_lasts(table, now, count):
     t, least = 0.0, 64.0 * EPS * bar.force
     c, s = now.cosine, now.sine
     while t < TURN and harmonics.gap_re.shape[0]:
-        p, rate = load_at(harmonics, bar.mean, c, s)
+        p, rate = load_at(harmonics, bar.wall, c, s)
         if p > least and t > 0.0:
             return t
         t += max(reach(min(p, 0.0), rate, bar.bend), 1e-6)
@@ -224,5 +232,5 @@ def push_left(table, now):
                 piece = i
         return left if values[piece] >= 0.0 else -1.0
     s, c = sine_cosine(begin)
-    p, _ = load_at(table.harmonics, table.bar.mean, c, s)
+    p, _ = load_at(table.harmonics, table.bar.wall, c, s)
     return left if p >= 0.0 else -1.0

@@ -20,7 +20,7 @@ import math
 
 from percuss.compiled import inlined, inner
 from percuss.simulate.kernels.bounds import blur, bounds_anew, bounds_at_anchor, smooth, smooth_and_drift, smooth_bounds
-from percuss.simulate.kernels.modes import below, drift, elastic, reach, reach_cubic
+from percuss.simulate.kernels.modes import below, drift, elastic, elastic_apart, reach, reach_cubic
 from percuss.simulate.kernels.motion_records import AWAY, CONTACT, EPS, GRAZE, NOTHING, OPEN, TIRED, TURN
 
 # ---- The last piece of the way to a contact: where the rate decides it, and where it does not
@@ -89,7 +89,7 @@ def approach(table, motion, desk, here, behind, noise, size, jerk, horizon, slip
             top = falls or -v > 4.0 * EPS * tau * a
             return (GRAZE if top else CONTACT), (tau, y, v, a), low, tau, slip, i
         ds, vs, sa, first, second = smooth_and_drift(bar, now, osc, t)
-        df, fv, fa, slip = elastic(bar, modes, z, now, desk, t)
+        df, fv, fa, slip = elastic_apart(bar, modes, z, now, desk, t)
         y_t, v_t, a_t, noise = now.gap + ds + df, vs + fv, sa + fa, blur(size, t, first, second)
         if y_t > noise:
             return CONTACT, (t, y_t, v_t, a_t), low, t, slip, i + 1
@@ -177,7 +177,7 @@ def let_go(table, motion, desk, way, begin, horizon):
         if tau >= horizon:
             return NOTHING, here, part, df, noise, slip, tries
         part = smooth_and_drift(bar, now, desk.osc, tau)
-        df, fv, fa, slip = elastic(bar, table.modes, motion.z, now, desk, tau)
+        df, fv, fa, slip = elastic_apart(bar, table.modes, motion.z, now, desk, tau)
         here = (tau, now.gap + part[0] + df, part[1] + fv, part[2] + fa)
         noise = blur(way.size, tau, part[3], part[4])
         if here[1] + noise < 0.0:

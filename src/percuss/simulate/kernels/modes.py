@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inlined, inner, summed
+from percuss.compiled import inlined, inlined_sums, inner
 from percuss.simulate.kernels.motion_records import EPS, POWERS, SINGLY
 
 # ---- Modes that are overdamped or close to it: they keep the value and the rate of their free motion
@@ -46,17 +46,6 @@ def creep(d, square, omega, tau):
     fade, spread = math.exp(-rate * tau), 2.0 * kappa * tau
     h = fade * (-math.expm1(-spread) / (2.0 * kappa) if spread > 1e-300 else tau)
     return -math.expm1(-rate * tau) - rate * h, h, fade * math.exp(-spread) - rate * h, fade + rate * h
-
-
-@inner
-def free_motion(d, square, omega, tau):
-    """1 − g, h and h' of any mode: q = q(0) (1 − g) + q'(0) h, q' = q'(0) h' − q(0) ω² h."""
-    if d < 1.9 * omega:
-        lam, fade = math.sqrt(square), math.exp(-0.5 * d * tau)
-        slow, h = fade * math.cos(lam * tau), fade * (math.sin(lam * tau) / lam)
-        return slow + 0.5 * d * h, h, slow - 0.5 * d * h
-    _, h, rate, left = creep(d, square, omega, tau)
-    return left, h, rate
 
 
 @inner
@@ -130,11 +119,11 @@ def creep_sizes(bar, modes, z):
 # ---- Functions of single numbers that come again and again, without cancellation and faster than those of the library
 
 
-@inner
+@inlined
 def sine_cosine(x):
     """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials.
 
-    Never to be inlined into a function with reordered sums: they would undo its rounding.
+    Its own sums are never reordered, whatever is said of those it is copied into: that would undo its rounding.
     """
     if not abs(x) < 1e5:
         return math.sin(x), math.cos(x)
@@ -159,7 +148,7 @@ def sine_cosine(x):
     return -sine if which & 2 else sine, -cosine if (which + 1) & 2 else cosine
 
 
-@inner
+@inlined
 def drift(d, tau):
     """(1 − e^{−dτ})/d and its integral, for any d ≥ 0; theory §2, mode 0."""
     x = d * tau
@@ -180,7 +169,7 @@ def drift(d, tau):
     return first, (tau - first) / d
 
 
-@inner
+@inlined
 def sway(d, spring, tau):
     """The answer h to a unit push of a damped motion on a spring and its integral: `drift` with a frequency.
 
@@ -188,6 +177,12 @@ def sway(d, spring, tau):
     """
     if spring == 0.0:
         return drift(d, tau)
+    return sprung(d, spring, tau)
+
+
+@inner
+def sprung(d, spring, tau):
+    """`sway` on a spring."""
     square = spring * spring
     if d >= 1.9 * spring or spring * tau < 0.5:
         g, h, _, _ = creep(d, (spring - 0.5 * d) * (spring + 0.5 * d), spring, tau)
@@ -213,7 +208,7 @@ def ramped(d, spring, first, second, tau):
     return tau * tau * tau * total
 
 
-@inner
+@inlined
 def fading(half, tau):
     """e^{−hτ} and e^{−hτ} − 1, h half the damping."""
     x = half * tau
@@ -276,7 +271,7 @@ def below(u, v, m):
 SMALL = 1e-3  # an angle whose fifth power does not matter
 
 
-@summed
+@inlined_sums
 def powers(work, ar, ai, n):
     """(1 + a)ʲ − 1, j = 1 … n, into `work`: doubled in number at each round."""
     br, bi = ar + ar + (ar * ar - ai * ai), ai + ai + 2.0 * ar * ai
@@ -297,7 +292,7 @@ def powers(work, ar, ai, n):
         m *= 2
 
 
-@inner
+@inlined
 def phasors(bar, modes, work, tau):
     """e^{iλ_nτ} − 1 of the oscillating modes into `work`, but for a turn by −δ_n times the result.
 
@@ -368,7 +363,7 @@ def damped_phasors(modes, work, tau):
         work.im[j] = im + fall * im
 
 
-@summed
+@inlined_sums
 def elastic(bar, modes, z, now, work, tau):
     """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`.
 
@@ -392,7 +387,13 @@ def elastic(bar, modes, z, now, work, tau):
     return y, v, a, slip
 
 
-@summed
+@inner
+def elastic_apart(bar, modes, z, now, work, tau):
+    """`elastic`, made once for what is seldom done."""
+    return elastic(bar, modes, z, now, work, tau)
+
+
+@inlined_sums
 def faded_together(bar, modes, z, now, work, slip, tau):
     """The oscillating part of `elastic` where one damping holds for all modes."""
     moved, rate, curve = 0.0, 0.0, 0.0
@@ -418,7 +419,7 @@ def faded_together(bar, modes, z, now, work, slip, tau):
     )
 
 
-@summed
+@inlined_sums
 def faded_singly(modes, z, work):
     """The same where the phasors have the damping of each mode in them."""
     moved, rate, curve = 0.0, 0.0, 0.0
@@ -433,7 +434,7 @@ def faded_singly(modes, z, work):
     return moved, rate, curve
 
 
-@summed
+@inlined_sums
 def turn_modes(bar, modes, z, work, tau, late, slip):
     """The amplitudes of the free motion at τ.
 
@@ -478,7 +479,7 @@ def turn_modes(bar, modes, z, work, tau, late, slip):
         z[0, j], z[1, j] = work.aside_re[j], work.aside_im[j]
 
 
-@summed
+@inlined_sums
 def forced_modes(table, work, c, s, order):
     """Displacement (order 0) or velocity (1) of every q_n under the harmonics, or behind a ramp, into `work`.
 

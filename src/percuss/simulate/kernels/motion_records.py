@@ -24,7 +24,12 @@ BAR = np.dtype(
         ("spring", "f8"),  # its own frequency on a gas chamber, 0 without one
         ("whole", "f8"),  # its modal mass where its place is that of the striking end: 1 without a chamber
         ("restitution", "f8"),
-        ("mean", "f8"),  # the constant part of the load: its mean, or the step that holds
+        ("load", "f8"),  # the constant part of the load: its mean, or the step that holds …
+        ("mean", "f8"),  # … what of it pushes the bar as a whole …
+        ("wall", "f8"),  # … and of the force that the wall feels from the body at rest: `bears` load + `preload`
+        ("bears", "f8"),
+        ("preload", "f8"),
+        ("held", "f8"),  # 1 for a structure, which does not move as a whole and rests in the shape that it has
         ("ramp", "f8"),  # rate at which the force on the modes grows, as a pump fills an accumulator; else 0
         ("lift", "f8"),  # … at which the rigid motion is pushed more and more, which a chamber or accumulator holds
         ("climb", "f8"),  # … and the velocity of what is seen that comes of it, without the rigid motion
@@ -45,7 +50,7 @@ BAR = np.dtype(
         ("jerk", "f8"),
         ("force", "f8"),  # Σ|p_k|, the speed scale
         ("bend", "f8"),  # bound of |p''|
-        ("wave", "f8"),  # time of a wave through the bar
+        ("wave", "f8"),  # time of a wave through the bar; of a structure half a swing of its first mode
         ("contact", "f8"),  # … and to and fro, which a contact takes
         ("ripple", "f8"),  # half a period of the shortest one
         ("pushing", "f8"),  # bound of the time for which the load never pulls, or inf
@@ -501,13 +506,10 @@ class Plant(NamedTuple):
     controls: Controls
 
 
-class Drive(NamedTuple):
-    """Of a plant, what nearly all of its functions work with: the fewer arrays, the less there is to compile."""
+class Switching(NamedTuple):
+    """Of a plant, the valve that its motion has besides that of a bar; None in its place under a clock."""
 
-    table: MotionTable
     gear: Gear
-    motion: KernelState
-    desk: Desk
     controls: Controls
 
 

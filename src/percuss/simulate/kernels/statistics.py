@@ -1,4 +1,4 @@
-"""Running sums over the impacts of a motion, and what is concluded from them."""
+"""The search for a cycle, running sums over the impacts of a motion, what is concluded from them, and the record."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from percuss.simulate.kernels.motion_records import (
 
 # ---- The search for a cycle: among impacts by their states, among releases by their phases
 
-SAME = 64  # last impacts looked at
-SHIFTS = 32  # longest cycle that makes a motion "not aperiodic"
+SAME = 64  # last impacts looked at, of a machine half as many changes of its valve
+SHIFTS = 32  # longest cycle that makes a motion "not aperiodic", of a machine half of that
+ELSEWHERE = 1e9  # distance of two states of a valve
 SETTLING = 100.0  # tolerances within which a state after a rest is still on its way to the one after the rest before
 FEW = 4  # main blows of a cycle too few for errors to grow
 
@@ -41,47 +42,107 @@ def remember(speed, motion):
 @inlined
 def returned(bar, modes, speed, motion, tolerance):
     """Whether the state is the remembered one, each number to `tolerance` of its scale."""
-    now, z, anchor = motion.now, motion.z, motion.anchor
+    now = motion.now
     turn = abs(now.phase - now.anchor_phase)
     if min(turn, TURN - turn) > tolerance:
         return False
     bound = tolerance * (bar.force + abs(speed))
     if abs(speed - now.anchor_speed) > bound or abs(now.rigid_rate - now.anchor_rigid_rate) > bound:
         return False
-    most = 0.0
-    for j in range(z.shape[1]):
-        off = max(abs(z[0, j] - anchor[0, j]), abs(z[1, j] - anchor[1, j]))
-        most = max(most, off * (1.0 + modes.lam[j]))  # of displacements and of velocities
-    return most <= bound
+    return amplitudes_off(modes, motion.z, motion.anchor) <= bound
 
 
 @inner
-def farthest(past, shift, first, last, scale):
-    """Greatest distance of the impacts number `first` … `last` − 1 from those `shift` before, phases and speeds."""
+def impacts_apart(one, other, scale):
+    """How far one of the last impacts is from another."""
+    turn = abs(one.phase - other.phase)
+    return max(min(turn, TURN - turn), abs(one.speed - other.speed) / scale)
+
+
+@inner
+def changes_apart(one, other, scale):
+    """The same of the last changes of a valve."""
+    if one.state != other.state:
+        return ELSEWHERE
+    off = max(abs(one.gap - other.gap), abs(one.rate - other.rate)) / scale
+    return max(abs(one.interval - other.interval), off)
+
+
+@inner
+def farthest(past, shift, first, last, scale, apart):
+    """Greatest distance of those number `first` … `last` − 1 from those `shift` before."""
     most, ring = 0.0, past.shape[0] - 1
     for i in range(first, last):
-        a, b = i & ring, (i - shift) & ring
-        turn = abs(past[a].phase - past[b].phase)
-        most = max(most, min(turn, TURN - turn), abs(past[a].speed - past[b].speed) / scale)
+        most = max(most, apart(past[i & ring], past[(i - shift) & ring], scale))
     return most
 
 
 @inlined
-def shortest(past, impacts, periods, seen, scale, tolerance):
-    """The cycle of `impacts` impacts or, when a part of it comes back as well, that part; 0 when that is still open.
+def shortest(past, cycle, periods, seen, scale, tolerance, apart, near):
+    """The cycle of so many impacts or changes or, when a part of it comes back too, that; 0 when that is still open.
 
-    A motion that settles with a negative multiplier comes back after two impacts before it does after one: the
-    distance of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for.
+    A motion that settles with a negative multiplier comes back after two cycles before it does after one: the distance
+    of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for where it is less than `near`.
     """
-    for part in range(1, impacts // 2 + 1):
-        if impacts % part or (periods * part) % impacts or 2 * impacts + part > min(seen, past.shape[0]):
+    for part in range(1, cycle // 2 + 1):
+        if cycle % part or (periods * part) % cycle or 2 * cycle + part > min(seen, past.shape[0]):
             continue
-        off = farthest(past, part, seen - impacts, seen, scale)
+        off = farthest(past, part, seen - cycle, seen, scale, apart)
         if off <= tolerance:
             return part
-        if abs(off - farthest(past, part, seen - 2 * impacts, seen - impacts, scale)) > 1e-4 * off:
+        if off < near and abs(off - farthest(past, part, seen - 2 * cycle, seen - cycle, scale, apart)) > 1e-4 * off:
             return 0
-    return impacts
+    return cycle
+
+
+@inlined
+def returns(past, seen, same, shifts, top, apart):
+    """Whether some shift brings the last impacts, or changes of a valve, back to `LOOSE`ly the same.
+
+    `past`: the last ones, in a ring; `seen`: how many there were; `top`: what they are measured by.
+    """
+    ring = past.shape[0] - 1
+    for shift in range(1, shifts + 1):
+        near = True
+        for i in range(seen - same, seen):
+            if apart(past[i & ring], past[(i - shift) & ring], top) > LOOSE:
+                near = False
+                break
+        if near:
+            return True
+    return False
+
+
+@inner
+def wandering(past, seen):
+    """Whether no shift by up to `SHIFTS` impacts brings the last ones back."""
+    if seen < SAME + SHIFTS:
+        return False
+    top, ring = 1e-300, past.shape[0] - 1
+    for i in range(seen - SAME, seen):
+        top = max(top, abs(past[i & ring].speed))
+    return not returns(past, seen, SAME, SHIFTS, top, impacts_apart)
+
+
+@inner
+def valve_wandering(past, seen):
+    """The same of the last changes of a valve."""
+    if seen < SAME // 2 + SHIFTS // 2:
+        return False
+    top, ring = 1e-300, past.shape[0] - 1
+    for i in range(seen - SAME // 2, seen):
+        top = max(top, abs(past[i & ring].rate), abs(past[i & ring].gap))
+    return not returns(past, seen, SAME // 2, SHIFTS // 2, top, changes_apart)
+
+
+@inlined
+def amplitudes_off(modes, z, kept):
+    """How far amplitudes are from kept ones, displacements and velocities."""
+    most = 0.0
+    for j in range(z.shape[1]):
+        off = max(abs(z[0, j] - kept[0, j]), abs(z[1, j] - kept[1, j]))
+        most = max(most, off * (1.0 + modes.lam[j]))
+    return most
 
 
 @inner
@@ -178,7 +239,8 @@ def recurrence(bar, modes, speed, fresh, motion, tolerance):
         if periods > 0:
             cycle = since
             if count.rests == 0:
-                cycle = shortest(motion.past, since, periods, count.impacts, bar.force + abs(speed), tolerance)
+                scale = bar.force + abs(speed)
+                cycle = shortest(motion.past, since, periods, count.impacts, scale, tolerance, impacts_apart, math.inf)
             if cycle == 0:
                 count.confirmed, count.cycle_impacts = 0, 0
             else:
@@ -204,28 +266,80 @@ def recurrence(bar, modes, speed, fresh, motion, tolerance):
         remember(speed, motion)
 
 
-@inner
-def wanders(past, impacts):
-    """Whether no shift by up to `SHIFTS` impacts brings the last impacts back to `LOOSE`ly the same phases and speeds.
+# ---- … of a machine among the changes of its valve, by the state of all that moves and waits
 
-    `past`: the last impacts, in a ring.
-    """
-    if impacts < SAME + SHIFTS:
+
+@inlined
+def remember_change(motion, controls):
+    """The state just after a change of the valve, to be compared with later ones."""
+    now, count, own = motion.now, motion.count, controls.now
+    z, memo = motion.z, controls.memo
+    own.memo_gap, own.memo_rate, own.memo_rigid = now.gap, now.gap_rate, now.rigid_rate
+    own.memo_time, own.memo_state, own.memo_last = own.time, own.state, own.last
+    own.memo_waiting, own.memo_changes, own.memo_blows = own.waiting, own.changes, own.blows
+    own.memo_rests, own.memo_chatters, own.memo_impacts = own.rests, own.chatters, count.impacts
+    own.memo_taken, own.memo_charge, own.strongest = own.taken, own.charge, 0.0
+    for j in range(z.shape[1]):
+        memo[0, j], memo[1, j] = z[0, j], z[1, j]
+    for i in range(own.waiting):
+        controls.memo_due[i] = controls.due[i]
+
+
+@inlined
+def changed_back(modes, motion, controls, tolerance, scale):
+    """Whether the state is the remembered one, each number to `tolerance` of its scale."""
+    now, own, bound = motion.now, controls.now, tolerance * scale
+    if own.state != own.memo_state or own.last != own.memo_last or own.waiting != own.memo_waiting:
         return False
-    top, ring = 0.0, past.shape[0] - 1
-    for i in range(impacts - SAME, impacts):
-        top = max(top, abs(past[i & ring].speed))
-    for shift in range(1, SHIFTS + 1):
-        near = True
-        for i in range(impacts - SAME, impacts):
-            a, b = i & ring, (i - shift) & ring
-            turn = abs(past[a].phase - past[b].phase)
-            if min(turn, TURN - turn) > LOOSE or abs(past[a].speed - past[b].speed) > LOOSE * top:
-                near = False
-                break
-        if near:
+    if abs(own.charge - own.memo_charge) > tolerance * abs(own.charge):
+        return False
+    far = max(abs(now.gap - own.memo_gap), abs(now.gap_rate - own.memo_rate))
+    if max(far, abs(now.rigid_rate - own.memo_rigid)) > bound:
+        return False
+    for i in range(own.waiting):
+        if abs(controls.due[i] - controls.memo_due[i]) > tolerance:
             return False
-    return True
+    return amplitudes_off(modes, motion.z, controls.memo) <= bound
+
+
+@inlined
+def recurrence_of_valve(table, motion, controls, tolerance):
+    """The search for a cycle, after each change of the valve, as `recurrence`."""
+    now, own, past = motion.now, controls.now, controls.past
+    own.changes += 1
+    ring = past.shape[0] - 1
+    last = past[(own.changes - 1) & ring]
+    last.interval, last.gap, last.rate, last.state = own.time - own.changed, now.gap, now.gap_rate, own.state
+    own.changed = own.time
+    scale = table.bar.force + abs(now.gap_rate)
+    since = own.changes - own.memo_changes
+    if own.memo_changes > 0 and changed_back(table.modes, motion, controls, tolerance, scale):
+        cycle = shortest(past, since, since, own.changes, scale, tolerance, changes_apart, 1.0)
+        if cycle == 0:
+            own.confirmed, own.cycle_changes = 0, 0
+        else:
+            turns = 0
+            for i in range(own.changes - cycle, own.changes):
+                turns += 1 if past[i & ring].state == own.state else 0
+            blows = (own.blows - own.memo_blows) * cycle // since
+            if cycle == own.cycle_changes and blows == own.cycle_blows:
+                own.confirmed += 1
+            else:
+                own.confirmed, own.found_at = 1, own.memo_impacts
+            own.cycle_changes, own.cycle_blows, own.cycle_turns = cycle, blows, turns
+            own.period = (own.time - own.memo_time) * cycle / since
+            own.cycle_taken = (own.taken - own.memo_taken) * cycle / since
+            own.cycle_speed = own.strongest
+            own.cycle_kind = 1 if own.rests > own.memo_rests else 0
+            if own.chatters > own.memo_chatters:
+                own.cycle_kind = 2
+        remember_change(motion, controls)
+    else:
+        if own.confirmed > 0 and since > own.cycle_changes:
+            own.confirmed, own.cycle_changes = 0, 0
+        if own.memo_changes == 0 or since >= own.patience:
+            own.patience = max(2 * own.patience, 1)
+            remember_change(motion, controls)
 
 
 # ---- Running sums over the impacts of a motion, and what is concluded from them
@@ -314,7 +428,7 @@ def concluded(motion, code, member):
     member.cycle_impacts = count.cycle_impacts if settled else 0
     member.cycle_periods = count.cycle_periods if settled else 0
     member.cycle_kind = count.cycle_kind if settled or count.verdict == LOST_CYCLE else 0
-    member.wanders = 1 if wanders(motion.past, count.impacts) else 0
+    member.wanders = 1 if wandering(motion.past, count.impacts) else 0
 
 
 @entry
@@ -328,7 +442,7 @@ def conclude(motion, code, member):
 
 @inlined
 def record(kind, before, lost, port, motion, valve, log):
-    """One event with the state after it, unless the record has no rows; `valve`: a VALVE_NOW, or None under a clock."""
+    """One event with the state after it, unless the record has no rows; `valve` is None under a clock."""
     if log.events.shape[0] == 0:
         return
     now, count, z, states = motion.now, motion.count, motion.z, log.states
@@ -338,7 +452,8 @@ def record(kind, before, lost, port, motion, valve, log):
     if valve is None:
         event.phase, event.period, event.piece = now.phase, count.period, count.piece
     else:
-        event.phase, event.period, event.piece = valve.time + valve.time_low, 0, valve.state
+        own = valve.controls.now
+        event.phase, event.period, event.piece = own.time + own.time_low, 0, own.state
     event.before, event.after, event.lost, event.kind, event.port = before, now.gap_rate, lost, kind, port
     event.kinetic = now.kinetic_energy if kind == IMPACT else 0.0
     event.resolved = count.run if kind == CHATTER else 0
@@ -349,4 +464,4 @@ def record(kind, before, lost, port, motion, valve, log):
             states[i, STATE_NUMBERS + j] = z[0, j]
             states[i, STATE_NUMBERS + n + j] = z[1, j]
         if valve is not None and states.shape[1] > STATE_NUMBERS + 2 * n:
-            states[i, STATE_NUMBERS + 2 * n] = valve.charge
+            states[i, STATE_NUMBERS + 2 * n] = valve.controls.now.charge

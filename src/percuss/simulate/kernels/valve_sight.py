@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import apart, inlined, inner, summed
-from percuss.simulate.kernels.bounds import amplitudes, smooth_at_anchor
+from percuss.compiled import inlined, inner, summed
+from percuss.simulate.kernels.bounds import amplitudes_apart, smooth_at_anchor
 from percuss.simulate.kernels.first_contact import next_contact
 from percuss.simulate.kernels.motion_records import (
     CONTACT,
@@ -38,10 +38,17 @@ def rigid_place(table, motion, force):
     return motion.now.gap - total
 
 
+@inlined
+def push_on_rigid_motion(bar, valve, first):
+    """Acceleration of the rigid motion, without drag, where it is at q_0 = `first` on the gas of a chamber."""
+    return valve.gear.gain * valve.controls.now.force - bar.spring * bar.spring * first
+
+
 @summed
-def seen(table, gear, motion, force, port, first):
+def seen(table, motion, port, first, valve):
     """Place, and its rate, of what a port reads; `first` is q_0."""
-    modes, z, ratio = table.modes, motion.z, gear.ratio
+    modes, z, gear, force = table.modes, motion.z, valve.gear, valve.controls.now.force
+    ratio = gear.ratio
     place, rate = ratio[port, 0] * first, ratio[port, 0] * motion.now.rigid_rate
     if gear.rigid[port] == 0:
         for j in range(modes.omega.shape[0]):
@@ -101,18 +108,18 @@ def swing(table, motion):
 
 
 @inlined
-def held_by_gas(table, gear, motion, controls):
+def held_by_gas(table, motion, valve):
     """Whether no port whose demand counts can ever be reached, whatever blows may come: they take energy, and no more.
 
     Asked while no order waits. A place is never farther from where it would be still than √(Σ w_i²/ω_i²) times the root
     of twice the energy about there, which falls in flight, and at a blow that keeps the strain.
     """
-    valve, modes = controls.now, table.modes
+    gear, own, modes = valve.gear, valve.controls.now, table.modes
     if (table.bar.strain != 1.0 and modes.omega.shape[0] > 0) or table.bar.ramp != 0.0:
         return False
-    force, root = valve.force, math.sqrt(swing(table, motion))
+    force, root = own.force, math.sqrt(swing(table, motion))
     for port in range(gear.to.shape[0]):
-        if gear.to[port] == valve.last:
+        if gear.to[port] == own.last:
             continue
         if gear.side[port] == 0.0:
             return False
@@ -122,7 +129,7 @@ def held_by_gas(table, gear, motion, controls):
     return True
 
 
-@apart
+@inner
 def met(table, motion, desk, at_edge, begin, guess, horizon, limit):
     """`next_contact`, once for all that a machine may meet."""
     return next_contact(table, motion, desk, at_edge, begin, guess, horizon, limit)
@@ -163,14 +170,14 @@ def looked_for(table, eye, desk, push, at_edge, rate, horizon, limit, forever, g
 
 
 @inlined
-def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
+def next_crossing(table, motion, desk, port, first, horizon, limit, forever, guess, valve, sight):
     """When a port is next entered, or left so that it may be entered again; NOWHERE when not before the horizon.
 
     The pressure of a supply falls to 0 where p u comes to the charge: this is a port whose edge draws back at q/|p|.
     Returns the time, what it is, and the evaluations. A graze is a time to look anew.
     """
-    table, gear, motion, controls = plant.table, plant.gear, plant.motion, plant.controls
-    place, rate = seen(table, gear, motion, controls.now.force, port, first)
+    gear, controls = valve.gear, valve.controls
+    place, rate = seen(table, motion, port, first, valve)
     empties = port == gear.to.shape[0]
     side, edge, creep = 1.0, 0.0, 0.0
     if empties:
@@ -199,10 +206,8 @@ def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
         )
     else:
         aim(gear, motion, sight.eye, port, sign, gap, toward)
-        amplitudes(table.bar, table.modes, sight.eye.z, sight.eye.now)
-        found, tau, steps = looked_for(
-            table, sight.eye, plant.desk, push, at_edge, toward, horizon, limit, forever, guess
-        )
+        amplitudes_apart(table.bar, table.modes, sight.eye.z, sight.eye.now)
+        found, tau, steps = looked_for(table, sight.eye, desk, push, at_edge, toward, horizon, limit, forever, guess)
     if found == NEVER:
         return math.inf, NEVER, steps
     if found == TIRED:
@@ -212,30 +217,25 @@ def next_crossing(plant, sight, port, first, horizon, limit, forever, guess):
     return math.inf, NOWHERE, steps
 
 
-# ---- Demands and orders of the valve, its record, and the time that goes by
+# ---- Demands and orders of the valve, and the time that goes by
 
 
 @inner
-def enter(kind, before, lost, port, motion, controls, log):
-    """One event with the state after it."""
-    record(kind, before, lost, port, motion, controls.now, log)
-
-
-@inner
-def demand(gear, motion, controls, port, rate, log):
+def demand(motion, port, rate, log, valve):
     """A port demands its state: ignored when it was demanded last; a later demand replaces what would come after it.
 
     `rate`: of what the port reads.
     """
-    valve, due, order, to = controls.now, controls.due, controls.order, gear.to[port]
-    if to == valve.last:
+    gear, own, due, order = valve.gear, valve.controls.now, valve.controls.due, valve.controls.order
+    to = gear.to[port]
+    if to == own.last:
         return
-    valve.last = to
-    while valve.waiting > 0 and due[valve.waiting - 1] >= gear.delay[port]:
-        valve.waiting -= 1
-    due[valve.waiting], order[valve.waiting] = gear.delay[port], to  # there is room: see `CROWDED`
-    valve.waiting += 1
-    enter(PORT, rate, 0.0, port, motion, controls, log)
+    own.last = to
+    while own.waiting > 0 and due[own.waiting - 1] >= gear.delay[port]:
+        own.waiting -= 1
+    due[own.waiting], order[own.waiting] = gear.delay[port], to  # there is room: see `CROWDED`
+    own.waiting += 1
+    record(PORT, rate, 0.0, port, motion, valve, log)
 
 
 @inner
@@ -250,174 +250,50 @@ def next_order(controls):
 
 
 @inlined
-def go_by(gear, motion, controls, tau):
+def first_due(valve):
+    """Time to the order that is due first; inf when none waits."""
+    return valve.controls.due[0] if valve.controls.now.waiting > 0 else math.inf
+
+
+@inlined
+def go_by(motion, tau, valve):
     """The time τ has gone by: the clock, exact to twice the digits, the supply, and all that counts down."""
-    now, valve = motion.now, controls.now
-    total = valve.time + tau
-    back = total - valve.time
-    valve.time_low += (valve.time - (total - back)) + (tau - back)
-    valve.time = total
-    if gear.flow > 0.0:
-        recharge(gear, valve, gear.flow * tau)
-    for i in range(valve.waiting):
+    now, own, controls = motion.now, valve.controls.now, valve.controls
+    total = own.time + tau
+    back = total - own.time
+    own.time_low += (own.time - (total - back)) + (tau - back)
+    own.time = total
+    if valve.gear.flow > 0.0:
+        recharge(valve, valve.gear.flow * tau)
+    for i in range(own.waiting):
         controls.due[i] -= tau
     for j in range(controls.just.shape[0]):
         controls.just[j] = 0
     now.since += tau
-    valve.clear -= tau
-    valve.lap -= tau
-    valve.awaited = valve.awaited - tau if valve.awaited > tau else 0.0
+    own.clear -= tau
+    own.lap -= tau
+    own.awaited = own.awaited - tau if own.awaited > tau else 0.0
     now.hold = now.hold - tau if now.hold > tau else 0.0
 
 
 @inlined
-def recharge(gear, valve, by):
+def recharge(valve, by):
     """More charge of the supply, and the force with it."""
-    valve.charge += by
-    valve.force = gear.forces[valve.state] + gear.slope * valve.charge
-
-
-# ---- The search for a cycle of a machine: among the changes of its valve, by the state of all that moves and waits
-
-MANY = 1000  # changes of state that are too many …
-SHORT = 1e-6  # … within this time
-SAME = 32  # last changes looked at
-SHIFTS = 16  # longest cycle that makes a motion not irregular
-LOOSE = 1e-3
+    own = valve.controls.now
+    own.charge += by
+    own.force = valve.gear.forces[own.state] + valve.gear.slope * own.charge
 
 
 @inlined
-def remember(motion, controls):
-    """The state just after a change of the valve, to be compared with later ones."""
-    now, count, valve = motion.now, motion.count, controls.now
-    z, memo = motion.z, controls.memo
-    valve.memo_gap, valve.memo_rate, valve.memo_rigid = now.gap, now.gap_rate, now.rigid_rate
-    valve.memo_time, valve.memo_state, valve.memo_last = valve.time, valve.state, valve.last
-    valve.memo_waiting, valve.memo_changes, valve.memo_blows = valve.waiting, valve.changes, valve.blows
-    valve.memo_rests, valve.memo_chatters, valve.memo_impacts = valve.rests, valve.chatters, count.impacts
-    valve.memo_taken, valve.memo_charge, valve.strongest = valve.taken, valve.charge, 0.0
-    for j in range(z.shape[1]):
-        memo[0, j], memo[1, j] = z[0, j], z[1, j]
-    for i in range(valve.waiting):
-        controls.memo_due[i] = controls.due[i]
+def oil_moved(table, motion, factor, valve):
+    """What is left where the driven end of a machine with a supply jumps to `factor` times its place: the pressure.
 
-
-@inlined
-def returned(table, motion, controls, tolerance, scale):
-    """Whether the state is the remembered one, each number to `tolerance` of its scale."""
-    now, valve, z, memo = motion.now, controls.now, motion.z, controls.memo
-    if valve.state != valve.memo_state or valve.last != valve.memo_last or valve.waiting != valve.memo_waiting:
-        return False
-    bound = tolerance * scale
-    if abs(valve.charge - valve.memo_charge) > tolerance * abs(valve.charge):
-        return False
-    far = max(abs(now.gap - valve.memo_gap), abs(now.gap_rate - valve.memo_rate))
-    far = max(far, abs(now.rigid_rate - valve.memo_rigid))
-    if far > bound:
-        return False
-    for i in range(valve.waiting):
-        if abs(controls.due[i] - controls.memo_due[i]) > tolerance:
-            return False
-    most = 0.0
-    for j in range(z.shape[1]):
-        off = max(abs(z[0, j] - memo[0, j]), abs(z[1, j] - memo[1, j]))
-        most = max(most, off * (1.0 + table.modes.lam[j]))
-    return most <= bound
-
-
-@inner
-def farthest(past, shift, first, last, scale):
-    """Greatest distance of the changes number `first` … `last` − 1 from those `shift` before."""
-    most, ring = 0.0, past.shape[0] - 1
-    for i in range(first, last):
-        a, b = past[i & ring], past[(i - shift) & ring]
-        if a.state != b.state:
-            return 1e9
-        most = max(most, abs(a.interval - b.interval), abs(a.gap - b.gap) / scale, abs(a.rate - b.rate) / scale)
-    return most
-
-
-@inlined
-def shortest(past, changes, seen, scale, tolerance):
-    """The cycle of so many changes or, when a part of it comes back as well, that; 0 when that is still open.
-
-    A motion that settles with a negative multiplier comes back after two cycles before it does after one: the distance
-    of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for.
+    The spring of the modes is that of the oil as well; returns what this seems to lose, and does not.
     """
-    for part in range(1, changes // 2 + 1):
-        if changes % part or 2 * changes + part > min(seen, past.shape[0]):
-            continue
-        off = farthest(past, part, seen - changes, seen, scale)
-        if off <= tolerance:
-            return part
-        if off < 1.0 and abs(off - farthest(past, part, seen - 2 * changes, seen - changes, scale)) > 1e-4 * off:
-            return 0
-    return changes
-
-
-@inlined
-def recurrence(table, motion, controls, tolerance):
-    """The search for a cycle, after each change of the valve: Brent's; two returns with the same cycle confirm it."""
-    now, valve, past = motion.now, controls.now, controls.past
-    valve.changes += 1
-    ring = past.shape[0] - 1
-    last = past[(valve.changes - 1) & ring]
-    last.interval, last.gap, last.rate, last.state = valve.time - valve.changed, now.gap, now.gap_rate, valve.state
-    valve.changed = valve.time
-    scale = table.bar.force + abs(now.gap_rate)
-    since = valve.changes - valve.memo_changes
-    if valve.memo_changes > 0 and returned(table, motion, controls, tolerance, scale):
-        cycle = shortest(past, since, valve.changes, scale, tolerance)
-        if cycle == 0:
-            valve.confirmed, valve.cycle_changes = 0, 0
-        else:
-            turns = 0
-            for i in range(valve.changes - cycle, valve.changes):
-                turns += 1 if past[i & ring].state == valve.state else 0
-            blows = (valve.blows - valve.memo_blows) * cycle // since
-            if cycle == valve.cycle_changes and blows == valve.cycle_blows:
-                valve.confirmed += 1
-            else:
-                valve.confirmed, valve.found_at = 1, valve.memo_impacts
-            valve.cycle_changes, valve.cycle_blows, valve.cycle_turns = cycle, blows, turns
-            valve.period = (valve.time - valve.memo_time) * cycle / since
-            valve.cycle_taken = (valve.taken - valve.memo_taken) * cycle / since
-            valve.cycle_speed = valve.strongest
-            valve.cycle_kind = 1 if valve.rests > valve.memo_rests else 0
-            if valve.chatters > valve.memo_chatters:
-                valve.cycle_kind = 2
-        remember(motion, controls)
-    else:
-        if valve.confirmed > 0 and since > valve.cycle_changes:
-            valve.confirmed, valve.cycle_changes = 0, 0
-        if valve.memo_changes == 0 or since >= valve.patience:
-            valve.patience = max(2 * valve.patience, 1)
-            remember(motion, controls)
-
-
-@inner
-def sliding(controls):
-    """Whether the valve has changed `MANY` times within a `SHORT` time: it will not end at a port."""
-    valve = controls.now
-    valve.recent += 1
-    if valve.recent < MANY:
-        return False
-    swift = valve.time - valve.window < SHORT
-    valve.recent, valve.window = 0, valve.time
-    return swift
-
-
-@inner
-def wandering(controls):
-    """Whether no shift by up to `SHIFTS` brings the last changes of the valve back to `LOOSE`ly the same."""
-    valve, past = controls.now, controls.past
-    if valve.changes < SAME + SHIFTS:
-        return 0
-    top = 1e-300
-    for i in range(valve.changes - SAME, valve.changes):
-        one = past[i & (past.shape[0] - 1)]
-        top = max(top, abs(one.rate), abs(one.gap))
-    for shift in range(1, SHIFTS + 1):
-        if farthest(past, shift, valve.changes - SAME, valve.changes, top) < LOOSE:
-            return 0
-    return 1
+    gear = valve.gear
+    if gear.draw == 0.0:
+        return 0.0
+    first = rigid_place(table, motion, valve.controls.now.force)
+    place, _ = seen(table, motion, gear.to.shape[0], first, valve)
+    recharge(valve, gear.draw * (factor - 1.0) * place)
+    return 0.5 * gear.draw * gear.slope * (1.0 - factor * factor) * place * place

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from percuss.compiled import inlined, inner, summed
-from percuss.simulate.kernels.bounds import amplitudes, smooth
-from percuss.simulate.kernels.clock import load_at, turn_clock
+from percuss.compiled import inlined, inlined_sums, inner, summed
+from percuss.simulate.kernels.bounds import amplitudes, amplitudes_apart, smooth
+from percuss.simulate.kernels.clock import load_at
 from percuss.simulate.kernels.modes import forced_modes
-from percuss.simulate.kernels.motion_records import CHATTER, NO_PORT, ON_WALL, POWERS, REST, RESTING
-from percuss.simulate.kernels.statistics import forget_run, record
+from percuss.simulate.kernels.motion_records import ON_WALL, POWERS
 
 
 @summed
@@ -24,7 +23,7 @@ def kinetic_energy(bar, modes, z, now, work):
     return 0.5 * bar.whole * now.rigid_rate * now.rigid_rate + total
 
 
-@summed
+@inlined_sums
 def turn_over(bar, modes, z, now, work):
     """The modal velocities times −R, with the forced ones in `work`; returns ½ ∫ u_t² dx before it."""
     r, total = bar.restitution, 0.0
@@ -90,11 +89,16 @@ def impact(table, motion, desk, force):
 
 
 @inner
-def all_energy(table, motion, desk, force):
-    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber."""
+def energy_at_rest_lost(table, motion, desk, force):
+    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber.
+
+    A structure, which keeps its shape, loses its kinetic energy only.
+    """
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table, desk, now.cosine, now.sine, 1)
     total = kinetic_energy(bar, modes, z, now, desk)
+    if bar.held > 0.0:
+        return total
     forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
         q = modes.omega[j] * (z[0, j] + desk.forced[j] + force * modes.statics[j])
@@ -108,20 +112,38 @@ def all_energy(table, motion, desk, force):
 
 
 @inner
-def undeformed(table, motion, desk, force):
-    """The bar at rest on the wall: all displacements and velocities 0, so that the free part is less the forced one."""
+def keep_shape(table, motion, desk, force):
+    """The displacements of a structure put by, as `at_rest` takes them: it lies in the shape that it has."""
+    modes, now, z = table.modes, motion.now, motion.z
+    forced_modes(table, desk, now.cosine, now.sine, 0)
+    for j in range(modes.omega.shape[0]):
+        desk.aside_re[j] = z[0, j] + desk.forced[j] + force * modes.statics[j]
+
+
+@inner
+def at_rest(table, motion, desk, force):
+    """The body still on the wall, a bar undeformed: its free part is its shape less the forced one."""
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table, desk, now.cosine, now.sine, 0)
     for j in range(modes.omega.shape[0]):
-        z[0, j] = -desk.forced[j] - force * modes.statics[j]
+        shape = desk.aside_re[j] if bar.held > 0.0 else 0.0
+        z[0, j] = shape - desk.forced[j] - force * modes.statics[j]
     forced_modes(table, desk, now.cosine, now.sine, 1)
     for j in range(modes.omega.shape[0]):
         if modes.oscillates[j] > 0.0:
             z[1, j] = (desk.forced[j] - modes.half[j] * z[0, j]) * modes.inverse[j]
         else:
             z[1, j] = -desk.forced[j]
-    amplitudes(bar, modes, z, now)
+    amplitudes_apart(bar, modes, z, now)
     now.gap, now.gap_rate, now.rigid_rate = 0.0, 0.0, 0.0
+
+
+@inlined
+def force_on_modes(bar, valve):
+    """The constant part of the force on the modes."""
+    if valve is None:
+        return bar.load
+    return valve.controls.now.force
 
 
 # ---- The end of chatter, and the bar at rest on the wall
@@ -195,34 +217,12 @@ def held(table, motion):
 
 
 @inner
-def stays(table, now, count):
+def stays(table, motion, valve):
     """Whether a bar without rebound stays on the wall: pushed by the load or, bouncing in no time, by its own shape."""
-    bar = table.bar
-    p, _ = load_at(table.harmonics, bar.mean, now.cosine, now.sine)
-    struck = count.mode == ON_WALL
-    return (struck and bar.restitution == 0.0 and p > 0.0) or now.acceleration >= 0.0
-
-
-@inner
-def set_down(table, motion, desk, wait, log):
-    """The bar comes to rest on the wall, after `wait` when chatter ends then: what motion and strain it has is lost."""
-    bar, now, count = table.bar, motion.now, motion.count
-    lost = all_energy(table, motion, desk, bar.mean)
-    chatter = bar.restitution > 0.0 and (
-        count.run > 1 or wait > 0.0
-    )  # without restitution there are finitely many impacts
-    if wait > 0.0:
-        turn_clock(now, count, wait)
-    undeformed(table, motion, desk, bar.mean)
-    motion.sums[0].taken += lost
-    count.mode = RESTING
-    now.laid += now.phase
-    if chatter:
-        now.chattered = 1.0
-        forget_run(motion)
-        count.chatters += 1
-        count.mark_chatters += 1
-        record(CHATTER, 0.0, lost, NO_PORT, motion, None, log)
-        lost = 0.0
-    count.rests += 1
-    record(REST, 0.0, lost, NO_PORT, motion, None, log)
+    bar, now = table.bar, motion.now
+    if valve is None:
+        p, _ = load_at(table.harmonics, bar.wall, now.cosine, now.sine)
+        pushed = p > 0.0
+    else:  # undeformed, it leaves as from rest
+        pushed = valve.controls.now.force > 0.0 or (bar.strain == 0.0 and table.modes.omega.shape[0] > 0)
+    return (motion.count.mode == ON_WALL and bar.restitution == 0.0 and pushed) or now.acceleration >= 0.0

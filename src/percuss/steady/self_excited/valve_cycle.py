@@ -426,6 +426,16 @@ class ValveCycle(Shown):
         return ()
 
     @property
+    def phases(self) -> Array:
+        """When the blows fall in the cycle, in rad of it; the last one at 0."""
+        return np.mod(2.0 * math.pi * self.blow_times / self.period, 2.0 * math.pi)
+
+    @property
+    def speeds(self) -> Array:
+        """`blow_speeds`, as other orbits call them."""
+        return self.blow_speeds
+
+    @property
     def blow_speed(self) -> float:
         """Speed just before the strongest blow."""
         return float(self.blow_speeds.max())

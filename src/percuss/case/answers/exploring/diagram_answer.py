@@ -14,7 +14,6 @@ from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
 from percuss.case.answers.numerals import counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.errors import ParameterError
 from percuss.explore.diagrams.diagram import carried_diagram
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_VALUES, diagram_job
 from percuss.explore.family import Axis
@@ -48,14 +47,9 @@ def diagram_job_of(
     Raises
     ------
     CaseError, ParameterError
-        When the case cannot be used, the piston switches its load, or there is no such parameter.
+        When the case cannot be used, or there is no such parameter.
     """
     checked_case(case)
-    if case.is_machine:
-        raise ParameterError(
-            "diagram", case.file, "a hammer whose load keeps time by itself",
-            "'percuss sweep' maps what such a machine does over a parameter",
-        )  # fmt: skip
     axis = _axis(along)
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
     return diagram_job(
@@ -103,7 +97,7 @@ def diagram_answer(
     Raises
     ------
     CaseError, ParameterError
-        When the case cannot be used, the piston switches its load, or there is no such parameter.
+        When the case cannot be used, or there is no such parameter.
     Interrupted
         After Ctrl-C; its `partial` is the diagram of what was done.
 

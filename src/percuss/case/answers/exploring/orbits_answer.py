@@ -19,7 +19,8 @@ from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
-from percuss.explore.parameters import PARAMETERS
+from percuss.explore.orbit_starts import doubled_seeds
+from percuss.explore.parameters import parameters_of
 from percuss.halting import halting
 from percuss.model import Machine, System
 from percuss.model.checks import Array, count, flag, text
@@ -27,6 +28,7 @@ from percuss.stability import orbit_multipliers
 from percuss.stability.multipliers import NEUTRAL
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, free_amplitude
+from percuss.steady.self_excited import ValveCycle
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
@@ -176,9 +178,12 @@ def _searched(
     """The orbits of a label with so many modes."""
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if isinstance(system, Machine):
-        if flag("switch", switch):
-            raise ParameterError("switch", switch, "False: branches of a machine without a clock are not followed yet")
-        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt) if drawn else {}
+        near: dict[str, Any] = (
+            orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt) if drawn else {}
+        )
+        if flag("switch", switch) and impacts % 2 == periods % 2 == 0:
+            with suppress(Interrupted), halting(halt):
+                near |= doubled_seeds(system, impacts, periods, modes=kept)
         return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
         found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
@@ -210,10 +215,11 @@ def branch_answer(
     Parameters
     ----------
     case
-        A hammer whose load keeps time.
+        Of any hammer.
     orbit
         ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
         time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
+        Of a machine that switches its own valve labels are blows and valve cycles in a period.
     along
         A parameter and its range, ``load_factor=0.3:1.2`` or ``frequency=40 Hz:80 Hz``; a key of the case in its unit.
         Without a range, ``load_factor``, the branch is followed to its ends. Where the range does not hold the value of
@@ -241,6 +247,10 @@ def branch_answer(
     name, family, ends = followed(case, along)
     own, kept = _value(case, family, name), _modes(case, modes)
     value = own if ends is None else min(max(own, ends[0]), ends[1])
+    if case.is_machine:
+        machine = case.machine() if value == own else family.machine({name: value})
+        begun = _chosen(machine, orbit, kept)
+        return follow(begun, name, ends, family=family, value=value, switch=switch, halt=halt)
     system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
         if count("switch", switch, least=0):
@@ -286,9 +296,11 @@ def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float
 def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
-        found = PARAMETERS[name].get(case.system())
+        hammer: Any = case.machine() if case.is_machine else case.system()
+        parameter = parameters_of(hammer)[name]
+        found = parameter.get(hammer)
         if found is None or not math.isfinite(found):  # of a structure s
-            PARAMETERS[name].check(case.system())
+            parameter.check(hammer)
             raise ParameterError(name, None, "a parameter that the case has")
         return found
     if key == LOAD_SCALE:
@@ -301,11 +313,11 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
     return value
 
 
-def _chosen(system: System, orbit: str, modes: int) -> PeriodicOrbit:
+def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
     """The orbit that a text names."""
     label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
-    if which.strip().startswith("phases"):
+    if which.strip().startswith("phases") and isinstance(system, System):
         return _near(system, orbit, (impacts, periods), which.partition("=")[2], modes)
     if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
         raise ParameterError("orbit", orbit, _CHOICE)
@@ -373,7 +385,7 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
     """Points of a branch followed through two parameters, or ends of cycles with rest."""
     points = [{"type": point.kind.value, **picked(point, "values beyond")} for point in curve.points]
     if not curve.has_rest:
-        orbits = [picked(point.orbit, "phases speeds") for point in curve.points]
+        orbits = [picked(point.motion, "phases speeds") for point in curve.points]
         points = [told | orbit for told, orbit in zip(points, orbits, strict=True)]
         along = picked(curve, "values phases is_orbit angles")
         along["angles"] = None if None in along["angles"] else along["angles"]
@@ -384,6 +396,7 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
 
 def _branch_dict(branch: Branch) -> dict[str, Any]:
     along = picked(branch, "phases times speeds stable")
+    along |= picked(branch, "cycle_times") if branch.is_machine else {}
     if branch.has_rest:  # each cycle has its own number of impacts
         names = ("phases", "times", "speeds", "stable", "release_phases", "rest_phases")
         along = {name: [plain_value(getattr(cycle, name)) for cycle in branch.cycles] for name in names}
@@ -397,6 +410,8 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
     told = picked(point, "value beyond impact touch_phase")
+    if isinstance(point.motion, ValveCycle):
+        return {"type": point.kind.value, "orbit": told_orbit(point.motion), **told}
     if not has_rest:
         return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
     told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None

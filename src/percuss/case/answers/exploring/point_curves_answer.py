@@ -22,6 +22,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore import Axis, BranchEvent, BranchPoint, PointCurve, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
+from percuss.explore.point_curves.machine_points import FOLLOWED_OF_MACHINES
 from percuss.explore.point_curves.rest_walk import REST_FOLLOWED
 from percuss.model.checks import having, text
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH}
 _NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
+_MACHINE_NAMES = {**{kind.value: kind for kind in FOLLOWED_OF_MACHINES}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
 _REST_NAMES = {**{kind.value: kind for kind in REST_FOLLOWED}, **_SHORT}
 
 
@@ -97,13 +99,15 @@ def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
     """The points that a text names."""
     every: list[Any] = followed_points(branch)
-    names = _REST_NAMES if branch.has_rest else _NAMES
+    names = _REST_NAMES if branch.has_rest else _MACHINE_NAMES if branch.is_machine else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
     known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
     if text("curve", which, "all").strip() != "all":
         return [_one(every, names, word.strip(), which, known) for word in which.split(",")]
     if not every:
         told = f"points of which there are curves: {', '.join(names)}"
+        if branch.is_machine and which.strip() == "all":  # a branch on which nothing happens has no curves
+            return []
         raise ParameterError("curve", which, told, f"on this branch there are only: {known}")
     return every
 
@@ -112,13 +116,14 @@ def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
     if branch.has_rest:
         return [point for point in branch.points if point.kind in REST_FOLLOWED]
-    kept = [point for point in branch.points if point.kind in FOLLOWED]
+    known = FOLLOWED_OF_MACHINES if branch.is_machine else FOLLOWED
+    kept = [point for point in branch.points if point.kind in known]
     return kept + [
         point
         for other in branch.family()
         if other is not branch
         for point in other.points[1:]
-        if point.kind in FOLLOWED and point.kind is not BranchEvent.HALVING
+        if point.kind in known and point.kind is not BranchEvent.HALVING
     ]
 
 

@@ -16,12 +16,13 @@ from percuss.model.checks import callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
+from percuss.steady.self_excited import ValveCycle
 
 if TYPE_CHECKING:
     pass
 
 
-_USUAL = ("load.mean", "load.frequency")
+_USUAL = ("load.mean", "load.frequency", "load.pressure", "load.supply.flow")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
 _ENDS = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)}
 _FROM_NOTHING = ("load_factor", "mean", "amplitude", "d", "damping", "damping_ratio", "drag", "eta")
@@ -29,7 +30,7 @@ _FROM_NOTHING = ("load_factor", "mean", "amplitude", "d", "damping", "damping_ra
 
 def reach_answer(
     case: Case,
-    orbit: Orbit,
+    orbit: Orbit | ValveCycle,
     names: Sequence[str] | None = None,
     *,
     modes: int | None = None,
@@ -40,9 +41,10 @@ def reach_answer(
     Parameters
     ----------
     case
-        A hammer whose load keeps time.
+        Of any hammer.
     orbit
-        One of its steady motions, which must be possible and stable: `SteadyAnswer.chosen` has one.
+        One of its steady motions, which must be possible and stable: `SteadyAnswer.chosen` has one; or the cycle of a
+        machine that switches its own valve.
     names
         Parameters as of `percuss sweep`; None for those with a slider on the page, mean load and frequency.
     modes
@@ -65,13 +67,8 @@ def reach_answer(
 ceases to exist (then chatter/1)
     """
     wanted = varied_parameters(case, names)
-    instance("orbit", orbit, Orbit)
     callback("halt", halt)
-    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
-    body = orbit.system.body
-    kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
-    start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
-    start = orbit_near(orbit.system, start.times, orbit.periods, modes=kept) or start  # fewer modes, another phase
+    start = orbit if isinstance(orbit, ValveCycle) else _with_modes(instance("orbit", orbit, Orbit), modes)
     found = []
     for row in wanted:
         if halt is not None and halt():
@@ -81,6 +78,15 @@ ceases to exist (then chatter/1)
         except Interrupted:
             break
     return tuple(found)
+
+
+def _with_modes(orbit: Orbit, modes: int | None) -> PeriodicOrbit:
+    """A steady motion with the modes that are asked for."""
+    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    body = orbit.system.body
+    kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
+    start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
+    return orbit_near(orbit.system, start.times, orbit.periods, modes=kept) or start  # fewer modes, another phase
 
 
 def varied_parameters(case: Case, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
@@ -113,7 +119,9 @@ def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, 
     return rows[key]
 
 
-def _row(case: Case, start: PeriodicOrbit, row: dict[str, Any], halt: Callable[[], bool] | None) -> CaseReach:
+def _row(
+    case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], halt: Callable[[], bool] | None
+) -> CaseReach:
     name, unit, value = row["name"], row["unit"], row["value"]
     about = (name, row["label"], unit, value)
     family = CaseFamily(case, {name: unit} if unit else {})
@@ -127,10 +135,14 @@ def _row(case: Case, start: PeriodicOrbit, row: dict[str, Any], halt: Callable[[
     return CaseReach(*about, found)
 
 
-def _is_open(start: PeriodicOrbit, name: str, value: float) -> bool:
+def _is_open(start: PeriodicOrbit | ValveCycle, name: str, value: float) -> bool:
     """Whether a parameter that is 0 may be of either sign: the gap and the mean load of what is held."""
     short = name.rpartition(".")[2]
-    return not value and not start.system.body.is_free and short in ("gap", "mean", "load_factor")
+    return (
+        not value
+        and not (start.machine if isinstance(start, ValveCycle) else start.system).body.is_free
+        and short in ("gap", "mean", "load_factor")
+    )
 
 
 def _range(name: str, value: float) -> tuple[float, float]:

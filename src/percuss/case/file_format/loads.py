@@ -1,7 +1,7 @@
-"""The table [load] of a case file: one pydantic model for every kind of load in SI; the plain form follows from it.
+"""The table [load] of a case: one pydantic model for every kind of load in SI, and the load or the valve made of it.
 
-A new load is a new class, and a place in the union at the end. The text below a key is what the reference prints; what
-stands there for a key of one load holds for the loads after it that say nothing.
+A new load is a new class, a place in the union below the tables, and what is made of it. The text below a key is what
+the reference prints; what stands there for a key of one load holds for the loads after it that say nothing.
 """
 
 from __future__ import annotations
@@ -29,9 +29,15 @@ from percuss.case.file_format.values import (
     Stiffness,
     Stress,
     Time,
+    above_zero,
+    given_in,
+    keyed,
     list_of,
+    number_of,
 )
-from percuss.errors import ParameterError, UnitError
+from percuss.errors import ParameterError, UnitError, did_you_mean
+from percuss.model import Chamber, Cushion, Load, Port, Supply, Valve
+from percuss.units import si
 
 # ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber
 
@@ -303,3 +309,111 @@ AnyLoad = Annotated[
     HarmonicLoad | SquareLoad | FourierLoad | HistoryLoad | StepsLoad | ValveLoad, Field(discriminator="kind")
 ]
 """The loads of the SI form."""
+
+
+# ---- From the table [load] of a case to a load, except recordings
+
+_MOST_STEPS = 1000
+"""Steps of a load; each of the thousands of harmonics is a sum over them."""
+
+
+def load_of(table: AnyLoad) -> Load:
+    """The load that a formula describes: in N with its frequency, or dimensionless."""
+    hertz, square_metres = getattr(table, "frequency", None), getattr(table, "area", None)
+    frequency = None if hertz is None else above_zero("frequency", hertz, "frequency")
+    area = None if square_metres is None else above_zero("area", square_metres, "area")
+
+    def number(value: float | str, name: str) -> float:
+        if not isinstance(value, str):
+            return value
+        if area is not None:
+            return si(value, "pressure", name) * area
+        with keyed(remedies={name: 'a pressure also needs the area that it acts on: area = "6.5 cm^2"'}):
+            return si(value, "force", name)
+
+    given = getattr(table, "unit", None)
+    unit = 1.0 if given is None else number(f"1 {given}", "unit")
+    if isinstance(table, HarmonicLoad):
+        mean, amplitude = number(table.mean, "mean"), number(table.amplitude, "amplitude")
+        load = Load.harmonic(mean, amplitude, table.harmonic, frequency=frequency)
+    elif isinstance(table, SquareLoad):
+        load = Load.square(number(table.amplitude, "amplitude"), table.kappa, table.harmonics, frequency=frequency)
+    elif isinstance(table, StepsLoad):
+        if len(table.breaks) > _MOST_STEPS:
+            raise ParameterError("breaks", f"{len(table.breaks)} phases", f"at most {_MOST_STEPS}")
+        load = Load.steps(table.breaks, [unit * p for p in table.values], table.harmonics, frequency=frequency)
+    else:
+        assert isinstance(table, FourierLoad)
+        load = Load.fourier([unit * complex(re, im) for re, im in table.coefficients], frequency=frequency)
+    return load.acting_at(table.at)
+
+
+# ---- From the table [load] of a machine that switches itself to its valve
+
+_PRESSURE = "give pressure, that of the supply, or the forces of the states"
+_BEHIND = "the wall is at 0, and the distance is counted away from it"
+_BEYOND = "one that began behind the wall would take part of every blow, which is not in the model"
+
+
+def valve_of(table: ValveLoad) -> Valve:
+    """The valve that a table describes: in N, m and s, or dimensionless; what else the table says is checked, too."""
+    pressure, room = pressure_of(table), room_of(table)
+    states = {name: _state_force(name, given, pressure) for name, given in table.states.items()}
+    ports = []
+    for i, own in enumerate(table.ports):
+        with keyed(f"ports[{i}].", remedies={"behind": _BEHIND}):
+            ports.append(Port(**given_in(own)))
+        if room is not None and (ports[i].behind or 0.0) >= room:
+            accepted = f"a port within the room, {table.room}"
+            raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
+    with keyed("chamber."):
+        chamber = Chamber() if table.chamber is None else Chamber(**given_in(table.chamber))
+    with keyed("cushion.", remedies={"beyond": _BEYOND}):
+        cushion = None if table.cushion is None else Cushion(**given_in(table.cushion))
+    supply = None if table.supply is None else _supply(table, table.supply, pressure)
+    try:
+        return Valve(states, tuple(ports), table.start_state, chamber, cushion, supply)
+    except ParameterError as error:
+        name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
+        near = did_you_mean(error.value, table.states) if name.endswith((".to", "start_state")) else ""
+        raise ParameterError(name, error.value, error.accepted, near or error.remedy) from None
+
+
+def pressure_of(table: ValveLoad) -> float | None:
+    """The pressure of the supply in Pa, or None."""
+    return None if table.pressure is None else above_zero("pressure", table.pressure, "pressure")
+
+
+def room_of(table: ValveLoad) -> float | None:
+    """How far behind the wall the piston can go: in m, or dimensionless; None without a limit."""
+    return None if table.room is None else above_zero("room", table.room, "length")
+
+
+def _state_force(name: str, given: str | AreasTable, pressure: float | None) -> float:
+    key = f"states.{name}"
+    if not isinstance(given, AreasTable):
+        return number_of(key, given, "force")
+    if pressure is None:
+        raise ParameterError(key, None, "a force, as there is no pressure for the areas", _PRESSURE)
+    areas: dict[str, float] = given_in(given, f"{key}.")
+    for side, area in areas.items():
+        if area < 0.0:
+            raise ParameterError(f"{key}.{side}", getattr(given, side), "an area, 0 or greater")
+    return pressure * (areas.get("rear", 0.0) - areas.get("front", 0.0))
+
+
+def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Supply:
+    flow = above_zero("supply.flow", own.flow, "flow")
+    accumulator = above_zero("supply.accumulator", own.accumulator, "compliance")
+    start = None if own.start is None else number_of("supply.start", own.start, "pressure")
+    if start is not None and start < 0.0:
+        raise ParameterError("supply.start", own.start, "a pressure, 0 or greater")
+    if table.is_plain:
+        return Supply(flow, accumulator, 1.0 if start is None else start)
+    for name, state in table.states.items():
+        if not isinstance(state, AreasTable):
+            remedy = "a piston displaces oil by the areas on which its pressure acts"
+            raise ParameterError(f"states.{name}", state, "areas, {front = …, rear = …}, beside a supply", remedy)
+    if pressure is None:
+        raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
+    return Supply.of_oil(flow, accumulator, pressure, start)

@@ -1,0 +1,211 @@
+"""The table [contact] of a case: how the bar leaves the wall, by a number, a law, or one blow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from percuss.case.file_format.bodies import SystemTable
+from percuss.case.file_format.target import BlowQuestion
+from percuss.case.file_format.values import FROM_THE_BLOW, Advance, Area, CaseTable, Law, Restitution, Strain
+from percuss.errors import ParameterError
+from percuss.model import Contact, Kept, Reversed, SizedBody, System, UniformBar
+from percuss.model.body import Body
+from percuss.model.contact import LAWS, Timed
+from percuss.units import si
+
+if TYPE_CHECKING:
+    from percuss.blow import EffectiveBlow, Rod, Wall
+
+
+class ContactTable(CaseTable):
+    """How the bar leaves the wall."""
+
+    restitution: Restitution | None = None
+    """Coefficient of restitution, or `"from the blow"`: that of the blow on the tool, resolved by waves. Allowed: 0 to
+    1. When left out: `receiving_area` is needed, or the law of the blow."""
+    receiving_area: Area | None = None
+    """Cross-section of a long rod of the same material that is struck. Allowed: at least that of the bar. When left
+    out: `restitution` is needed."""
+    strain: Strain | None = None
+    """What the impact does to the strain in the bar: keep it, or turn it over together with the velocity, as the waves
+    in a uniform bar do. When left out: `"reversed"`, but `"kept"` for a bar that is not uniform."""
+    law: Law | None = None
+    """What is known of the blow: B77's impact takes no time; `"b77-tau"` adds the time that a uniform bar is in
+    contact; `"b77-blow"` takes restitution, duration and advance from one blow resolved by waves. When left out:
+    `"b77"`."""
+    advance: Advance | None = None
+    """With a law that knows the duration: the tool keeps the advance that a blow gives it, is pushed back, or advances
+    by what the rock does not give back. When left out: `"kept"`, but `"residual penetration"` of a tool on rock and
+    `"pushed back"` of others that have an end."""
+
+
+# ---- The law of the contact, as far as no blow is resolved for it
+
+
+def contact_of(table: ContactTable | SystemTable, bar: SizedBody | None, tool: bool) -> Contact | None:
+    """The law of the contact; None where it depends on a bar that could not be made, or on the blow.
+
+    `tool` tells whether the case says what the bar strikes.
+    """
+    area = getattr(table, "receiving_area", None)
+    if area is not None and table.restitution is not None:
+        raise ParameterError("receiving_area", area, "either restitution or receiving_area, not both")
+    _check_law(table, tool or area is not None)
+    if table.law == "b77-blow" or table.restitution == FROM_THE_BLOW:
+        return None
+    law = law_of(table, bar)
+    if area is not None:
+        receiving = si(area, "area", "receiving_area")
+        return None if bar is None else law(receiving_area=receiving, area=bar.pieces[-1].area)
+    if table.restitution is None:
+        remedy = f'that of the blow on the tool is restitution = "{FROM_THE_BLOW}"' if tool else ""
+        raise ParameterError("restitution", None, "a restitution from 0 to 1, or a receiving_area", remedy)
+    assert not isinstance(table.restitution, str)
+    return law(table.restitution)
+
+
+def law_of(table: ContactTable | SystemTable, bar: SizedBody | None) -> type[Contact]:
+    """The law that the table names; else B77's, but in SI what the waves in a uniform bar do."""
+    if table.strain is not None:
+        return LAWS[table.strain]
+    uniform = isinstance(table, ContactTable) and (bar is None or bar.kind == UniformBar.kind)
+    return Reversed if uniform else Kept
+
+
+def check_body(table: ContactTable | SystemTable, law: type[Contact], body: Body) -> None:
+    """Refuse a body that the laws of the table do not hold for."""
+    law(0.0).check(body)
+    if table.law == "b77-tau" and not body.is_harmonic:
+        remedy = 'take law = "b77-blow", which holds for any bar'
+        raise ParameterError("law", table.law, "a uniform bar for the law b77-tau", remedy)
+
+
+def _check_law(table: ContactTable | SystemTable, target: bool) -> None:
+    """Refuse a law of the blow that lacks what it is made of; `target` tells whether the case says what is struck."""
+    given = table.restitution
+    if table.advance is not None and table.law in (None, "b77"):
+        remedy = 'take it away, or write law = "b77-tau" or "b77-blow"'
+        raise ParameterError("advance", table.advance, "a law that knows the duration of the blow beside it", remedy)
+    if table.law == "b77-blow" and given not in (None, FROM_THE_BLOW):
+        accepted = "no number beside the law b77-blow, which takes it from the blow"
+        remedy = f'write restitution = "{FROM_THE_BLOW}", or take law = "b77" for a number'
+        raise ParameterError("restitution", given, accepted, remedy)
+    if not target and (table.law == "b77-blow" or given == FROM_THE_BLOW):
+        key, remedy = ("law" if table.law == "b77-blow" else "restitution"), 'a rigid wall is kind = "wall" in [tool]'
+        raise ParameterError(key, getattr(table, key), "a table [tool] that says what the bar strikes", remedy)
+
+
+# ---- The contact of a case by one blow resolved by waves: its restitution, its duration, how far the tool moves on
+
+_SPENT = 1e-9
+"""A restitution that is as good as 0: the bar has given its momentum away."""
+
+_FORWARD = (
+    "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
+    "steps that on an endless tool never end: make the tool "
+    "thicker or the bar thinner, or give a number from 0 to 1"
+)
+
+
+def blow_of(question: BlowQuestion) -> EffectiveBlow:
+    """The blow of a bar on its tool, without a load; one that was computed before is remembered.
+
+    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
+    ends with `until`, where that is given.
+    """
+    from percuss.blow import effective_blow
+
+    rock = getattr(question.target, "rock", None)
+    velocity = 1.0 if rock is None or rock.gap == 0.0 else question.velocity
+    if not isinstance(velocity, float):
+        remedy = 'for example velocity = "10 m/s"; without the gap one blow serves all speeds'
+        accepted = "a velocity in [blow] beside the gap of [rock], as the blow depends on its speed"
+        raise ParameterError("restitution", None, accepted, remedy)
+    found = effective_blow(question.striker, question.target, velocity, until=question.until)
+    if not found.contacts:
+        remedy = "check the gap of [tool] and until in [blow]"
+        raise ParameterError("restitution", None, "a blow of a bar that reaches the tool", remedy)
+    return found
+
+
+def restitution_of(question: BlowQuestion) -> float:
+    """The restitution of a blow as B77's law takes it."""
+    from percuss.blow import BlowOutcome
+
+    blow = blow_of(question)
+    if abs(blow.restitution) <= _SPENT:
+        return 0.0
+    usual = 0.0 <= blow.restitution <= 1.0
+    if not usual and blow.outcome is BlowOutcome.STILL_IN_CONTACT and question.until is None:
+        accepted = f"a blow with a restitution from 0 to 1; on this tool R is {blow.restitution:.4g} so far"
+        raise ParameterError("restitution", None, accepted, _FORWARD)
+    if blow.outcome in (BlowOutcome.STILL_IN_CONTACT, BlowOutcome.GAP_CLOSING):
+        accepted = f"a blow that is over; {blow.outcome.value}"
+        raise ParameterError("restitution", None, accepted, "give a later end: until in [blow]")
+    if not usual:
+        accepted = f"a blow with a restitution from 0 to 1; that on this tool has R = {blow.restitution:.4g}"
+        raise ParameterError("restitution", None, accepted, _FORWARD)
+    return blow.restitution
+
+
+def blow_note(blow: EffectiveBlow, question: BlowQuestion) -> str:
+    """What is to be known of a restitution that is that of a blow, one sentence."""
+    several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
+    share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
+    text = f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
+    rock = getattr(question.target, "rock", None)
+    if rock is None or rock.gap == 0.0:
+        return text
+    return f"{text}; it is that of the velocity in [blow], as the gap in front of the rock makes it depend on the speed"
+
+
+def law_note(table: ContactTable | SystemTable | None) -> str:
+    """Where a law of blows that take time counts and where it does not, one sentence; "" without one."""
+    if table is None or table.law in (None, "b77"):
+        return ""
+    return (
+        f"law {table.law}: steady motions have its phases and multipliers beside those of B77's impact; simulations, "
+        "maps and boundaries have B77's impact with the same restitution"
+    )
+
+
+def timed_law(table: ContactTable | SystemTable, question: BlowQuestion, system: System) -> Timed | None:
+    """The law of a blow that takes time, as the table names it; None for B77's."""
+    if table.law == "b77-tau":
+        advance = table.advance or "kept"
+        if advance == "residual penetration":
+            raise ParameterError("advance", advance, '"kept" or "pushed back" beside the law b77-tau', _LAW_OF_ROCK)
+        return Timed.of_uniform_bar(system.s, system.restitution, advance)
+    if table.law != "b77-blow":
+        return None
+    blow = blow_of(question)
+    if blow.duration is None or blow.centroid is None:
+        accepted = f"a contact that ends; here {blow.outcome.value}"
+        raise ParameterError("law", table.law, accepted, _FORWARD)
+    time = 1.0 if system.bar is None else system.time_scale
+    law = Timed(
+        restitution_of(question),
+        blow.duration / time,
+        min(blow.centroid, blow.duration) / time,
+        ringing_share=min(blow.ringing, 1.0),
+        contacts=blow.contacts,
+    )
+    return replace(law, advance_per_impulse=_advance(table, question.target, blow) / time / law.impulse(1.0, 0.0))
+
+
+_LAW_OF_ROCK = 'the penetration is known to law = "b77-blow"'
+
+
+def _advance(table: ContactTable | SystemTable, target: Rod | Wall, blow: EffectiveBlow) -> float:
+    """Advance of the tool per speed of the bar, in the unit of time of the blow."""
+    from percuss.blow import Wall
+
+    end = "wall" if isinstance(target, Wall) else target.end
+    usual = {"rock": "residual penetration", "infinite": "kept"}.get(end, "pushed back")
+    advance = table.advance or usual
+    if advance not in (usual, "pushed back"):
+        where = {"wall": "a wall", "rock": "a rod on rock", "infinite": "an endless rod"}
+        accepted = f'"{usual}"' if usual == "pushed back" else f'"{usual}" or "pushed back"'
+        raise ParameterError("advance", advance, f"{accepted} of {where.get(end, f'a rod with a {end} end')}")
+    return 0.0 if advance == "pushed back" else blow.advance

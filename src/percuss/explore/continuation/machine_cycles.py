@@ -1,0 +1,249 @@
+"""Cycles of machines that switch their own valve, as a curve over one parameter or two: equations, and what ends them.
+
+The unknowns are the times of the guarded events of one order of events, ports and blows, the last of which is the
+period; see `percuss.steady.self_excited.event_sequence`. The equations know nothing of what else the bar might meet, so
+that they go on smoothly beyond every end of the branch: there a margin changes its sign, which is how it is located.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from percuss.errors import PercussError
+from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem, unit_tangent
+from percuss.explore.family import SwitchingFamily
+from percuss.halting import look
+from percuss.model import Machine
+from percuss.model.checks import Array
+from percuss.steady.periodic.periodic_orbit import slope
+from percuss.steady.self_excited import Rhythm, ValveCycle
+from percuss.steady.self_excited.event_sequence import EventSequence, Fault, sequence_in
+
+# ---- The cycles of an order of events
+
+_KEPT = 64  # motions
+_MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
+_STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
+_ROUNDED, _INSTANT = 1e-8, 1e-7  # of a flight, before its end; of the period: nothing is met in a shorter flight
+
+
+@dataclass(frozen=True)
+class MachineCurve(Problem):
+    """The cycles of a family of machines with an order of events and N modes; times are counted in `tick`s."""
+
+    family: SwitchingFamily
+    names: tuple[str, ...]
+    units: tuple[float, ...]
+    sequence: EventSequence
+    modes: int
+    tick: float
+    periods = 1
+
+    @cached_property
+    def impacts(self) -> int:  # type: ignore[override]
+        """How many of the unknowns are times."""
+        return sum(event.kind != "due" for event in self.sequence.events)
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        return tuple(range(self.impacts, self.impacts + len(self.names)))
+
+    @property
+    def label(self) -> str:
+        """Blows and valve cycles."""
+        return self.sequence.label
+
+    def of(self, sequence: EventSequence) -> MachineCurve:
+        """The cycles of another order of events, of the same machines."""
+        return replace(self, sequence=sequence)
+
+    # -- machines and motions --
+
+    def system(self, *values: float) -> Machine:  # type: ignore[override]
+        """The machine at values of the parameters; PercussError where there is none."""
+        known = self._machines
+        if values not in known:
+            if len(known) > _KEPT:
+                known.clear()
+            known[values] = self.family.machine(dict(zip(self.names, values, strict=True)))
+        return known[values]
+
+    @cached_property
+    def _machines(self) -> dict[tuple[float, ...], Machine]:
+        return {}
+
+    def refusal(self, *values: float) -> PercussError | None:
+        """Why there is no machine."""
+        try:
+            self.system(*values)
+        except PercussError as error:
+            return error
+        return None
+
+    @cached_property
+    def _motions(self) -> dict[bytes, ValveCycle]:
+        return {}
+
+    def motion(self, x: Array) -> ValveCycle:
+        """The motion at a point."""
+        key = x[: self.places[-1] + 1].tobytes()
+        if key not in self._motions:
+            if len(self._motions) > _KEPT:
+                self._motions.clear()
+            machine = self.system(*self.values(x))
+            self._motions[key] = self.sequence.cycle(machine, self.modes, self.times(x))
+        return self._motions[key]
+
+    def times(self, x: Array) -> Array:
+        """The unknown times, in the unit of the machines."""
+        return x[: self.impacts] * self.tick
+
+    def value(self, x: Array) -> float:
+        """The parameter at a point, or the first of two."""
+        return self.values(x)[0]
+
+    def unknowns(self, cycle: ValveCycle, *values: float) -> Array:
+        """The point of a cycle."""
+        return np.append(self.sequence.unknowns(cycle) / self.tick, np.divide(values, self.units))
+
+    # -- the equations --
+
+    def _closed(self, x: Array) -> Any:
+        with np.errstate(all="ignore"):
+            found = self.sequence.closed(self.system(*self.values(x)), self.modes, self.times(x))
+        if not np.all(np.isfinite(found.slope)):
+            raise CorrectorFailed("no motion")
+        return found
+
+    def residual(self, x: Array) -> Array:
+        return np.asarray(self._closed(x).error)
+
+    def matrix(self, x: Array) -> Array:
+        return self.linearised(x)[0]
+
+    def linearised(self, x: Array) -> tuple[Array, Array]:
+        closed = self._closed(x)
+        return np.hstack([closed.slope * self.tick, self._by_parameters(x)]), np.asarray(closed.error)
+
+    def _by_parameters(self, x: Array) -> Array:
+        """The derivatives by the parameters, by differences."""
+
+        def moved(place: int) -> Callable[[float], Array]:
+            way = np.eye(x.size)[place]
+            return lambda by: self.residual(x + by * way)
+
+        return np.stack([slope(moved(place), _STEP, CorrectorFailed) for place in self.places], axis=1)
+
+    def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
+        """As of other curves, with the exact derivatives by the times at every step."""
+        look()
+        x, m = np.array(start), self.impacts
+        try:
+            beside = self._by_parameters(x) if near.matrix is None else near.matrix[:, m:]
+            for step in range(1, _MOST_STEPS + 1):
+                closed = self._closed(x)
+                whole = np.vstack([np.hstack([closed.slope * self.tick, beside]), normal])
+                moved = np.linalg.solve(whole, -np.append(closed.error, normal @ (x - start)))
+                size = float(np.abs(moved).max())
+                if not size <= _LONGEST:
+                    raise CorrectorFailed("a step too long")
+                x = np.where(normal == 1.0, start, x + moved)
+                if size <= _CLOSE:
+                    matrix, error = self.linearised(x)
+                    rest = np.linalg.solve(np.vstack([matrix, normal]), -np.append(error, normal @ (x - start)))
+                    x = np.where(normal == 1.0, start, x + rest)
+                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix)
+        except (PercussError, np.linalg.LinAlgError, FloatingPointError) as error:
+            raise CorrectorFailed(str(error)) from error
+        raise CorrectorFailed("no convergence")
+
+    def flights(self, x: Array) -> Array:
+        """The period alone: that events keep their order is looked at as what ends a branch."""
+        return x[self.impacts - 1 : self.impacts]
+
+    def apart(self, x: Array, first: Array) -> Array:
+        return x - first
+
+    # -- numbers that vanish where stability changes --
+
+    def fold(self, point: CurvePoint) -> float:
+        """Where a multiplier is 1."""
+        matrix = self.matrix(point.x) if point.matrix is None else point.matrix
+        own = matrix[:, : self.impacts]
+        return float(np.linalg.det(own / np.linalg.norm(matrix, axis=1, keepdims=True)))
+
+    def flip(self, point: CurvePoint) -> float:
+        """Where a multiplier is −1."""
+        found = self.motion(point.x).slope
+        return float(np.linalg.det(np.eye(len(found)) + found))
+
+    # -- orders of events with twice and half as many blows --
+
+    def doubled(self, x: Array) -> tuple[MachineCurve, Array] | None:
+        """The curve of cycles of two of these, and its unknowns; None where there is no such order."""
+        m, rhythm = self.impacts, self.motion(x).rhythm
+        later = rhythm.period
+        blows = rhythm.blow_times + tuple(time + later for time in rhythm.blow_times)
+        passages = rhythm.passages + tuple((time + later, port) for time, port in rhythm.passages)
+        twice = Rhythm(blows, passages, rhythm.state, rhythm.orders)
+        sequence = sequence_in(self.motion(x).valve, twice)
+        return None if sequence is None else (self.of(sequence), np.concatenate([x[:m], x[:m] + x[m - 1], x[m:]]))
+
+    def halves(self, x: Array) -> tuple[Array, Array] | None:
+        """The mean of both halves of a cycle, and their difference; None for an odd number of events."""
+        m, known = self.impacts, self._half
+        if known is None:
+            return None
+        first, second = x[: m // 2], x[m // 2 : m] - x[m // 2 - 1]
+        return np.concatenate([0.5 * (first + second), x[m:]]), second - first
+
+    @cached_property
+    def _half(self) -> bool | None:
+        events, half = self.sequence.events, len(self.sequence.events) // 2
+        alike = [(one.kind, one.port, one.state, one.last) for one in events]
+        return True if len(events) % 2 == 0 and alike[:half] == alike[half:] else None
+
+    def halved(self, x: Array) -> MachineCurve | None:
+        """The curve of cycles of half of these."""
+        rhythm = self.motion(x).rhythm
+        p, q = len(rhythm.blow_times) // 2, len(rhythm.passages) // 2
+        half = Rhythm(rhythm.blow_times[:p], rhythm.passages[:q], rhythm.state, rhythm.orders)
+        sequence = sequence_in(self.motion(x).valve, half)
+        return None if sequence is None else self.of(sequence)
+
+    # -- whether a machine does this --
+
+    def fault(self, x: Array) -> Fault | None:
+        """The first thing that is not as the order of events says, but for what rounding makes of their places."""
+        cycle = self.motion(x)
+        spans = [one.duration for one in cycle.flights]
+        seen = [0.0 if 0.0 <= span < _INSTANT * cycle.period else span * (1.0 - _ROUNDED) for span in spans]
+        flights = tuple(replace(one, duration=span) for one, span in zip(cycle.flights, seen, strict=True))
+        return self.sequence.fault(replace(cycle, flights=flights))
+
+    def tests(self, x: Array) -> dict[str, float]:
+        """What changes its sign where the order of events ends; see `EventSequence.tests`."""
+        return self.sequence.tests(self.motion(x))
+
+
+def kind_of(test: str) -> tuple[BranchEvent, int]:
+    """What happens where a test of an order of events changes its sign, and the number of the event or the flight."""
+    name, _, number = test.partition(" ")
+    return _KINDS[name], int(number.partition(".")[0])
+
+
+_KINDS = {
+    "blow": BranchEvent.DEATH, "port": BranchEvent.PORT_LOST, "order": BranchEvent.ORDER_LOST,
+    "wall": BranchEvent.TOUCH, "edge": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
+}  # fmt: skip
+OF_FAULTS = {
+    "order": BranchEvent.ORDER_LOST, "direction": BranchEvent.PORT_LOST, "wall": BranchEvent.TOUCH,
+    "port": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
+}  # fmt: skip
+"""What ends a branch by the kind of a fault, where no test tells it."""

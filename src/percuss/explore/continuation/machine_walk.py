@@ -1,0 +1,399 @@
+"""The walk along cycles of machines that switch their own valve: what happens on it, and what begins there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from percuss.errors import ParameterError, PercussError
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
+from percuss.explore.continuation.branch_events import in_words, outside
+from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
+from percuss.explore.continuation.missed_events import nearest
+from percuss.explore.continuation.walk import (
+    FIRST,
+    CorrectorFailed,
+    CurvePoint,
+    CurveSegment,
+    LocatedEvent,
+    Look,
+    Target,
+    Varied,
+    Walk,
+    both_ways,
+    joined,
+    refused,
+)
+from percuss.explore.family import drives_itself
+from percuss.halting import halting
+from percuss.model.checks import Array, ComplexArray
+from percuss.stability.multipliers import TURNING
+from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.event_sequence import sequence_of
+
+# ---- What happens within a step
+
+_BEFORE = 1e-7  # of a step, before an end, where it is asked whether another one comes first
+_ENDS = 8  # that may hide each other in a step
+_ASIDE = 1e-3  # of a step, beside a fold or flip
+_FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
+_STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
+_FRESH = 5e-3  # of each time, for the first step from a flip
+
+
+def end_of(segment: CurveSegment) -> LocatedEvent | None:
+    """The first thing in a step beyond which a machine does something else: a test below 0, or what the proof finds."""
+    curve, last, found = segment.curve, segment.length, None
+    for _ in range(_ENDS):
+        x = segment.at(last).x
+        below = [name for name, value in curve.tests(x).items() if value < 0.0]
+        fault = None if below else curve.fault(x)
+        if not below and fault is None:
+            break
+        for name in below:
+            place = segment.root(partial(_test, curve, name), 0.0, last)
+            if found is None or place < found.place:
+                kind, which = kind_of(name)
+                found = segment.event(kind, place, which)
+        if fault is not None:
+            kind = OF_FAULTS[fault.kind]
+            found = segment.event(kind, _bisected(segment, last))
+            if kind is BranchEvent.TOUCH and curve.motion(found.point.x).contact.velocity_factor == 0.0:
+                found = found._replace(kind=BranchEvent.STICKING)
+        assert found is not None
+        last = found.place - _BEFORE * segment.length
+        if last <= 0.0:
+            break
+    return found
+
+
+def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
+    return curve.tests(point.x).get(name, 1.0)
+
+
+def _bisected(segment: CurveSegment, last: float) -> float:
+    low, high = 0.0, last
+    while high - low > _FINE * segment.length:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if segment.curve.fault(segment.at(middle).x) is None else (low, middle)
+    return low
+
+
+def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> list[LocatedEvent]:
+    """Folds, flips and pairs on the unit circle in a step up to a place, in order."""
+    curve, stop = segment.curve, segment.at(last)
+
+    def along(point: CurvePoint) -> float:
+        return float(point.tangent[-1])
+
+    found = []
+    if not fresh and along(segment.start) * along(stop) < 0.0:
+        found.append(segment.event(BranchEvent.FOLD, segment.root(along, 0.0, last)))
+    if not fresh and curve.flip(segment.start) * curve.flip(stop) < 0.0:
+        found.append(segment.event(BranchEvent.FLIP, segment.root(curve.flip, 0.0, last)))
+    places = sorted([0.0, *(one.place for one in found), last])
+    if not fresh:
+        for low, high in pairwise(places):
+            found += _pair(segment, low, high)
+    return sorted(found, key=lambda one: one.place)
+
+
+def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
+    """Where a pair of multipliers passes the unit circle, if two more or fewer are outside."""
+    curve, aside = segment.curve, _ASIDE * segment.length
+
+    def values(place: float) -> ComplexArray:
+        return np.asarray(curve.motion(segment.at(place).x).multipliers)
+
+    low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
+    if low >= high:
+        return []
+    counts = outside(values(low)), outside(values(high))
+    if abs(counts[1] - counts[0]) < 2:
+        return []
+    while high - low > _FINE * segment.length:
+        middle = 0.5 * (low + high)
+        here = outside(values(middle))
+        if abs(here - counts[0]) >= abs(counts[1] - here):
+            high = middle
+        else:
+            low = middle
+    seen = values(high)
+    turning = seen[seen.imag > TURNING * np.abs(seen)]
+    if not turning.size:
+        return []
+    pair = complex(turning[np.argmin(np.abs(np.abs(turning) - 1.0))])
+    first, stop = max(low - 1e-6 * segment.length, 0.0), min(high + 1e-6 * segment.length, segment.length)
+
+    def modulus(point: CurvePoint) -> float:
+        return abs(nearest(curve.motion(point.x).multipliers, pair)) - 1.0
+
+    return [segment.event(BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, stop))]
+
+
+_ONE, _HALVED, _NEAR_HALVED = 1e-8, 0.01, 3.0  # rad, between the halves of a cycle: they are one, or nearly
+_ROUNDS, _NEARLY, _ASIDE_OF_ALL = 12, 1e-8, 1e-6
+
+
+def _flip_near(curve: MachineCurve, x: Array) -> Array:
+    """The flip near unknowns, by Newton's method; CorrectorFailed where there is none."""
+    for _ in range(_ROUNDS):
+        matrix, off = curve.linearised(x)
+        here, ways = curve.flip(CurvePoint(x, x, 0)), _ASIDE_OF_ALL * np.eye(x.size)
+        sides = [[curve.flip(CurvePoint(x + one, x, 0)) for one in (way, -way)] for way in ways]
+        row = np.diff(sides, axis=1).T / (-2.0 * _ASIDE_OF_ALL)
+        try:
+            step = np.linalg.solve(np.vstack([matrix, row]), -np.append(off, here))
+        except np.linalg.LinAlgError:
+            break
+        if not float(np.abs(step).max()) < 0.5:
+            break
+        x = x + step
+        if float(np.abs(step).max()) < _NEARLY:
+            return x
+    raise CorrectorFailed("no flip")
+
+
+# ---- The walk
+
+
+class MachineWalk(Walk):
+    """A walk along cycles; its marks are how many multipliers are outside, `fresh` where it begins at a flip."""
+
+    def __init__(
+        self, curve: MachineCurve, start: CurvePoint, bounds: Sequence[tuple[float, float]], *, fresh: bool = False
+    ) -> None:
+        super().__init__(curve, start, bounds)
+        self.fresh = fresh
+        if fresh:
+            self.size = _FRESH * self.scale
+
+    def mark(self) -> int:
+        return outside(self.curve.motion(self.here.x).multipliers)
+
+    def look(self, target: Target) -> Look:
+        segment = CurveSegment(self.curve, self.here, target.point)
+        halving = None if self.fresh else self._halving(segment)
+        if halving is not None:
+            return Look(segment, [], None, halving)
+        last = end_of(segment)
+        length = segment.length if last is None else last.place
+        found = changes_of_stability(segment, length, self.fresh)
+        if last is not None and last.kind in (BranchEvent.DEATH, BranchEvent.PORT_LOST):
+            # the time at which a guard is met turns back where it is met without speed: that is no fold
+            found = [one for one in found if last.place - one.place > _ASIDE * segment.length]
+        return Look(segment, found, target.limit, last)
+
+    def _halving(self, segment: CurveSegment) -> LocatedEvent | None:
+        """Where both halves of the cycle become one, which is the flip of the cycle of one of them.
+
+        Near it Newton's method decides by rounding between the branch, its image, and the branch of that cycle.
+        """
+        first, second = (self.curve.halves(point.x) for point in (segment.start, segment.stop))
+        if first is None or second is None:
+            return None
+        before, after = (float(np.linalg.norm(side[1])) for side in (first, second))
+        passed = float(first[1] @ second[1]) < 0.0 or after < _ONE
+        if before < _ONE or not (passed or (after < before and after < _HALVED)):
+            return None
+        narrow, share = self.curve.halved(segment.start.x), before / (before + after) if passed else 1.0
+        if narrow is None:
+            return None
+        x = _flip_near(narrow, (1.0 - share) * first[0] + share * second[0])
+        made = narrow.doubled(x)
+        if made is None or float(np.abs(made[1] - segment.stop.x).max()) > _NEAR_HALVED * max(before, segment.length):
+            if passed:
+                raise CorrectorFailed("another flip")
+            return None
+        return LocatedEvent(BranchEvent.HALVING, segment.length, CurvePoint(made[1], segment.start.tangent, 0))
+
+    def went(self, look: Look) -> None:
+        if self.fresh:
+            self.fresh, self.size = False, FIRST * self.scale
+        super().went(look)
+
+    def stuck(self) -> None:
+        m = self.curve.impacts
+        if self.here.x[m - 1] > _STANDSTILL * self.points[0].x[m - 1]:
+            self.end(BranchEvent.STALL)
+        else:
+            self.end(BranchEvent.LOST if self.refusal is None else refused(self.refusal))
+
+
+# ---- Where the following of a cycle begins, and the branches that begin at flips
+
+
+_SAME = 1e-6  # rad, by which the cycle may be inexact
+
+
+def beginning(curve: MachineCurve, cycle: ValveCycle, values: tuple[float, ...]) -> CurvePoint | None:
+    """The point of a cycle with the tangent towards greater values of the parameter; None where there is none near."""
+    x = curve.unknowns(cycle, *values)
+    try:
+        matrix = curve.matrix(x)
+        tangent = np.linalg.svd(matrix)[2][-1]
+        tangent = tangent if tangent[-1] >= 0.0 else -tangent
+        return curve.corrected(x, tangent, tangent, CurvePoint(x, tangent, 0, matrix))
+    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
+        return None
+
+
+def doubled(curve: MachineCurve, point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:
+    """The branch of twice as many blows that begins at a flip."""
+    made = curve.doubled(point.x)
+    if made is None:
+        return None
+    wide, x = made
+    own = wide.matrix(x)[:, : wide.impacts]
+    way = np.append(np.linalg.svd(own)[2][-1], np.zeros(len(curve.names)))
+    return wide, CurvePoint(x, way / np.linalg.norm(way), 0)
+
+
+def machine_point(curve: MachineCurve, one: LocatedEvent, walk: Walk) -> BranchPoint:
+    """What is told of a point."""
+    cycle = (curve.halved(one.point.x) or curve) if one.kind is BranchEvent.HALVING else curve
+    x = one.point.x
+    if cycle is not curve:
+        halves = curve.halves(x)
+        assert halves is not None
+        x = halves[0]
+    motion = cycle.motion(x)
+    values = motion.multipliers
+    beyond = one.kind.words
+    if one.kind is BranchEvent.FOLD:
+        told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
+        beyond = f"the branch turns back; beyond {told} neither of its two cycles exists"
+    elif one.kind is BranchEvent.FLIP:
+        beyond = _flip(curve, one.point)
+    elif one.kind is BranchEvent.NEIMARK_SACKER:
+        turning = values[values.imag > TURNING * np.abs(values)]
+        pair = turning[np.argmin(np.abs(np.abs(turning) - 1.0))]
+        turn = math.degrees(float(np.angle(pair)))
+        beyond = f"motions on a torus may begin, which turn by {turn:.4g}° in a cycle"
+    elif one.kind is BranchEvent.TOUCH:
+        beyond = "the striking end touches the wall between two blows: double blow"
+    elif one.kind is BranchEvent.NO_SYSTEM and walk.refusal is not None:
+        beyond = f"there is no such machine: {in_words(walk.refusal)}"
+    elif one.kind in (BranchEvent.LIMIT, BranchEvent.STOPPED):
+        beyond = "the branch goes on"
+    impact = one.which + 1 if one.kind is BranchEvent.DEATH else None
+    return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond, values, impact)
+
+
+_TRIED = (0.02, 0.01, 0.005)
+
+
+def _flip(curve: MachineCurve, point: CurvePoint) -> str:
+    """Where the doubled cycle begins, and whether it is stable there, by steps into it."""
+    partner = doubled(curve, point)
+    if partner is None:
+        return "a cycle of twice as many blows begins"
+    wide, start = partner
+    for size in _TRIED:
+        try:
+            found = wide.corrected(start.x + size * start.tangent, start.tangent, start.tangent, start)
+        except CorrectorFailed:
+            continue
+        if found.x[-1] != start.x[-1]:
+            towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
+            unstable = outside(wide.motion(found.x).multipliers)
+            told = "unstable" if unstable else "stable"
+            return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
+    return f"{wide.label} begins, to which side and whether it is stable is not resolved"
+
+
+# ---- Cycles of machines followed through a parameter, both ways
+
+_FEW = 400  # points of a branch along which a cycle of another label is looked for
+_MET = 1e-7  # of a parameter, within which two branches begin at one flip
+
+
+def follow_cycle(
+    cycle: ValveCycle,
+    over: Varied,
+    *,
+    switch: int = 0,
+    most: int = 4000,
+    halt: Callable[[], bool] | None = None,
+) -> Branch:
+    """The branch of a cycle; see `percuss.explore.follow`."""
+    sequence = sequence_of(cycle)
+    family = over.family
+    assert drives_itself(family)
+    tick = cycle.period / (2.0 * math.pi)
+    curve = MachineCurve(family, over.names, over.units, sequence, cycle.modes, tick)
+    with halting(halt):
+        start = beginning(curve, cycle, over.here)
+        if start is None or float(np.abs(start.x - curve.unknowns(cycle, *over.here)).max()) > _SAME:
+            raise ParameterError("orbit", str(cycle), f"a cycle of the machine with {over}")
+        if (fault := curve.fault(start.x)) is not None:
+            raise ParameterError("orbit", str(cycle), f"a possible cycle, without another {fault.kind}")
+        ways = both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, most)
+    return _branch(curve, ways, over.bounds, most, switch, halt, [])
+
+
+def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
+    """The cycles at the value of a cycle on the branches that begin at the flips of its own."""
+    family, found = over.family, list[ValveCycle]()
+    assert drives_itself(family)
+    curve = MachineCurve(
+        family, over.names, over.units, sequence_of(cycle), cycle.modes, cycle.period / (2.0 * math.pi)
+    )
+    start = beginning(curve, cycle, over.here)
+    ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
+    for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):
+        partner = doubled(curve, one.point)
+        if partner is None:
+            continue
+        wide, begin = partner
+        walk = MachineWalk(wide, begin, over.bounds, fresh=True).walked(_FEW)
+        off = np.array([point.x[-1] for point in walk.points]) - np.divide(over.here, over.units)
+        for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
+            first, last = walk.points[i : i + 2]
+            x = first.x + off[i] / (off[i] - off[i + 1]) * (last.x - first.x)
+            held = np.eye(x.size)[-1]
+            found.append(wide.motion(wide.corrected(x, held, first.tangent, first).x))
+    return found
+
+
+def _branch(
+    curve: MachineCurve,
+    ways: Sequence[MachineWalk],
+    bounds: Sequence[tuple[float, float]],
+    most: int,
+    depth: int,
+    halt: Callable[[], bool] | None,
+    met: list[tuple[str, float]],
+) -> Branch:
+    """The branch of walks from one point, and those that begin at its flips; `met` are those that were followed."""
+    points, marks, happened = joined(ways)
+    motions = [curve.motion(point.x) for point in points]
+    found = tuple(machine_point(curve, one, way) for one, way in happened)
+    met += [(curve.label, point.value) for point in found if point.kind is BranchEvent.HALVING]
+    switched = []
+    for one, _ in happened if depth else ():
+        partner = doubled(curve, one.point) if one.kind is BranchEvent.FLIP else None
+        if partner is None or (halt is not None and halt()):
+            continue
+        wide, start = partner
+        key = wide.label, curve.value(one.point.x)
+        if any(key[0] == label and abs(key[1] - value) < _MET * max(1.0, abs(value)) for label, value in met):
+            continue
+        met.append(key)
+        with halting(halt):
+            walk = MachineWalk(wide, start, bounds, fresh=True).walked(most)
+        walk.happened.insert(0, LocatedEvent(BranchEvent.HALVING, 0.0, start))
+        switched.append(_branch(wide, (walk,), bounds, most, depth - 1, halt, met))
+    return Branch(
+        parameters=curve.names, label=curve.label, modes=curve.modes,
+        values=np.array([curve.value(point.x) for point in points]),
+        times=np.array([motion.blow_times for motion in motions]),
+        speeds=np.array([motion.blow_speeds for motion in motions]),
+        cycle_times=np.array([motion.period for motion in motions]),
+        energies=np.array([float(motion.blow_energies.mean()) for motion in motions]),
+        unstable=np.array(marks, dtype=np.int64), points=found, switched=tuple(switched),
+    )  # fmt: skip

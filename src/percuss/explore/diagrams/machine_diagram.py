@@ -1,0 +1,157 @@
+"""The items of a diagram of machines that switch their own valve: passes of simulations, and branches of cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from percuss.errors import PercussError
+from percuss.explore.continuation.following import follow
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, with_new
+from percuss.explore.family import SwitchingFamily
+from percuss.explore.jobs.job import Columns
+from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
+from percuss.model import Machine
+from percuss.model.checks import Array
+from percuss.steady import orbits
+
+if TYPE_CHECKING:
+    from percuss.explore.diagrams.diagram import SettledMotion
+    from percuss.simulate import Start, Stop, Trajectory
+    from percuss.steady import ValveCycle
+
+_STARTS = 16  # at each value at which cycles are searched for
+_IMPACTS = 600  # of a simulation, where its stop rule allows more
+_SAME = 1e-4  # of the greatest speed, by which the blows of two motions that are one may differ
+_TURN = 2.0 * np.pi
+
+
+def machine_branches(
+    family: SwitchingFamily,
+    name: str,
+    between: tuple[float, float],
+    values: Sequence[float],
+    label: tuple[int, int],
+    *,
+    switch: int,
+    tries: int,
+    modes: int,
+    stopped: Callable[[], bool],
+) -> list[DiagramBranch]:
+    """All branches on which a cycle of a label was found at one of the values, and those that begin at their flips."""
+    found: list[DiagramBranch] = []
+    for value in values:
+        if stopped():
+            break
+        try:
+            machine = family.machine({name: value})
+            near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
+            known = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
+        except PercussError:  # there is no such machine
+            continue
+        for cycle in cast("tuple[ValveCycle, ...]", known):
+            rows = [line.speeds_at(value) for line in found if line.label == cycle.label]
+            if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for its in rows for row in its):
+                continue
+            try:
+                branch = follow(cycle, name, between, family=family, value=value, switch=switch, halt=stopped)
+            except PercussError:  # at an end of what can be followed
+                continue
+            lines = [line_of(one, lambda at: family.machine({name: at})) for one in branch.family()]
+            found = with_new(found, lines)
+    return found
+
+
+# ---- What simulations settle on
+
+_CYCLE, _IRREGULAR, _UNDECIDED = 0, 100, 101
+
+
+def machine_pass(
+    machines: Sequence[Machine | None],
+    modes: int,
+    stop: Stop,
+    seed: int,
+    found: Columns,
+    taken_along: bool,
+    stopped: Callable[[], bool],
+) -> Columns:
+    """A random start for each machine, or one motion taken along, up the values; what is kept is put into `found`."""
+    from percuss.explore.attractors.drawn_starts import named, speed_scale
+    from percuss.simulate import STALLS, Stop, run
+
+    begun = None
+    limited = Stop(min(stop.impacts or _IMPACTS, _IMPACTS), stop.time, stop.periodic, stop.tolerance)
+    for i, machine in enumerate(machines):
+        if machine is None or stopped():
+            continue
+        if begun is None:
+            (begun,) = named(machine, "wall" if speed_scale(machine) else "field", 1, seed + i)
+        motion = run(machine, begun, modes=modes, stop=limited)
+        cycle, stalls = motion.cycle, motion.label.partition("(")[2].rstrip(")")
+        code = STALLS.index(stalls) + 1 if stalls in STALLS else _CYCLE if cycle is not None else _IRREGULAR
+        found["code"][i] = _UNDECIDED if motion.label == "undecided" else code
+        if cycle is not None:
+            found["cycle_impacts"][i], found["cycle_periods"][i] = cycle.impacts, cycle.periods
+            found["cycle_kind"][i] = cycle.kind
+        _put(found, i, motion)
+        begun = _going_on(machine, begun, motion) if taken_along and cycle is not None else None
+    return found
+
+
+def _put(found: Columns, i: int, motion: Trajectory) -> None:
+    """The phases in the cycle, and the speeds of its blows; of a motion without one those of the last ones."""
+    struck = motion.events.of("impact")
+    room, cycle = found["phases"].shape[-1], motion.cycle
+    wanted = min(cycle.impacts if cycle is not None and cycle.impacts else room, room, len(struck))
+    if not wanted:
+        return
+    times, speeds = np.asarray(struck.time)[-wanted:], np.asarray(struck.impact_velocity)[-wanted:]
+    found["blow_energy"][i] = float(np.mean(np.asarray(struck.kinetic_energy)[-wanted:]))
+    found["speeds"][i, :wanted] = speeds
+    period = cycle.period if cycle is not None else float(times[-1] - times[0]) or 1.0
+    found["phases"][i, :wanted] = np.mod(_TURN * (times - times[-1]) / period, _TURN)
+
+
+def _going_on(machine: Machine, begun: Start, motion: Trajectory) -> Start | None:
+    """The motion of the piston as a whole just after its last blow but one, as a start of another machine."""
+    from percuss.simulate import Start
+
+    rhythm = last_rhythm(machine, begun, motion)
+    struck = motion.events.of("impact")
+    if rhythm is None or len(struck) < 2:
+        return None
+    return Start.rigid(0.0, float(struck.rebound_velocity[-2])).with_valve(rhythm.state, rhythm.orders)
+
+
+def machine_settled_at(passes: Columns, i: int, value: float, scales: Array) -> list[SettledMotion]:
+    """What the passes settled on at value number i."""
+    from percuss.explore.diagrams.diagram import SettledMotion
+    from percuss.simulate import STALLS, MotionCycle
+    from percuss.simulate.events import machine_label
+
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for row in np.flatnonzero(passes["code"][:, i] >= 0).tolist():
+        code = int(passes["code"][row, i])
+        p, n, kind = (int(passes[name][row, i]) for name in ("cycle_impacts", "cycle_periods", "cycle_kind"))
+        cycle = MotionCycle(0, p, n, kind, np.nan, np.nan, np.nan) if code == _CYCLE else None
+        label = machine_label(STALLS[code - 1] if 0 < code < _IRREGULAR else "", cycle, code == _IRREGULAR)
+        speeds = np.sort(passes["speeds"][row, i][np.isfinite(passes["speeds"][row, i])]) if cycle else np.empty(0)
+        key = next((key for key in groups if key[0] == label and _alike(np.array(key[1:]), speeds)), None)
+        groups.setdefault(key or (label, *speeds.tolist()), []).append(row)
+    made = (float(scales[0]), float(scales[1])) if scales[0] > 0.0 else None
+    found = []
+    for key, rows in sorted(groups.items(), key=lambda item: -len(item[1])):
+        phases, speeds = (passes[name][rows[0], i] for name in ("phases", "speeds"))
+        kept = np.isfinite(phases)
+        energy = float(passes["blow_energy"][rows[0], i])
+        found.append(SettledMotion(value, str(key[0]), len(rows), phases[kept], speeds[kept], energy, made))
+    return found
+
+
+def _alike(one: Array, other: Array, near: float = _SAME) -> bool:
+    return one.shape == other.shape and bool(
+        np.all(np.abs(one - other) <= near * (1e-300 + np.abs(one).max(initial=0.0)))
+    )
