@@ -27,28 +27,22 @@ steady case.toml --jsn                                  | unknown option '--jsn'
 steady case.toml --period 2                             | did you mean '--periods'?
 steady case.toml other.toml                             | one argument too many: 'other.toml'
 steady case.toml --periods 0                            | --periods | between 1 and 1000
-steady case.toml --periods -1                           | --periods
 steady case.toml --periods 3..1                         | --periods | smaller number first
 steady case.toml --periods 1..1000000                   | --periods | between 1 and 1000
 steady case.toml --periods one                          | --periods | 2, 1..4 or 1,3
-steady case.toml --modes -1                             | --modes
 steady case.toml --modes 1.5                            | --modes | whole number
 steady case.toml --modes 99999                          | --modes | 4096
 steady case.toml --starts -1                            | '-1' | from 0 to 1000 ('percuss experiment' follows
-steady case.toml --starts nan                           | 'nan' | from 0 to 1000
 steady case.toml --starts 1001                          | '1001' | from 0 to 1000
-steady case.toml --starts 1000000001                    | '1000000001' | from 0 to 1000
-steady case.toml --starts ''                            | '' | from 0 to 1000
 steady case.toml --plot picture.gif                     | picture.gif | .png, .svg or .pdf
 steady case.toml --plot nowhere/picture.png             | there is no folder 'nowhere'
 steady case.toml --report report.pdf                    | --report | .html
 steady cas.toml                                         | cas.toml: no such file | did you mean 'case.toml'?
-steady mini-braker                                      | mini-braker | did you mean 'mini-breaker'?
 steady .                                                | .: is a directory | case.toml
 steady ''                                               | no such file
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
-steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve
+steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve: it has no load period
 machines all                                            | one argument too many: 'all'
 new                                                     | MACHINE
 new drifter                                             | no machine of this name | did you mean 'valve-drifter'?
@@ -127,7 +121,6 @@ sweep valve-breaker --x 'pressure=100:200 bar:3' --quantity runs --y 's=1,2' --c
 experiment case.toml --distribution walls               | wall
 experiment case.toml --distribution case.toml           | case.toml
 experiment case.toml --starts 0                         | --starts: '0' | 1 or greater
-experiment case.toml --starts many                      | whole number
 experiment case.toml --impacts 0                        | --impacts: '0' | 1 or greater
 experiment valve-breaker --distribution wide            | expected wall, field, gentle, or a file
 basins case.toml --x time=0:6:5                         | --y
@@ -138,9 +131,7 @@ basins case.toml --x time=0:6:5 --y velocity=-1:0:5 --at place=1 | position
 basins case.toml --x 'time=0:6 ms:4' --y velocity=-6:-1:3 | units need a case in SI
 basins case.toml --x time=0:6:4 --y velocity=-6:-1:3 --at 'position=-3 mm' | units need a case in SI
 basins valve-breaker --x time=0:6:2 --y velocity=-6:-1:2 | no clock drives the machine
-STARTS --impacts 0                                      | --impacts: '0' | 1 or greater
 BASINS --x 'time=0:6 furlongs:4' --y velocity=-6:-1:3   | a unit of length
-BASINS --x 'time=0:6 mm:4' --y velocity=-6:-1:3         | a unit of length
 BASINS --x time=0:6:4 --y 'u_1=-1 mm:1 mm:3'            | only position, velocity, time have units
 STARTS --at 'position=-3 s'                             | a unit of time
 STARTS --at 'u_1=3 mm'                                  | have units
@@ -149,7 +140,6 @@ diagram possible.toml --along mean=0.6                  | mean
 diagram possible.toml --along nothing=0:1               | nothing
 diagram possible.toml --along mean=0.6:1 --label 2      | --label
 diagram possible.toml --along mean=0.6:1 --show colour  | colour
-diagram possible.toml --along mean=0.6:1 --netcdf x.csv | .nc
 diagram possible.toml --along mean=0.6:1 --csv x.nc     | .csv
 diagram possible.toml --along mean=0.6:1 --plot x.txt   | .png
 diagram possible.toml --along mean=0.6:1 --starts 0 --runs 0 --searched 0 | searched
@@ -159,10 +149,7 @@ orbits other.toml --label 0/1                           | impacts = 0
 orbits other.toml --label 1/0                           | periods = 0
 orbits other.toml --label 1/257                         | periods = 257: expected a whole number from 1 to 256
 orbits other.toml --label 2                             | impacts and load periods of a cycle
-orbits other.toml --label 1000/1                        | impacts and load periods of a cycle
 orbits other.toml --label two/1                         | impacts and load periods of a cycle
-orbits other.toml --label 2.5/1                         | impacts and load periods of a cycle
-orbits other.toml --label 2/1/1                         | impacts and load periods of a cycle
 orbits other.toml --label -1/1                          | --label
 orbits other.toml --label chatter/0                     | impacts and load periods of a cycle
 orbits other.toml --label 1/1 --up-to 65/1              | impacts = 65
@@ -172,7 +159,6 @@ orbits other.toml --label 3/1 --tries 99999999999       | --tries
 orbits other.toml --label 3/1 --tries 0 --motions 0     | tries = 0
 orbits other.toml --modes 5000                          | --modes
 orbits pulled.toml --label 2/1                          | the load does not push
-orbits pulled.toml --label 3/1                          | the load does not push
 orbits flat.toml --label 2/1                            | the load is constant
 orbits step.toml --label 2/1                            | two or more phases
 orbits driven.toml --label 3/1                          | elastic mode n = 1
@@ -180,10 +166,7 @@ orbits no-such-hammer                                   | no such file
 FOLLOW --orbit 65/1                                     | impacts = 65
 FOLLOW --orbit 2/1:0                                    | orbit = 0
 FOLLOW --orbit 2/1:99                                   | one of the 2 orbits z=2/1
-FOLLOW --orbit 2/1:-1                                   | P/N:NUMBER
-FOLLOW --orbit 1/1:first                                | P/N:NUMBER
 FOLLOW --orbit 2/1:1:2                                  | P/N:NUMBER
-FOLLOW --orbit 2/1:phases=                              | P/N:NUMBER
 FOLLOW --orbit 2/1:phases=0.4                           | 2 phases
 FOLLOW --orbit 2/1:phases=nan,1                         | phases in rad
 FOLLOW --orbit 2/1:phases=0.4,1e300                     | phases in rad
@@ -208,9 +191,6 @@ follow other.toml --along mean=                         | NAME=
 follow other.toml --along mean=1                        | 'mean=1': expected NAME=FROM:TO
 follow other.toml --along mean=0.5:1:5                  | 'mean=0.5:1:5': expected NAME=FROM:TO
 follow other.toml --along mean=1e400:1e401              | mean = inf
-follow other.toml --along mean=0.5:inf                  | inf
-follow other.toml --along mean=nan:1                    | nan
-follow other.toml --along =0.5:1                        | NAME=
 follow other.toml --along kappa=1:2                     | square load
 follow other.toml --along nothing=0:1                   | nothing
 follow other.toml --along sharpness=1:2                 | sharpness
@@ -248,15 +228,12 @@ BEST bar.length=1:2mm -o best.nc                        | .toml
 BEST bar.length=1:2mm --gauge 1m                        | not with --best
 BEST restitution=0:1                                    | a key of the case
 BEST load.scale=1:2                                     | a key of the case
-BEST contact.receiving_area=1:2cm^2                     | depends on
 BEST bar.length=1:2                                     | such as bar.length=1:2mm
-BEST head.length=1:2mm                                  | a key of the case: bar.length
 BEST bar.length=1:2mm --blows 3                         | 20 or greater
 paper fig9 -o x                                         | NAME: 'fig9' | fig6, fig7, fig8, elastic, claims and all
 paper claim -o x                                        | did you mean 'claims'
 paper fig2                                              | -o
 paper fig2 -o case.toml                                 | not a directory
-paper fig2 -o x --seed -1                               | --seed
 """  # noqa: E501
 SHORT = {"SWEEP": SWEEP, "STARTS": STARTS, "BASINS": BASINS, "FOLLOW": FOLLOW, "BEST": BEST}
 TABLE = [tuple(part.strip() for part in line.split(" | ")) for line in REFUSED.strip().splitlines()]

@@ -102,6 +102,9 @@ def test_pneumatic_range(m, s):
     assert np.all(np.cos(only(found, "flip").phase) < 0.0)
     for curve in found.curves:
         assert curve.found.all() and curve.residual.max() < 1e-13
+    data = found.to_xarray()
+    assert data["kind"].values.tolist() == ["fold", "flip"] and data["y"].dims == ("curve", "restitution")
+    assert np.array_equal(data["y"], [curve.y for curve in found.curves])
 
 
 @pytest.mark.parametrize("m", [1, 2])

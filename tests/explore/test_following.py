@@ -91,7 +91,9 @@ def test_the_cascade_of_the_figures() -> None:
     check_point(point_at(doubled, "flip", 0.6), entry["points"][1])
     assert doubled.points[0].kind is BranchEvent.HALVING
     assert doubled.points[0].orbit.label == "z=1/1"
-    assert branch.at(BranchEvent.FLIP)[0].beyond == "z=2/2 begins towards smaller mean, stable"
+    flip = branch.at(BranchEvent.FLIP)[0]
+    assert flip.beyond == "z=2/2 begins towards smaller mean, stable"
+    assert (flip.side, flip.criticality) == ("smaller", "supercritical")
 
 
 def test_a_rigid_bar_touches_where_an_impact_more_begins() -> None:

@@ -585,7 +585,7 @@ async def test_boundaries_end_when_their_client_leaves() -> None:
     found: list[Any] = []
 
     def work(halt: Any, y: tuple[str, float, float], options: dict[str, Any]) -> None:
-        found.append(boundaries(system, x, y, halt=halt, **options))
+        found.append(boundaries(system, x, y, progress=lambda _: halt(), **options))
 
     for y, options in hard:
         lane = Lane("test", 1, 0)
@@ -594,7 +594,7 @@ async def test_boundaries_end_when_their_client_leaves() -> None:
             while lane._taken:
                 await asyncio.sleep(0.02)
         assert len(found[-1].failed) > 50 and {why for _, why in found[-1].failed} == {"given up"}
-    whole = boundaries(system, ("restitution", [0.2]), hard[0][0], kinds=("fold",), halt=lambda: False)
+    whole = boundaries(system, ("restitution", [0.2]), hard[0][0], kinds=("fold",))
     assert not whole.failed and whole.greatest("fold")[0] > 0.0
 
 
@@ -774,7 +774,7 @@ def test_workers_are_begun_again_and_do_not_outlive_their_supervisor() -> None:
                 assert client.post("/api/quick", json=MACHINE).status_code == 200
         process.kill()
         process.wait()
-        for _ in range(200):
+        for _ in range(1200):
             try:
                 socket.create_connection(("127.0.0.1", _port(base)), 1.0).close()
             except OSError:

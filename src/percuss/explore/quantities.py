@@ -61,10 +61,10 @@ _LABEL = {
 _BEST = "of the steady motion with the greatest stability margin"
 
 
-def _figure(name: str, more: str = "") -> Quantity:
+def _figure(name: str) -> Quantity:
     """A figure of the most stable orbit, as `percuss.steady.figures` has it."""
     figure = FIGURES[name]
-    return single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}{more}", unit=figure.unit, one=True)
+    return single(name, "orbits", f"{figure.label} {_BEST}: {figure.meaning}", unit=figure.unit, one=True)
 
 
 def _of_blow(name: str) -> Quantity:
@@ -106,13 +106,7 @@ QUANTITIES: dict[str, Quantity] = {
     "admissible": single(
         "admissible", "orbits", f"whether the bar stays off the wall between impacts, {_BEST}", "bool", one=True
     ),
-    "impact_velocity": _figure("impact_velocity"),
-    "blow_energy": _figure("blow_energy"),
-    "power": _figure("power"),
-    "stroke": _figure("stroke"),
-    "stress": _figure("stress", "; dimensionless: over E"),
-    "delivered": _figure("delivered"),
-    "efficiency": _figure("efficiency"),
+    **{name: _figure(name) for name in FIGURES if name not in ("phase", "blow_rate")},
     "rest": single("rest", "rest", "whether the bar can lie on the wall for good", "bool"),
     "label": Quantity(_LABEL, "simulation"),
     "blow_rate": single("blow_rate", "simulation", "impacts per load period"),

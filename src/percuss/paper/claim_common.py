@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from percuss.case.answers.numerals import picked, plain
 from percuss.errors import Interrupted
 from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS
 from percuss.explore.attractors.experiments import Experiment, experiment, wilson
@@ -73,9 +74,7 @@ class Trial:
     ) -> Experiment:
         """An experiment on all cores."""
         stop = Stop(impacts=self.size.impacts if impacts is None else impacts, tolerance=tolerance)
-        return experiment(
-            system, starts, distribution, self.seed, modes=modes, stop=stop, workers=1, threads=None
-        )  # fmt: skip
+        return experiment(system, starts, distribution, self.seed, modes=modes, stop=stop, workers=1, threads=None)
 
 
 @dataclass(frozen=True)
@@ -96,31 +95,15 @@ class ClaimTable:
 
     def records(self) -> list[dict[str, Any]]:
         """One object for each row, finite numbers or null."""
-        return [{name: _plain(cell) for name, cell in zip(self.columns, row, strict=True)} for row in self.rows]
+        return [plain(dict(zip(self.columns, row, strict=True))) for row in self.rows]
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim, what was done to try it, and what came out.
+    """One claim in our words, what was done to try it, the rule by which the numbers make the verdict, and all found.
 
-    Parameters
-    ----------
-    letter, title
-        a to f as in the list of claims, and a name for the heading.
-    claim
-        In our words.
-    done
-        Systems, start distributions, numbers.
-    rule
-        How the numbers make the verdict.
-    verdict
-        By that rule.
-    starts
-        How many motions were followed.
-    numbers
-        Those that the verdict was made from.
-    tables, remarks
-        All else that was found.
+    `letter`: a to f as in the list of claims; `starts`: how many motions were followed; `numbers`: those that the
+    verdict was made from.
     """
 
     letter: str
@@ -132,47 +115,24 @@ class Claim:
     starts: int
     numbers: dict[str, Any]
     tables: tuple[ClaimTable, ...] = ()
-    remarks: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
 
     def to_json_dict(self) -> dict[str, Any]:
         """Plain values for ``claims.json``."""
         return {
-            "title": self.title,
-            "claim": self.claim,
-            "done": self.done,
-            "rule": self.rule,
-            "verdict": self.verdict.verdict,
-            "where": self.verdict.where,
-            "starts": self.starts,
-            "numbers": {name: _plain(value) for name, value in self.numbers.items()},
+            **picked(self, "title claim done rule"),
+            **picked(self.verdict, "verdict where"),
+            **picked(self, "starts numbers"),
             "tables": [{"title": table.title, "rows": table.records()} for table in self.tables],
             "remarks": list(self.remarks),
         }
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(inner) for inner in value]
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
 
 
 # -- verdicts -------------------------------------------------------------------------------------------------------
 
 
 def tried(groups: Iterable[tuple[str, int, int]]) -> Verdict:
-    """The verdict on something tried at many points, in named groups of (name, points, points where it holds).
-
-    It holds when it does at every point, and does not hold when it does at none; else it holds only where it does,
-    and the groups say where.
-    """
+    """The verdict on something tried at points in groups (name, points, good points): it holds at all, some or none."""
     counted = [(name, points, good) for name, points, good in groups if points]
     points, good = sum(n for _, n, _ in counted), sum(k for _, _, k in counted)
     told = "; ".join(f"{name}: at {k} of {n} points" for name, n, k in counted)
@@ -191,8 +151,6 @@ def sentence(verdict: Verdict) -> str:
 def percent(count: int, of: int) -> str:
     """A share with its interval of 95 %.
 
-    Examples
-    --------
     >>> percent(8, 10)
     '80 % [49, 94.3]'
     """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,13 +34,7 @@ ALIKE = 0.10
 
 @dataclass(frozen=True)
 class Scatter:
-    """The starts of one distribution at one point: how many settle, and how the impacts of the others scatter.
-
-    `rate` and `main_rate` are means over all starts, impacts per load period; `scatter` and `main_scatter` are the
-    median over the starts of the standard deviation of the time between impacts over its mean; `spread` is half of the
-    range from the 5th to the 95th percentile of the starts, over the median, of the scatter of the main blows;
-    `between` is the standard deviation over the starts of the rate of a whole motion, over its mean.
-    """
+    """The starts of one distribution at one point: how many settle, and how the impacts of the others scatter."""
 
     restitution: float
     kappa: float
@@ -48,12 +43,12 @@ class Scatter:
     periodic: int
     resting: int  # of the periodic ones those with rest
     one_impact: int
-    rate: float
-    main_rate: float
-    scatter: float
-    main_scatter: float
-    spread: float
-    between: float
+    rate: float  # impacts per load period, mean over all starts
+    main_rate: float  # the same of the main blows
+    scatter: float  # median over the starts: standard deviation of the time between impacts over its mean
+    main_scatter: float  # the same of the main blows
+    spread: float  # half the range from the 5th to the 95th percentile of it, over the median
+    between: float  # standard deviation over the starts of the rate of a whole motion, over its mean
     main: str  # the most frequent motion
 
 
@@ -98,24 +93,23 @@ def _scatter(trial: Trial, r: float, kappa: float, name: str, each: int, elastic
         scatter=_median(std),
         main_scatter=_median(main),
         spread=0.5 * (high - low) / middle if middle > 1e-9 else 0.0,
-        between=_between(c["blow_rate"]),
+        between=_known(c["blow_rate"], lambda rates: rates.std() / rates.mean() if rates.mean() > 0.0 else np.nan),
         main=next(iter(result.labels)),
     )
 
 
+def _known(values: Array, of: Callable[[Array], Any]) -> float:
+    """Something of the values that are known; NaN without any."""
+    known = values[np.isfinite(values)]
+    return float(of(known)) if known.size else float("nan")
+
+
 def _mean(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if known.size else float("nan")
-
-
-def _between(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.std() / known.mean()) if known.size and known.mean() > 0.0 else float("nan")
+    return _known(values, np.mean)
 
 
 def _median(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.median(known)) if known.size else float("nan")
+    return _known(values, np.median)
 
 
 def _points(found: Sequence[Scatter]) -> list[list[Scatter]]:

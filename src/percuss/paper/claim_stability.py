@@ -41,35 +41,19 @@ VARIANTS = (("rigid, d = 0", 1e6, 0.0, 0), ("s = 20, 2πd = 0.03, N = 16", 20.0,
 
 @dataclass(frozen=True)
 class Motions:
-    """What was found for claim e.
+    """What was found for claim e: how many were tried of each kind, and of how many it is so."""
 
-    Parameters
-    ----------
-    range_points, range_open
-        R and m that were tried, and at how many the lower curve lies below the upper one.
-    exact_points, exact_stable
-        R and m for which motions in the range were judged by exact multipliers, and for how many some are stable.
-    simulated, returned
-        Starts beside them, and how many come back.
-    hydraulic_motions, hydraulic_stable
-        Steady motions of the hydraulic hammer, and how many are stable by exact multipliers.
-    hydraulic_waveform
-        How many satisfy the criterion for a rigid, undamped bar.
-    hydraulic_starts, hydraulic_settled
-        Starts of claim d, and how many end in a one-impact motion.
-    """
-
-    range_points: int
-    range_open: int
-    exact_points: int
-    exact_stable: int
-    simulated: int
-    returned: int
-    hydraulic_motions: int
-    hydraulic_stable: int
-    hydraulic_waveform: int
-    hydraulic_starts: int
-    hydraulic_settled: int
+    range_points: int  # R and m
+    range_open: int  # where the lower curve lies below the upper one
+    exact_points: int  # R and m whose range was judged by exact multipliers
+    exact_stable: int  # where some motion is stable by them
+    simulated: int  # starts beside these motions
+    returned: int  # that come back
+    hydraulic_motions: int  # steady motions of the hydraulic hammer
+    hydraulic_stable: int  # by exact multipliers
+    hydraulic_waveform: int  # by the criterion for a rigid, undamped bar
+    hydraulic_starts: int  # those of claim d
+    hydraulic_settled: int  # that end in a one-impact motion
 
 
 def verdict_e(found: Motions) -> Verdict:
@@ -211,32 +195,17 @@ POINTS = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))
 
 @dataclass(frozen=True)
 class Stiffness:
-    """One s and d beside the rigid bar, m = 1.
-
-    Parameters
-    ----------
-    threshold
-        Greatest relative change of the lower curve over R, by B77's σ; NaN with damping.
-    cells, agree
-        Cells of R and p_0/p_1 in the range where the rigid bar is stable, and where the elastic one is too, exactly.
-    growth
-        Greatest modulus of a multiplier in these cells.
-    starts, largest_shift
-        Starts at each of some points with N modes, and the greatest difference of the share of z=1/1 from that of
-        the rigid bar with the same starts.
-    noise
-        What such a difference may be by chance (three standard deviations of two samples).
-    """
+    """One s and d beside the rigid bar, m = 1."""
 
     s: float
     d: float
-    threshold: float
-    cells: int
-    agree: int
-    growth: float
-    starts: int
-    largest_shift: float
-    noise: float
+    threshold: float  # greatest relative change of the lower curve over R, by B77's σ; NaN with damping
+    cells: int  # of R and p_0/p_1 in the range where the rigid bar is stable
+    agree: int  # of these, where the elastic one is, exactly
+    growth: float  # greatest modulus of a multiplier in these cells
+    starts: int  # at each of some points, with N modes
+    largest_shift: float  # of the share of z=1/1 against the rigid bar with the same starts
+    noise: float  # what such a difference may be by chance (three standard deviations of two samples)
 
     @property
     def first(self) -> float:
@@ -277,19 +246,8 @@ def _name(item: Stiffness) -> str:
     return f"s = {item.s:g} {'with damping' if item.d else 'undamped'}"
 
 
-@dataclass(frozen=True)
-class _Kept:
-    """Cells of the rigid bar's stable range: how many, how many stay stable, and where a multiplier is greatest."""
-
-    cells: int
-    agree: int
-    growth: float
-    worst: tuple[float, float]
-    why: str
-
-
-def _kept(s: float, d: float) -> _Kept:
-    """What the exact multipliers of an elastic bar say of the cells where the rigid one is stable."""
+def _kept(s: float, d: float) -> tuple[int, int, float, tuple[float, float], str]:
+    """By exact multipliers: cells of the rigid bar's range, how many stay stable, the greatest modulus, where, why."""
     cells = agree = 0
     growth, worst, why = 0.0, (math.nan, math.nan), ""
     for r in RESTITUTIONS:
@@ -305,12 +263,13 @@ def _kept(s: float, d: float) -> _Kept:
             best = min(judged, key=lambda one: one.multipliers.largest, default=None)
             if best is not None and best.multipliers.largest > growth:
                 growth, worst, why = best.multipliers.largest, (r, x), best.reason
-    return _Kept(cells, agree, growth, worst, why)
+    return cells, agree, growth, worst, why
 
 
 def _moved(s: float) -> float:
-    """Greatest relative change of the lower curve."""
-    return max(abs(lower_curve(r, 1, _sigma(r, s)) / lower_curve(r) - 1.0) for r in RESTITUTIONS)
+    """Greatest relative change of the lower curve, by σ_p of B77 (37) in closed form."""
+    stiff = 0.5 * ((1.0 / s) / math.sin(1.0 / s) - 1.0)
+    return max(abs(lower_curve(r, 1, (1.0 - r) / (1.0 + r) * stiff) / lower_curve(r) - 1.0) for r in RESTITUTIONS)
 
 
 def _share(trial: Trial, starts: int, system: System, **options: Any) -> float:
@@ -333,19 +292,14 @@ def claim_f(trial: Trial) -> Claim:
         rigid = [_share(trial, each, pneumatic(r, x, d=d)) for r, x in POINTS]
         for s in SPEEDS:
             trial.tell("f", len(found), 2 * len(SPEEDS))
-            kept = _kept(s, d)
+            cells, agree, growth, worst, why = _kept(s, d)
             elastic = [_share(trial, each, pneumatic(r, x, s=s, d=d), modes=8) for r, x in POINTS]
             shifts = [_shift(one, other, each) for one, other in zip(rigid, elastic, strict=True)]
             shift, noise = max(shifts, key=lambda pair: pair[0] - pair[1])
-            threshold = math.nan if d else _moved(s)
-            item = Stiffness(s, d, threshold, kept.cells, kept.agree, kept.growth, each, shift, noise)
-            found.append(item)
-            rows.append(
-                (
-                    s, item.first, "2πd = 0.03" if d else "none", 100 * threshold, percent(kept.agree, kept.cells),
-                    kept.growth, *kept.worst, kept.why, 100 * shift, 100 * noise,
-                )
-            )  # fmt: skip
+            threshold, damping = (math.nan, "2πd = 0.03") if d else (_moved(s), "none")
+            found.append(Stiffness(s, d, threshold, cells, agree, growth, each, shift, noise))
+            exact = (percent(agree, cells), growth, *worst, why)
+            rows.append((s, found[-1].first, damping, 100 * threshold, *exact, 100 * shift, 100 * noise))
     return _told(found, rows, each)
 
 
@@ -399,8 +353,3 @@ def _remark(stiff: Sequence[Stiffness]) -> tuple[str, ...]:
         "whenever there is damping, and says nothing of them without. The growth is a property of the paper's contact "
         "law, which keeps the strain at the impact, not of bars: waves turn the strain over, and the modes die out.",
     )
-
-
-def _sigma(r: float, s: float) -> float:
-    """σ_p of B77 (37) in closed form."""
-    return (1.0 - r) / (1.0 + r) * 0.5 * ((1.0 / s) / math.sin(1.0 / s) - 1.0)

@@ -26,17 +26,7 @@ from percuss.whole_file import write_whole
 
 @dataclass(frozen=True)
 class Audit:
-    """All claims tried, and what was found besides.
-
-    Parameters
-    ----------
-    size, seed
-        How much was tried for each claim, and the seed of all starts.
-    claims
-        a to f.
-    findings
-        What B77 does not tell.
-    """
+    """All claims tried, a to f, how much was tried for each, and what was found besides that B77 does not tell."""
 
     size: Size
     seed: int
@@ -81,14 +71,13 @@ impacts, `rest` when it lies there for good, `aperiodic` when the last impacts c
 
 def report(audit: Audit) -> str:
     """The whole page, in Markdown."""
-    from percuss._version import __version__
-
+    verdicts = [f"| {claim.letter} | {claim.claim} | **{claim.verdict.verdict}** |" for claim in audit.claims]
     parts = [
         "# The claims of B77, tested",
         f"Source: {_SOURCE}. Made by percuss {__version__}: {audit.size.starts:,} starts for each claim, at most "
         f"{audit.size.impacts:,} impacts each, seed {audit.seed}. Every verdict is computed from the numbers by the "
         "rule stated with it; `claims.json` has the numbers.",
-        _verdicts(audit.claims),
+        "\n".join(["| | claim | verdict |", "| --- | --- | --- |", *verdicts]),
         "## The starts, and the names of motions",
         _STARTS.format(shared=starts_each(audit.size)),
         *(_claim_section(claim) for claim in audit.claims),
@@ -96,11 +85,6 @@ def report(audit: Audit) -> str:
         *(f"### {found.title}\n\n{found.text}\n\n{table_text(found.table)}" for found in audit.findings),
     ]
     return "\n\n".join(parts) + "\n"
-
-
-def _verdicts(claims: tuple[Claim, ...]) -> str:
-    rows = [f"| {claim.letter} | {claim.claim} | **{claim.verdict.verdict}** |" for claim in claims]
-    return "\n".join(["| | claim | verdict |", "| --- | --- | --- |", *rows])
 
 
 def _claim_section(claim: Claim) -> str:
@@ -121,10 +105,8 @@ def _claim_section(claim: Claim) -> str:
 
 def table_text(table: ClaimTable) -> str:
     """A table in Markdown, its title above."""
-    head = f"| {' | '.join(table.columns)} |"
-    line = f"| {' | '.join('---' for _ in table.columns)} |"
-    rows = [f"| {' | '.join(_cell(cell) for cell in row)} |" for row in table.rows]
-    return "\n".join([f"*{table.title}*", "", head, line, *rows])
+    lines = (table.columns, ["---"] * len(table.columns), *([_cell(cell) for cell in row] for row in table.rows))
+    return "\n".join([f"*{table.title}*", "", *(f"| {' | '.join(line)} |" for line in lines)])
 
 
 def _cell(value: Any) -> str:
@@ -151,22 +133,7 @@ LOST = "the claim in progress is lost, finished ones are kept: ask for the same 
 
 
 def audit(size: Size = DEFAULT, seed: int = 1, progress: Callable[[ClaimsProgress], object] | None = None) -> Audit:
-    """Try every claim.
-
-    Parameters
-    ----------
-    size
-        How much is tried for each.
-    seed
-        Of all starts; the same seed gives the same numbers.
-    progress
-        Called with a `ClaimsProgress`; something true ends the audit.
-
-    Raises
-    ------
-    Interrupted
-        When `progress` asked for the end.
-    """
+    """Try every claim and write nothing; see `run`. The same seed gives the same numbers."""
     return _tried(Trial(size, count("seed", seed, least=0), progress), lambda _, make, __: make())
 
 
@@ -179,9 +146,7 @@ def _tried(trial: Trial, keep: Keep) -> Audit:
     a = keep("a", lambda: claim_a(trial, ends), _claim)
     b = keep("b", lambda: claim_b(trial), _claim)
     c = keep("c", lambda: claim_c(trial), _claim)
-    scatters: list[Scatter] = keep(
-        "scatters", lambda: scatters_of(trial), lambda rows: [Scatter(**row) for row in rows]
-    )
+    scatters = keep("scatters", lambda: scatters_of(trial), lambda rows: [Scatter(**row) for row in rows])
     d = keep("d", lambda: claim_d(trial, scatters), _claim)
     e = keep("e", lambda: claim_e(trial, scatters), _claim)
     f = keep("f", lambda: claim_f(trial), _claim)

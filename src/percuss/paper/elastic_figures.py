@@ -16,14 +16,13 @@ import numpy.typing as npt
 
 from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
-from percuss.explore.boundary_curves.plane_lines import Line, MotionArc, orbit_on
+from percuss.explore.boundary_curves.plane_lines import Line, orbit_on
 from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
-from percuss.model.load import Side
 from percuss.paper.figure import DAMPING, PaperFigure
 from percuss.stability import floquet_multipliers, linear_map, reduced_criterion
-from percuss.steady import Orbit, steady_states
+from percuss.steady import steady_states
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Picture
@@ -48,7 +47,11 @@ def elastic(seed: int) -> tuple[PaperFigure, ...]:
     elastic_instability.csv: the same for R = 0.8, m = 2, d = 0 and s from 4.5 to 5.5, with columns s, reduced, exact_8,
     exact_16.
     """
-    return _limits(), _multipliers(), _instability()
+    return (
+        _limits(),
+        _largest("multipliers", np.geomspace(0.4, 100.0, 241), 0.6, 1, DAMPING),
+        _largest("instability", np.linspace(4.5, 5.5, 201), 0.8, 2, 0.0),
+    )
 
 
 # -- the boundaries over s --
@@ -78,14 +81,10 @@ def _map(system: System) -> dict[str, npt.NDArray[Any]]:
         stretch = next(part for part in folds_and_stretches(line, 2)[1] if part.place(np.array([0.5]))[1][0] > HALF)
         t = (np.arange(_HEIGHTS) + 0.5) / _HEIGHTS
         heights[i] = stretch.place(t)[0]
-        matrices = [linear_map(*_at(stretch, place)).dense() for place in t.tolist()]
+        found = (orbit_on(stretch, place) for place in t.tolist())
+        matrices = [linear_map(orbit, MODES, side).dense() for orbit, side in found]
         moduli[i] = np.abs(np.linalg.eigvals(np.array(matrices))).max(axis=1)
     return {"heights": heights, "moduli": moduli}
-
-
-def _at(stretch: MotionArc, t: float) -> tuple[Orbit, int, Side]:
-    orbit, side = orbit_on(stretch, t)
-    return orbit, MODES, side
 
 
 def _beyond_the_fold(found: Boundaries, kind: str) -> Array:
@@ -123,29 +122,17 @@ def _paint_limits(figure: PaperFigure, picture: Picture) -> None:
 # -- the multipliers over s --
 
 
-def _multipliers() -> PaperFigure:
-    columns = _largest(np.geomspace(0.4, 100.0, 241), 0.6, 1, DAMPING, (8, 16))
-    title = "Elastic: largest multiplier, $p = 0.9 + \\cos t$, $R = 0.6$, $m = 1$, $2\\pi d = 0.03$"
-    return PaperFigure("elastic_multipliers", title, columns, _paint_multipliers, 6.6, 4.0)
-
-
-def _instability() -> PaperFigure:
-    speeds = np.linspace(4.5, 5.5, 201)
-    columns = _largest(speeds, 0.8, 2, 0.0, (8, 16))
-    title = "Elastic: largest multiplier, $p = 0.9 + \\cos t$, $R = 0.8$, $m = 2$, $d = 0$"
-    return PaperFigure("elastic_instability", title, columns, _paint_multipliers, 6.6, 4.0)
-
-
-def _largest(speeds: Array, r: float, m: int, d: float, modes: tuple[int, int]) -> dict[str, npt.NDArray[Any]]:
+def _largest(name: str, speeds: Array, r: float, m: int, d: float) -> PaperFigure:
     """Largest modulus by the reduced criterion and by the exact multipliers, of the motion with the later phase."""
     rows = []
     for s in speeds.tolist():
         system = System(s=s, d=d, restitution=r, load=Load.harmonic(0.9, 1.0))
         orbit = steady_states(system, m).orbits[-1]
-        rows.append([max(reduced_criterion(orbit).moduli), *(floquet_multipliers(orbit, n).largest for n in modes)])
-    columns = np.array(rows).T
-    names = ["reduced", *(f"exact_{n}" for n in modes)]
-    return {"s": speeds, **dict(zip(names, columns, strict=True))}
+        rows.append([max(reduced_criterion(orbit).moduli), *(floquet_multipliers(orbit, n).largest for n in (8, 16))])
+    columns = {"s": speeds, **dict(zip(("reduced", "exact_8", "exact_16"), np.array(rows).T, strict=True))}
+    damping = "2\\pi d = 0.03" if d else "d = 0"
+    title = f"Elastic: largest multiplier, $p = 0.9 + \\cos t$, $R = {r}$, $m = {m}$, ${damping}$"
+    return PaperFigure(f"elastic_{name}", title, columns, _paint_multipliers, 6.6, 4.0)
 
 
 def _paint_multipliers(figure: PaperFigure, picture: Picture) -> None:

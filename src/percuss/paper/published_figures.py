@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -183,12 +184,30 @@ def _paint_fig5(figure: PaperFigure, picture: Picture) -> None:
 
     axes, c = picture.add_subplot(), figure.columns
     axes.fill_between(c["restitution"], c["lower"], c["upper"], color=COLOURS[0], alpha=0.10, linewidth=0)
-    for ending, line, name in (("", "-", "$d = 0$"), ("_damped", _DASHED, "$2\\pi d = 0.03$")):
-        axes.plot(c["restitution"], c[f"upper{ending}"], color=COLOURS[0], linestyle=line, label=f"upper, {name}")
-        axes.plot(c["restitution"], c[f"lower{ending}"], color=COLOURS[1], linestyle=line, label=f"lower, {name}")
+    lines = (
+        ("upper", "-", 0, "upper, $d = 0$"),
+        ("lower", "-", 1, "lower, $d = 0$"),
+        ("upper_damped", _DASHED, 0, "upper, $2\\pi d = 0.03$"),
+        ("lower_damped", _DASHED, 1, "lower, $2\\pi d = 0.03$"),
+    )
+    _over_restitution(axes, figure, lines, (0.0, 2.0), "$p_0/p_1$")
     for x, y, text in ((0.82, 1.4, "stable"), (0.25, 1.2, "no motion"), (0.62, 0.35, "unstable")):
         axes.text(x, y, text, ha="center")
-    axes.set(xlim=(0.0, 1.0), ylim=(0.0, 2.0), xlabel="$R$", ylabel="$p_0/p_1$")
+
+
+_Line = tuple[str, str | tuple[int, tuple[int, int]], int, str]
+"""The column of a curve over R, how the line is drawn, the number of its colour, and its name."""
+
+
+def _over_restitution(
+    axes: Axes, figure: PaperFigure, lines: Sequence[_Line], limits: tuple[float, float], label: str
+) -> None:
+    from percuss.plot.canvas import COLOURS
+
+    for column, line, colour, name in lines:
+        place, values = figure.columns["restitution"], figure.columns[column]
+        axes.plot(place, values, color=COLOURS[colour], linestyle=line, label=name)
+    axes.set(xlim=(0.0, 1.0), ylim=limits, xlabel="$R$", ylabel=label)
     axes.legend(loc="upper left")
 
 
@@ -216,19 +235,14 @@ def fig6(seed: int) -> PaperFigure:
 
 
 def _paint_fig6(figure: PaperFigure, picture: Picture) -> None:
-    from percuss.plot.canvas import COLOURS
-
-    axes, c = picture.add_subplot(), figure.columns
     lines = (
-        ("upper", "-", COLOURS[0], "upper, any $s$"),
-        ("lower", "-", COLOURS[1], "lower, $s\\pi \\to \\infty$"),
-        ("lower_10_1", (0, (6, 2)), COLOURS[1], "lower, B77's $s\\pi = 10.1$"),
-        ("lower_10_01", (0, (2, 2)), COLOURS[1], "lower, B77's $s\\pi = 10.01$"),
+        ("upper", "-", 0, "upper, any $s$"),
+        ("lower", "-", 1, "lower, $s\\pi \\to \\infty$"),
+        ("lower_10_1", (0, (6, 2)), 1, "lower, B77's $s\\pi = 10.1$"),
+        ("lower_10_01", (0, (2, 2)), 1, "lower, B77's $s\\pi = 10.01$"),
     )
-    for name, line, colour, label in lines:
-        axes.plot(c["restitution"], c[name], color=colour, linestyle=line, label=label)
-    axes.set(xlim=(0.0, 1.0), ylim=(0.0, 0.6), xlabel="$R$", ylabel="$p_0/p_{10}$  (here: $p_0/p_1$ with $m = 10$)")
-    axes.legend(loc="upper left")
+    label = "$p_0/p_{10}$  (here: $p_0/p_1$ with $m = 10$)"
+    _over_restitution(picture.add_subplot(), figure, lines, (0.0, 0.6), label)
 
 
 # ---- Fig. 7: impact phase of the hydraulic hammer over κ, for R = 0, 0.1, …, 0.9; no motion is stable (B77 41)
@@ -262,12 +276,8 @@ def fig8(seed: int) -> PaperFigure:
 
 
 def _paint_fig8(figure: PaperFigure, picture: Picture) -> None:
-    from percuss.plot.canvas import COLOURS
-
-    axes, c = picture.add_subplot(), figure.columns
-    axes.plot(c["restitution"], c["kappa"], color=COLOURS[0], label="$d = 0$")
-    axes.plot(c["restitution"], c["kappa_damped"], color=COLOURS[0], linestyle=_DASHED, label="$2\\pi d = 0.03$")
+    axes = picture.add_subplot()
+    lines = (("kappa", "-", 0, "$d = 0$"), ("kappa_damped", _DASHED, 0, "$2\\pi d = 0.03$"))
+    _over_restitution(axes, figure, lines, (1.0, 2.0), "$\\kappa$")
     axes.text(0.6, 1.25, "motions exist, none of them stable", ha="center")
     axes.text(0.2, 1.8, "no motion", ha="center")
-    axes.set(xlim=(0.0, 1.0), ylim=(1.0, 2.0), xlabel="$R$", ylabel="$\\kappa$")
-    axes.legend(loc="upper left")

@@ -52,7 +52,6 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
     StartRows,
 )
-from percuss.simulate.pressed_structure import pressed
 from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -527,6 +526,8 @@ class Clocked:
 
     def _let_go(self, own: MotionTable, state: Snapshot, log: Log, ends: Array) -> str:
         """A structure of several modes at rest released into the state; or how its motion ends before."""
+        from percuss.simulate.pressed_structure import pressed
+
         spectrum, now, count = self.spectrum, state.now[0], state.count[0]
         phase, piece, period = float(now["phase"]), int(count["piece"]), int(count["period"])
         shape, still = spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))

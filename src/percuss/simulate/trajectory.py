@@ -29,7 +29,6 @@ from percuss.simulate.events import (
     summary_of,
     unresolved,
 )
-from percuss.simulate.pressed_structure import pressed
 from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels
 from percuss.simulate.start import Start, still
 from percuss.simulate.stop import MAX_MODES, Stop, further
@@ -279,6 +278,8 @@ class Trajectory(Shown):
         if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
             return ModalMotion(nothing, nothing)
         if lies and self.modes > 1:
+            from percuss.simulate.pressed_structure import pressed
+
             at = self._anchor(i)
             periods = self.events.period[i]
             since = np.maximum((times - periods * _TURN) - at.phase, 0.0)

@@ -39,6 +39,8 @@ class Figure:
         Of an orbit, dimensionless; None where there is no such figure, as there is no stress without a blow.
     scale
         What makes SI of it, of a system with scales; None for what is the same in SI.
+    line
+        Whether it has a line of its own in reports.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Figure:
     unit: str
     value: Callable[[Orbit], float | None]
     scale: Callable[[System], float] | None = None
+    line: bool = False
 
     def in_si(self, orbit: Orbit) -> float | None:
         """The figure in its unit, of an orbit whose system has scales."""
@@ -140,10 +143,11 @@ FIGURES = {
     ),
     "efficiency": Figure("efficiency", "power that the impact takes over input power", "", _efficiency),
     "stroke": Figure(
-        "stroke", "range of the striking end's position", "m", lambda o: o.stroke, lambda s: s.length_scale
+        "stroke", "range of the striking end's position", "m", lambda o: o.stroke, lambda s: s.length_scale, line=True
     ),
     "stress": Figure(
-        "peak stress", "compression in the hammer at first contact", "Pa", _peak_stress, _stress_scale
+        "peak stress", "compression in the hammer at first contact; dimensionless: over E", "Pa", _peak_stress,
+        _stress_scale,
     ),
     "receiving_stress": Figure(
         "peak stress, struck rod", "compression in a rod of the same material", "Pa", _receiving_stress, _stress_scale
@@ -152,10 +156,10 @@ FIGURES = {
         "contact time", "a wave's way through the bar and back", "s",
         lambda o: 2.0 * o.system.body.transit_time, lambda s: s.time_scale,
     ),
-    "mean_force": Figure("mean contact force", "on the wall, over time", "N", _mean_force, _force),
+    "mean_force": Figure("mean contact force", "on the wall, over time", "N", _mean_force, _force, line=True),
     "momentum": Figure(
         "momentum", "of the rigid motion at the blow", "N·s", lambda o: o.rigid_velocity,
-        lambda s: s.force_scale * s.time_scale,
+        lambda s: s.force_scale * s.time_scale, line=True,
     ),
     "drag": Figure(
         "drag coefficient", "force of the damping on the whole bar, over its speed", "N·s/m", lambda o: o.system.d,

@@ -136,7 +136,7 @@ def boundary_curves(case: Case, asked: BoundariesAsked, terms: Terms) -> dict[st
         asked.periods,
         asked.criterion,
         kinds=tuple(dict.fromkeys(asked.kinds)),
-        halt=terms.halt,
+        progress=lambda _: terms.halt(),
         **exact,
     )
     if terms.halt():

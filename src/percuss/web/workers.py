@@ -392,11 +392,13 @@ class _Patience:
             "percuss: compiling the kernels, once on this computer, for a minute or for several where it is busy; "
             "steady motions are answered already, simulations wait for it, and later runs take the kernels from a cache"
         )
-        print(text, file=sys.stderr, flush=True)
+        self._say(text)
+
+    def _say(self, text: str) -> None:
+        print(f"{text}\n", end="", file=sys.stderr, flush=True)  # in one piece: other workers say the same
 
     def done(self, part: Part) -> None:
         """A part has been loaded, or cannot be."""
         if self._told:
             place, seconds = list(_USES).index(part) + 1, time.monotonic() - self._begun
-            text = f"percuss: kernels of {part}: done, {place} of {len(_USES)} parts in {seconds:.0f} s"
-            print(text, file=sys.stderr, flush=True)
+            self._say(f"percuss: kernels of {part}: done, {place} of {len(_USES)} parts in {seconds:.0f} s")

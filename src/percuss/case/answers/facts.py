@@ -141,7 +141,7 @@ _FIGURE = re.compile(r"\{([\w.]+):?(\w*)\}")
 def said(words: str | Callable[[S, Teller], str | None], subject: S, tell: Teller) -> str | None:
     """A text with figures in braces, by their paths and dimensions; None where one of them is None.
 
-    In place of a dimension may stand ``percent``, or a unit as keys end in it, such as ``kW``.
+    In place of a dimension may stand ``percent``, or a unit as keys end in it, such as ``kW``: None without scales.
 
     >>> said("{real} and {imag:length} of it, {imag:percent}", 2.0 + 0.5j, Teller(None, True))
     '2 and 500 mm of it, 50 %'
@@ -153,6 +153,8 @@ def said(words: str | Callable[[S, Teller], str | None], subject: S, tell: Telle
         value = _at(subject, path)
         if value is None:
             return None
+        if dimension in _UNITS and not tell.is_si:
+            return None  # there are no units
         known = tell.given if dimension in _UNITS else tell
         texts.append(percent(value) if dimension == "percent" else known(value, dimension))
     return _FIGURE.sub(lambda _: texts.pop(0), words)

@@ -6,9 +6,22 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, plain_of, rows_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    PLAIN,
+    Fact,
+    Grid,
+    Report,
+    ReportSection,
+    Teller,
+    grid_of,
+    plain_of,
+    rows_of,
+    said,
+)
 from percuss.case.answers.heading import figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
@@ -552,8 +565,9 @@ def machine_report(answer: MachineAnswer) -> Report:
     sections: list[ReportSection | Grid] = [
         machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)
     ]
-    if not answer.runs:
-        sections.append(_obstacle_section(answer.motion))
+    if (obstacle := answer.motion.obstacle) is not None:
+        rows = (("what", obstacle.words), ("remedy", obstacle.remedy))
+        sections.append(ReportSection(f"Why not: {obstacle.value}", rows, BAD))
     if answer.cycle is not None:
         sections += [_blows_section(answer, answer.cycle), _events_grid(answer.machine, answer.cycle)]
         if answer.machine.is_si:
@@ -579,56 +593,46 @@ def machine_report(answer: MachineAnswer) -> Report:
 # -- what it does -----------------------------------------------------------------------------------------------------
 
 
-def _obstacle_section(motion: SelfExcited) -> ReportSection:
-    obstacle = motion.obstacle
-    assert obstacle is not None
-    return ReportSection(f"Why not: {obstacle.value}", (("what", obstacle.words), ("remedy", obstacle.remedy)), BAD)
-
-
 def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
     machine, other = answer.machine, answer.rigid
     rows = rows_of(Running(machine, cycle), CYCLE, Teller.of(machine))
     if other is not answer.motion and other.cycle is not None:
-        rows.append(("rigid piston", _rigid_text(machine, other.cycle)))
+        told = "{cycle.blow_energy:energy}, {cycle.blow_speed:speed}, {rate:per_min}, stroke {cycle.stroke:length}"
+        told = told if machine.is_si else "speed {cycle.blow_speed}, period {cycle.period}"
+        rows.append(("rigid piston", said(told, Running(machine, other.cycle), Teller.of(machine)) or ""))
     kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"
     return ReportSection(f"Cycle, {counted(cycle.blows, 'blow')} in it ({kind})", tuple(rows))
 
 
-def _rigid_text(machine: Machine, cycle: ValveCycle) -> str:
-    tell = Teller.of(machine)
-    if not tell.is_si:
-        return f"speed {number(cycle.blow_speed)}, period {number(cycle.period)}"
-    return (
-        f"{tell(cycle.blow_energy, 'energy')}, {tell(cycle.blow_speed, 'speed')}, "
-        f"{tell.given(cycle.blows / cycle.period, 'per_min')}, stroke {tell(cycle.stroke, 'length')}"
-    )
-
-
 def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
     """Everything that happens in a cycle, in order."""
-    tell = Teller.of(machine)
-    rows: list[tuple[float, str, float, float | None]]
-    rows = [
-        (one.time, f"ports[{one.port}] uncovered", -one.velocity, machine.valve.ports[one.port].behind)
-        for one in cycle.uncoverings
-    ]
-    rows += [(one.time, f"valve: {one.to}", -one.velocity, one.behind) for one in cycle.switches]
-    blows = zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)
-    rows += [(time, "blow", speed, 0.0) for time, speed in blows]
-    rows.sort(key=lambda row: row[0])
-    return Grid(
-        "Events, from just after the blow",
-        ("event", "time", "behind the wall", "speed toward it"),
-        tuple(
-            (
-                what,
-                tell(time, "time"),
-                "" if behind is None else tell(max(behind, 0.0), "length"),
-                tell(speed, "speed"),
-            )
-            for time, what, speed, behind in rows
-        ),
-    )
+    ports = machine.valve.ports
+    found = [
+        *(_Happens(one.time, f"ports[{one.port}] uncovered", ports[one.port].behind, -one.velocity)
+          for one in cycle.uncoverings),
+        *(_Happens(one.time, f"valve: {one.to}", max(one.behind, 0.0), -one.velocity) for one in cycle.switches),
+        *(_Happens(time, "blow", 0.0, speed)
+          for time, speed in zip(cycle.blow_times.tolist(), cycle.blow_speeds.tolist(), strict=True)),
+    ]  # fmt: skip
+    tell, heading = Teller.of(machine), "Events, from just after the blow"
+    return grid_of(heading, sorted(found, key=lambda one: one.time), _HAPPENS, tell)
+
+
+class _Happens(NamedTuple):
+    """Something that happens in a cycle."""
+
+    time: float
+    what: str
+    behind: float | None
+    speed: float
+
+
+_HAPPENS: tuple[Fact[_Happens], ...] = (
+    Fact("", "event", "what happens", "", "what", lambda one, _: one.what),
+    Fact("", "time", "after the blow", "time", "time", "{time:time}"),
+    Fact("", "behind the wall", "where the piston is, or the port", "length", "behind", "{behind:length}"),
+    Fact("", "speed toward it", "of the piston", "speed", "speed", "{speed:speed}"),
+)
 
 
 def _sensitivity_grid(answer: MachineAnswer) -> Grid:

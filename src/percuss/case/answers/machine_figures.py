@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from percuss.case.answers.facts import Fact, Teller, json_of, rows_of, si_of
-from percuss.case.answers.numerals import json_number, number, percent, table_text
+from percuss.case.answers.numerals import json_number, number, table_text
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
@@ -33,9 +33,34 @@ class Running(NamedTuple):
     cycle: ValveCycle
 
     @property
+    def rate(self) -> float:
+        """Blows per unit of time."""
+        return self.cycle.blows / self.cycle.period
+
+    @property
+    def contact_time(self) -> float:
+        """One round trip of the waves."""
+        return 2.0 * self.machine.body.transit_time
+
+    @property
     def oil(self) -> float | None:
         """What the supply gives in a cycle, without leakage; None when its pressure is not known."""
         return None if self.machine.pressure is None else self.cycle.drawn
+
+    @property
+    def flow(self) -> float | None:
+        """The same per unit of time."""
+        return None if self.oil is None else self.oil / self.cycle.period
+
+    @property
+    def input(self) -> float:
+        """Power that the valve puts in."""
+        return self.cycle.work / self.cycle.period
+
+    @property
+    def delivered(self) -> float:
+        """Power that the blows take."""
+        return self.cycle.taken / self.cycle.period
 
     @property
     def efficiency(self) -> float | None:
@@ -43,63 +68,37 @@ class Running(NamedTuple):
         return self.cycle.taken / self.cycle.work if self.cycle.work > 0.0 else None
 
 
-def _rate(one: Running, tell: Teller) -> str | None:
-    rate = one.cycle.blows / one.cycle.period
-    return f"{tell.given(rate, 'Hz')}, {tell.given(rate, 'per_min')}" if tell.is_si else None
-
-
-def _contact(one: Running, tell: Teller) -> str | None:
-    text = f"{tell.given(2.0 * one.machine.body.transit_time, 'us')}, one round trip of the waves, taken as no time"
-    return text if tell.is_si else None
-
-
-def _oil(one: Running, tell: Teller) -> str | None:
-    if one.oil is None:
-        return None
-    flow, volume = tell.given(one.oil / one.cycle.period, "l_per_min"), tell.given(one.oil, "cm3")
-    return f"{flow}, {volume} a cycle, without leakage"
-
-
-def _efficiency(one: Running, _: Teller) -> str | None:
-    return None if one.efficiency is None else (
-        f"{percent(one.efficiency)} of the input is delivered, drag and damping take the rest; the energy of the "
-        "rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
-        "0.55 to 0.75 of it"
-    )  # fmt: skip
-
-
 CYCLE: tuple[Fact[Running], ...] = (
     Fact("blow_energy_J", "blow energy", "of the strongest blow of the cycle", "energy",
          "cycle.blow_energy"),
     Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", "cycle.blow_speed"),
-    Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate",
-         lambda one: one.cycle.blows / one.cycle.period, _rate),
+    Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate", "rate",
+         "{rate:Hz}, {rate:per_min}"),
     Fact("period", "period", "of the cycle, which is not the load's", "time", "cycle.period"),
     Fact("stroke stroke_m", "stroke", "how far the piston goes back", "length", "cycle.stroke"),
     Fact("duty", "duty", "part of the cycle that is pushed toward the wall before the blow", "",
-         "cycle.duty",
-         lambda one, _: f"{percent(one.cycle.duty)} of the cycle pushed toward the wall before the blow"),
+         "cycle.duty", "{cycle.duty:percent} of the cycle pushed toward the wall before the blow"),
     Fact("contact_time_us", "contact",
          "how long a uniform bar of this length is in contact, one round trip of its waves; the model lets the blow "
-         "take no time", "time", lambda one: 2.0 * one.machine.body.transit_time, _contact),
+         "take no time", "time", "contact_time",
+         "{contact_time:us}, one round trip of the waves, taken as no time"),
 )  # fmt: skip
 """What a cycle is."""
 
 POWER: tuple[Fact[Running], ...] = (
     Fact("oil_flow_l_per_min", "oil flow", "from the supply, without leakage; null when its pressure is not known",
-         "flow", lambda one: None if one.oil is None else one.oil / one.cycle.period, _oil),
+         "flow", "flow", "{flow:l_per_min}, {oil:cm3} a cycle, without leakage"),
     Fact("oil_per_cycle_cm3", "", "the same", "volume", "oil"),
     Fact("input_power_kW", "input power", "what the valve puts in: pressure times oil flow", "power",
-         lambda one: one.cycle.work / one.cycle.period,
-         lambda one, tell: f"{tell.given(one.cycle.work / one.cycle.period, 'kW')}: pressure times oil flow"),
+         "input", "{input:kW}: pressure times oil flow"),
     Fact("delivered_power_kW", "delivered", "the part of it that the blows take; damping and drag take the rest",
-         "power", lambda one: one.cycle.taken / one.cycle.period,
-         lambda one, tell: f"{tell.given(one.cycle.taken / one.cycle.period, 'kW')}, "
-         f"{tell(one.cycle.taken, 'energy')} a cycle"),
+         "power", "delivered", "{delivered:kW}, {cycle.taken:energy} a cycle"),
     Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", "cycle.taken"),
     Fact("si.efficiency", "efficiency",
          "delivered over input; the energy of the rebound comes back and is in neither", "",
-         "efficiency", _efficiency),
+         "efficiency", "{efficiency:percent} of the input is delivered, drag and damping take the rest; the energy of "
+         "the rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
+         "0.55 to 0.75 of it"),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
          "energy", "cycle.blow_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",

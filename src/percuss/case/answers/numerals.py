@@ -35,6 +35,13 @@ def quantity(value: float, unit: str, digits: int = 4) -> str:
     return f"{number(value / 10.0**power, digits)} {_PREFIXES[power]}{unit}"
 
 
+def measured(value: float, unit: str, digits: int = 4) -> str:
+    """A value in its unit, with a prefix where it can have one: ``5.7 kJ``, ``9.1 m/s``, ``2.993 N·s``, ``0.4``."""
+    if unit.isalpha() and unit != "rad":
+        return quantity(value, unit, digits)
+    return f"{number(value, digits)} {unit}".rstrip()
+
+
 def percent(fraction: float, digits: int = 3) -> str:
     """A fraction in percent: ``1.23 %``."""
     return f"{number(100.0 * fraction, digits)} %"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from percuss.case.answers.facts import BAD, GOOD, Fact, Report, ReportSection, Teller, rows_of
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
-from percuss.case.answers.numerals import as_typed, counted, every, number, percent, rhythm
+from percuss.case.answers.numerals import as_typed, counted, every, measured, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
 from percuss.steady.figures import FIGURES
 from percuss.steady.orbit import Reason
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
         TimedAnswer,
     )
     from percuss.model import System, Timed
-    from percuss.stability import Stability
-    from percuss.steady import Orbit, Rest, SteadyStates
+    from percuss.stability import Stability, TimedStability
+    from percuss.steady import SteadyStates
 
 
 # ---- Where random starts end, in words: the same for the terminal and for a report
@@ -117,21 +117,30 @@ def summary_of(answer: SteadyAnswer) -> FirstLines:
     running = answer.running
     labels = {f"z=1/{found.orbit.periods}" for found in running}
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED
-    said = [ends_sentence(answer.starts, labels, answer.system), clock]
+    told = [ends_sentence(answer.starts, labels, answer.system), clock]
     if running:
-        return FirstLines(_can_run(answer, running[0]), _joined(_others(running), *said), True)
+        others = sorted({other.orbit.periods for other in running[1:]})
+        also = (
+            f"It can also settle on m = {', '.join(map(str, others))}; which motion it takes depends on how it starts"
+        )
+        more = [f"{also}.", *told] if others else told
+        return FirstLines(_can_run(answer, running[0]), " ".join(filter(None, more)), True)
     alone = [one for period in answer.periods if period.timed is not None for one in period.timed.alone if one.runs]
     if alone:
-        return FirstLines(_runs_alone(alone[0]), _joined(*said), True)
-    rest = "The bar may also come to rest on the wall." if _stays(answer.rest) else ""
-    what = f"No steady motion with one impact {_asked([period.states.periods for period in answer.periods])}"
+        orbit, margin = alone[0].orbit, number(alone[0].stability.margin, 3)
+        text = (
+            f"By {orbit.law.law} the hammer can run with one blow {every(orbit.periods)}: phase {number(orbit.phase)}"
+        )
+        text += f" rad; stable, margin {margin}. By B77's law, whose blows take no time, it cannot."
+        return FirstLines(text, " ".join(filter(None, told)), True)
+    stays = answer.rest.possible and not answer.rest.held_by_waves  # of a simulated bar, too
+    rest = "The bar may also come to rest on the wall." if stays else ""
+    asked = [str(period.states.periods) for period in answer.periods]
+    when = every(int(asked[0])) if len(asked) == 1 else f"in {', '.join(asked[:-1])} or {asked[-1]} load periods"
     found = any(period.orbits for period in answer.periods)
     why = "can be sustained; see below for what fails." if found else "exists; see below for the nearest one."
-    return FirstLines(f"{what} {why}", _joined(rest, *said), False)
-
-
-def _joined(*sentences: str) -> str:
-    return " ".join(sentence for sentence in sentences if sentence)
+    text = f"No steady motion with one impact {when} {why}"
+    return FirstLines(text, " ".join(filter(None, [rest, *told])), False)
 
 
 def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
@@ -146,22 +155,6 @@ def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
     )
 
 
-def _runs_alone(found: TimedAnswer) -> str:
-    orbit = found.orbit
-    return (
-        f"By {orbit.law.law} the hammer can run with one blow {every(orbit.periods)}: phase {number(orbit.phase)} rad; "
-        f"stable, margin {number(found.stability.margin, 3)}. By B77's law, whose blows take no time, it cannot."
-    )
-
-
-def _others(running: tuple[OrbitAnswer, ...]) -> str:
-    others = sorted({other.orbit.periods for other in running[1:]})
-    if not others:
-        return ""
-    also = ", ".join(str(m) for m in others)
-    return f"It can also settle on m = {also}; which motion it takes depends on how it starts."
-
-
 def _margins_in_short(found: OrbitAnswer) -> str:
     """``rhythm margin 0.86, ringing margin 0.059``; by a law of blows that take time ``margin 0.85 by b77-blow``."""
     judged = found.stability
@@ -170,18 +163,6 @@ def _margins_in_short(found: OrbitAnswer) -> str:
     rhythm, ringing = number(judged.margin_rhythm, 3), judged.margin_ringing
     text = f"rhythm margin {rhythm}"
     return text if ringing is None else f"{text}, ringing margin {number(ringing, 3)}"
-
-
-def _stays(rest: Rest) -> bool:
-    """Whether a simulated bar at rest stays there too."""
-    return rest.possible and not rest.held_by_waves
-
-
-def _asked(periods: list[int]) -> str:
-    """``every load period``, ``in 1, 2 or 3 load periods``."""
-    if len(periods) == 1:
-        return every(periods[0])
-    return f"in {', '.join(str(m) for m in periods[:-1])} or {periods[-1]} load periods"
 
 
 def name_of(answer: SteadyAnswer, found: OrbitAnswer) -> str:
@@ -198,14 +179,16 @@ ENDED = "this motion does not exist when the blow takes time: it has met another
 
 def timed_in_words(found: TimedAnswer, judged: Stability | None = None) -> list[str]:
     """A motion in lines: its phase, its blow, its verdict beside that on B77's motion, and what makes it impossible."""
-    orbit = found.orbit
+    orbit, tell = found.orbit, Teller.of(found.orbit.system)
     beside = "" if judged is None else f" (B77's rhythm {number(judged.margin_rhythm, 3)})"
-    margin = f"{_timed_verdict(found)}; margin {number(found.stability.margin, 3)}{beside}"
-    lines = [_timed_phase(found), _timed_blow(found), _timed_delivered(found), margin]
+    margin = f"{_verdict(found.stability)}; margin {number(found.stability.margin, 3)}{beside}"
+    given = f"{tell(orbit.delivered_energy, 'energy', plain=6)} delivered to what is struck"
+    given += f"; {tell(orbit.ringing_energy, 'energy', plain=6)} ring on in the bar" if orbit.ringing_energy else ""
+    lines = [_timed_phase(found), _timed_blow(found), given, margin]
     if orbit.obstacle is Reason.NO_BLOW:
         lines.append("not possible: at the start of the contact the bar would be moving away from the wall")
     elif orbit.violation is not None:
-        told = Teller.of(orbit.system)(orbit.violation.depth, "length")
+        told = tell(orbit.violation.depth, "length")
         lines.append(f"not possible: between the blows the bar would be {told} beyond the place of the next one")
     return lines
 
@@ -228,18 +211,6 @@ def _timed_blow(found: TimedAnswer) -> str:
     beside = "" if change is None else f" ({'+' if change >= 0.0 else ''}{percent(change)} against B77's rigid motion)"
     text = f"speed {speed}, energy {energy}{beside}"
     return f"{text}; the impact plane moves on by {advance} per blow" if orbit.advance else text
-
-
-def _timed_delivered(found: TimedAnswer) -> str:
-    orbit, tell = found.orbit, Teller.of(found.orbit.system)
-    text = f"{tell(orbit.delivered_energy, 'energy', plain=6)} delivered to what is struck"
-    ringing = f"; {tell(orbit.ringing_energy, 'energy', plain=6)} ring on in the bar"
-    return text + ringing if orbit.ringing_energy else text
-
-
-def _timed_verdict(found: TimedAnswer) -> str:
-    reason, verdict = found.stability.reason, "stable" if found.stability.stable else "unstable"
-    return reason if reason.startswith(verdict) else f"{verdict}: {reason}"
 
 
 # ---- What a law that knows the duration of the blow says, as lines of the report beside those of B77's law
@@ -301,8 +272,10 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
     orbit, judged, tell = answer.orbit, answer.stability, Teller.of(answer.orbit.system)
     verdict = "stable" if judged.stable else "unstable"
     possible = "possible" if orbit.admissible else "not possible"
+    phase = f"{number(orbit.phase, 5)} rad = {number(math.degrees(orbit.phase))}°"
+    phase += f" = {tell(orbit.phase, 'time')} into the load period" if tell.is_si else ""
     rows = [
-        ("phase", _phase(orbit.phase, tell)),
+        ("phase", phase),
         ("possible", _possible(answer)),
         ("verdict", _verdict(judged)),
         ("margins", _margins(judged)),
@@ -314,7 +287,9 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
     if orbit.impact_velocity > 0.0:
         rows += rows_of(answer, _BLOW, tell)
     else:
-        rows.append(("blow", _no_blow(orbit, tell)))
+        told = tell(-orbit.impact_velocity, "speed", plain=6)
+        moving = f"the striking end would be leaving the wall at {told}"
+        rows.append(("blow", f"none: {moving if orbit.impact_velocity else 'the end would stand still'}"))
     rows += timed_rows(answer, law)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
     if len(orbit.warnings) > MOST_WARNINGS:
@@ -322,11 +297,6 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
     tone = GOOD if answer.runs else BAD
     heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
     return ReportSection(heading, tuple(rows), tone, level=2)
-
-
-def _phase(phase: float, tell: Teller) -> str:
-    text = f"{number(phase, 5)} rad = {number(math.degrees(phase))}°"
-    return f"{text} = {tell(phase, 'time')} into the load period" if tell.is_si else text
 
 
 def _possible(answer: OrbitAnswer) -> str:
@@ -341,10 +311,9 @@ def _possible(answer: OrbitAnswer) -> str:
     return f"no: {time} after the impact the striking end would be inside the wall, {depth} deep"
 
 
-def _verdict(judged: Stability) -> str:
+def _verdict(judged: Stability | TimedStability) -> str:
     verdict = "stable" if judged.stable else "unstable"
-    reason = judged.reason if judged.reason.startswith(verdict) else f"{verdict}: {judged.reason}"
-    return reason
+    return judged.reason if judged.reason.startswith(verdict) else f"{verdict}: {judged.reason}"
 
 
 def _margins(judged: Stability) -> str:
@@ -388,12 +357,6 @@ def _waveform(judged: Stability, tell: Teller) -> str:
     return f"{text}, or, with this force, strike with a restitution below {number(needed, 3)}"
 
 
-def _no_blow(orbit: Orbit, tell: Teller) -> str:
-    speed = -orbit.impact_velocity
-    told = tell(speed, "speed", plain=6)
-    return f"none: the striking end would be leaving the wall at {told}" if speed else "none: the end would stand still"
-
-
 def _blow(answer: OrbitAnswer, tell: Teller) -> str:
     orbit = answer.orbit
     end, rigid = (tell(value, "speed", plain=6) for value in (orbit.impact_velocity, orbit.rigid_velocity))
@@ -424,12 +387,6 @@ def _stress(answer: OrbitAnswer, _: Teller) -> str | None:
     return f"{peak}for a contact of {number(si.contact_time_us)} µs"
 
 
-def _mean_force(answer: OrbitAnswer, tell: Teller) -> str | None:
-    si = answer.si
-    text = None if si is None else f"momentum {number(si.momentum_N_s)} N·s per blow"
-    return text and f"{tell(FIGURES['mean_force'].value(answer.orbit) or 0.0, 'force')}; {text}"
-
-
 def _drag(answer: OrbitAnswer, tell: Teller) -> str | None:
     si, drag = answer.si, answer.drag
     if not answer.orbit.system.d:
@@ -449,27 +406,27 @@ def _energy(answer: OrbitAnswer, tell: Teller) -> str:
     return f"{put_in} in per impact = {impact} to the impact + {damping} to damping; {closing}"
 
 
-def _rate(answer: OrbitAnswer, _: Teller) -> str | None:
-    si = answer.si
-    return None if si is None else f"{number(si.blow_rate_Hz)} Hz = {number(si.blow_rate_per_min)} blows/min"
-
-
 def _about(
-    label: str, name: str, dimension: str, words: Callable[[OrbitAnswer, Teller], str | None]
+    label: str, name: str, words: str | Callable[[OrbitAnswer, Teller], str | None] | None = None
 ) -> Fact[OrbitAnswer]:
-    """A line about a figure of an orbit."""
-    return Fact("", label, FIGURES[name].meaning, dimension, lambda one: FIGURES[name].value(one.orbit), words)
+    """A line about a figure of an orbit; without words its value in its unit."""
+    figure = FIGURES[name]
+
+    def said(answer: OrbitAnswer, tell: Teller) -> str | None:
+        value = figure.in_si(answer.orbit) if tell.is_si else figure.value(answer.orbit)
+        return None if value is None else measured(value, figure.unit if tell.is_si else "")
+
+    return Fact("", label, figure.meaning, "", lambda one: figure.value(one.orbit), words or said)
 
 
 _BLOW = (
-    _about("blow", "blow_energy", "energy", _blow),
-    _about("rate", "blow_rate", "rate", _rate),
-    _about("power", "power", "power", _power),
-    _about("stroke", "stroke", "length", lambda one, tell: tell(one.orbit.stroke, "length", plain=6)),
-    _about("stress", "stress", "stress", _stress),
-    _about("mean force", "mean_force", "force", _mean_force),
-    _about("drag", "drag_force", "force", _drag),
-    _about("energy", "input_power", "energy", _energy),
+    _about("blow", "blow_energy", _blow),
+    _about("rate", "blow_rate", "{si.blow_rate_Hz} Hz = {si.blow_rate_per_min} blows/min"),
+    _about("power", "power", _power),
+    _about("stress", "stress", _stress),
+    _about("drag", "drag_force", _drag),
+    _about("energy", "input_power", _energy),
+    *(_about(figure.label, name) for name, figure in FIGURES.items() if figure.line),
 )
 """What a blow is, of a motion that strikes."""
 

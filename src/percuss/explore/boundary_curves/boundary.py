@@ -10,11 +10,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import Interrupted, ParameterError, PercussError
+from percuss.errors import Interrupted, ParameterError, PercussError, extra_package
 from percuss.explore.boundary_curves.crossings import (
     FLIP,
     GRAZING,
@@ -38,6 +39,9 @@ from percuss.stability.verdict import DEFAULT_MODES
 from percuss.steady import Orbit
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
+if TYPE_CHECKING:
+    from xarray import Dataset
+
 KINDS = (FOLD, FLIP, SPIRAL, GRAZING)
 """What can happen on a branch of steady motions."""
 
@@ -45,6 +49,7 @@ CRITERIA = ("reduced", "exact")
 
 _FAR = 0.75  # in shares of the range of y and of a half turn: points farther apart are not of one curve
 _GAP = 1e-3  # what each missing value of x adds to that
+_OVER_X = ("y", "phase", "residual", "angle", "outside", "impact_velocity")
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +142,15 @@ class Boundaries(Shown):
     def _extreme(self, kind: str, choose: np.ufunc) -> Array:
         return np.asarray(reduce(choose, (curve.y for curve in self.of(kind)), np.full(self.x.shape, math.nan)))
 
+    def to_xarray(self) -> Dataset:
+        """All curves, over the dimension ``curve`` and over x; their `to_dataframe` is a table."""
+        over = {name: np.array([getattr(c, name) for c in self.curves]).reshape(-1, self.x.size) for name in _OVER_X}
+        variables: dict[str, Any] = {name: (("curve", self.x_name), values) for name, values in over.items()}
+        variables |= {name: ("curve", [getattr(c, name) for c in self.curves]) for name in ("kind", "branch")}
+        about = {"y": self.y_name, "low": self.low, "high": self.high}
+        made: Dataset = extra_package("xarray", "io").Dataset(variables, {self.x_name: self.x}, about)
+        return made
+
     def __str__(self) -> str:
         head = f"{self.y_name} from {self.low:g} to {self.high:g} over {self.x.size} values of {self.x_name}"
         return "\n".join([head, *(f"  {c.kind}, branch {c.branch}: {int(c.found.sum())} points" for c in self.curves)])
@@ -183,7 +197,6 @@ def boundaries(
     modes: int | None = None,
     kinds: Sequence[str] = KINDS,
     samples: int | None = None,
-    halt: Callable[[], bool] | None = None,
     progress: Callable[[JobProgress], object] | None = None,
 ) -> Boundaries:
     """The boundaries of steady motions with one impact every m load periods, each point solved for as a root.
@@ -212,12 +225,10 @@ def boundaries(
     samples
         Of each branch at first: by default 49, for the exact multipliers 33, for grazing 25, and more for many
         harmonics.
-    halt
-        Called many times for every value of x; once it returns true, this value and those that follow are given up
-        and count as failed.
     progress
         Called with a `percuss.explore.JobProgress` that counts values of x, says which part of the present one is done
-        and how long the rest will take; once it returns something true, the rest is given up as by `halt`.
+        and how long the rest will take; once it returns something true, the present value and those that follow are
+        given up and count as failed.
 
     Returns
     -------
@@ -246,7 +257,6 @@ def boundaries(
     (array([0.31830989, 0.59114693, 1.27323954]), array([0.26851464, 0.470072  , 0.75684712]))
     """
     family = family_of(system)
-    callback("halt", halt)
     callback("progress", progress)
     if samples is not None:
         count("samples", samples, least=2, most=10**6)
@@ -261,7 +271,7 @@ def boundaries(
     rows: list[list[BoundaryCrossing]] = []
     failed: list[tuple[float, str]] = []
     meter.start(0)
-    with halting(lambda: meter() or (halt is not None and halt())):
+    with halting(meter):
         for value in values.tolist():
             fixed, m = ({}, int(value)) if x_name == PERIODS else ({x_name: value}, periods)
             rows.append([])

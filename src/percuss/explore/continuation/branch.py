@@ -138,6 +138,12 @@ class BranchPoint(Shown):
         or, of a cycle with rest, that is born; or None.
     touch_phase
         Phase of the load at which the bar touches the wall; or None.
+    side
+        Towards which values of the parameter the branch begins that begins there, of flips and grazings: "greater" or
+        "smaller"; None where there is none, or it is not resolved.
+    criticality
+        Of a flip: "supercritical" where the doubled orbit begins beside orbits that are no longer stable in this
+        direction, else "subcritical"; None of other points, and where it is not resolved.
     """
 
     kind: BranchEvent
@@ -147,6 +153,8 @@ class BranchPoint(Shown):
     multipliers: ComplexArray | None = field(default=None, repr=False)
     impact: int | None = None
     touch_phase: float | None = None
+    side: str | None = None
+    criticality: str | None = None
 
     @property
     def value(self) -> float:

@@ -324,10 +324,14 @@ _RESOLVED, _REGULAR = 1e-6, 1e-10  # of the terms of a number, and of the greate
 
 
 class Side(NamedTuple):
-    """Whether a doubled orbit begins towards greater values, and whether it is stable there; None: the form is mute."""
+    """Whether a branch begins towards greater values, and whether it is stable there; None: it is not resolved.
+
+    `supercritical`, of a flip: whether the doubled orbit begins where the one before it is no longer stable.
+    """
 
     greater: bool
     stable: bool | None
+    supercritical: bool | None = None
 
 
 class FlipForm(NamedTuple):
@@ -394,7 +398,7 @@ def side_of_doubled(curve: SolutionCurve, point: CurvePoint) -> Side | None:
     if not (resolved and moves and simple and point.tangent[-1]):
         return None
     c = form.bend * form.determinant
-    return Side(-c * along * float(point.tangent[-1]) > 0.0, _stable(orbit, c * turn < 0.0))
+    return Side(-c * along * float(point.tangent[-1]) > 0.0, _stable(orbit, c * turn < 0.0), c * turn < 0.0)
 
 
 def _stable(orbit: PeriodicOrbit, beyond: bool) -> bool | None:

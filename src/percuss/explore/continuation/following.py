@@ -118,13 +118,23 @@ _INTO, _SHRINK, _STEPS = 0.01, 0.25, 8  # rad, how far into a branch it is looke
 _CHANGED, _DEAD = 0.1, 1e-9  # share of the speed of an impact by which such a step may change it; of the greatest, none
 
 
-def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusal: str) -> str:
-    """What lies beyond; `impact`: the number, from 1 on, of that which it happens to, `refusal`: why it ends."""
+def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusal: str) -> tuple[str, Side | None]:
+    """What lies beyond, and to which side a branch begins there.
+
+    `impact`: the number, from 1 on, of that which it happens to, `refusal`: why the branch ends.
+    """
+    if one.kind is BranchEvent.FLIP:
+        return _flip(curve, one.point)
+    if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
+        return _grazing(curve, one, impact)
+    return _plainly(curve, one, impact, refusal), None
+
+
+def _plainly(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusal: str) -> str:
+    """Where no branch begins whose side is known."""
     kind, name = one.kind, curve.name
     if kind is BranchEvent.FOLD:
         return f"the branch turns back; beyond {name} = {curve.value(one.point.x):.9g} neither of its two orbits exists"
-    if kind is BranchEvent.FLIP:
-        return _flip(curve, one.point)
     if kind is BranchEvent.NEIMARK_SACKER:
         return _pair(curve, one.point)
     if kind is BranchEvent.CROSSING:
@@ -132,8 +142,6 @@ def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusa
         if abs(one.point.tangent[-1]) < _LEVEL:
             return f"{over}, which turns back and goes on as its own image, backwards in time or some periods later"
         return f"{over}, and stability may pass from one to the other"
-    if kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
-        return _grazing(curve, one, impact)
     if kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD):
         way = "goes on" if kind is BranchEvent.CORNER else "turns back"
         return f"impact {impact} falls on the other side of a step of the load, and the branch {way}"
@@ -193,15 +201,15 @@ def _into(partner: Partner) -> Side | None:
     return None
 
 
-def _flip(curve: SolutionCurve, point: CurvePoint) -> str:
+def _flip(curve: SolutionCurve, point: CurvePoint) -> tuple[str, Side | None]:
     partner = doubled(curve, point)
     if partner is None:
-        return "an orbit of twice the period begins, longer than orbits are followed here"
+        return "an orbit of twice the period begins, longer than orbits are followed here", None
     side = side_of_doubled(curve, point)
     if side is None or side.stable is None:
         tried = _into(partner)
-        side = tried if side is None else Side(side.greater, None if tried is None else tried.stable)
-    return f"{partner[0].label} begins{_told(curve, side)}"
+        side = tried if side is None else side._replace(stable=None if tried is None else tried.stable)
+    return f"{partner[0].label} begins{_told(curve, side)}", side
 
 
 def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
@@ -213,23 +221,24 @@ def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
     return f"motions on a torus may begin, which turn by {math.degrees(float(np.angle(pair))):.4g}° in a cycle"
 
 
-def _grazing(curve: SolutionCurve, one: LocatedEvent, impact: int | None) -> str:
+def _grazing(curve: SolutionCurve, one: LocatedEvent, impact: int | None) -> tuple[str, Side | None]:
     touch = one.kind is BranchEvent.TOUCH
     is_free = curve.motion(one.point.x).system.body.is_free
     what = "bar" if is_free else "structure"
     here = f"the {what} would pass through the wall" if touch else f"impact {impact} would strike backwards"
     label = f"z={curve.impacts + 1 if touch else curve.impacts - 1}/{curve.periods}"
     if curve.impacts == 1 and not touch:
-        return here
+        return here, None
     if is_joined(curve):
         partner = grazing_partner(curve, one.point, one.kind, one.which)
-        return here if partner is None else f"{here}; {label} begins here{_told(curve, _into(partner))}"
+        side = None if partner is None else _into(partner)
+        return here if partner is None else f"{here}; {label} begins here{_told(curve, side)}", side
     found = other_end(curve, one.point, one.kind, one.which)
     if found is None:
-        return f"{here}; no end of {label} was found near"
+        return f"{here}; no end of {label} was found near", None
     event = "an impact without speed" if touch else "a touch"
     why = "the bar is elastic" if is_free else "the structure has several modes"
-    return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: {why}"
+    return f"{here}; {label} ends at {found[0].value(found[1]):.9g} ({event}), not here: {why}", None
 
 
 # ---- The walk along a curve of orbits over one parameter
@@ -491,10 +500,15 @@ def branch_point(curve: SolutionCurve, one: LocatedEvent, refusal: str) -> Branc
         impact = one.which + 1
     values = None if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH) else multipliers(orbit)
     try:
-        beyond = sentence(curve, one, impact, refusal)
+        beyond, side = sentence(curve, one, impact, refusal)
     except Interrupted:
-        beyond = one.kind.words
-    return BranchPoint(one.kind, (curve.value(one.point.x),), orbit, beyond, values, impact, phase)
+        beyond, side = one.kind.words, None
+    towards = None if side is None else "greater" if side.greater else "smaller"
+    known = side is not None and side.supercritical is not None
+    criticality = ("supercritical" if side.supercritical else "subcritical") if side and known else None
+    return BranchPoint(
+        one.kind, (curve.value(one.point.x),), orbit, beyond, values, impact, phase, towards, criticality
+    )  # fmt: skip
 
 
 # ---- How far a parameter may move before a motion ends or is no longer stable, and what a simulation does then

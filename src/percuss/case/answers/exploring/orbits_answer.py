@@ -409,7 +409,7 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 
 
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
-    told = picked(point, "value beyond impact touch_phase")
+    told = picked(point, "value beyond impact touch_phase side criticality")
     if isinstance(point.motion, ValveCycle):
         return {"type": point.kind.value, "orbit": told_orbit(point.motion), **told}
     if not has_rest:
