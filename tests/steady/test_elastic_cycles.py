@@ -30,8 +30,8 @@ from percuss.model import (
 )
 from percuss.simulate import run
 from percuss.steady import Obstacle, Rhythm, ValveCycle, self_excited_motion, sensitivities
-from percuss.steady.self_excited.elastic_cycle import solved
 from percuss.steady.self_excited.self_switching import why_unstable
+from percuss.steady.self_excited.settling import solved
 
 
 def machine(

@@ -134,6 +134,11 @@ def test_a_map_has_the_figures_of_its_best_motion() -> None:
             assert column.unit == (figure.unit if system.is_si or figure.unit == "rad" else "")
 
 
+def test_the_impulse_of_a_blow_is_what_the_load_gives_in_its_period() -> None:
+    for orbit in steady_states(Case.from_text(CASE).system()).orbits:
+        assert si_report(orbit).impulse_N_s == pytest.approx(4000.0 / 60.0, rel=1e-12)  # p₀T, without drag
+
+
 def test_without_scales_there_is_nothing_in_si() -> None:
     orbit = steady_states(System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))).orbits[1]
     for name, figure in FIGURES.items():

@@ -20,8 +20,7 @@ from percuss.steady import (
     slow_pressure,
     valve_margins,
 )
-from percuss.steady.self_excited.piston import continued, under_pressure
-from percuss.steady.self_excited.piston_flight import PistonFlight, at, first_crossing, next_turn
+from percuss.steady.self_excited.settling import followed_to, under_pressure
 from supply_oracle import after_cycle
 
 MASS = 88.8
@@ -73,7 +72,7 @@ def test_a_great_accumulator_holds_the_pressure() -> None:
     valve = breaker(133, 1.0)
     cycle = fed(valve).cycle
     pressure = slow_pressure(cycle)
-    constant = continued(under_pressure(cycle.machine, pressure.mean), cycle)
+    constant = followed_to(under_pressure(cycle.machine, pressure.mean), cycle)
     assert cycle.blow_speed == pytest.approx(constant.blow_speed, rel=1e-4)
     assert cycle.period == pytest.approx(constant.period, rel=1e-4)
     assert pressure.ripple < 1e-4
@@ -101,7 +100,11 @@ def test_energy_closes_and_volume_too(back, power, R, drag, kappa, compliance, f
     valve = Valve({"return": -back, "power": power}, ports, None, Chamber(0.0, kappa), supply=Supply(flow, compliance))
     cycle = fed(valve, R, drag).cycle
     assume(cycle is not None and cycle.blows == 1 and not cycle.rests)
-    dragged = sum(drag * np.dot(*_squares(one.rigid, one.duration)) for one in cycle.flights)
+    x, weights = np.polynomial.legendre.leggauss(80)
+    dragged = sum(
+        0.5 * drag * one.duration * float(weights @ one.at(0.5 * one.duration * (x + 1.0))[1][0] ** 2)
+        for one in cycle.flights
+    )
     assert cycle.work == pytest.approx(cycle.taken + dragged, rel=1e-8)
     drawn = math.fsum(dict(valve.pairs)[one.state] * float((one.end - one.begin)[0, 0]) for one in cycle.flights)
     assert drawn == pytest.approx(flow * cycle.period, rel=1e-9)
@@ -111,67 +114,6 @@ def test_energy_closes_and_volume_too(back, power, R, drag, kappa, compliance, f
     seen = pressure_over(cycle, times)
     assert pressure.least - 1e-9 <= seen.min() and seen.max() <= pressure.greatest + 1e-9
     assert np.trapezoid(seen, times) / cycle.period == pytest.approx(pressure.mean, rel=2e-2)
-
-
-def _squares(flight, duration: float) -> tuple[np.ndarray, np.ndarray]:
-    """Weights, and squares of the speed, by Gauss's rule in pieces."""
-    x, w = np.polynomial.legendre.leggauss(8)
-    edges = np.linspace(0.0, duration, 21)
-    half = 0.5 * np.diff(edges)
-    t = (edges[:-1, None] + half[:, None] * (x + 1.0)).ravel()
-    return (half[:, None] * w).ravel(), np.array([at(flight, float(one))[1] ** 2 for one in t])
-
-
-@given(
-    st.floats(-3.0, 3.0), st.floats(0.01, 60.0), st.one_of(st.just(0.0), st.floats(1e-3, 10.0)), st.floats(0.0, 2.0),
-    st.floats(-2.0, 2.0), st.floats(0.01, 3.0), st.floats(0.01, 3.0), st.booleans(),
-)  # fmt: skip
-@settings(max_examples=20)
-def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, ramp, place, back) -> None:
-    """Against looking at many times."""
-    flight, until = PistonFlight(push, stiffness, drag, x, v, -ramp if back else ramp), 8.0
-    time, where, way = first_crossing(flight, [[place, place], [1.0, -1.0]], until)
-    times = np.linspace(0.0, until, 2001)
-    seen = np.array([at(flight, float(t))[0] for t in times])
-    beyond = np.where(np.abs(seen - place) < 1e-12, 0.0, seen - place)  # it may begin at the place
-    changes = np.flatnonzero(beyond[:-1] * beyond[1:] < 0.0)
-    struck = np.flatnonzero((seen[:-1] > 1e-12) & (seen[1:] < 0.0))
-    first = min((times[one[0] + 1] for one in (changes, struck) if one.size), default=np.inf)
-    if way == 0:
-        assert first == np.inf
-    else:
-        assert at(flight, time)[0] == pytest.approx(where, abs=1e-8)
-        assert time <= first + 1e-9
-
-
-def test_far_passages_are_found_without_looking_at_every_swing() -> None:
-    """A stiff accumulator and a slow pump: some 10^5 swings before the place is reached, first at a crest."""
-    flight = PistonFlight(2e4, 1e4, 0.0, 2.5, 0.1, 1.0)
-    time, place, way = first_crossing(flight, [[3.0], [1.0]], math.inf)
-    assert (place, way) == (3.0, 1)
-    assert at(flight, time)[0] == pytest.approx(3.0, abs=1e-9)
-    assert 1e-4 * time == pytest.approx(3.0 - 2.5, rel=0.01)
-    time, place, way = first_crossing(flight._replace(ramp=-1.0), [[3.1], [1.0]], math.inf)
-    assert (place, way) == (0.0, -1) and 1e-4 * time == pytest.approx(2.0 - 0.5, rel=0.01)
-
-
-@pytest.mark.parametrize("drag", [0.0, 1e-9, 0.3])
-def test_a_piston_that_a_growing_pressure_lifts_does_not_turn(drag: float) -> None:
-    """From rest without any force its velocity comes back to 0 again and again at most, and does not pass it."""
-    flight = PistonFlight(0.0, 4.0, drag, 0.0, 0.0, 0.5)
-    time, place, way = first_crossing(flight, [[1.0], [1.0]], math.inf)
-    assert (place, way) == (1.0, 1) and at(flight, time)[0] == pytest.approx(1.0)
-    assert next_turn(flight, 0.0)[0] > 0.99 * math.pi
-
-
-def test_a_piston_that_is_dragged_to_its_line_turns_once() -> None:
-    flight = PistonFlight(-1.0, 0.5, 3.0, 2.0, 1.0, 0.01)
-    first, after = next_turn(flight, 0.0)
-    assert at(flight, first)[1] == pytest.approx(0.0, abs=1e-12)
-    second, after = next_turn(flight, after)
-    assert at(flight, second)[1] == pytest.approx(0.0, abs=1e-12)
-    assert next_turn(flight, after)[0] == math.inf
-    assert first_crossing(flight, [[3.0], [1.0]], math.inf)[1:] == (0.0, -1)
 
 
 def test_a_small_accumulator_is_emptied() -> None:
@@ -196,11 +138,11 @@ def test_margins_of_the_supply_are_limits() -> None:
             if factor < 0.98 * limit:
                 break
             changed = replace(valve.supply, **{name: getattr(valve.supply, name) * max(factor, 1.001 * limit)})
-            near = continued(machine.with_valve(replace(valve, supply=changed)), cycle)
+            near = followed_to(machine.with_valve(replace(valve, supply=changed)), cycle)
             assert near is not None and near.stable
             cycle = near
         changed = replace(valve.supply, **{name: getattr(valve.supply, name) * 0.98 * limit})
-        near = continued(machine.with_valve(replace(valve, supply=changed)), cycle)
+        near = followed_to(machine.with_valve(replace(valve, supply=changed)), cycle)
         assert near is None or not near.stable
         cycle = motion.cycle
 

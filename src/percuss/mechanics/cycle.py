@@ -87,7 +87,7 @@ def _moved(matrix: Array, state: Array) -> Array:
 
 _STEPS = 30
 _CLOSED = 2e-14  # of the period
-_NEARLY = 1e-11  # … where rounding lets no step be smaller
+_NEARLY, _SUPPLIED = 1e-11, 1e-9  # … where rounding lets no step be smaller, as where a pressure settles slowly
 _HALVINGS = 5
 _OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 
@@ -267,13 +267,13 @@ class Cycle:
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):  # of times that are far off
                 motion = self.closed(unknowns)
-                smallest = np.inf
+                smallest, nearly = np.inf, _SUPPLIED if self.supplied else _NEARLY
                 for _ in range(_STEPS):
                     step = np.linalg.solve(motion.slope, -motion.error)
                     size = float(np.abs(step).max() / unknowns[-1])
                     if not np.isfinite(size):
                         return None
-                    if size <= _CLOSED or (smallest <= _NEARLY and size >= 0.5 * smallest):
+                    if size <= _CLOSED or (smallest <= nearly and size >= 0.5 * smallest):
                         return unknowns + step, self.closed(unknowns + step)
                     smallest = min(smallest, size)
                     for _ in range(_HALVINGS):

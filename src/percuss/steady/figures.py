@@ -190,6 +190,10 @@ FIGURES = {
         "momentum", "of the rigid motion at the blow", "N·s", lambda o: o.rigid_velocity,
         lambda s: s.force_scale * s.time_scale, line=True,
     ),
+    "impulse": Figure(
+        "impulse", "of the contact force of a blow: momentum times 1 + R", "N·s",
+        lambda o: o.system.contact.impulse * o.rigid_velocity, lambda s: s.force_scale * s.time_scale, line=True,
+    ),
     "drag": Figure(
         "drag coefficient", "force of the damping on the whole bar, over its speed", "N·s/m", lambda o: o.system.d,
         lambda s: s.force_scale / s.speed_scale,
@@ -247,6 +251,7 @@ class SIReport(Shown):
     contact_time_us: float = _of("contact_time", 1e6, "µs")
     mean_force_kN: float = _of("mean_force", 1e-3, "kN")
     momentum_N_s: float = _of("momentum")
+    impulse_N_s: float = _of("impulse")
     drag_force_kN: float = _of("drag_force", 1e-3, "kN")
     rigid_velocity_m_s: float = _of("rigid_velocity", card=False)
     drag_N_s_m: float = _of("drag", card=False)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import in_words, outside
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
@@ -37,6 +37,7 @@ from percuss.steady.self_excited.event_sequence import sequence_of
 
 # ---- What happens within a step
 
+_INSIDE = 1e-10  # of a step, before the place where two events change places
 _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another one comes first
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
@@ -58,7 +59,8 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
             place = segment.root(partial(_test, curve, name), 0.0, last)
             if found is None or place < found.place:
                 kind, which = kind_of(name)
-                found = segment.event(kind, place, which)
+                aside = _INSIDE * segment.length if kind is BranchEvent.ORDER_LOST else 0.0  # where the order is known
+                found = segment.event(kind, max(place - aside, 0.0), which)
         if fault is not None:
             kind = OF_FAULTS[fault.kind]
             found = segment.event(kind, _bisected(segment, last))
@@ -232,14 +234,11 @@ _SAME = 1e-6  # rad, by which the cycle may be inexact
 
 def beginning(curve: MachineCurve, cycle: ValveCycle, values: tuple[float, ...]) -> CurvePoint | None:
     """The point of a cycle with the tangent towards greater values of the parameter; None where there is none near."""
-    x = curve.unknowns(cycle, *values)
     try:
-        matrix = curve.matrix(x)
-        tangent = np.linalg.svd(matrix)[2][-1]
-        tangent = tangent if tangent[-1] >= 0.0 else -tangent
-        return curve.corrected(x, tangent, tangent, CurvePoint(x, tangent, 0, matrix))
-    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
+        found = curve.settled(curve.unknowns(cycle, *values))
+    except CorrectorFailed:
         return None
+    return found if found.tangent[-1] >= 0.0 else found._replace(tangent=-found.tangent)
 
 
 def doubled(curve: MachineCurve, point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:

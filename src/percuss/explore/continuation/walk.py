@@ -250,6 +250,24 @@ class Problem(ABC):
         """The derivatives of the equations, and the equations."""
         return self.matrix(x), self.residual(x)
 
+    def settled(self, start: Array) -> CurvePoint:
+        """The nearest point of the curve, with a tangent either way; or CorrectorFailed."""
+        x = np.array(start)
+        try:
+            for step in range(1, _MOST_STEPS + 1):
+                matrix, off = self.linearised(x)
+                moved = -np.linalg.pinv(matrix) @ off
+                if not float(np.abs(moved).max()) <= _LONGEST:
+                    break
+                x = x + moved
+                if float(np.abs(moved).max()) <= _CLOSE:
+                    if self.refusal(*self.values(x)) is not None:  # by rounding, where a parameter begins
+                        x[list(self.places)] = start[list(self.places)]
+                    return CurvePoint(x, np.linalg.svd(matrix)[2][-1], step, matrix)
+        except (PercussError, np.linalg.LinAlgError) as error:
+            raise CorrectorFailed(str(error)) from None
+        raise CorrectorFailed("no convergence")
+
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """The point of the curve in a plane with a normal, its tangent the way of `along`; or CorrectorFailed."""
         look()

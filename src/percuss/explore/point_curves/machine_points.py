@@ -197,7 +197,10 @@ def machine_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[]
     x = base.unknowns(cycle, *over.here)
     with halting(halt):
         curve = MachinePoints(base, point.kind, *_condition(base, x, point))
-        start = _settled(curve, x)
+        try:
+            start = curve.settled(x)
+        except CorrectorFailed:
+            start = None
         if start is None or float(np.abs(start.x - x).max()) > _SAME:
             raise ParameterError("point", str(point), f"a point of the machines with {over}")
         walks = both_ways(lambda begin: MachinePointWalk(curve, begin, over.bounds), start, most)
@@ -234,20 +237,6 @@ def _condition(base: MachineCurve, x: Array, point: BranchPoint) -> tuple[str, c
     if not mine:
         raise ParameterError("point", str(point), "a point that a test of its order of events tells")
     return min(mine, key=lambda name: mine[name]), 0.0
-
-
-def _settled(curve: MachinePoints, x: Array) -> CurvePoint | None:
-    """The nearest point of the curve, with a tangent either way."""
-    try:
-        for _ in range(8):
-            matrix = curve.matrix(x)
-            moved = -np.linalg.pinv(matrix) @ curve.residual(x)
-            x = x + moved
-            if float(np.abs(moved).max()) < 1e-9:
-                return CurvePoint(x, np.linalg.svd(matrix)[2][-1], 0, matrix)
-    except (PercussError, CorrectorFailed, np.linalg.LinAlgError):
-        pass
-    return None
 
 
 def _told(base: MachineCurve, one: LocatedEvent, most: int, walk: Walk) -> BranchPoint:

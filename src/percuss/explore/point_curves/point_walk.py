@@ -253,10 +253,6 @@ def _on_circle(cosine: complex) -> complex:
 
 # ---- The orbits over two parameters for which a condition holds: its unknowns come last, and its equations
 
-_MOST_STEPS = 16
-_CLOSE = 1e-9  # after a step below this, with the derivatives of the place, there is none
-_LONGEST = 0.5  # rad
-
 
 @dataclass(frozen=True)
 class ExtendedCurve(OrbitProblem):
@@ -291,24 +287,6 @@ class ExtendedCurve(OrbitProblem):
     def residual(self, x: Array) -> Array:
         orbit = self.motion(x)
         return np.append(orbit.residuals, self.condition.off(orbit, x[: self.impacts], self.extra(x)))
-
-    def settled(self, start: Array) -> CurvePoint:
-        """The nearest point of the curve, with a tangent either way; or CorrectorFailed."""
-        x = np.array(start)
-        try:
-            for step in range(1, _MOST_STEPS + 1):
-                matrix = self.matrix(x)
-                moved = -np.linalg.pinv(matrix) @ self.residual(x)
-                if not float(np.abs(moved).max()) <= _LONGEST:
-                    break
-                x = x + moved
-                if float(np.abs(moved).max()) <= _CLOSE:
-                    if self.refusal(*self.values(x)) is not None:  # by rounding, where a parameter begins
-                        x[self.impacts + 1 : self.impacts + 3] = start[self.impacts + 1 : self.impacts + 3]
-                    return CurvePoint(x, np.linalg.svd(matrix)[2][-1], step, matrix)
-        except (PercussError, np.linalg.LinAlgError) as error:
-            raise CorrectorFailed(str(error)) from None
-        raise CorrectorFailed("no convergence")
 
 
 # ---- What happens between two points of a curve in two parameters, and what of it is one thing

@@ -16,7 +16,7 @@ from percuss.errors import ParameterError
 from percuss.model import Cushion
 from percuss.model.checks import instance
 from percuss.shown import Shown
-from percuss.steady.self_excited.piston import Piston, under_pressure
+from percuss.steady.self_excited.piston import Piston
 from percuss.steady.self_excited.piston_flight import (
     NO_PORTS,
     PistonFlight,
@@ -29,6 +29,7 @@ from percuss.steady.self_excited.piston_flight import (
 )
 from percuss.steady.self_excited.rhythm import Switching, valve_after
 from percuss.steady.self_excited.self_switching import SelfExcited
+from percuss.steady.self_excited.settling import under_pressure
 
 _MOST_PASSES = 64
 _MOST_EVENTS = 40 * _MOST_PASSES

@@ -17,9 +17,9 @@ from percuss.model import Chamber, Machine, Valve
 from percuss.model.checks import Array, instance, numbers
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.elastic_cycle import solved
-from percuss.steady.self_excited.piston import Piston, continued, followed_from, under_pressure
-from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion, why_none
+from percuss.steady.self_excited.piston import Piston, continued
+from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
+from percuss.steady.self_excited.settling import followed_to, solved, under_pressure
 from percuss.steady.self_excited.valve_cycle import Switch, ValveCycle, ValveFlight, flights_at, pressure_multiplier
 
 _STEP = 1.0 / 32.0  # of the period, or of the factor of the chamber
@@ -28,7 +28,6 @@ _MOST_STEPS = 256
 _CLOSE = 1e-8  # of a step
 _LONGER, _NEARLY = 4.0, 1e-4  # the step, and how close, with a supply, whose cycles take longer to find
 _BEYOND = 1e-6
-_BLOWS_BEYOND = 60
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,9 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
     if latest is not None:
         far = _BEYOND if valve.supply is None else _STEP * _LONGER * _NEARLY
         past = motion.machine.with_valve(later(latest + far * motion.cycle.period))
-        beyond = self_excited_motion(past, modes=0, room=room).obstacle if valve.supply is None else _beyond(past, last)
+        beyond = self_excited_motion(past, modes=0, room=room).obstacle
+        if valve.supply is not None and followed_to(past, last) is not None:
+            beyond = Obstacle.HUNTS
     longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
     return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion), *_supply_limits(motion))
 
@@ -161,7 +162,7 @@ def _limit(
 
 def _running(motion: SelfExcited, valve: Valve, near: ValveCycle) -> ValveCycle | None:
     """The stable cycle of another valve, near a cycle."""
-    cycle = continued(motion.machine.with_valve(valve), near)
+    cycle = near_cycle(motion.machine.with_valve(valve), near)
     roomy = cycle is not None and (motion.room == math.inf or cycle.stroke <= motion.room)
     return cycle if cycle is not None and cycle.stable and roomy else None
 
@@ -189,13 +190,6 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if starts(middle) else (low, middle)
     return run, low
-
-
-def _beyond(machine: Machine, last: ValveCycle) -> Obstacle | None:
-    """What a machine with a supply does whose cycle has just been lost."""
-    if continued(machine, last) is not None:
-        return Obstacle.HUNTS
-    return why_none(machine, followed_from(machine, last.rebound, _BLOWS_BEYOND)).get("obstacle")
 
 
 def _supply_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
@@ -321,7 +315,7 @@ def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: MachineQuanti
     highest = 1.0 if name == "restitution" else value + step
     found = []
     for other in (max(value - step, 0.0), min(value + step, highest)):
-        near = _near(motion, cycle, changed(other)) if other != value else cycle
+        near = near_cycle(changed(other), cycle) if other != value else cycle
         if near is not None:
             found.append((other, near.blow_energy, 1.0 / near.period))
     if len(found) < 2:
@@ -330,11 +324,11 @@ def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: MachineQuanti
     return Sensitivity(name, port, value, (more - energy) / (high - low), (faster - rate) / (high - low))
 
 
-def _near(motion: SelfExcited, cycle: ValveCycle, machine: Machine) -> ValveCycle | None:
-    """The cycle of a machine that differs little."""
-    if not cycle.modes:
-        return continued(machine, cycle)
-    return self_excited_motion(machine, modes=motion.modes, near=cycle).cycle
+def near_cycle(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
+    """The cycle of a machine that differs little from that of a cycle."""
+    if cycle.modes:
+        return self_excited_motion(machine, modes=cycle.modes, near=cycle).cycle
+    return (continued if machine.valve.supply is None else followed_to)(machine, cycle)
 
 
 # ---- The pressure of a supply over a cycle: where it settles, how far it swings, and how a disturbance of it dies out
@@ -406,7 +400,14 @@ def slow_pressure(cycle: ValveCycle) -> SlowPressure:
     spans = [_pressures(checked, one) for one in checked.flights]
     mean, at_blow = checked.mean_pressure, checked.flights[0].pressure
     least, greatest = min(low for low, _ in spans), max(high for _, high in spans)
-    return SlowPressure(at_blow, mean, least, greatest, _multiplier(checked), _slow_multiplier(checked, mean))
+    return SlowPressure(
+        at_blow,
+        mean,
+        least,
+        greatest,
+        pressure_multiplier(checked.slope, checked.modes),
+        _slow_multiplier(checked, mean),
+    )
 
 
 def _pressures(cycle: ValveCycle, flight: ValveFlight) -> tuple[float, float]:
@@ -447,22 +448,12 @@ def _checked(cycle: object) -> ValveCycle:
     return found
 
 
-def _multiplier(cycle: ValveCycle) -> complex:
-    if cycle.modes:
-        return pressure_multiplier(cycle.slope, cycle.modes)
-    values, vectors = np.linalg.eig(cycle.slope)
-    size = np.abs(cycle.rebound.numbers)
-    scale = np.where(size > 1e-150, size, cycle.period)  # a rebound of hardly any speed is as good as none
-    parts = np.abs(vectors / scale[:, None])
-    return complex(values[np.argmax(parts[-1] / np.maximum(parts.sum(axis=0), 1e-300))])
-
-
 def _slow_multiplier(cycle: ValveCycle, mean: float) -> float | None:
     supply, found = cycle.valve.supply, []
     assert supply is not None
     for pressure in (mean * (1.0 - _PRESSURE_STEP), mean * (1.0 + _PRESSURE_STEP)):
         machine = under_pressure(cycle.machine, pressure)
-        other = solved(machine, cycle.modes, cycle.rhythm) if cycle.modes else continued(machine, cycle)
+        other = solved(machine, cycle.modes, cycle.rhythm)
         if other is None:
             return None
         found.append(other.period * pressure / other.work)  # T/V

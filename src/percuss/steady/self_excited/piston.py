@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -56,22 +55,19 @@ class Piston:
 
     @cached_property
     def numbers(self) -> tuple[list[float], list[list[float]], list[float]]:
-        """Forces of the states, ports and law as `piston_kernels` have them."""
+        """Forces of the states, ports and law as `piston_kernels` have them; of a supply, at the pressure 1."""
         valve, contact, ways = self.machine.valve, self.machine.contact, {"back": 1.0, "front": -1.0, None: 0.0}
         ports = [(p.behind or 0.0, ways[p.side], float(self.names.index(p.to)), p.delay) for p in valve.ports]
         factor = contact.velocity_factor if abs(contact.velocity_factor) >= _REBOUND else 0.0
         stiffness, drag = (one if one >= _LEAST else 0.0 for one in (valve.chamber.stiffness, self.machine.drag))
-        feed = (0.0, math.inf, 1.0)
-        if valve.supply is not None:
-            feed = valve.supply.flow, valve.supply.compliance, valve.supply.start
-        law = [stiffness, drag, factor, valve.chamber.force, *feed]
-        return [force for _, force in valve.pairs], [list(row) for row in zip(*ports, strict=True)], law
+        forces = [valve.force(name) for name in self.names]
+        return forces, [list(row) for row in zip(*ports, strict=True)], [stiffness, drag, factor]
 
     def row(self, rebound: Rebound, behind: float = 0.0, room: int = _ROOM) -> list[float]:
         """A rebound as `piston_kernels` have it, with room for so many more pending orders."""
-        orders, number, pressure = rebound.orders, self.names.index, rebound.pressure
+        orders, number = rebound.orders, self.names.index
         row = [rebound.speed, float(number(rebound.state)), float(number(orders.last)), float(len(orders.pending))]
-        row += [behind, 0.0, 1.0 if pressure is None else pressure]
+        row += [behind, 0.0]
         row += [value for due, to in orders.pending for value in (due, float(number(to)))]
         return row + [0.0] * (2 * room)
 
@@ -79,20 +75,23 @@ class Piston:
         """… and back."""
         orders = row[kn.DUE : kn.DUE + 2 * int(row[kn.COUNT])]
         pending = tuple((due, self.names[int(to)]) for due, to in zip(orders[::2], orders[1::2], strict=True))
-        pressure = None if self.machine.valve.supply is None else row[kn.PRESSURE]
-        return Rebound(
-            row[kn.V], self.names[int(row[kn.STATE])], Orders(self.names[int(row[kn.LAST])], pending), pressure
-        )
+        return Rebound(row[kn.V], self.names[int(row[kn.STATE])], Orders(self.names[int(row[kn.LAST])], pending))
 
     @property
     def start(self) -> Rebound:
         """At rest, with the valve in its starting state."""
         valve = self.machine.valve
-        pressure = None if valve.supply is None else valve.supply.start
-        return Rebound(0.0, valve.orders.last, valve.orders, pressure)
+        return Rebound(0.0, valve.orders.last, valve.orders)
+
+    @property
+    def fast(self) -> Rebound:
+        """At the speed that the valve could give at most, in the state that pulls most."""
+        row = self.row(self.start)
+        kn.fast(*self.numbers, 1.0, row)
+        return self.rebound(row)
 
     def flight(self, state: str, x: float, v: float) -> PistonFlight:
-        """That begins in a state, under the pressure 1."""
+        """That begins in a state."""
         row = self.row(Rebound(v, state, self.machine.valve.orders), x)
         return kn.flight_of(*self.numbers[::2], row)
 
@@ -124,15 +123,13 @@ class Piston:
         duration = told[kn.DURATION] if following else now[kn.TIME]
         return BlowToBlow(ending, duration, told[kn.SPEED], told[kn.FARTHEST], following, flights, switches, passed)
 
-    def _flight(
-        self, time: float, duration: float, flight: PistonFlight, state: float, pressure: float, last: float
-    ) -> ValveFlight:
+    def _flight(self, time: float, duration: float, flight: PistonFlight, state: float, last: float) -> ValveFlight:
         machine = self.machine
         modes = machine_modes(machine.body, machine.at, flight.stiffness, 0)
         begin = np.array([[-flight.x, -flight.v]])
         return ValveFlight(
-            modes=modes, begin=begin, force=-flight.push, duration=duration, ramp=-flight.ramp, pressure=pressure,
-            state=self.names[int(state)], last=self.names[int(last)], time=time,
+            modes=modes, begin=begin, force=-flight.push, duration=duration, state=self.names[int(state)],
+            last=self.names[int(last)], time=time,
         )  # fmt: skip
 
     def cycle(self, rebound: Rebound, blows: int) -> ValveCycle:
@@ -211,14 +208,6 @@ class _Search:
         look()
         return self.found(blows if kn.cycle_near(row, blows, shrinking, self.work) else 0)
 
-    def after(self, rebound: Rebound) -> tuple[ValveCycle | None, Lost]:
-        """The cycle that one of the blows after a rebound is near; what the last one is."""
-        look()
-        first = self.set_out(rebound)
-        number, ending = kn.followed(self.most, self.work)
-        lost = self.lost(first, number, ending)
-        return self.found(kn.cycle_at(0, number if ending == kn.BLOW else number - 1, self.work)), lost
-
     def found(self, blows: int) -> ValveCycle | None:
         """The cycle of so many blows that was found, with its longest flight first; none of 0."""
         return self.piston.cycle(self.piston.rebound(self.work.rows[kn.NEXT]), blows) if blows else None
@@ -266,17 +255,12 @@ def settled(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
     return None, search.lost(first, *kn.followed(search.most, search.work)), False
 
 
-def followed_from(machine: Machine, rebound: Rebound, most: int) -> Lost:
-    """What the blows after a rebound end in."""
-    return _Search(Piston(machine), most, _room(rebound)).after(rebound)[1]
-
-
 def starts(machine: Machine, cycle: ValveCycle) -> bool:
     """Whether a rigid piston keeps going from rest on the wall; its own cycle tells when it is sure to."""
     piston, own = Piston(machine), settled(machine)[0] if cycle.modes else cycle
     search = _Search(piston, 0, 4 * _ROOM)
     work, attracts = search.work, False
-    if own is not None and own.blows == 1 and machine.valve.supply is None:
+    if own is not None and own.blows == 1:
         search.set_out(own.rebound)
         kn.copied(work.rows[kn.NOW], work.rows[kn.NEXT])
         work.tells[kn.WHOLE][kn.SPEED], work.tells[kn.WHOLE][kn.DURATION] = own.blow_speed, own.period
@@ -288,7 +272,7 @@ def starts(machine: Machine, cycle: ValveCycle) -> bool:
 
 def continued(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
     """The cycle with one blow of a machine that differs little from the one that has the given cycle."""
-    rebound = cycle.rebound if machine.valve.supply is not None else replace(cycle.rebound, pressure=None)
+    rebound = cycle.rebound
     search = _Search(Piston(machine), kn.FEW, _room(rebound))
     found = search.near(search.set_out(rebound), 1, kn.CLOSELY)
     if found is not None:
@@ -300,89 +284,3 @@ def continued(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
         if found is not None and found.switches:
             return found
     return None
-
-
-# ---- The cycle of a machine that a pump and an accumulator feed: first the pressure that results, then Newton's method
-#
-# Under a constant pressure a cycle draws a volume in its time; the pressure that results is the one at which the pump
-# gives just that. It is the cycle's for an accumulator without end, which is then made smaller step by step.
-
-_TRIED = (1.0, 2.0, 0.5, 4.0)  # pressures at which a machine may run
-_STEP = 0.25  # of the logarithm of the pressure
-_MOST_STEPS = 40
-_NEAR = 1e-6
-_SMALL_SWING = 0.05  # of the pressure in a cycle: where the steps of the accumulator begin
-_MOST_HALVINGS = 40
-_MOST_FED_BLOWS = 120
-
-
-def under_pressure(machine: Machine, pressure: float) -> Machine:
-    """The machine under a constant pressure."""
-    return machine.with_valve(machine.valve.at_pressure(pressure))
-
-
-def fed(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
-    """As `settled`, of a piston with a supply."""
-    balance, rebound = _balanced(machine), Piston(machine).start
-    if balance is not None:
-        rebound = replace(balance[0].rebound, pressure=balance[1])
-        if (cycle := _with_less_oil(machine, rebound, *balance)) is not None:
-            return cycle, None, False
-    search = _Search(Piston(machine), _MOST_FED_BLOWS, _room(rebound))
-    return *search.after(rebound), search.work.tells[kn.WHOLE][kn.DROPPED] > 0.0
-
-
-def _balanced(machine: Machine) -> tuple[ValveCycle, float] | None:
-    """The cycle under the constant pressure at which it draws what the pump gives, and that pressure."""
-    low = high = None
-    for pressure in _TRIED:
-        cycle, *_ = settled(under_pressure(machine, pressure))
-        if cycle is not None and cycle.blows == 1 and cycle.work > 0.0:
-            break
-    else:
-        return None
-    for _ in range(_MOST_STEPS):
-        surplus = _surplus(machine, cycle, pressure)
-        if surplus > 0.0:
-            low = cycle, pressure
-        else:
-            high = cycle, pressure
-        if low is not None and high is not None:
-            break
-        pressure *= math.exp(math.copysign(_STEP, surplus))
-        following = continued(under_pressure(machine, pressure), cycle)
-        if following is None:
-            return low or high
-        cycle = following
-    while low is not None and high is not None and high[1] - low[1] > _NEAR * low[1]:
-        pressure = math.sqrt(low[1] * high[1])
-        between = continued(under_pressure(machine, pressure), low[0])
-        if between is None:
-            break
-        if _surplus(machine, between, pressure) > 0.0:
-            low = between, pressure
-        else:
-            high = between, pressure
-    return low or high
-
-
-def _surplus(machine: Machine, cycle: ValveCycle, pressure: float) -> float:
-    """The logarithm of what the pump gives in a cycle over what the piston draws under a constant pressure."""
-    supply = machine.valve.supply
-    assert supply is not None
-    return math.log(supply.flow * cycle.period * pressure / cycle.work)
-
-
-def _with_less_oil(machine: Machine, rebound: Rebound, cycle: ValveCycle, pressure: float) -> ValveCycle | None:
-    """The cycle with the accumulator there is, from one with which the pressure hardly swings."""
-    supply, found = machine.valve.supply, None
-    assert supply is not None
-    most = cycle.work / (_SMALL_SWING * pressure**2)
-    halvings = min(max(math.ceil(math.log2(most / supply.compliance)), 0), _MOST_HALVINGS)
-    for halving in range(halvings, -1, -1):
-        other = replace(supply, compliance=supply.compliance * 2.0**halving)
-        found = cycle_near(machine.with_valve(replace(machine.valve, supply=other)), rebound, 1)
-        if found is None or not found.switches:
-            return None
-        rebound = found.rebound
-    return found

@@ -4,8 +4,8 @@ Functions are plain, over tables of numbers: interpreted for one piston, for whi
 log of what happens; and compiled for many (`cycle_kernels`), without it.
 
 Legs may carry, besides place, velocity and time of the piston, their derivatives by the speed just after the blow at
-which the first of them began, by the times of the orders that were pending there, and by the pressure of a supply there
-(theory, "The machine that switches itself").
+which the first of them began, and by the times of the orders that were pending there (theory, "The machine that
+switches itself").
 """
 
 from __future__ import annotations
@@ -15,46 +15,38 @@ from typing import Any, NamedTuple
 
 from percuss.mechanics.flow import response
 from percuss.steady.self_excited.piston_flight import (
-    BEGINS,
-    COMPLIANCE,
     DELAY,
     DEMANDED,
     DRAG,
     EDGE,
     FACTOR,
-    FLOW,
-    GAS,
     STIFFNESS,
     WAY,
     PistonFlight,
     Rows,
-    drift_of,
     extremes,
     first_crossing,
     last_place,
-    pressure_range,
     speed_at,
-    swing_of,
 )
 
 # ---- From a blow to the next one
 #
 # A piston on its way is one row: velocity away from the wall, state, last demand, number of pending orders, distance
-# from the wall, time, pressure of a supply, and of each order when it is due and to which state. Just after a blow
-# place and time are 0.
+# from the wall, time, and of each order when it is due and to which state. Just after a blow place and time are 0.
 
-V, STATE, LAST, COUNT, X, TIME, PRESSURE, DUE = range(8)
+V, STATE, LAST, COUNT, X, TIME, DUE = range(7)
 TO = DUE + 1
 
 # rows of the derivatives by the numbers of the rebound at which the first leg began, then one for each pending order
-BY_X, BY_V, BY_TIME, BY_PRESSURE, BY_ORDER = range(5)
+BY_X, BY_V, BY_TIME, BY_ORDER = range(4)
 
 # what a leg tells: how long it lasts, the speed before the blow, the greatest distance, the work of its switches, their
 # number, when the force last rose (−1: never), whether a demand replaced an order, whether a port demanded
 DURATION, SPEED, FARTHEST, WORK, SWITCHES, RISE, DROPPED, UNCOVERED = range(8)
 TOLD = 8
 
-BLOW, ON_THE_WALL, NOTHING, NO_BLOW, NO_PRESSURE, TOO_MANY = range(6)
+BLOW, ON_THE_WALL, NOTHING, NO_BLOW, TOO_MANY = range(5)
 """How a leg ends; the last: more pending orders than the row has room for."""
 
 SEGMENT, SWITCH, UNCOVERING = range(3)
@@ -63,14 +55,12 @@ SEGMENT, SWITCH, UNCOVERING = range(3)
 TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 MOST_EVENTS = 400  # of a leg
 STILL = 1e-150  # a speed whose square, and so the height of its flight from the wall, is hardly a number
-NONE = 1e-100  # a stiffness or a drag below it is none: its times would overflow
-EPS = 2.0**-52
 
 Log = list[tuple[Any, ...]] | None
 
 
 class PistonTables(NamedTuple):
-    """A piston, and what to work in: the force of each state at the pressure 1, its ports and its law; and the rest."""
+    """A piston, and what to work in: the force of each state, its ports and its law; and the rest."""
 
     forces: Rows
     ports: Rows
@@ -100,28 +90,24 @@ def copied(source: Rows, target: Rows) -> None:
         target[i] = source[i]
 
 
-def size_of(row: Rows, law: Rows) -> int:
-    """How many numbers a rebound has: the speed, the times of the pending orders, and the pressure of a supply."""
-    return (1 if law[COMPLIANCE] == math.inf else 2) + int(row[COUNT])
+def size_of(row: Rows) -> int:
+    """How many numbers a rebound has: the speed, and the times of the pending orders."""
+    return 1 + int(row[COUNT])
 
 
-def place_of(i: int, row: Rows) -> int:
+def place_of(i: int) -> int:
     """Where the numbers of a rebound are."""
-    return V if i == 0 else DUE + 2 * (i - 1) if i <= row[COUNT] else PRESSURE
+    return V if i == 0 else DUE + 2 * (i - 1)
 
 
-def slope_of(i: int, row: Rows) -> int:
+def slope_of(i: int) -> int:
     """In which row their derivatives are."""
-    return BY_V if i == 0 else BY_ORDER + i - 1 if i <= row[COUNT] else BY_PRESSURE
+    return BY_V if i == 0 else BY_ORDER + i - 1
 
 
 def flight_of(forces: Rows, law: Rows, now: Rows) -> PistonFlight:
-    """What begins here: under a supply, whose pressure follows, with a spring and a ramp more."""
-    force, c = forces[int(now[STATE])], law[COMPLIANCE]
-    push, spring, ramp = -(now[PRESSURE] * force + law[GAS]), force * force / c, -force * law[FLOW] / c
-    if spring < NONE or ramp == 0.0:
-        spring, ramp = 0.0, 0.0
-    return PistonFlight(push + spring * now[X], law[STIFFNESS] + spring, law[DRAG], now[X], now[V], ramp)
+    """What begins here."""
+    return PistonFlight(-forces[int(now[STATE])], law[STIFFNESS], law[DRAG], now[X], now[V])
 
 
 def carry_out(way: PistonState, log: Log) -> None:
@@ -129,7 +115,7 @@ def carry_out(way: PistonState, log: Log) -> None:
     forces, now, slopes, told = way.forces, way.now, way.slopes, way.told
     while now[COUNT] > 0.0 and now[DUE] <= now[TIME]:
         to = now[TO]
-        work = (forces[int(to)] - forces[int(now[STATE])]) * now[X] * now[PRESSURE]
+        work = (forces[int(to)] - forces[int(now[STATE])]) * now[X]
         told[SWITCHES] += 1.0
         told[WORK] += work
         if work > 0.0:
@@ -182,73 +168,44 @@ def is_asked(way: PistonState, j: int, outwards: bool, started: bool) -> bool:
     return bool(inside == (side > 0.0))
 
 
-def rest(way: PistonState, lifted: float, log: Log) -> None:
-    """Lie on the wall until the next order is due or a growing pressure lifts it, and forget what was before."""
-    law, now, slopes = way.law, way.now, way.slopes
-    until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
-    duration = min(until, lifted)
+def rest(way: PistonState, log: Log) -> None:
+    """Lie on the wall until the next order is due, and forget what was before."""
+    now, slopes = way.now, way.slopes
     if log is not None:
-        still = PistonFlight(0.0, 0.0, law[DRAG], 0.0, 0.0)
-        log.append((SEGMENT, now[TIME], duration, still, now[STATE], now[PRESSURE], now[LAST]))
-    now[TIME] = now[DUE] if until <= lifted else now[TIME] + duration
-    growth = law[FLOW] / law[COMPLIANCE]
-    now[PRESSURE] += growth * duration
+        still = PistonFlight(0.0, 0.0, way.law[DRAG], 0.0, 0.0)
+        log.append((SEGMENT, now[TIME], now[DUE] - now[TIME], still, now[STATE], now[LAST]))
+    now[TIME] = now[DUE]
     for k in range(way.columns):
-        if until <= lifted:
-            slopes[BY_PRESSURE][k] += growth * (slopes[BY_ORDER][k] - slopes[BY_TIME][k])
-            slopes[BY_TIME][k] = slopes[BY_ORDER][k]
-        else:
-            slopes[BY_TIME][k] -= slopes[BY_PRESSURE][k] / growth
-            slopes[BY_PRESSURE][k] = 0.0
+        slopes[BY_TIME][k] = slopes[BY_ORDER][k]
         slopes[BY_X][k], slopes[BY_V][k] = 0.0, 0.0
-    if until > lifted:  # the pressure at which nothing pushes to the wall any more, or just above it by rounding
-        while flight_of(way.forces, law, now).push < 0.0:
-            now[PRESSURE] *= 1.0 + EPS
 
 
-def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, to: int, log: Log) -> bool:
-    """To the place, or, with the direction 0, to when the next order is due; whether the pressure stays above 0."""
-    law, now, slopes, told = way.law, way.now, way.slopes, way.told
-    stiffness, drag, gas, c = flight.stiffness, flight.drag, law[STIFFNESS], law[COMPLIANCE]
-    force = way.forces[int(now[STATE])]
-    ds, s, q, w = response(duration, stiffness, drag)
+def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, to: int, log: Log) -> None:
+    """To the place, or, with the direction 0, to when the next order is due."""
+    now, slopes, told = way.now, way.slopes, way.told
+    stiffness, drag = flight.stiffness, flight.drag
+    ds, s, q, _ = response(duration, stiffness, drag)
     pull = flight.push - stiffness * flight.x
-    x = flight.x + flight.v * s + pull * q + flight.ramp * w
-    v = flight.v * ds + pull * s + flight.ramp * q
+    x, v = flight.x + flight.v * s + pull * q, flight.v * ds + pull * s
     if log is not None:
-        log.append((SEGMENT, now[TIME], duration, flight, now[STATE], now[PRESSURE], now[LAST]))
-    lowest = lowest_pressure(flight, duration, now[PRESSURE], force, law)
+        log.append((SEGMENT, now[TIME], duration, flight, now[STATE], now[LAST]))
     told[FARTHEST] = max(told[FARTHEST], extremes(flight, duration)[1])
     if to == 0:
         now[TIME] = now[DUE]
     else:
         now[TIME] += duration
         x = place
-        if drag == 0.0 and flight.ramp == 0.0:
+        if drag == 0.0:
             v = speed_at(flight, place, to)
-    acceleration = flight.push + flight.ramp * duration - stiffness * x - drag * v
+    acceleration = flight.push - stiffness * x - drag * v
     for k in range(way.columns):
-        old, by_v = slopes[BY_X][k], slopes[BY_V][k]
-        by_x, by_v = (1.0 - gas * q) * old + s * by_v, -gas * s * old + ds * by_v
-        by_x -= force * q * slopes[BY_PRESSURE][k]
-        by_v -= force * s * slopes[BY_PRESSURE][k]
+        by_x, by_v = slopes[BY_X][k], slopes[BY_V][k]
+        by_x, by_v = (1.0 - stiffness * q) * by_x + s * by_v, -stiffness * s * by_x + ds * by_v
         longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if to == 0 else -by_x / v if v != 0.0 else 0.0
-        slopes[BY_PRESSURE][k] += (by_x - old) * force / c + (law[FLOW] + force * v) / c * longer
         slopes[BY_X][k], slopes[BY_V][k] = by_x + v * longer, by_v + acceleration * longer
         slopes[BY_TIME][k] += longer
-    now[PRESSURE] += (law[FLOW] * duration + force * (x - flight.x)) / c
     now[X], now[V] = x, v
     told[FARTHEST] = max(told[FARTHEST], x)
-    return lowest >= 0.0
-
-
-def lowest_pressure(flight: PistonFlight, duration: float, pressure: float, force: float, law: Rows) -> float:
-    """The least pressure in a flight; a lower bound of it where that is above 0."""
-    if flight.ramp == 0.0:
-        return pressure
-    way = flight.x if force > 0.0 else duration * (abs(drift_of(flight)) + swing_of(flight, 0.0))
-    least = pressure - abs(force) * way / law[COMPLIANCE]
-    return least if least > 0.0 else pressure_range(flight, duration, pressure, force, law)[0]
 
 
 def leg(
@@ -275,21 +232,18 @@ def leg(
         until = now[DUE] - now[TIME] if now[COUNT] > 0.0 else math.inf
         flight = flight_of(way.forces, way.law, now)
         if now[X] == 0.0 and 0.0 <= now[V] <= STILL and flight.push <= 0.0:
-            lifted = -flight.push / flight.ramp if flight.ramp > 0.0 else math.inf  # a growing pressure may lift it
-            if until == math.inf and lifted == math.inf:
+            if until == math.inf:
                 return ON_THE_WALL
-            if lifted > 0.0:
-                rest(way, lifted, log)
-                continue
+            rest(way, log)
+            continue
         time, place, to = first_crossing(flight, ports, until * (1.0 + TOGETHER))
         duration = until if to == 0 else time
         if duration == math.inf:
             if log is not None:
                 told[FARTHEST] = max(told[FARTHEST], extremes(flight, math.inf)[1], last_place(flight))
-                log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], now[PRESSURE], now[LAST]))
+                log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], now[LAST]))
             return NOTHING
-        if not fly(way, flight, duration, place, to, log):
-            return NO_PRESSURE
+        fly(way, flight, duration, place, to, log)
         if to < 0 and place == 0.0:
             struck(way)
             return BLOW
@@ -337,7 +291,7 @@ TOUCHES = 1e-12  # of the energy under way: a weaker blow is rounding
 def legs_of_cycle(begin: Rows, blows: int, work: PistonTables) -> bool:
     """The flights of so many blows, when they lead to a rebound of the same kind: at `END`, and what they tell."""
     whole, single, now, following = work.tells[WHOLE], work.tells[SINGLE], work.rows[NOW], work.rows[END]
-    size, slopes = size_of(begin, work.law), work.slopes
+    size, slopes = size_of(begin), work.slopes
     copied(begin, now)
     for i in range(TOLD):
         whole[i] = 0.0
@@ -346,7 +300,7 @@ def legs_of_cycle(begin: Rows, blows: int, work: PistonTables) -> bool:
         for k in range(size):
             slopes[i][k] = 0.0
     for i in range(size):
-        slopes[slope_of(i, begin)][i] = 1.0
+        slopes[slope_of(i)][i] = 1.0
     for _ in range(blows):
         if leg(work, now, False, following, single, size) != BLOW:
             return False
@@ -359,7 +313,7 @@ def legs_of_cycle(begin: Rows, blows: int, work: PistonTables) -> bool:
         return False
     for i in range(size):
         for k in range(size):
-            work.matrices[ALL][i][k] = slopes[slope_of(i, begin)][k]
+            work.matrices[ALL][i][k] = slopes[slope_of(i)][k]
     return True
 
 
@@ -398,24 +352,24 @@ def solved(equations: Rows, size: int, step: Rows) -> bool:
 
 def newton_step(begin: Rows, work: PistonTables) -> float:
     """The size of the next step of Newton's method, as a part of speed or period; infinite when there is none."""
-    size, equations, end, whole = size_of(begin, work.law), work.matrices[EQUATIONS], work.rows[END], work.tells[WHOLE]
+    size, equations, end, whole = size_of(begin), work.matrices[EQUATIONS], work.rows[END], work.tells[WHOLE]
     apart, greatest = 0.0, 0.0
     for i in range(size):
-        place = place_of(i, begin)
-        apart = max(apart, abs(end[place] - begin[place]) / scale_of(i, begin, whole))
+        place = place_of(i)
+        apart = max(apart, abs(end[place] - begin[place]) / scale_of(i, whole))
         for k in range(size):
             equations[i][k] = (1.0 if i == k else 0.0) - work.matrices[ALL][i][k]
         equations[i][size] = end[place] - begin[place]
     if not solved(equations, size, work.step):
         return math.inf
     for i in range(size):
-        greatest = max(greatest, abs(work.step[i]) / scale_of(i, begin, whole))
+        greatest = max(greatest, abs(work.step[i]) / scale_of(i, whole))
     return greatest if greatest > CLOSED or apart <= MEETS else math.inf
 
 
-def scale_of(i: int, begin: Rows, whole: Rows) -> float:
-    """What a number of a rebound is measured by: the speed, the period, or the pressure itself."""
-    scale: float = whole[SPEED] if i == 0 else whole[DURATION] if i <= begin[COUNT] else begin[PRESSURE]
+def scale_of(i: int, whole: Rows) -> float:
+    """What a number of a rebound is measured by: the speed, or the period."""
+    scale: float = whole[SPEED] if i == 0 else whole[DURATION]
     return scale
 
 
@@ -427,11 +381,11 @@ def is_idle(begin: Rows, whole: Rows) -> bool:
     return not whole[SPEED] > 0.0 or (begin[COUNT] == 0.0 and whole[SWITCHES] == 0.0 and whole[DROPPED] == 0.0)
 
 
-def strikes(forces: Rows, law: Rows, whole: Rows) -> bool:
+def strikes(forces: Rows, whole: Rows) -> bool:
     """Whether it does more than touch the wall, so that rounding makes a blow of a swing that ends there."""
     force = 0.0
     for k in range(len(forces)):
-        force = max(force, abs(forces[k] + law[GAS]))
+        force = max(force, abs(forces[k]))
     return bool(whole[SPEED] * whole[SPEED] > TOUCHES * force * whole[FARTHEST])
 
 
@@ -442,7 +396,7 @@ def cycle_near(begin: Rows, blows: int, shrinking: int, work: PistonTables) -> b
     """
     now, trial = work.rows[NEXT], work.rows[TRIAL]
     copied(begin, now)
-    size = size_of(begin, work.law)
+    size = size_of(begin)
     if not legs_of_cycle(now, blows, work):
         return False
     before = math.inf
@@ -451,7 +405,7 @@ def cycle_near(begin: Rows, blows: int, shrinking: int, work: PistonTables) -> b
             return False
         far = newton_step(now, work)
         if far <= CLOSED:
-            return strikes(work.forces, work.law, work.tells[WHOLE])
+            return strikes(work.forces, work.tells[WHOLE])
         if far == math.inf or (number >= shrinking and far > NEWTON_SHRUNK * before):
             return False
         before = far
@@ -460,7 +414,7 @@ def cycle_near(begin: Rows, blows: int, shrinking: int, work: PistonTables) -> b
             copied(now, trial)
             allowed = True
             for i in range(size):
-                place = place_of(i, now)
+                place = place_of(i)
                 trial[place] += part * work.step[i]
                 allowed = allowed and trial[place] >= 0.0
             there = allowed and legs_of_cycle(trial, blows, work)
@@ -487,7 +441,7 @@ STARTED_BLOWS = 6 * MOST_BLOWS
 SQUARINGS, SHRUNK = 6, 0.1
 ARRIVED = 1e-9  # of the speed and of the period: it will not leave a cycle that attracts any more
 
-RUNS, STAYS, NO_PORT, BLOWLESS, DOUBLE, OVERTAKEN, IRREGULAR, EMPTY, UNKNOWN = range(9)
+RUNS, STAYS, NO_PORT, BLOWLESS, DOUBLE, OVERTAKEN, IRREGULAR, UNKNOWN = range(8)
 """What a piston does; the last: no answer."""
 
 SETTLED_AT = ((1.0, FEW, 0), (1.0, MOST_BLOWS, FEW), (0.5, MOST_BLOWS, 0), (0.25, MOST_BLOWS, 0), (2.0, MOST_BLOWS, 0))
@@ -508,7 +462,6 @@ def fast(forces: Rows, ports: Rows, law: Rows, part: float, row: Rows) -> None:
     lost = max(0.05, 1.0 - law[FACTOR] * law[FACTOR])
     for i in range(len(row)):
         row[i] = 0.0
-    row[PRESSURE] = law[BEGINS]
     row[V], row[STATE], row[LAST] = -law[FACTOR] * math.sqrt(most / lost) * part, float(back), float(back)
 
 
@@ -566,8 +519,6 @@ def why_none(legs: int, ending: int, tells: Rows) -> int:
         return STAYS
     if ending == NOTHING:
         return BLOWLESS if tells[FIRST + legs - 1][UNCOVERED] > 0.0 else NO_PORT
-    if ending == NO_PRESSURE:
-        return EMPTY
     if ending != BLOW:
         return UNKNOWN if ending == TOO_MANY else BLOWLESS
     for i in range(max(0, legs - LATELY), legs):
@@ -632,7 +583,7 @@ def starts(first: float, attracts: bool, work: PistonTables) -> bool:
     now, following, greatest = work.rows[NOW], work.rows[END], 0.0
     for i in range(len(now)):
         now[i] = 0.0
-    now[STATE], now[LAST], now[PRESSURE] = first, first, work.law[BEGINS]
+    now[STATE], now[LAST] = first, first
     for number in range(STARTED_BLOWS):
         if leg(work, now, number == 0, following, work.tells[SINGLE]) != BLOW:
             return False

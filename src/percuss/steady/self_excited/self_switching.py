@@ -15,8 +15,7 @@ from percuss.model import Machine, Valve
 from percuss.model.checks import count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.elastic_cycle import settled_from, solved
-from percuss.steady.self_excited.piston import Lost, Piston, continued, fed, settled, starts, under_pressure
+from percuss.steady.self_excited.piston import Lost, Piston, settled, starts
 from percuss.steady.self_excited.piston_flight import (
     FACTOR,
     NO_PORTS,
@@ -27,6 +26,14 @@ from percuss.steady.self_excited.piston_flight import (
     turning_time,
 )
 from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.settling import (
+    Settled,
+    settled_from,
+    solved,
+    starts_supplied,
+    supplied,
+    under_pressure,
+)
 from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight
 
 # ---- What keeps a machine that switches itself from running with one blow in a cycle, and what would be needed
@@ -156,7 +163,6 @@ OBSTACLES = (
     Obstacle.DOUBLE_BLOW,
     Obstacle.OVERTAKEN,
     Obstacle.IRREGULAR,
-    Obstacle.NO_PRESSURE,
 )
 """By the numbers of `piston_kernels`; what these have no answer for is taken for irregular."""
 
@@ -166,7 +172,7 @@ def why_none(machine: Machine, lost: Lost) -> Reasoned:
     obstacle = Obstacle.IRREGULAR if lost.why == kn.UNKNOWN else OBSTACLES[lost.why]
     assert obstacle is not None
     leg = lost.leg
-    if obstacle is Obstacle.ON_THE_WALL and machine.valve.supply is None:
+    if obstacle is Obstacle.ON_THE_WALL:
         state = leg.switches[-1].to if leg.switches else lost.began.state
         return {"obstacle": obstacle, "found": machine.valve.force(state), "needed": 0.0}
     if obstacle is Obstacle.NO_BLOW:
@@ -197,9 +203,6 @@ def why_several(machine: Machine, cycle: ValveCycle, dropped: bool) -> Reasoned:
     if dropped:
         return {"obstacle": Obstacle.OVERTAKEN}
     times = np.array([switch.time for switch in cycle.switches])
-    if machine.valve.supply is not None:
-        without = np.bincount(np.searchsorted(cycle.blow_times, times, side="right"), minlength=cycle.blows) == 0
-        return {"obstacle": Obstacle.DOUBLE_BLOW if without.any() else Obstacle.HUNTS}
     strongest = int(np.argmax(cycle.blow_speeds))
     since = np.mod(times - (cycle.blow_times[strongest] if strongest < cycle.blows - 1 else 0.0), cycle.period)
     first, ended = int(np.argmin(since)), [one for one in cycle.flights if one.time < cycle.blow_times[strongest]]
@@ -273,7 +276,9 @@ class SelfExcited(Shown):
     @cached_property
     def starts_from_rest(self) -> bool:
         """Whether the machine keeps going when it starts at rest on the wall, with the valve in its starting state."""
-        return self.cycle is not None and starts(self.machine, self.cycle)
+        if self.cycle is None:
+            return False
+        return (starts if self.machine.valve.supply is None else starts_supplied)(self.machine, self.cycle)
 
     def __str__(self) -> str:
         if self.obstacle is None:
@@ -342,7 +347,10 @@ def self_excited_motion(
         return replace(asked, obstacle=Obstacle.NO_LOSS)
     if modes and rhythm is not None:
         return _elastic(asked, rhythm, None)
-    rigid, lost, dropped = (settled if machine.valve.supply is None else fed)(machine)
+    if machine.valve.supply is not None:
+        found = supplied(machine)
+        return _elastic(asked, found.cycle.rhythm, found.cycle) if modes and found.cycle else _told(asked, found)
+    rigid, lost, dropped = settled(machine)
     if rigid is None:
         assert lost is not None
         return replace(asked, **why_none(machine, lost))
@@ -371,13 +379,28 @@ def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
 
 def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: ValveCycle | None) -> SelfExcited:
     """What an elastic machine does, from a rhythm on."""
-    found = settled_from(asked.machine, asked.modes, rhythm, rigid)
+    start, period = (None, rhythm.period) if rigid is None else (rigid.rebound, rigid.period)
+    return _told(asked, settled_from(asked.machine, asked.modes, rhythm, start, period))
+
+
+def _told(asked: SelfExcited, found: Settled) -> SelfExcited:
+    """What the cycle or the motion in which a machine ends says of it."""
     if found.cycle is None:
-        return replace(asked, obstacle=_ENDED.get(found.ending or "", Obstacle.IRREGULAR))
+        motion = found.motion
+        obstacle = _ENDED.get((None if motion is None else motion.ending) or "", Obstacle.IRREGULAR)
+        if motion is not None and obstacle is Obstacle.IRREGULAR and motion.strikes_twice:
+            obstacle = Obstacle.DOUBLE_BLOW
+        if motion is not None and obstacle is Obstacle.NO_PORT:
+            edges = [port.behind or 0.0 for port in asked.machine.valve.ports if port.side == "back"]
+            beyond = [edge for edge in edges if edge > motion.farthest]
+            return replace(asked, obstacle=obstacle, found=motion.farthest, needed=min(beyond, default=None))
+        return replace(asked, obstacle=obstacle)
     if not found.cycle.switches:
         return replace(asked, cycle=found.cycle, obstacle=Obstacle.BOUNCES)
     if found.cycle.blows > 1 and found.cycle.stable:
-        return replace(asked, cycle=found.cycle, obstacle=why_more_blows(found.cycle))
+        why = why_more_blows(found.cycle)
+        hunts = why is Obstacle.UNEVEN and asked.machine.valve.supply is not None
+        return replace(asked, cycle=found.cycle, obstacle=Obstacle.HUNTS if hunts else why)
     return _judged(asked, found.cycle)
 
 
@@ -398,7 +421,7 @@ def _judged(asked: SelfExcited, cycle: ValveCycle) -> SelfExcited:
     why = why_unstable(cycle.multiplier)
     if cycle.rebound.pressure is not None:
         constant = under_pressure(asked.machine, cycle.rebound.pressure)
-        steady = solved(constant, asked.modes, cycle.rhythm) if asked.modes else continued(constant, cycle)
+        steady = solved(constant, asked.modes, cycle.rhythm)
         if steady is None or steady.stable:
             why = Obstacle.HUNTS
     return replace(asked, cycle=cycle, obstacle=why, found=abs(cycle.multiplier), needed=1.0)

@@ -109,7 +109,7 @@ def pressure_multiplier(slope: Array, modes: int) -> complex:
     from scipy.linalg import eig  # slow to import
 
     values, left, right = (np.asarray(one) for one in eig(slope, left=True, right=True))
-    number = 2 * (modes + 1)
+    number = 2 * (modes + 1) if modes else 1
     return complex(values[np.argmax(np.abs(left[number].conj() * right[number]))])
 
 
@@ -134,9 +134,9 @@ class ValveFlight(ModalFlight):
 
     @property
     def rigid(self) -> PistonFlight:
-        """That of a rigid piston, by its distance behind the wall."""
+        """That of a rigid piston without a supply, by its distance behind the wall."""
         modes, (u, v) = self.modes, self.begin[0].tolist()
-        return PistonFlight(-self.force, float(modes.omega[0]) ** 2, float(modes.damping[0]), -u, -v, -self.ramp)
+        return PistonFlight(-self.force, float(modes.omega[0]) ** 2, float(modes.damping[0]), -u, -v)
 
     @property
     def farthest(self) -> float:
@@ -206,7 +206,7 @@ class Rebound:
 
     @property
     def numbers(self) -> Array:
-        """What can: the speed, when the pending orders are due, and the pressure of a supply."""
+        """What can change a little: the speed, when the pending orders are due, and the pressure of a supply."""
         pressure = [] if self.pressure is None else [self.pressure]
         return np.array([self.speed, *(due for due, _ in self.orders.pending), *pressure])
 
@@ -278,7 +278,8 @@ class ValveCycle(Shown):
         Where ports demand a new state, in order of time; blows that do are not among them.
     slope
         Derivative of the map from cycle to cycle: of the numbers of the rebound of a rigid piston, or of displacement
-        and velocity of every coordinate, one coordinate after the other, and of the times of the pending orders.
+        and velocity of every coordinate, one coordinate after the other, of the pressure of a supply, and of the times
+        of the pending orders.
     rests
         Whether the striking end lies on the wall for some time.
     taken_by_rest

@@ -21,10 +21,10 @@ from percuss.model import Machine
 from percuss.model.checks import Array, callback, count, instance
 from percuss.model.load.valve import Orders
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
-from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
 from percuss.steady.self_excited.rhythm import Rhythm, valve_after
+from percuss.steady.self_excited.settling import under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
 RANDOM = "random rebounds"
@@ -136,14 +136,13 @@ class _ValveSearch:
 
     def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[Rhythm | None]:
         """Stretches of motions of the rigid piston, some blows after a random rebound."""
-        piston, supply = Piston(self.machine), self.machine.valve.supply
-        row = [0.0] * (kn.DUE + 2)
-        kn.fast(*piston.numbers, 1.0, row)
+        machine, piston = self.machine, Piston(self.machine)
         for _ in range(wanted):
+            if machine.valve.supply is not None:
+                piston = Piston(under_pressure(machine, float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))))
             state = piston.names[int(random.integers(len(piston.names)))]
-            speed = _REACH * max(row[kn.V], 0.1 * _speed(self.machine)) * float(random.uniform())
-            pressure = None if supply is None else float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))
-            begin: Rebound | None = Rebound(speed, state, Orders(state), pressure)
+            speed = _REACH * max(piston.fast.speed, 0.1 * _speed(machine)) * float(random.uniform())
+            begin: Rebound | None = Rebound(speed, state, Orders(state))
             for _ in range(int(random.integers(_SETTLING + 1))):
                 begin = None if begin is None else piston.leg(begin).rebound
             yield None if begin is None else _stretch(piston, begin, self.blows)

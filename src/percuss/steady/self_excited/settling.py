@@ -1,7 +1,7 @@
-"""The cycles of an elastic machine that switches its own valve: near a rhythm, or where it is followed to.
+"""Where a machine ends that switches its own valve, of any number of modes, with a pump or without.
 
-Every cycle is solved for by the times of its events (`percuss.mechanics.cycle`), and of each flight it is proved that
-nothing else happens in it.
+It is followed from blow to blow, each event proved to be the next one; its cycle is then solved for by the times of its
+events, or it rests on the wall and begins anew from there.
 """
 
 from __future__ import annotations
@@ -12,13 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from percuss.halting import look
 from percuss.mechanics.crossing import first_entering
 from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
 from percuss.steady.self_excited.event_sequence import regions_of, sequence_in
+from percuss.steady.self_excited.piston import Piston, continued, settled
 from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
-from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cycle_told, strain_of
+from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
 #
@@ -28,8 +30,9 @@ from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cyc
 _NO_SPEED = 1e-13  # of the speeds that occur: a slower rebound is none
 _CHATTER = 1e-5  # of the valve's unit of time: a chatter is completed when so little of it is left …
 _CHATTER_ERROR = 1e-13  # … and its end is known to this
-_MOST_EVENTS = 60  # of a flight from blow to blow
+_MOST_EVENTS, _MOST_SUPPLIED_EVENTS = 60, 400  # from blow to blow; a pressure may grow until there is one
 _QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
+_LATELY = 40  # events that tell what a machine without a cycle does
 _LONGEST = 16.0  # flights without an event, in periods of the rigid piston
 
 
@@ -46,28 +49,33 @@ class Laid(NamedTuple):
 
 
 class Following:
-    """A machine with N = `count` on its way as its rigid piston goes; `ending` is None for as long as it goes on."""
+    """A machine with N = `count` on its way after a blow, undeformed; `ending` is None for as long as it goes on.
 
-    def __init__(self, machine: Machine, count: int, rigid: ValveCycle) -> None:
-        self.machine, self.count, self.rigid = machine, count, rigid
+    `from_rest` there was no blow: the ports whose regions are occupied demand.
+    """
+
+    def __init__(self, machine: Machine, count: int, start: Rebound, period: float, *, from_rest: bool = False) -> None:
+        self.machine, self.count, self.start = machine, count, start
         self.flows = state_flows(machine, count)
-        self.valve, self.time = Switching(machine.valve, rigid.state, rigid.orders), 0.0
-        self.now = np.stack([0.0 * self.modes.centre, -rigid.rebound.speed * self.modes.centre], axis=1)
-        self.pressure = 1.0 if rigid.rebound.pressure is None else rigid.rebound.pressure
-        self.span = _LONGEST * rigid.period
+        self.valve, self.time = Switching(machine.valve, start.state, start.orders), 0.0
+        self.now = np.stack([0.0 * self.modes.centre, -start.speed * self.modes.centre], axis=1)
+        self.pressure = 1.0 if start.pressure is None else start.pressure
+        self.span = _LONGEST * period
         self.ending: str | None = None
         self.flights: list[ValveFlight] = []
         self.events: list[tuple[float, str, object]] = []
         self.states: list[tuple[Array, float]] = []  # just before each event, with the pressure
         self.blows = 0
         self.rests: list[Laid] = []
-        self.losses: list[float] = []  # energy that the bar had whenever it lay down
+        self.losses: list[float] = []  # energy that the bar had whenever it lay down …
+        self.laid: list[float] = []  # … and the pressure of a supply
         self._flown = math.inf  # since the blow before, if there was one after the last rest
         self._last: float | None = None  # when the last blow was
         self._turn = np.array([machine.contact.strain_factor, machine.contact.velocity_factor])
         self._hold = -math.inf  # until when no contact is looked for after a release …
         self._wave = -math.inf  # … at least: until that has run through the bar
-        self._struck()
+        ports = machine.valve.ports
+        self._struck([i for i, port in enumerate(ports) if port.side == "front"] if from_rest else None)
 
     def go_on(self, blows: int) -> None:
         """So many blows more, unless it ends before."""
@@ -77,7 +85,9 @@ class Following:
 
     def _to_blow(self) -> None:
         before = self.blows
-        for _ in range(_MOST_EVENTS):
+        supply = self.machine.valve.supply
+        for _ in range(_MOST_EVENTS if supply is None else _MOST_SUPPLIED_EVENTS):
+            look()
             self._carry_out()
             if -math.inf < self._hold <= self.time:
                 self._caught_up()
@@ -89,7 +99,7 @@ class Following:
             flight = self._flight(until, held)
             regions, ports = regions_of(self.machine, self.flow, flight, wall=not held)
             found = first_entering(flight, regions)
-            if math.isinf(found.time) and due == math.inf and until == self.span:
+            if math.isinf(found.time) and due == math.inf and until == self.span and flight.ramp == 0.0:
                 self.ending = "nothing follows"
                 return
             flight = replace(flight, duration=min(found.time, until))
@@ -165,9 +175,9 @@ class Following:
         self.now = self._turn * self.now
         self._struck()
 
-    def _struck(self) -> None:
-        """The blow demands; the bar flies on, or lies down."""
-        for port in self.valve.blow_demands():
+    def _struck(self, demanding: list[int] | None = None) -> None:
+        """The blow demands, or what does so at a start; the bar flies on, or lies down."""
+        for port in self.valve.blow_demands() if demanding is None else demanding:
             self._demand(port)
         self._carry_out()
         wait = self._to_rest()
@@ -245,6 +255,7 @@ class Following:
         if any(kind == "valve" for _, kind, _ in self.events[since:]):
             self.rests.append(Laid(self.time, len(self.flights), len(self.events), len(self.losses) + 1))
         self.losses.append(self.energy)
+        self.laid.append(self.pressure)
         self.now, self._last = 0.0 * self.now, None
         if wait > 0.0:
             self._lie(wait)
@@ -276,7 +287,19 @@ class Following:
 
     def rhythm(self, blows: int) -> Rhythm:
         """That of the last blows."""
-        return rhythm_of(Switching(self.machine.valve, self.rigid.state, self.rigid.orders), self.events, blows)
+        return rhythm_of(Switching(self.machine.valve, self.start.state, self.start.orders), self.events, blows)
+
+    @property
+    def strikes_twice(self) -> bool:
+        """Whether the valve did not change between two of the last blows."""
+        seen = [kind for _, kind, _ in self.events if kind != "port"]
+        return any(pair == ("impact", "impact") for pair in zip(seen[-_LATELY:], seen[1 - _LATELY :], strict=False))
+
+    @property
+    def farthest(self) -> float:
+        """How far behind the wall the bar was after the last blow but one, or goes in the end."""
+        since = [one for one in self.flights if one.time >= self.time - self._flown]
+        return max((one.farthest for one in since if one.duration > 0.0), default=0.0)
 
 
 # ---- The cycle of a machine near a rhythm: Newton's method on the times of its events, then the proof
@@ -291,12 +314,14 @@ def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
     return found if found is not None and sequence.fault(found) is None else None
 
 
-# ---- The cycle of an elastic machine that rests on the wall: what follows a release, until the next one
+# ---- The cycle of a machine that rests on the wall: what follows a release, until the next one
 #
-# A bar at rest on the wall has forgotten everything, and leaves undeformed when the valve pulls: all multipliers are 0.
+# A bar at rest on the wall has forgotten everything but the pressure of a supply, and leaves undeformed when the valve
+# pulls: all other multipliers are 0.
 
 _MOST_RESTS = 4  # in a cycle
 _SAME = 1e-9  # of the period: what the last blows before a rest, which are left out, may move
+_PRESSURE_STEP = 1e-5
 
 
 def rest_cycle(motion: Following) -> ValveCycle | None:
@@ -311,7 +336,7 @@ def rest_cycle(motion: Following) -> ValveCycle | None:
 
 
 def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
-    events, size = slice(first.events, last.events), 2 * motion.modes.omega.size
+    events, size = slice(first.events, last.events), 2 * motion.modes.omega.size if motion.count else 1
     happened = [
         (time - first.time, kind, detail, *before)
         for (time, kind, detail), before in zip(motion.events[events], motion.states[events], strict=True)
@@ -320,55 +345,71 @@ def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
         replace(flight, time=flight.time - first.time) for flight in motion.flights[first.flights : last.flights]
     )
     rhythm = motion.rhythm(sum(kind == "impact" for _, kind, *_ in happened))
-    told = cycle_told(
-        motion.machine, motion.count, rhythm.state, rhythm.orders, flights, happened, np.zeros((size, size))
-    )
+    slope = np.zeros((size, size))
+    if motion.machine.valve.supply is not None:
+        slope = np.zeros((size + 1 + len(rhythm.orders.pending), size + 1 + len(rhythm.orders.pending)))
+        slope[size, size] = _of_pressure(motion, rhythm, flights[0].pressure, last.losses - first.losses)
+    told = cycle_told(motion.machine, motion.count, rhythm.state, rhythm.orders, flights, happened, slope)
     return replace(told, rests=True, taken_by_rest=math.fsum(motion.losses[first.losses : last.losses]))
 
 
-# ---- The cycle in which an elastic machine ends: in the rhythm of its rigid piston, or in the one it is followed to
+def _of_pressure(motion: Following, rhythm: Rhythm, pressure: float, rests: int) -> float:
+    """What is left of a change of the pressure at a rest, some rests later: by central differences."""
+    ends = []
+    for changed in (pressure * (1.0 - _PRESSURE_STEP), pressure * (1.0 + _PRESSURE_STEP)):
+        again = Following(
+            motion.machine, motion.count, Rebound(0.0, rhythm.state, rhythm.orders, changed), rhythm.period
+        )
+        while again.ending is None and len(again.losses) <= rests and again.blows <= _BLOWS[-1]:
+            again.go_on(1)
+        ends.append(again.laid[min(rests, len(again.laid) - 1)])
+    return (ends[1] - ends[0]) / (2.0 * _PRESSURE_STEP * pressure)
+
+
+# ---- The cycle in which a machine ends: in a rhythm that is known, or in the one it is followed to
 
 _BLOWS = (4, 8, 24, 48)  # after which a cycle is tried, one after the other: at first, only one with rest
 _FORGOTTEN = 12  # blows after which little is left of the start
-_MOST_IN_CYCLE = 4
+_MOST_IN_CYCLE, _MOST_SUPPLIED = 4, 8
 
 
 class Settled(NamedTuple):
-    """The cycle, None for none, and how the motion ended where it did not go on."""
+    """The cycle, None for none, and the motion that was followed, if any."""
 
     cycle: ValveCycle | None
-    ending: str | None = None
+    motion: Following | None = None
 
 
-def settled_from(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
-    """The cycle near a rhythm where it is stable; else where the motion ends that begins as the rigid one does.
+def settled_from(machine: Machine, count: int, rhythm: Rhythm | None, start: Rebound | None, period: float) -> Settled:
+    """The cycle near a rhythm where it is stable; else where the motion ends that begins with a rebound, if any.
 
     Of a cycle it is looked, apart from the proof of each of its flights, whether it keeps before the wall.
     """
-    found = _settled(machine, count, rhythm, rigid)
+    found = _settled(machine, count, rhythm, start, period)
     sound = found.cycle is None or found.cycle.keeps_before_the_wall
     return found if sound else found._replace(cycle=None)
 
 
-def _settled(machine: Machine, count: int, rhythm: Rhythm, rigid: ValveCycle | None) -> Settled:
-    first = solved(machine, count, rhythm)
-    if rigid is None or (first is not None and first.stable):
+def _settled(machine: Machine, count: int, rhythm: Rhythm | None, start: Rebound | None, period: float) -> Settled:
+    first = None if rhythm is None else solved(machine, count, rhythm)
+    if start is None or (first is not None and first.stable):
         return Settled(first)
-    motion = Following(machine, count, rigid)
+    motion = Following(machine, count, start, period)
     for blows in _BLOWS:
         motion.go_on(blows)
         if (resting := rest_cycle(motion)) is not None:
-            return Settled(resting)
+            return Settled(resting, motion)
         if motion.ending is not None:
-            return Settled(None, motion.ending)
+            return Settled(None, motion)
         cycle = _cycle_at(machine, count, motion) if motion.blows >= _FORGOTTEN else None
         if cycle is not None:
-            return Settled(cycle)
-    return Settled(first)
+            return Settled(cycle, motion)
+    return Settled(first, motion)
 
 
 def _cycle_at(machine: Machine, count: int, motion: Following) -> ValveCycle | None:
-    for blows in range(1, min(_MOST_IN_CYCLE, motion.blows - 1) + 1):
+    most = _MOST_IN_CYCLE if machine.valve.supply is None else _MOST_SUPPLIED
+    for blows in range(1, min(most, motion.blows - 1) + 1):
         cycle = solved(machine, count, motion.rhythm(blows))
         if cycle is not None and cycle.stable:
             return _shortest(machine, count, cycle)
@@ -379,13 +420,129 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     """The cycle, or that of fewer blows which it goes through again and again: what settles slowly looks longer."""
     for blows in range(1, cycle.blows):
         if cycle.blows % blows == 0:
-            part = solved(machine, count, _part(cycle.rhythm, blows))
+            times = cycle.rhythm.blow_times[:blows]
+            passages = tuple(one for one in cycle.rhythm.passages if one[0] <= times[-1])
+            part = solved(machine, count, replace(cycle.rhythm, blow_times=times, passages=passages))
             if part is not None and abs(part.period * (cycle.blows // blows) - cycle.period) <= _SAME * cycle.period:
                 return part
     return cycle
 
 
-def _part(rhythm: Rhythm, blows: int) -> Rhythm:
-    """That of the first blows, as if they were a cycle."""
-    times = rhythm.blow_times[:blows]
-    return replace(rhythm, blow_times=times, passages=tuple(one for one in rhythm.passages if one[0] <= times[-1]))
+def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
+    """The cycle with one blow of a machine that differs little from the one that has the given cycle.
+
+    Its events may come in another order: then it is that of the first blows.
+    """
+    found = solved(machine, cycle.modes, cycle.rhythm)
+    if found is not None:
+        return found
+    motion = Following(machine, cycle.modes, cycle.rebound, cycle.period)
+    for _ in range(_BLOWS[0]):
+        motion.go_on(1)
+        found = None if motion.ending or motion.blows < 2 else solved(machine, cycle.modes, motion.rhythm(1))
+        if found is not None and found.switches:
+            return found
+    return None
+
+
+# ---- The cycle of a machine that a pump and an accumulator feed: first the pressure that results, then Newton's method
+#
+# Under a constant pressure a cycle draws a volume in its time; the pressure that results is the one at which the pump
+# gives just that. It is the cycle's for an accumulator without end, which is then made smaller step by step.
+
+_TRIED = (1.0, 2.0, 0.5, 4.0)  # pressures at which a machine may run
+_STEP = 0.25  # of the logarithm of the pressure
+_MOST_STEPS = 40
+_NEAR = 1e-6
+_SMALL_SWING = 0.05  # of the pressure in a cycle: where the steps of the accumulator begin
+_MOST_HALVINGS = 40
+_STARTED_BLOWS = 120
+_ARRIVED = 1e-4  # of the numbers of a rebound: a cycle that attracts is not left any more
+
+
+def under_pressure(machine: Machine, pressure: float) -> Machine:
+    """The machine under a constant pressure."""
+    return machine.with_valve(machine.valve.at_pressure(pressure))
+
+
+def supplied(machine: Machine) -> Settled:
+    """The cycle of a rigid piston with a supply, or its motion."""
+    balance = _balanced(machine)
+    if balance is None:
+        start = replace(Piston(machine).fast, pressure=1.0)
+        return settled_from(machine, 0, None, start, machine.valve.time_unit)
+    start = replace(balance[0].rebound, pressure=balance[1])
+    if (cycle := _with_less_oil(machine, *balance)) is not None:
+        return Settled(cycle)
+    return settled_from(machine, 0, balance[0].rhythm, start, balance[0].period)
+
+
+def _balanced(machine: Machine) -> tuple[ValveCycle, float] | None:
+    """The cycle under the constant pressure at which it draws what the pump gives, and that pressure."""
+    low = high = None
+    for pressure in _TRIED:
+        cycle, *_ = settled(under_pressure(machine, pressure))
+        if cycle is not None and cycle.blows == 1 and cycle.work > 0.0:
+            break
+    else:
+        return None
+    for _ in range(_MOST_STEPS):
+        surplus = _surplus(machine, cycle, pressure)
+        if surplus > 0.0:
+            low = cycle, pressure
+        else:
+            high = cycle, pressure
+        if low is not None and high is not None:
+            break
+        pressure *= math.exp(math.copysign(_STEP, surplus))
+        following = continued(under_pressure(machine, pressure), cycle)
+        if following is None:
+            return low or high
+        cycle = following
+    while low is not None and high is not None and high[1] - low[1] > _NEAR * low[1]:
+        pressure = math.sqrt(low[1] * high[1])
+        between = continued(under_pressure(machine, pressure), low[0])
+        if between is None:
+            break
+        if _surplus(machine, between, pressure) > 0.0:
+            low = between, pressure
+        else:
+            high = between, pressure
+    return low or high
+
+
+def _surplus(machine: Machine, cycle: ValveCycle, pressure: float) -> float:
+    """The logarithm of what the pump gives in a cycle over what the piston draws under a constant pressure."""
+    supply = machine.valve.supply
+    assert supply is not None
+    return math.log(supply.flow * cycle.period * pressure / cycle.work)
+
+
+def _with_less_oil(machine: Machine, cycle: ValveCycle, pressure: float) -> ValveCycle | None:
+    """The cycle with the accumulator there is, from one with which the pressure hardly swings."""
+    supply, found = machine.valve.supply, None if cycle.rests else cycle
+    assert supply is not None
+    most = cycle.work / (_SMALL_SWING * pressure**2)
+    halvings = min(max(math.ceil(math.log2(most / supply.compliance)), 0), _MOST_HALVINGS)
+    for halving in range(halvings, -1, -1):
+        if found is None:
+            return None
+        other = replace(supply, compliance=supply.compliance * 2.0**halving)
+        found = followed_to(machine.with_valve(replace(machine.valve, supply=other)), found)
+    return found
+
+
+def starts_supplied(machine: Machine, cycle: ValveCycle) -> bool:
+    """Whether a machine with a supply keeps going from rest on the wall; its own cycle tells when it is sure to."""
+    valve = machine.valve
+    assert valve.supply is not None
+    begin = Rebound(0.0, valve.orders.last, valve.orders, valve.supply.start)
+    motion = Following(machine, 0, begin, cycle.period, from_rest=True)
+    wanted = cycle.rebound
+    while motion.ending is None and motion.blows < _STARTED_BLOWS:
+        motion.go_on(1)
+        now = Rebound(-float(motion.now[0, 1]), motion.valve.state, motion.valve.orders, motion.pressure)
+        near = abs(now.speed - wanted.speed) + cycle.blow_speed * abs(motion.pressure - (wanted.pressure or 0.0))
+        if cycle.stable and not cycle.modes and now.state == wanted.state and near <= _ARRIVED * cycle.blow_speed:
+            return True
+    return motion.ending is None
