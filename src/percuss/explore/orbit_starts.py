@@ -14,12 +14,12 @@ from percuss.model import Machine, System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
-from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.states import MAX_MODES
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Trajectory
     from percuss.steady import ValveCycle
+    from percuss.steady.self_excited.rhythm import Rhythm
 
 SWITCHED = "branches of shorter orbits"
 """What the starts are called."""
@@ -189,6 +189,8 @@ _BLOWS = 120  # of each motion of a machine
 
 def last_rhythm(machine: Machine, start: Start, motion: Trajectory) -> Rhythm | None:
     """Of the last blow of a simulated motion of a machine; None where there are fewer than two."""
+    from percuss.steady.self_excited.rhythm import Switching, rhythm_of  # a load that keeps time has none
+
     if motion.impacts < 2:
         return None
     return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), 1)
@@ -205,6 +207,7 @@ def _rhythms(
     """Of motions of a machine the stretches of so many blows that come back most nearly: the last one, and the best."""
     from percuss.explore.attractors.drawn_starts import named, speed_scale
     from percuss.simulate import Stop, run
+    from percuss.steady.self_excited.rhythm import Switching, rhythm_of
 
     starts = named(machine, "wall" if speed_scale(machine) else "field", count("motions", motions, most=_MOST), seed)
     found = []
