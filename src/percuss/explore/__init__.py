@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, Doubling, PlainMotion, PointCurve
     from percuss.explore.continuation.following import Reach, ReachEnd, follow, reach
     from percuss.explore.continuation.rest_following import follow_rest_cycle
-    from percuss.explore.diagrams.diagram import Diagram, SettledMotion, diagram
-    from percuss.explore.diagrams.diagram_lines import DiagramBranch
+    from percuss.explore.diagrams.diagram import Diagram, diagram
+    from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion
     from percuss.explore.family import Axis, Family, SystemFamily
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.carrying_out import carry_out, estimate

@@ -24,11 +24,8 @@ from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
 from percuss.shown import watched
 from percuss.simulate.events import KINDS, Events, MotionCycle, joined
-from percuss.simulate.kernels.motion_records import (
-    TURNING,
-    VALVE_NOW,
-)
-from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, kept, kept_valve, sound, width
+from percuss.simulate.kernels.motion_records import TURNING, VALVE_NOW
+from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, Motion, kept, kept_valve, sound, width
 from percuss.simulate.spectrum import Anchor
 from percuss.simulate.stop import MAX_MODES, Stop
 from percuss.whole_file import write_dataset
@@ -38,8 +35,8 @@ if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
-    from percuss.simulate.trajectory import Trajectory
     from percuss.simulate.valve import SelfSwitching
+
 
 _REMEDY = "give a file that 'percuss simulate -o', Trajectory.save wrote"
 
@@ -117,7 +114,7 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
 # ---- The state that a motion goes on from, looked at before it is given to the kernels: they check no bound themselves
 
 
-def continued(motion: Trajectory, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
+def continued(motion: Motion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
     moved: Clocked | SelfSwitching
     try:
@@ -165,7 +162,7 @@ _COLUMNS = {
 """Of the event table: types, units and meanings."""
 
 
-def to_dataset(motion: Trajectory) -> xarray.Dataset:
+def to_dataset(motion: Motion) -> xarray.Dataset:
     """See `Trajectory.to_xarray`."""
     package = extra_package("xarray", "io")
     units, hammer = _CLOCKED if motion.is_clocked else _OWN, motion.hammer
@@ -209,7 +206,7 @@ def to_dataset(motion: Trajectory) -> xarray.Dataset:
     return dataset.assign_attrs(sha256=digest(dataset))
 
 
-def to_table(motion: Trajectory) -> pandas.DataFrame:
+def to_table(motion: Motion) -> pandas.DataFrame:
     """See `Trajectory.to_pandas`."""
     events = motion.events
     table: pandas.DataFrame = (
@@ -230,12 +227,12 @@ def ensemble_dataset(modes: int, columns: Mapping[str, npt.NDArray[Any]]) -> xar
     return dataset
 
 
-def write(motion: Trajectory, path: str | os.PathLike[str]) -> None:
+def write(motion: Motion, path: str | os.PathLike[str]) -> None:
     """Write the file: whole, or not at all."""
     write_dataset(to_dataset(motion), checked_path("path", path))
 
 
-def motion_from(name: str, dataset: xarray.Dataset, kind: type[Trajectory]) -> Trajectory:
+def motion_from(name: str, dataset: xarray.Dataset, kind: type[Motion]) -> Motion:
     """The motion in the content of a file of this name."""
     found = str(dataset.attrs.get("format", "not a percuss file"))[:80]
     if found in _OLDER:
@@ -256,7 +253,7 @@ def motion_from(name: str, dataset: xarray.Dataset, kind: type[Trajectory]) -> T
     raise damaged(name, "its numbers are not the ones that were written")
 
 
-def _from_dataset(dataset: xarray.Dataset, kind: type[Trajectory]) -> Trajectory:
+def _from_dataset(dataset: xarray.Dataset, kind: type[Motion]) -> Motion:
     about = json.loads(dataset.attrs["description"])
     clocked = "system" in dataset.attrs
     hammer = (system_from if clocked else machine_from)(json.loads(dataset.attrs[_DESCRIBED[not clocked]]))

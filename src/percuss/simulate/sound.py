@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -29,9 +29,7 @@ from percuss.simulate.kernels.motion_records import (
 )
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES
 
-if TYPE_CHECKING:
-    from percuss.simulate.trajectory import Trajectory
-
+Motion: TypeAlias = Any  # a Trajectory, which is made of what this lets through
 _MOST = 1e100
 """No number of a motion is greater: its square must not overflow."""
 
@@ -69,7 +67,7 @@ MOST_PERIODS = 2**53
 _ROUNDING = 1e-9
 
 
-def sound(motion: Trajectory, kinds: Mapping[str, str]) -> None:
+def sound(motion: Motion, kinds: Mapping[str, str]) -> None:
     """Refuse a motion of which not all can be what a simulation has left; `kinds`: types of the columns of events."""
     modes = count("modes", motion.modes, least=0, most=MAX_MODES)
     true(motion.outcome in OUTCOMES, f"outcome {str(motion.outcome)[:40]!r}")
@@ -111,7 +109,7 @@ def _events(events: Events, kinds: Mapping[str, str], pieces: int, ports: int) -
     true(np.all(np.diff(events.time) >= 0.0), "the order of the events")
 
 
-def _impacts(motion: Trajectory) -> None:
+def _impacts(motion: Motion) -> None:
     """The impact law, B77 10, and the wall: what it takes, how fast the end leaves, that nothing is beyond it."""
     contact, events, at = motion.hammer.contact, motion.events, motion.events.code == IMPACT
     beta = contact.velocity_factor
@@ -163,7 +161,7 @@ RECORDS = {"now": (NOW, 1), "count": (COUNT, 1), "past": (PAST, WINDOW), "sums":
 OF_SNAPSHOT = ("z", "cycle", *RECORDS)
 
 
-def kept(motion: Trajectory) -> None:
+def kept(motion: Motion) -> None:
     """Refuse a state to go on from that does not agree with the events and states of a motion under a clock."""
     snapshot, system, modes = motion.snapshot, motion.system, motion.modes
     for name in OF_SNAPSHOT:
@@ -218,7 +216,7 @@ def _same(name: str, found: npt.ArrayLike, kept: npt.ArrayLike) -> None:
     true(np.array_equal(np.asarray(found), np.asarray(kept)), f"{name}, which is not what the events say,")
 
 
-def _ends(motion: Trajectory) -> None:
+def _ends(motion: Motion) -> None:
     """After an impact the modes move as fast, all together and at the end, as the event says; theory §2, B77 10."""
     # a bar of few modes that is beyond the wall after a release strikes with no speed, whatever its modes do
     at = (motion.events.code == IMPACT) & (motion.events.impact_velocity > 0.0)
@@ -234,7 +232,7 @@ def _ends(motion: Trajectory) -> None:
     true(np.all(np.abs(kinetic - left) <= 1e-6 * blow + noise**2), "the kinetic energy of a state")
 
 
-def _anchor(motion: Trajectory) -> None:
+def _anchor(motion: Motion) -> None:
     """The state after the last event, or at the start; under a load of steps it may be at a later one of them."""
     now, count, events = motion.snapshot["now"][0], motion.snapshot["count"][0], motion.events
     row, phase, period = motion.start.row, motion.start.phase, int(count["period"])
@@ -256,7 +254,7 @@ def _anchor(motion: Trajectory) -> None:
         true(now["gap_rate"] in (0.0, events.rebound_velocity[-1]), "the speed of engine_now")
 
 
-def _bounds_of_the_flight(motion: Trajectory) -> None:
+def _bounds_of_the_flight(motion: Motion) -> None:
     """What is proved of the flight follows from the amplitudes; and no finite free time is longer than the motion."""
     from percuss.simulate.engine import prepared
     from percuss.simulate.kernels.bounds import bounded  # the compiler
@@ -284,7 +282,7 @@ def _bounds_of_the_flight(motion: Trajectory) -> None:
     within("engine_now", now["kinetic_energy"], 0.0, motion.events.kinetic_energy.max(initial=0.0))
 
 
-def _last_impacts(motion: Trajectory) -> None:
+def _last_impacts(motion: Motion) -> None:
     struck, past = motion.events[motion.events.code == IMPACT], motion.snapshot["past"]
     kept = np.zeros_like(past)
     last = np.arange(max(len(struck) - WINDOW, 0), len(struck))
@@ -293,7 +291,7 @@ def _last_impacts(motion: Trajectory) -> None:
     _same("engine_past", past, kept)
 
 
-def _compared_with(motion: Trajectory) -> None:
+def _compared_with(motion: Motion) -> None:
     cycle, now, number = motion.snapshot["cycle"], motion.snapshot["now"][0], int(motion.snapshot["count"]["anchor"][0])
     kept = [now["anchor_phase"], now["anchor_speed"], now["anchor_rigid_rate"]]
     if number == 0:
@@ -306,7 +304,7 @@ def _compared_with(motion: Trajectory) -> None:
     _same("engine_now", kept, [events.phase[at], events.impact_velocity[at], state[1]])
 
 
-def _sums(motion: Trajectory) -> None:
+def _sums(motion: Motion) -> None:
     """No sum is more than that of all events, and none is negative but a load period."""
     events, sums, now = motion.events, motion.snapshot["sums"], motion.snapshot["now"][0]
     struck = events[events.code == IMPACT]
@@ -342,7 +340,7 @@ def _between(sums: npt.NDArray[Any], most: npt.NDArray[Any]) -> None:
 # ---- The state that a machine goes on from
 
 
-def kept_valve(motion: Trajectory) -> None:
+def kept_valve(motion: Motion) -> None:
     """Refuse a state to go on from whose whole numbers are no places in arrays, or whose arrays have other shapes."""
     from percuss.simulate.valve import ROOM, unmoved  # the compiler
 

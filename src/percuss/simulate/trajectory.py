@@ -500,7 +500,8 @@ class Trajectory(Shown):
         """
         from percuss.simulate.motion_files import motion_from, opened
 
-        return motion_from(*opened(path), cls)
+        loaded: Trajectory = motion_from(*opened(path), cls)
+        return loaded
 
 
 # ---- A motion followed from its start

@@ -13,7 +13,7 @@ import numpy as np
 from percuss.errors import Interrupted, extra_package
 from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, lines_from, with_new
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion, lines_from, with_new
 from percuss.explore.diagrams.machine_diagram import machine_settled_at
 from percuss.explore.family import Axis, Family
 from percuss.explore.jobs.job import Columns
@@ -29,36 +29,6 @@ if TYPE_CHECKING:
 
 
 # ---- What the passes of a diagram settled on at a value of the parameter, each motion once
-
-
-@dataclass(frozen=True)
-class SettledMotion(Shown):
-    """A motion that simulations settle on at one value of the parameter; dimensionless.
-
-    Parameters
-    ----------
-    value
-        Of the parameter.
-    label
-        As `percuss.simulate.Trajectory.label` has it.
-    members
-        How many of the simulations at this value settled on it.
-    phases, speeds
-        Of the impacts of a cycle, or of the last ones of a motion without a cycle: of the first simulation. Of a long
-        chatter the fastest ones.
-    energy
-        Mean kinetic energy before a main blow; NaN of a motion that rests or leaves for good.
-    scales
-        Metres per second and joules of a speed and an energy of 1; None for a system without units.
-    """
-
-    value: float
-    label: str
-    members: int
-    phases: Array = field(repr=False)
-    speeds: Array = field(repr=False)
-    energy: float
-    scales: tuple[float, float] | None = None
 
 
 def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale: float) -> list[SettledMotion]:

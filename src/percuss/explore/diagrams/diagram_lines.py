@@ -1,4 +1,4 @@
-"""The branches of a diagram, with the energies of their motions, and as bytes in which an archive keeps them."""
+"""What a diagram consists of: what simulations settle on, and branches, also as the bytes that an archive keeps."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk,
 from percuss.explore.family import Family
 from percuss.model import Machine, System
 from percuss.model.checks import Array
+from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.periodic.periodic_orbit import differences
 from percuss.steady.self_excited import ValveCycle
@@ -49,6 +50,36 @@ class DiagramBranch(Branch):
         if not self.values[0] <= value <= self.values[-1]:
             return None
         return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
+
+
+@dataclass(frozen=True)
+class SettledMotion(Shown):
+    """A motion that simulations settle on at one value of the parameter; dimensionless.
+
+    Parameters
+    ----------
+    value
+        Of the parameter.
+    label
+        As `percuss.simulate.Trajectory.label` has it.
+    members
+        How many of the simulations at this value settled on it.
+    phases, speeds
+        Of the impacts of a cycle, or of the last ones of a motion without a cycle: of the first simulation. Of a long
+        chatter the fastest ones.
+    energy
+        Mean kinetic energy before a main blow; NaN of a motion that rests or leaves for good.
+    scales
+        Metres per second and joules of a speed and an energy of 1; None for a system without units.
+    """
+
+    value: float
+    label: str
+    members: int
+    phases: Array = field(repr=False)
+    speeds: Array = field(repr=False)
+    energy: float
+    scales: tuple[float, float] | None = None
 
 
 def line_of(branch: Branch, system: Callable[[float], Any]) -> DiagramBranch:

@@ -9,7 +9,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.following import follow
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, with_new
+from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion, line_of, with_new
 from percuss.explore.family import SwitchingFamily
 from percuss.explore.jobs.job import Columns
 from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
@@ -18,7 +18,6 @@ from percuss.model.checks import Array
 from percuss.steady import orbits
 
 if TYPE_CHECKING:
-    from percuss.explore.diagrams.diagram import SettledMotion
     from percuss.simulate import Start, Stop, Trajectory
     from percuss.steady import ValveCycle
 
@@ -128,7 +127,6 @@ def _going_on(machine: Machine, begun: Start, motion: Trajectory) -> Start | Non
 
 def machine_settled_at(passes: Columns, i: int, value: float, scales: Array) -> list[SettledMotion]:
     """What the passes settled on at value number i."""
-    from percuss.explore.diagrams.diagram import SettledMotion
     from percuss.simulate import STALLS, MotionCycle
     from percuss.simulate.events import machine_label
 

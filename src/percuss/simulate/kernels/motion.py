@@ -72,7 +72,7 @@ from percuss.simulate.kernels.motion_records import (
     UNRESOLVED,
     Rules,
     Sight,
-    Switching,
+    ValveArguments,
 )
 from percuss.simulate.kernels.statistics import (
     clear,
@@ -692,7 +692,7 @@ def follow_valve(plant, rules, log, begins):
     Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
     ports whose region is occupied there demand at once, in their order.
     """
-    table, motion, valve = plant.table, plant.motion, Switching(plant.gear, plant.controls)
+    table, motion, valve = plant.table, plant.motion, ValveArguments(plant.gear, plant.controls)
     sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
     if begins > 0:
         amplitudes_apart(table.bar, table.modes, motion.z, motion.now)

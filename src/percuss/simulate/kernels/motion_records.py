@@ -506,7 +506,7 @@ class Plant(NamedTuple):
     controls: Controls
 
 
-class Switching(NamedTuple):
+class ValveArguments(NamedTuple):
     """Of a plant, the valve that its motion has besides that of a bar; None in its place under a clock."""
 
     gear: Gear

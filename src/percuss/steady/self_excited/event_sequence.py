@@ -50,7 +50,7 @@ class Fault(NamedTuple):
     time: float
 
 
-class Event(NamedTuple):
+class SequenceEvent(NamedTuple):
     """A port that demands, an order that is due, or a blow; the valve's state and last demand are those after it.
 
     `port` is the one passed, or for an order the one that demanded it, −1 for a blow. `source` is the number of the
@@ -121,7 +121,7 @@ class EventSequence:
     state: str
     last: str
     waiting: tuple[Waiting, ...]
-    events: tuple[Event, ...]
+    events: tuple[SequenceEvent, ...]
 
     # -- what it is called --
 
@@ -326,7 +326,7 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
     for kind, _, port, source, wrapped, state, last in steps:
         if wrapped:
             source, port = traced[source]
-        events.append(Event(kind, port, source, wrapped, state, last))
+        events.append(SequenceEvent(kind, port, source, wrapped, state, last))
     waiting = tuple(Waiting(to, *one) for (_, to), one in zip(ends.pending, traced, strict=True))
     return EventSequence(rhythm.state, begins.last, waiting, tuple(events))
 

@@ -182,7 +182,7 @@ def valve_after(valve: Valve, rhythm: Rhythm, blow: int = -1) -> Switching:
 
 
 class Step(NamedTuple):
-    """An event of a cycle as the valve tells it; see `Event`, but `source` is the number of an order if `wrapped`."""
+    """A `SequenceEvent` as the valve tells it, but `source` is the number of an order if `wrapped`."""
 
     kind: Literal["port", "due", "blow"]
     time: float
