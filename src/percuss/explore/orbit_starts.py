@@ -13,7 +13,7 @@ from percuss.halting import halting, look
 from percuss.model import Machine, System
 from percuss.model.checks import Array, callback, count, having, instance, unit_interval
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
-from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import MAX_MODES
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from percuss.steady.multipliers import Reason
     from percuss.steady.orbit import Orbit
     from percuss.steady.oscillator import ModalState
+    from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
     from percuss.steady.periodic.periodic_orbit import PeriodicOrbit, parameter_column, time_rates
-    from percuss.steady.periodic.search import Drop, FoundOrbits, orbit_near, orbits
+    from percuss.steady.periodic.search import orbit_near, orbits
     from percuss.steady.phases import grows, level
     from percuss.steady.recorded.force_record import ForceRecord
     from percuss.steady.recorded.machines_read import Interval, PortAndDelay, Reading, RecordedSwitch

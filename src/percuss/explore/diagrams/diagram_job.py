@@ -20,7 +20,7 @@ from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself,
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import Array, count, instance
-from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
+from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 
 if TYPE_CHECKING:
     from percuss.simulate import Ensemble, Start, Stop, Trajectory

@@ -23,8 +23,8 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, orbits, rest_cycles
+from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.periodic.periodic_orbit import SAME, differences, load_turn
-from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS
 
 if TYPE_CHECKING:
     from percuss.simulate import Stop

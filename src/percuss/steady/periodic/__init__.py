@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from percuss.steady.periodic.found_orbits import Drop, FoundOrbits
     from percuss.steady.periodic.periodic_orbit import PeriodicOrbit, parameter_column, time_rates
-    from percuss.steady.periodic.search import Drop, FoundOrbits, orbit_near, orbits
+    from percuss.steady.periodic.search import orbit_near, orbits
 
 __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

@@ -20,7 +20,7 @@ from percuss.halting import halting, look
 from percuss.model import Machine
 from percuss.model.checks import Array, callback, count, instance
 from percuss.model.load.valve import Orders
-from percuss.steady.periodic.search import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
+from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
 from percuss.steady.self_excited.rhythm import Rhythm, valve_after
