@@ -81,9 +81,10 @@ NO_DOORS = {
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
-    "explore.Branch.times_at explore.PointCurve.times_at "
+    "explore.Branch.times_at explore.PointCurve.times_at explore.Branch.speeds_at explore.PointCurve.speeds_at "
     "steady.Orbit.mean_range "
-    "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
+    "explore.DiagramBranch.times_at explore.DiagramBranch.speeds_at explore.DiagramBranch.at "
+    "explore.DiagramBranch.release_at "
     "steady.ModalState.first steady.PeriodicOrbit.outside steady.LinearMap.dense steady.LinearMap.participation "
     "steady.LinearMap.secular steady.LinearMap.shares steady.CycleMap.dense steady.CycleMap.participation "
     "steady.CycleMap.shares",
@@ -121,6 +122,7 @@ MEANT = (
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.structure_answer.periods case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
+        blow.Blow.*_over_time.times
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
