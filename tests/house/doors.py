@@ -94,6 +94,7 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 # -- what is no error: a wrong object that has a meaning in this place -------------------------------------------------
 
 MEANT = (
+    ("empty", "blow.Blow.*_over_time.times"),
     (
         "nothing",
         """
@@ -122,7 +123,6 @@ MEANT = (
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.structure_answer.periods case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
-        blow.Blow.*_over_time.times
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
