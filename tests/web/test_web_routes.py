@@ -115,6 +115,8 @@ COMMANDS: list[tuple[str, dict[str, Any], str]] = [
     *(("blow", {"machine": name, "frames": 31, "cells": 20}, f"blow {name}") for name in
       ("laboratory-striker", "mini-breaker")),
     ("machine", {"machine": "valve-drifter", "modes": 0, "points": 2}, "machine valve-drifter --modes 0"),
+    ("follow", {**MINI, "along": {"name": "restitution", "from": 0.3, "to": 0.4}, "modes": 0},  # beside the case's own
+     "follow mini-breaker --along restitution=0.3:0.4 --modes 0"),
     ("experiment", {**MINI, "starts": 150, "modes": 0, "seed": 3, "distribution": "field"},
      "experiment mini-breaker --starts 150 --modes 0 --seed 3 --distribution field"),
 ]  # fmt: skip
@@ -148,8 +150,6 @@ LIBRARY: list[tuple[str, dict[str, Any], Callable[[Case], Any]]] = [
                                                                  modes=0))),
     ("follow", {**MINI, "along": {"name": "load.frequency", "unit": "Hz", "from": 16.0, "to": 19.0}, "modes": 2},
      lambda case: told.branch_dict(cases.branch_answer(case, "1/1", "load.frequency=16 Hz:19 Hz", modes=2))),
-    ("follow", {"case": RIGID, "along": {**MEAN, "to": 0.5}, "modes": 0},  # from the end nearest to the case's own mean
-     lambda case: told.branch_dict(cases.branch_answer(case, "1/1", "mean=0.3:0.5", modes=0))),
     ("orbits", {**_DRIFTER, "label": "1/1", "tries": 20},
      lambda case: told.orbits_dict(cases.orbits_answer(case, "1/1", modes=0, tries=20))),
     ("follow", {**_DRIFTER, "along": _SCALE},
