@@ -105,7 +105,7 @@ def test_report_of_chosen_events(simulated):
         ("chatter/1", True, "a cycle of one load period: it chatters to rest"),
         ("rest/4", True, "a cycle of 4 load periods: it comes to rest on the wall, until the load pulls it off"),
         ("rest", True, "stays there"),
-        ("rest", False, "are not simulated"),
+        ("rest", False, "stays there"),
         ("departed", True, "leaves the wall for good"),
         ("aperiodic", True, "no rhythm"),
         ("undecided", True, "so far"),

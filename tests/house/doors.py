@@ -81,9 +81,10 @@ NO_DOORS = {
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
-    "explore.Branch.times_at explore.PointCurve.times_at "
+    "explore.Branch.times_at explore.PointCurve.times_at explore.Branch.speeds_at explore.PointCurve.speeds_at "
     "steady.Orbit.mean_range "
-    "explore.DiagramBranch.times_at explore.DiagramBranch.at explore.DiagramBranch.release_at "
+    "explore.DiagramBranch.times_at explore.DiagramBranch.speeds_at explore.DiagramBranch.at "
+    "explore.DiagramBranch.release_at "
     "steady.ModalState.first steady.PeriodicOrbit.outside steady.LinearMap.dense steady.LinearMap.participation "
     "steady.LinearMap.secular steady.LinearMap.shares steady.CycleMap.dense steady.CycleMap.participation "
     "steady.CycleMap.shares",
@@ -93,6 +94,7 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 # -- what is no error: a wrong object that has a meaning in this place -------------------------------------------------
 
 MEANT = (
+    ("empty", "blow.Blow.*_over_time.times"),
     (
         "nothing",
         """

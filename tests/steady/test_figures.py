@@ -53,6 +53,7 @@ def defined(orbit: Orbit) -> dict[str, float | None]:
         "contact_time": 2.0 * bar.length * math.sqrt(piece.density / piece.youngs_modulus),
         "mean_force": float(np.mean(system.load.value(phases))) * mass * bar.length * omega**2,
         "momentum": mass * rigid,
+        "impulse": mass * (1.0 + r) * rigid,
         "drag": drag,
         "drag_force": drag * rigid,
     }

@@ -70,9 +70,9 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
         assert float(cells[0]) == pytest.approx(point["value"], rel=1e-6) and cells[1] == label
         assert rows.nth(i).get_attribute("data-event") == point["type"]
         assert cells[3] == point["beyond"].replace("load_factor", "load factor p₀/p₁")
-    every = [kind.value for kind in BranchEvent]  # all have words but those on curves over two parameters
-    on_curves = every[every.index("cusp") : every.index("period_halving")]
-    assert set(knows(page, "branches_picture.js:EVENTS")) >= {*every} - {*on_curves}
+    every = [kind.value for kind in BranchEvent]  # all have words but those of valves and those on curves over two
+    elsewhere = every[every.index("order_lost") : every.index("period_halving")]
+    assert set(knows(page, "branches_picture.js:EVENTS")) >= {*every} - {*elsewhere}
     fold = next(point for _, point in points if point["type"] == "fold")
     page.click("tr[data-event=fold] button")
     expect(page.locator("#branches-readout")).to_contain_text(f"{fold['value']:.4f}"[:-1])

@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, expect
 
 from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.cli import main
+from percuss.steady.figures import CARDS
 from percuss.units import si
 from web_desk import (
     Desk,
@@ -35,7 +36,7 @@ pytestmark = pytest.mark.browser
 
 def test_the_answer_comes_first_and_equals_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
     page = desk.open("panel=report&machine=mini-breaker")
-    expect(page.locator("#report-cards .card")).to_have_count(15)
+    expect(page.locator("#report-cards .card")).to_have_count(len(CARDS))
     orbits = steady_json(capsys, "mini-breaker")["periods"][0]["orbits"]
     truth = next(orbit for orbit in orbits if orbit["stable"] and orbit["admissible"])["si"]
     for card in page.locator("#report-cards [data-figure]").all():
@@ -52,7 +53,7 @@ def test_the_answer_does_not_wait_for_the_compiler(browser: Browser, tmp_path: P
         desk = Desk(browser, address)
         page = desk.open("panel=report&machine=mini-breaker")
         assert figure(page, "blow energy") == "180J"
-        expect(page.locator("#report-cards .card")).to_have_count(15)
+        expect(page.locator("#report-cards .card")).to_have_count(len(CARDS))
         preparing = page.locator("#preparing")
         expect(preparing).to_contain_text("being compiled")
         assert not httpx.get(f"{address}api/about").json()["ready"]

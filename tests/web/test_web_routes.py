@@ -115,6 +115,8 @@ COMMANDS: list[tuple[str, dict[str, Any], str]] = [
     *(("blow", {"machine": name, "frames": 31, "cells": 20}, f"blow {name}") for name in
       ("laboratory-striker", "mini-breaker")),
     ("machine", {"machine": "valve-drifter", "modes": 0, "points": 2}, "machine valve-drifter --modes 0"),
+    ("follow", {**MINI, "along": {"name": "restitution", "from": 0.3, "to": 0.4}, "modes": 0},  # beside the case's own
+     "follow mini-breaker --along restitution=0.3:0.4 --modes 0"),
     ("experiment", {**MINI, "starts": 150, "modes": 0, "seed": 3, "distribution": "field"},
      "experiment mini-breaker --starts 150 --modes 0 --seed 3 --distribution field"),
 ]  # fmt: skip
@@ -130,6 +132,8 @@ def test_an_answer_is_what_the_command_line_prints(
 
 _Z21 = "2/1:phases=0.39,2.32"
 _STRIKER = {"machine": "laboratory-striker", "modes": 0}
+_DRIFTER = {"machine": "valve-drifter", "modes": 0}
+_SCALE = {"name": "scale", "from": 0.8, "to": 1.2}
 _FEW = {"starts": 2, "runs": 1, "modes": 0}
 _LINES = {"starts": 0, "runs": 0, "modes": 0, "up_to": "1/1", "searched": 1, "tries": 20}
 LIBRARY: list[tuple[str, dict[str, Any], Callable[[Case], Any]]] = [
@@ -146,6 +150,12 @@ LIBRARY: list[tuple[str, dict[str, Any], Callable[[Case], Any]]] = [
                                                                  modes=0))),
     ("follow", {**MINI, "along": {"name": "load.frequency", "unit": "Hz", "from": 16.0, "to": 19.0}, "modes": 2},
      lambda case: told.branch_dict(cases.branch_answer(case, "1/1", "load.frequency=16 Hz:19 Hz", modes=2))),
+    ("orbits", {**_DRIFTER, "label": "1/1", "tries": 20},
+     lambda case: told.orbits_dict(cases.orbits_answer(case, "1/1", modes=0, tries=20))),
+    ("follow", {**_DRIFTER, "along": _SCALE},
+     lambda case: told.branch_dict(cases.branch_answer(case, "1/1", "scale=0.8:1.2", modes=0))),
+    ("diagram", {**_DRIFTER, "along": _SCALE, "values": 2, **_LINES},
+     lambda case: diagram_dict(case, cases.diagram_answer(case, "scale=0.8:1.2:2", switch=1, **_LINES))),
     ("diagram", {"case": RIGID, "along": {"name": "mean", "from": 0.6, "to": 0.9}, "values": 4, **_FEW},
      lambda case: diagram_dict(case, cases.diagram_answer(case, "mean=0.6:0.9:4", up_to=None, impacts=2000, **_FEW))),
     ("diagram", {"case": RIGID, "along": {"name": "mean", "from": 0.6, "to": 0.9}, "values": 2, **_LINES},
@@ -221,7 +231,6 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("orbits", {"case": RIGID, "label": "2/1", "tries": 0}, "tries"),
     ("orbits", {"case": RIGID, "label": "chatter/x"}, "label"),
     ("follow", {"case": RIGID, "along": {**MEAN, "from": 2.0}}, "along"),
-    ("follow", {"case": RIGID, "along": {**MEAN, "to": 0.5}}, "mean"),
     ("follow", {"case": RIGID, "along": {**MEAN, "name": "what"}}, "parameter"),
     ("follow", {"case": RIGID, "along": {**MEAN, "unit": "Hz"}}, "mean"),
     ("follow", {"case": RIGID, "along": MEAN, "orbit": "1/1:9"}, "orbit"),
@@ -245,10 +254,10 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("diagram", {**_ALL, "along": {**MEAN, "name": "what"}}, "parameter"),
     *((path, {"case": BUDD_DUX}, "") for path in ("blow", "report", "curves")),
     *((path, {"machine": "valve-drifter", **more}, "load.kind") for path, more in [
-        ("quick", {}), ("steady", {}), ("curves", {}), ("motion", {}), ("report", {}), ("orbits", {"label": "1/1"}),
+        ("quick", {}), ("steady", {}), ("curves", {}), ("motion", {}), ("report", {}),
+        ("orbits", {"label": "chatter/1"}), ("follow/motion", {"name": "scale", "value": 1.0, "times": [0.016]}),
         ("place", {"values": {"restitution": 0.2}})]),
-    ("follow", {"machine": "valve-drifter", "along": MEAN}, "parameter"),
-    ("diagram", {"machine": "valve-drifter", "along": MEAN}, "diagram"),
+    *((path, {"machine": "valve-drifter", "along": MEAN}, "parameter") for path in ("follow", "diagram")),
 ]  # fmt: skip
 
 

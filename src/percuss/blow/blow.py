@@ -25,7 +25,7 @@ from percuss.blow.gauges import GaugeWaves, first_pulse
 from percuss.blow.kernels.wave_records import ROCK
 from percuss.blow.wave_history import Trace, WaveHistory, centroid, contacts, gap
 from percuss.errors import ParameterError
-from percuss.model.checks import Array, count, finite, non_negative, positive
+from percuss.model.checks import Array, array, count, finite, non_negative, positive
 
 # ---- Where the energy and the momentum of a blow are at its end, and how well both close
 
@@ -360,6 +360,8 @@ class Blow(BlowBalance):
         ([[0.0, 0.0, 1.0, 1.0]], None)
         """
         course = self._course
+        times, size = array("times", times, 0.0, np.inf), count("size", size, 1, 100_000)
+        reach = positive("reach", reach)
         ticks = np.clip(times / (course.scales.time * course.tick), 0.0, course.end)
         return course.of_each(lambda first, sections: cells(course, first, sections, ticks, size, reach))
 
@@ -374,7 +376,7 @@ class Blow(BlowBalance):
         >>> found.rigid.round(9).tolist(), found.vibration.round(9).tolist()
         ([0.5, 0.0, 0.5], [0.0, 0.5, 0.0])
         """
-        return energy_over_time(self._course, times)
+        return energy_over_time(self._course, array("times", times, 0.0, np.inf))
 
     def force_envelope(self, size: int, reach: float) -> tuple[ForceEnvelope, ForceEnvelope | None]:
         """The greatest forces at every place of the striker, and of the rod; `size`, `reach` as `cells_over_time`.
@@ -391,5 +393,5 @@ class Blow(BlowBalance):
         >>> bool(blow.force_envelope(8, 1.0)[0].compression.max() <= blow.face_force.peak)
         True
         """
-        size, reach = count("cells", size, 1, 100_000), positive("reach", reach)
+        size, reach = count("size", size, 1, 100_000), positive("reach", reach)
         return self._course.of_each(lambda first, sections: envelope(self._course, first, sections, size, reach))

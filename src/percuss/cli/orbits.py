@@ -214,7 +214,7 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
         write_whole(options.output, point_curves_table(curves) if of_curves else branch_table(branch))
     return answered(
         options,
-        lambda: branch_dict(branch, curves) | ({} if begun is None else {"begun_at": begun}),
+        lambda: branch_dict(branch, curves, begun),
         lambda: branch_report(case.title, branch, curves, begun, over if along == over else ""),
         lambda: plot.curves(curves, case.title) if curves else plot.branch(branch, case.title),
         table=options.output,

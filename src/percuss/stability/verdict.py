@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -16,10 +16,13 @@ from percuss.model.checks import Array, instance
 from percuss.model.contact import Contact, Result
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.steady import Orbit, PeriodicOrbit, Reason, RestCycle, TimedOrbit
+from percuss.steady import Orbit, Reason, TimedOrbit
 from percuss.steady.forced import forced_response
 from percuss.steady.multipliers import NEUTRAL, TURNING, Multipliers, reason_of, worse_side
 from percuss.steady.trigonometric import harmonic_sums
+
+if TYPE_CHECKING:
+    from percuss.steady import PeriodicOrbit, RestCycle
 
 # ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
 
@@ -249,11 +252,20 @@ def floquet_multipliers(
     >>> print(floquet_multipliers(orbit_near(system, [0.33, 2.07], modes=0)))
     z=2/1: stable, largest modulus 0.34302
     """
-    if not isinstance(orbit, PeriodicOrbit | RestCycle):
-        return instance("orbit", orbit, Orbit).multipliers(modes, side=side)
+    if isinstance(orbit, Orbit):
+        return orbit.multipliers(modes, side=side)
+    if rests(orbit) is None:
+        instance("orbit", orbit, Orbit)
     if modes not in (None, orbit.modes):
         raise ParameterError("modes", modes, f"{orbit.modes}, the modes of the orbit")
-    return orbit.multipliers() if isinstance(orbit, RestCycle) else orbit.multipliers(side=side)
+    return orbit.multipliers() if rests(orbit) else cast("PeriodicOrbit", orbit).multipliers(side=side)
+
+
+def rests(orbit: object) -> bool | None:
+    """Whether it is a cycle with rest, or an orbit with several impacts; None of what is neither."""
+    from percuss.steady import PeriodicOrbit, RestCycle  # not for the verdict on a steady motion
+
+    return isinstance(orbit, RestCycle) if isinstance(orbit, PeriodicOrbit | RestCycle) else None
 
 
 @dataclass(frozen=True)
@@ -342,7 +354,9 @@ def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None 
     unstable, beyond the fold: multiplier 3.180
     stable: elastic mode 3 dies out slowest, by a factor of 0.9848 per impact
     """
-    of_one = None if isinstance(orbit, PeriodicOrbit | RestCycle) else instance("orbit", orbit, Orbit)
+    of_one = orbit if isinstance(orbit, Orbit) else None
+    if of_one is None and rests(orbit) is None:
+        instance("orbit", orbit, Orbit)
 
     def found(side: Side = "right") -> Multipliers:
         return floquet_multipliers(orbit, modes, side=side)
@@ -364,13 +378,13 @@ def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None 
 
 
 def _in_words(kind: Reason, orbit: Orbit | PeriodicOrbit | RestCycle, multipliers: Multipliers) -> str:
-    if isinstance(orbit, RestCycle):
+    if not isinstance(orbit, Orbit) and rests(orbit):
         return "stable: a rest on the wall in every cycle erases all disturbances"
     first, load = complex(multipliers.values[0]), orbit.system.load
     modulus, mode, free = multipliers.largest, multipliers.dominant_mode, orbit.system.body.is_free
     what = "the rigid motion" if mode == 0 else f"elastic mode {mode}" if free else f"mode {mode}"
-    if isinstance(orbit, PeriodicOrbit):
-        return _in_short(kind, first, what, "cycle", orbit)
+    if not isinstance(orbit, Orbit):
+        return _in_short(kind, first, what, "cycle", cast("PeriodicOrbit", orbit))
     if orbit.continuum is not None:
         start, stop = orbit.continuum
         grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"

@@ -23,6 +23,7 @@ from percuss.case import (
 )
 from percuss.case.answers.exploring.diagram_answer import diagram_dict, watched_diagram
 from percuss.case.answers.exploring.orbits_answer import (
+    begun_at,
     branch_dict,
     curve_dict,
     is_rest_label,
@@ -252,7 +253,8 @@ def follow(case: Case, asked: FollowAsked, terms: Terms) -> dict[str, Any]:
 
     if is_rest_label(asked.orbit.partition(":")[0]) and asked.switch:
         raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
-    return branch_dict(branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends))
+    branch = branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends)
+    return branch_dict(branch, begun=begun_at(case, along))
 
 
 @router.answer("/api/follow/motion", "The motion at a point of a branch", BINARY, kernels="orbits")

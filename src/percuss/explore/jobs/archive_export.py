@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from percuss.errors import ParameterError, extra_package
-from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.archive_layout import about_column, canonical, column_from, parsed
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import path as checked_path
@@ -24,6 +23,8 @@ from percuss.whole_file import whole_file, write_dataset
 
 if TYPE_CHECKING:
     import xarray
+
+    from percuss.explore.jobs.archive import Archive
 
 _ROWS = 1 << 15
 """Rows of a CSV file that are made at once."""

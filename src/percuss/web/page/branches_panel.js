@@ -31,7 +31,7 @@ export const panel = {
     spot: "", // the place that is looked at: "value,phase of its first impact"
     branchSlow: "",
   },
-  clocked: "Motions that keep time with a clocked load are followed here; this machine has no clock. What becomes of its cycle under another pressure, the panel Machine shows.",
+  clocked: "Motions that keep time with a clocked load are followed here; this machine has no clock. What becomes of its cycle under another pressure, the panel Machine shows; percuss follow and percuss diagram tell what becomes of it over any number of the case.",
   start: startBranches,
 };
 

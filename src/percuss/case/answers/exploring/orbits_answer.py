@@ -369,14 +369,18 @@ def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
     }
 
 
-def branch_dict(branch: Branch, curves: Sequence[PointCurve] = ()) -> dict[str, Any]:
-    """A branch, of orbits or of cycles with rest, and all that were switched to from it; and curves of their points."""
+def branch_dict(branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None) -> dict[str, Any]:
+    """A branch, of orbits or of cycles with rest, and all that were switched to from it; and curves of their points.
+
+    `begun`: see `begun_at`.
+    """
     return {
         **picked(branch, "parameter modes"),
         **_branch_dict(branch),
         "switched": [_branch_dict(other) for other in branch.family() if other is not branch],
         "cascade": [row._asdict() for row in branch.cascade],
         "curves": [curve_dict(curve) for curve in curves],
+        **({} if begun is None else {"begun_at": begun}),
     }
 
 
