@@ -25,15 +25,10 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 NEVER = lambda: False  # noqa: E731
 STOP = Stop(impacts=200)
 PLACES = ("position", -1.5, -0.1, 7), ("velocity", -2.0, -0.1, 5)
-FEW = ("position", -1.5, -0.1, 4), ("velocity", -2.0, -0.1, 3)  # a machine on its pump takes a hundred times as long
 SEVERAL = System(s=8.0, d=0.3, restitution=0.2, load=Load.fourier([0.3, *(1.0 / k for k in range(1, 13))]))
 ROOTS = ["phase", "reduced_margin", "margin", "phases"]
 BLOWS = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
 MAPPED = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group == "machine"]
-
-
-def on_its_pump(what: Any) -> bool:
-    return isinstance(what, Machine) and what.valve.supply is not None
 
 
 def mapped(name: str) -> Any:
@@ -45,13 +40,11 @@ def mapped(name: str) -> Any:
 
 JOBS: dict[str, Callable[..., Any]] = {
     **{
-        f"experiment of {name}": partial(
-            experiment_job, what, 12 if on_its_pump(what) else 40, "field", 2, modes=modes, stop=STOP
-        )
+        f"experiment of {name}": partial(experiment_job, what, 40, "field", 2, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
     },
     **{
-        f"basins of {name}": partial(basins_job, what, *(FEW if on_its_pump(what) else PLACES), modes=modes, stop=STOP)
+        f"basins of {name}": partial(basins_job, what, *PLACES, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
     },
     **{f"map of {name}": partial(mapped, name) for name in HAMMERS},

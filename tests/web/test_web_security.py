@@ -52,7 +52,7 @@ TOKEN = "a-long-secret-word"
 
 @pytest.fixture(scope="module")
 def client() -> Client:
-    return Client(Settings(limits=Limits(seconds=300.0)))  # the kernels may have to be compiled
+    return Client()
 
 
 # -- who asks -------------------------------------------------------------------------------------------------------

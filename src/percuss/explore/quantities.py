@@ -130,7 +130,7 @@ OF_FREE_BARS = {
 
 def checked(names: Sequence[str], known: Mapping[str, Quantity] = QUANTITIES) -> tuple[str, ...]:
     """The names, each once and in order; ParameterError with those that are `known` for another."""
-    names = several("quantities", names, f"a list of some of {', '.join(known)}")
+    names = several("quantities", names, f"a list of names of quantities, such as {next(iter(known))}")
     for name in names:
         if not isinstance(name, str) or name not in known:
             raise ParameterError("quantities", name, f"one of {', '.join(known)}")
