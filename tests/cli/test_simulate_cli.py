@@ -266,6 +266,18 @@ def test_interrupted_twice_ends_at_once(simulated, monkeypatch):
     assert not Path("part.nc").exists()
 
 
+def test_an_end_at_once_is_told_to_whoever_listened_before():
+    """A compiler makes another error of it, and the command must know better."""
+    heard, before = [], signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, lambda which, _: heard.append(which))
+    try:
+        with pytest.raises(KeyboardInterrupt), long_commands.watching(SimpleNamespace(command="simulate")):
+            signal.raise_signal(signal.SIGINT)  # nothing has begun that would be kept
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard == [signal.SIGINT]
+
+
 def test_while_kernels_are_compiled_ctrl_c_ends_at_once():
     """However patient the watch is: nobody asks it until they are there."""
 

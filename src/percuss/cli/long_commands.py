@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.numerals import number, picked
@@ -112,7 +113,18 @@ def watching(parser: Parser, patience: float = UNHEARD, agreed: bool = True) -> 
     """A progress bar, and an end by Ctrl-C, for the time of the block."""
     watch = JobWatch(parser.command, agreed, patience)
     mine = threading.current_thread() is threading.main_thread()  # only it may handle signals
-    before = signal.signal(signal.SIGINT, watch.interrupt) if mine else None
+    before = signal.getsignal(signal.SIGINT)
+
+    def interrupt(which: int, frame: FrameType | None) -> None:
+        try:
+            watch.interrupt()
+        except KeyboardInterrupt:
+            if callable(before):
+                before(which, frame)  # which notes it: a compiler makes another error of it
+            raise
+
+    if mine:
+        signal.signal(signal.SIGINT, interrupt)
     try:
         yield watch
     finally:
