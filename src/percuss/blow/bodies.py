@@ -205,11 +205,7 @@ Striker = SizedBody | Body
 
 @dataclass(frozen=True)
 class Sections:
-    """A row of sections, shape (K,): inf for the transit time and the length of an endless one; `area` where known.
-
-    SI, or the scales of a dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance
-    is known has the speed 1, so that places along it are times of a wave.
-    """
+    """A row of sections, (K,), endless ones with inf; a rod of which only Z is known has speed 1: places are times."""
 
     impedance: Array
     transit: Array

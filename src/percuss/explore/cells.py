@@ -92,11 +92,7 @@ def qualified(function: SystemFunction) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SweepJob:
-    """A map as a job: its items are the cells, the last axis running fastest; see `percuss.explore.sweep`.
-
-    `simulated`: N of the simulations, where `modes` is None for the continuous bar and multipliers of 32 modes.
-    `start`: of the simulations, None for that of the family. `functions`: one's own quantities.
-    """
+    """A map as a job: its items are the cells, the last axis running fastest; see `percuss.explore.sweep`."""
 
     family: Family
     axes: tuple[Axis, ...]

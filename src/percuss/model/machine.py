@@ -248,15 +248,7 @@ _PER_HARMONIC = 8
 
 @dataclass(frozen=True)
 class TwoLevels:
-    """The two levels of a load that switches.
-
-    Attributes
-    ----------
-    high, low
-        In the unit of the load.
-    share
-        Part of the period that it is at one of them.
-    """
+    """The two levels of a load that switches, in its unit, and the part of the period that it is at one of them."""
 
     high: float
     low: float

@@ -157,10 +157,7 @@ _Line = tuple[np.ndarray[Any, Any], str]
 
 
 def _plane(ax: Axes, found: Experiment) -> tuple[_Line, _Line]:
-    """Over which two quantities the starts are drawn, with their names: velocity where it differs, and the load phase.
-
-    Of a machine the position in its place or, of starts at one place, the state of the valve, each on a strip.
-    """
+    """The two quantities over which starts are drawn; of a machine the position, or at one place the state."""
     columns = found.columns
     speed = columns.get("velocity", columns.get("start_velocity"))
     assert speed is not None

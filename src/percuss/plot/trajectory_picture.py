@@ -101,10 +101,7 @@ class Window:
 
     @cached_property
     def strain(self) -> tuple[Array, float, float]:
-        """The strain at even places, shape (101, samples), and the first and the last time of it.
-
-        Of the end of the stretch only: a cycle or two load periods, in which the waves can be told apart.
-        """
+        """Strain at even places, (101, samples), and its first and last time: where waves can be told apart."""
         trips = 240.0 * self.motion.system.body.transit_time  # 120 times to the other end and back
         first = max(self.first, self.last - min(max(0.5 * (self.last - self.first), 2.0 * _TURN), trips))
         times = np.linspace(first, self.last, min(720, max(MOST_VALUES // (self.motion.modes + 1), 200)))

@@ -306,10 +306,7 @@ def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 
 def summary_of(system: System, events: Events, cycle: MotionCycle | None, over: bool = False) -> Summary:
-    """Means over the settled part of a motion: of the cycle, or of the second half when none was found.
-
-    `over`: the motion has ended for good, in rest or by leaving; it has no rates then, and the rest is of all impacts.
-    """
+    """Means over the cycle, or the second half when none was found; over all, without rates, if it is `over`."""
     struck = events.of("impact")
     n = len(struck)
     first, last = (0, max(n - 1, 0)) if over else _settled(events, struck, cycle)

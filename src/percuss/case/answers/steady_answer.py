@@ -60,10 +60,7 @@ class End:
 
 @dataclass(frozen=True)
 class Ends:
-    """Where random starts end: the most frequent motion first.
-
-    `note` says why none were followed, or some not to their end.
-    """
+    """Where random starts end, the most frequent motion first; `note`: why none, or some not to their end."""
 
     followed: int
     modes: int
@@ -343,10 +340,7 @@ def timed_period(system: System, law: Timed, periods: int, modes: int | None) ->
 
 
 def blow_dict(law: Timed, system: System, periods: Sequence[int]) -> dict[str, Any]:
-    """The numbers of the law: in seconds and metres for a system in SI, else in radians and lengths of the bar.
-
-    The advance is that of a blow in the first of the `periods`; it goes with the impulse, and so with m.
-    """
+    """The numbers of the law, in SI or radians and bar lengths; the advance is that in the first of the `periods`."""
     time, length = (system.time_scale, system.length_scale) if system.is_si else (1.0, 1.0)
     period = 2.0 * math.pi * (periods[0] if periods else 1)
     advance = law.advance_per_impulse * law.steady_impulse(system.load.mean, period, system.d)

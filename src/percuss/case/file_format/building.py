@@ -66,10 +66,7 @@ class ReadHistory(NamedTuple):
 
 
 def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
-    """The load of a recorded history.
-
-    Its file is looked for in `folder`, that of the case file.
-    """
+    """The load of a recorded history, whose file is looked for in the folder of the case file."""
     try:
         recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")

@@ -86,10 +86,7 @@ def _row(table: type[CaseTable], key: str) -> KeyRow:
 
 
 def said_of(table: type[CaseTable], key: str) -> dict[str, str]:
-    """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
-
-    A key without a text has that of its SI form, or of the nearest class before its own with such a key.
-    """
+    """What the schema says below a key: ``meaning``, ``allowed``, ``left out``; else that of its SI form or base."""
     own = [one for one in table.mro() if issubclass(one, CaseTable)]
     said = _said_in(table.__module__)
     names = [one.__name__ for one in own]

@@ -17,10 +17,7 @@ from percuss.units import si
 
 @dataclass(frozen=True)
 class Kind:
-    """What the values of a key are: how they are checked, and what the reference and a dimensionless case make of them.
-
-    It stands in the annotation of a key, where pydantic finds the check.
-    """
+    """What a key's values are: how pydantic checks them, what the reference and a dimensionless case make of it."""
 
     words: str
     check: Callable[..., Any] | None = None

@@ -338,11 +338,7 @@ class ClockedHammer(Hammer):
 
 
 def _long(impacts: npt.NDArray[np.int64]) -> Iterator[tuple[npt.NDArray[np.intp], int]]:
-    """Members whose cycle is longer than what is kept of all, in portions, and how many impacts to keep of them.
-
-    That number is the power of 2 that their own cycle asks for, so that nothing depends on the company of a member: the
-    engine looks for cycles in as many impacts as are kept.
-    """
+    """Members whose cycle is longer than what is kept, in portions, and the power of 2 of impacts to keep."""
     keep = _WINDOW
     while keep < _LONGEST:
         keep *= 2

@@ -127,10 +127,7 @@ def _gap(value: object) -> float:
 
 
 def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, float, float, float]]:
-    """The rows of a table of modes by rising frequency; `unit` is what frequencies are divided by.
-
-    ParameterError by the name of the column, with the row counted from 1.
-    """
+    """The rows of a table of modes by rising frequency over `unit`; ParameterError by column and row from 1."""
     given = {name: numbers(name, values).reshape(-1).tolist() for name, values in columns.items()}
     size = len(given["omega"])
     if not 1 <= size <= MOST_MODES:

@@ -437,15 +437,7 @@ class Valve:
 
 @dataclass(frozen=True)
 class Orders:
-    """The last demand, and the orders that wait for their time.
-
-    Parameters
-    ----------
-    last
-        The state that was demanded last.
-    pending
-        Time and state of each order, in the order in which they are due.
-    """
+    """The state demanded last, and time and state of each order that waits, in the order they are due."""
 
     last: str
     pending: tuple[tuple[float, str], ...] = ()

@@ -370,10 +370,7 @@ def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
 
 
 def branch_dict(branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None) -> dict[str, Any]:
-    """A branch, of orbits or of cycles with rest, and all that were switched to from it; and curves of their points.
-
-    `begun`: see `begun_at`.
-    """
+    """A branch, and all that were switched to from it; and curves of their points. `begun`: see `begun_at`."""
     return {
         **picked(branch, "parameter modes"),
         **_branch_dict(branch),
@@ -442,10 +439,7 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
 
 
 def branch_table(branch: Branch) -> str:
-    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
-
-    Of a chatter a line for each impact that was followed by itself.
-    """
+    """A branch and its family as CSV: a line for each impact, of a chatter for each that was followed by itself."""
     heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
     rows: list[tuple[object, ...]] = []
     for number, one in enumerate(branch.family(), 1):
@@ -556,10 +550,7 @@ def _few(values: list[float]) -> str:
 def branch_report(
     title: str, branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None, again: str = ""
 ) -> Report:
-    """What happens on a branch and on those that were switched to from it, and on curves of its points.
-
-    `begun` is where it begins if that is not the value of the case; `again` the parameter that was given twice.
-    """
+    """What happens on a branch, its family, and curves of its points; `again`: the parameter that was given twice."""
     every = list(branch.family())
     sections: list[ReportSection | Grid] = [branch_section(one.label, one) for one in every]
     if branch.has_rest:

@@ -195,10 +195,7 @@ def orbit_frames(
     points: int = 2000,
     window: Sequence[float] | None = None,
 ) -> Frames:
-    """Whole impact periods of a steady motion, which has a number from 1 in order of phase, from an impact on.
-
-    `window`: only this part of the fields, from and to in rad after the impact.
-    """
+    """Whole periods of a steady motion (numbered by phase) from an impact on; `window`: part of the fields."""
     system = case.system()
     orbits = steady_states(system, periods).orbits
     if not 1 <= orbit <= len(orbits):

@@ -149,10 +149,7 @@ _WHAT = "curves as 'percuss follow … --curve … --json' prints them"
 
 
 class LaidCurve(NamedTuple):
-    """A curve as a map takes it: its kind, the names of the parameters, their units, and both along it, (m, 2).
-
-    Where the motion is no orbit both are NaN; see `percuss.explore.PointCurve.real`.
-    """
+    """A curve as a map takes it: `real` has both parameters along it, (m, 2), NaN where the motion is no orbit."""
 
     kind: str
     parameters: tuple[str, str]
@@ -161,13 +158,7 @@ class LaidCurve(NamedTuple):
 
 
 def point_curves_table(curves: Sequence[PointCurve]) -> str:
-    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest.
-
-    Examples
-    --------
-    >>> point_curves_table([])
-    'curve,type,label,point,is_orbit,impact,phase\\n'
-    """
+    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest."""
     head = ("curve", "type", "label", "point", *(curves[0].parameters if curves else ()), "is_orbit")
     rows: list[tuple[object, ...]] = []
     resting = False
@@ -183,13 +174,7 @@ def point_curves_table(curves: Sequence[PointCurve]) -> str:
 
 
 def laid_curves(name: str, content: bytes) -> tuple[LaidCurve, ...]:
-    """The curves in a file with the answer of ``percuss follow … --curve … --json``.
-
-    Raises
-    ------
-    ParameterError
-        When it is none.
-    """
+    """The curves in a file of ``percuss follow … --curve … --json``; ParameterError when it is none."""
     try:
         answer = json.loads(content)
         return tuple(_laid(one) for one in answer["curves"])
@@ -224,11 +209,7 @@ def watched_curves(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """The curves of all that happens to an orbit on the two lines through it, along either parameter of a plane.
-
-    Yields the share that is done, and the curves so far; the last share is 1. A curve is left as it is after `patience`
-    seconds.
-    """
+    """What happens to an orbit on both lines through it, as curves: share done, those so far (`patience`: s for each)."""
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}

@@ -167,10 +167,7 @@ def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
 
 
 def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
-    """All motions of a structure with one impact in `periods` load periods, in the form of `quick_dict`.
-
-    What that has of a free bar alone is null: both criteria, the margins of rhythm and ringing, the nearest motion.
-    """
+    """`quick_dict` of a structure: null what that has of a free bar alone."""
     answer = structure_answer(case, (periods,))
     states, load = answer.states[0], answer.system.load
     return {
@@ -213,10 +210,7 @@ def curves_dict(
     load_factor: Sequence[float] | None = None,
     modes: int = 32,
 ) -> dict[str, Any]:
-    """v_f with its level, the load history with the window of the waveform criterion, and all branches.
-
-    The branches go over so many load factors, by default from near 0 to beyond the last fold.
-    """
+    """v_f with its level, the load with the window of the waveform criterion, and all branches to the last fold."""
     system = case.system()
     states = steady_states(system, periods)
     phase = np.linspace(0.0, 2.0 * math.pi, points)
