@@ -174,7 +174,6 @@ def best_blow(
 
 
 def _searched(search: _Search, first: Sequence[float] | None, seed: int) -> None:
-    """Search everywhere, then near the best place."""
     extra_package("scipy", "io")
     from scipy.optimize import Bounds, differential_evolution, minimize
 

@@ -295,7 +295,6 @@ class Case:
 
     @property
     def _moving(self) -> System | Machine:
-        """What a simulation moves."""
         return self.machine() if self.is_machine else self.system()
 
     def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:

@@ -154,7 +154,6 @@ def _with_kappa(system: System, kappa: float) -> System:
 
 
 def _with_body(driven: Driven, body: Body) -> Driven:
-    """The same load and contact on a body of other numbers, without the scales to SI of the old one."""
     if isinstance(driven, Machine):
         return Machine(body, driven.valve, driven.contact, at=driven.at)
     return System(body, driven.load, driven.contact)

@@ -98,7 +98,6 @@ def _plain(value: Any) -> Any:
 
 
 def _made(room: str, about: Mapping[str, Any]) -> Any:
-    """The object that `_described` told of."""
     kinds = _KINDS[room]
     kind = str(about.get("kind"))
     if kind not in kinds:

@@ -266,7 +266,6 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
 
 
 def _points(ax: Axes, found: Diagram, quantity: str) -> None:
-    """What simulations settled on, in the colours of their families."""
     for number, family in enumerate(palette.FAMILIES):
         mine = [one for one in found.settled if palette.family_of(one.label) == number]
         rows = [(one.value, y) for one in mine for y in _heights(one, quantity)]

@@ -67,7 +67,6 @@ def _draw_force(axes: Any, machine: Machine, units: Units, mark: str, times: Arr
 
 
 def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
-    """A ground for the times at which the valve pushes toward the wall."""
     look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
     axes.fill_between(times, 0.0, 1.0, where=pushes, transform=axes.get_xaxis_transform(), step=step, **look)
 

@@ -245,7 +245,6 @@ def _load(axes: Any, answer: _Motions, units: Units) -> None:
 
 
 def _load_curve(answer: _Motions) -> tuple[Any, Any]:
-    """The load over one period; both values where it jumps."""
     load = answer.system.load
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
     values = load.value(phases)

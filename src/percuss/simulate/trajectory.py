@@ -212,7 +212,6 @@ class Trajectory(Shown):
     # -- the state --
 
     def _anchor(self, i: int) -> Anchor:
-        """The state after event number i; −1 is the start."""
         if i < 0:
             return self.start
         return Anchor(float(self.events.phase[i]), int(self.events.piece[i]), self.states[i])

@@ -605,7 +605,6 @@ def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
 
 
 def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
-    """Everything that happens in a cycle, in order."""
     ports = machine.valve.ports
     found = [
         *(_Happens(one.time, f"ports[{one.port}] uncovered", ports[one.port].behind, -one.velocity)

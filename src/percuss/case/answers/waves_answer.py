@@ -261,7 +261,6 @@ class WavesAnswer(ToldMotion):
 
 
 def _last(motion: WaveMotion, last: int | None) -> list[Impacts]:
-    """So many last impacts, or all of them, each by itself."""
     every = motion.impacts
     return [every.part(i) for i in range(every.size)[last_of(every.size, last)]]
 

@@ -363,7 +363,6 @@ class Parts:
 
 
 def _says_its_damping(table: SystemTable) -> bool:
-    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
     return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 

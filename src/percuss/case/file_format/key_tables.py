@@ -107,7 +107,6 @@ def said_of(table: type[CaseTable], key: str) -> dict[str, str]:
 
 @cache
 def _said_in(module: str) -> dict[tuple[str, str], str]:
-    """The texts below the keys of the classes of a module."""
     found = {}
     for thing in ast.parse(inspect.getsource(sys.modules[module])).body:
         if isinstance(thing, ast.ClassDef):
@@ -123,7 +122,6 @@ _WORDS = {float: "number", int: "whole number", bool: "true or false", str: "tex
 
 
 def _words(hint: Any) -> str:
-    """The kind of value in words."""
     if isinstance(hint, type):
         return "table" if issubclass(hint, CaseTable) else _WORDS[hint]
     origin, parts = get_origin(hint), get_args(hint)

@@ -53,7 +53,6 @@ def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
 
 
 def _plain_number(value: Any, info: ValidationInfo) -> Any:
-    """A check that a value is a plain number."""
     if not _is_number(value) or not math.isfinite(value):
         remedy = "only a case in SI takes units" if isinstance(value, str) else ""
         raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
@@ -82,7 +81,6 @@ def _unit(value: Any, info: ValidationInfo) -> Any:
 
 
 def _pairs(value: Any) -> Any:
-    """Lists of two numbers as tuples; what has another form is refused with its place."""
     if not isinstance(value, list | tuple) or not value:
         raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
     for i, pair in enumerate(value):

@@ -94,7 +94,6 @@ class CaseFamily:
 
     @property
     def _plain(self) -> Mapping[str, Parameter[Any]]:
-        """The dimensionless parameters, by name."""
         return parameters_of(self.case.machine()) if self.is_machine else PARAMETERS
 
     @cached_property
@@ -104,7 +103,6 @@ class CaseFamily:
 
     @cached_property
     def _short(self) -> dict[str, list[str]]:
-        """The keys by their names without the table."""
         found: dict[str, list[str]] = {}
         for key in self.keys:
             found.setdefault(key.partition(".")[2], []).append(key)
@@ -125,7 +123,6 @@ class CaseFamily:
                 check_same_law(self.case, name, key)
 
     def _thing(self, name: str) -> str:
-        """The word of what a parameter sets."""
         key = self.key(name)
         return (key_of(key).sets or key) if key else self._plain[name].thing
 

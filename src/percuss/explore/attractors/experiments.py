@@ -261,7 +261,6 @@ class StartsFollowed(HandedOver):
 
     @staticmethod
     def _asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
-        """What was followed, of what an archive says that was asked."""
         from percuss.simulate import Stop
 
         what = machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])

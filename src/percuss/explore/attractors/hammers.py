@@ -162,7 +162,6 @@ class Hammer(ABC):
     def _of_blocks(
         self, size: int, number: int, stopped: Callable[[], bool], block: Callable[[slice], Columns]
     ) -> Columns:
-        """The columns of so many starts, `size` at once."""
         parts: list[Columns] = []
         for i in range(0, number, size):
             parts.append(block(slice(i, i + size)))

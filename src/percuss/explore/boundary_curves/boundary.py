@@ -370,7 +370,6 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
 
 
 def _speed(line: Line, crossing: BoundaryCrossing) -> float:
-    """Striking speed of the motion at a crossing; a look with a few modes is enough but where it nearly vanishes."""
     few = DEFAULT_MODES if line.modes is None else line.modes
     motion = Orbit(line.system(crossing.y), line.periods, crossing.phase, False, few)
     if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:

@@ -45,7 +45,6 @@ def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
 
 
 def _has_dead(orbit: PeriodicOrbit) -> bool:
-    """Whether an impact has no speed."""
     greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
     return not np.all(np.abs(orbit.speeds) > _DEAD * greatest)
 

@@ -431,7 +431,6 @@ class _Tracer:
     met: list[tuple[int, int, float, float]]
 
     def branch(self, curve: SolutionCurve, ways: Sequence[Walk], depth: int) -> Branch:
-        """The branch of walks from one point, the one backward first."""
         points, marks, happened = joined(ways)
         motions = [curve.motion(point.x) for point in points]
         found = [branch_point(curve, one, in_words(way.refusal)) for one, way in happened]

@@ -100,7 +100,6 @@ def crossings(
 def _between(
     segment: CurveSegment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
 ) -> list[LocatedEvent]:
-    """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
 
     def fold(point: CurvePoint) -> float:
@@ -490,7 +489,6 @@ class _Least(NamedTuple):
     value: Array
 
     def some(self, which: npt.NDArray[np.intp] | slice) -> _Least:
-        """Some of them."""
         return _Least(self.mode[which], self.which[which], self.place[which], self.rate[which], self.value[which])
 
 

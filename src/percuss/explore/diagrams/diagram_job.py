@@ -172,7 +172,6 @@ def _at_wall(system: System, start: Start) -> Start:
 
 
 def _last(many: Ensemble, row: int) -> Array:
-    """Phases, speeds and times of the last impacts of a motion."""
     assert many.last_phase is not None and many.last_velocity is not None and many.last_time is not None
     return np.stack([many.last_phase[row], many.last_velocity[row], many.last_time[row]])
 

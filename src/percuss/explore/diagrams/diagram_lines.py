@@ -144,7 +144,6 @@ def _plain_point(point: BranchPoint, energy: float) -> BranchPoint:
 
 
 def _first_impacts(cycle: RestCycle) -> tuple[Array, Array]:
-    """Phases and speeds of the first impacts after each release."""
     first = [impact for chain in cycle.chains for impact in chain.impacts[:KEPT_IMPACTS]]
     times, speeds = np.array(first).reshape(-1, 2).T
     return np.mod(times, _TURN), speeds
@@ -215,7 +214,6 @@ def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[Dia
 
 
 def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
-    """Whether a branch is another one, or a part of it."""
     if (other.label, other.possible) != (line.label, line.possible):
         return False
     if _tells_the_same(other, line):

@@ -151,7 +151,6 @@ def _is_on(line: DiagramBranch, value: float, orbit: PeriodicOrbit) -> bool:
 
 
 def _same(orbit: PeriodicOrbit, times: Array, near: float = _SAME) -> bool:
-    """Whether an orbit has given times, shape (1, p), but for its first impact and whole load periods."""
     turn = load_turn(orbit.system.load)
     off = np.abs(differences(np.array(orbit.times), times, orbit.period, turn)).max(axis=-1)
     return float(off.min()) < near

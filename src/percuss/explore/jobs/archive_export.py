@@ -186,7 +186,6 @@ def _header(name: str, variable: xarray.DataArray) -> str:
 
 
 def _worded(variable: xarray.DataArray, values: Any) -> Any:
-    """The words that the numbers of a variable stand for, or the values themselves."""
     words = variable.attrs.get("words")
     return values if words is None else np.array([*str(words).split(", "), ""])[values]
 

@@ -403,7 +403,6 @@ def _line_in(main: ModuleType) -> int:
 
 
 def _is_guard(statement: ast.stmt) -> bool:
-    """Whether a statement begins with ``if __name__ == "__main__"``, in either order."""
     if not isinstance(statement, ast.If) or not isinstance(statement.test, ast.Compare):
         return False
     sides = [statement.test.left, *statement.test.comparators]

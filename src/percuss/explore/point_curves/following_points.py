@@ -187,7 +187,6 @@ def follow_point(
 
 
 def _start(point: BranchPoint, over: Varied) -> tuple[ExtendedCurve, CurvePoint]:
-    """The curve of a point of orbits, and the point on it."""
     orbit, (condition, extra) = point.orbit, point_condition(point)
     curve = ExtendedCurve(over.family, over.names, over.units, orbit.impacts, orbit.periods, orbit.modes, condition)
     places = [value / unit for value, unit in zip(over.here, over.units, strict=True)]

@@ -42,7 +42,6 @@ class _ModeTable:
 
     @property
     def damping(self) -> Damping:
-        """The damping of each mode."""
         return Table(self.delta)
 
     @property

@@ -538,7 +538,6 @@ class _Sampled:
 
 
 def _values(function: Callable[[Array], object], phases: Array) -> Array:
-    """The function at many phases, whether it takes arrays or not."""
     try:
         given = np.asarray(function(phases))
         found = given if given.dtype.kind == "c" else given.astype(float)
@@ -556,7 +555,6 @@ def _values(function: Callable[[Array], object], phases: Array) -> Array:
 
 
 def _value(function: Callable[..., Any], phase: float) -> float:
-    """The function at one phase."""
     try:
         given = function(phase)
         if not np.iscomplexobj(given):

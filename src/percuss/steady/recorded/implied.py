@@ -151,11 +151,9 @@ class _Through:
         self._place = np.concatenate([[0.0], np.cumsum(h * (self._velocity[:-1] + h * bent))])
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        """V."""
         return self._at(t)[1]
 
     def place(self, t: npt.ArrayLike) -> Array:
-        """X."""
         return self._at(t)[0]
 
     def moved(self, begin: float, end: float) -> float:

@@ -110,7 +110,6 @@ def _falling(motion: Implied, time: float, flight: int, last: float) -> Seen:
 
 
 def _farthest(motion: Implied, flight: int) -> float:
-    """When the piston turns, in one flight."""
     inside = (motion.time > motion.blows[flight]) & (motion.time < motion.blows[flight + 1])
     return float(motion.time[inside][np.argmax(motion.behind[inside])])
 

@@ -348,7 +348,6 @@ def release_phases(load: Load) -> Array:
 
 
 def _zeros(load: Load) -> tuple[Array, np.typing.NDArray[np.bool_]]:
-    """The zeros of a smooth load, and whether it pulls after each, up to the next."""
     k = np.append(0.0, load.harmonics.astype(float))
     roots = trigonometric_roots(k, np.append(complex(load.mean), load.coefficients[load.harmonics]))
     if not roots.size:

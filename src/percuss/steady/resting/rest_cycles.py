@@ -297,7 +297,6 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
 def _cycle(
     system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, ReleaseToRelease], numbers: list[int]
 ) -> RestCycle:
-    """The cycle through some release phases, told from the least of them on."""
     first = numbers.index(min(numbers))
     chains: list[RestPath] = []
     late = 0.0

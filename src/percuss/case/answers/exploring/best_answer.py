@@ -260,7 +260,6 @@ def _unknown(name: str, known: Sequence[str], remedy: str = "") -> ParameterErro
 
 
 def _check_figure(own: BlowAnswer, objective: str) -> None:
-    """Refuse to look for what no blow on such a target has."""
     if objective in ("rock-energy", "efficiency") and own.blow.bit_force is None:
         needed, remedy = "a tool that ends in rock", 'give the case [tool] with end = "rock", and [rock]'
     elif objective == "incident-energy" and own.rod is None:

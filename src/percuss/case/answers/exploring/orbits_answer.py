@@ -174,7 +174,6 @@ def _searched(
     switch: bool = False,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
-    """The orbits of a label with so many modes."""
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if isinstance(system, Machine):
         near: dict[str, Any] = (
@@ -313,7 +312,6 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
 
 
 def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
-    """The orbit that a text names."""
     label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
     if which.strip().startswith("phases") and isinstance(system, System):
@@ -329,7 +327,6 @@ def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
 
 
 def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
-    """The orbit near phases, which are listed in order of time."""
     try:
         given = [float(phase) for phase in phases.split(",")]
     except ValueError:

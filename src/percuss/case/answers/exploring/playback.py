@@ -291,7 +291,6 @@ def stretch_frames(
 
 
 def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
-    """The part of a stretch that is wanted, within it."""
     if window is None:
         return 0.0, length
     low, high = window
@@ -617,7 +616,6 @@ def _start(striker: Any, sections: Sections) -> float:
 
 
 def _end(blow: Blow, show: Part, sections: Sections) -> float:
-    """The end of what is shown."""
     if show == "start":
         return min(blow.until, _start(blow.striker, sections))
     last = None if show == "window" or not blow.contacts else blow.contacts[-1].end

@@ -91,13 +91,11 @@ def point_curves_answer(
 
 
 def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | None]:
-    """Name, unit and range of a parameter."""
     name, family, ends = followed(case, given)
     return name, family.units.get(name, ""), ends
 
 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
-    """The points that a text names."""
     every: list[Any] = followed_points(branch)
     names = _REST_NAMES if branch.has_rest else _MACHINE_NAMES if branch.is_machine else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
@@ -128,7 +126,6 @@ def followed_points(branch: Branch) -> list[BranchPoint]:
 
 
 def _one(every: Sequence[Any], names: Mapping[str, BranchEvent], word: str, given: str, known: str) -> Any:
-    """The point that a word names."""
     found = re.fullmatch(r"([a-z_]+)(?::(\d{1,4}))?", word, re.ASCII)
     if found is None or found[1] not in names:
         told = f"all, or one of {', '.join(names)}, with :NUMBER for another than the first"
@@ -244,7 +241,6 @@ def _is_on(
     place: dict[str, float],
     spans: dict[str, tuple[float, float]],
 ) -> bool:
-    """Whether a point of a branch lies on a curve of such points."""
     assert point.motion is not None
     if (curve.event, curve.label) != (point.kind, point.motion.label) or len(curve.values) < 2:
         return False

@@ -74,7 +74,6 @@ def quick_dict(
 
 
 def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[str, Any]]:
-    """Verdict and multipliers of every orbit."""
     if multipliers or any(orbit.system.load.jumps for orbit in states.orbits):
         return [_by_multipliers(orbit, modes) for orbit in states.orbits]
     if not states.orbits:
@@ -141,7 +140,6 @@ def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
 
 
 def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dict[str, Any]:
-    """The motion with what becomes of it when its blows take time."""
     if timed is None:
         return told
     found = timed.continuing(orbit)
@@ -149,7 +147,6 @@ def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dic
 
 
 def _told(timed: TimedPeriod, found: TimedAnswer | None) -> list[str]:
-    """What the law makes of a motion, in lines."""
     lines = [ENDED] if found is None else [*timed_in_words(found), *found.orbit.warnings]
     return [f"{timed.states.law.law}: {lines[0]}", *lines[1:]]
 
