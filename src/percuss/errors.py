@@ -16,6 +16,9 @@
 
 Every error says the cause first and the remedy after a dash. A question that merely has no answer (no
 orbit exists) is not an error: it is a value.
+
+Whatever takes arguments refuses with a ParameterError, or with a CaseError where a case file says it, what it cannot
+take, and every picture needs matplotlib (MissingExtraError): docstrings tell of these only where there is more to say.
 """
 
 from __future__ import annotations

@@ -37,11 +37,6 @@ class Rock:
     unloading_ratio
         γ, the share of the penetration that springs back, greater than 0 and at most 1, dimensionless; 1 is elastic.
 
-    Raises
-    ------
-    ParameterError
-        For values out of range.
-
     Examples
     --------
     >>> Rock(4e8, unloading_ratio=0.4).unloading_stiffness
@@ -96,11 +91,6 @@ class Rod:
         Distance between the faces before the blow, in m.
     impedance
         Of an endless rod of which nothing else is known: see `Rod.of_impedance`.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range, and parts that do not go together.
 
     Examples
     --------

@@ -369,11 +369,6 @@ def parameters_of(hammer: System | Machine) -> Mapping[str, Parameter[Any]]:
 def vary(hammer: Driven, values: Mapping[str, float]) -> Driven:
     """A system or a machine with other dimensionless parameters, whatever the order in which they are named.
 
-    Raises
-    ------
-    ParameterError
-        For a parameter that is unknown, out of range, or that the hammer does not have.
-
     Examples
     --------
     >>> from percuss.model import Kept, Port, UniformBar, Valve

@@ -267,11 +267,6 @@ def sweep(
     Sweep
         With a value in every cell; what could not be computed in one is its ``outcome``.
 
-    Raises
-    ------
-    ParameterError
-        For parameters and quantities that there are not, or axes that do not go together.
-
     Examples
     --------
     >>> from percuss import Load, System

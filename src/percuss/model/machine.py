@@ -143,12 +143,6 @@ class Machine(SIScales):
     pressure
         Of the supply (Pa), where it is known: energy over pressure is the volume that is drawn from it. Needs `bar`.
 
-    Raises
-    ------
-    ParameterError
-        When an argument is none of these, for a place that the body does not have, or a contact law that does not hold
-        for the body.
-
     Examples
     --------
     >>> from percuss.model import Kept, Port, UniformBar, Valve
@@ -190,11 +184,6 @@ class Machine(SIScales):
             Forces in N, distances in m, delays in s, the stiffness of the chamber in N/m.
         contact, at, pressure
             As of the class.
-
-        Raises
-        ------
-        ParameterError
-            When an argument is none of these.
         """
         instance("bar", bar, SizedBody), instance("valve", valve, Valve)
         made = valve.scaled(1.0 / (bar.mass * bar.length), 1.0 / bar.length)

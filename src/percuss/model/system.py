@@ -49,12 +49,6 @@ class System(SIScales):
         Instead of `body` and `contact`: a uniform bar of wave speed s = C/(LΩ) > 0 and external damping
         d = D/(MΩ) ≥ 0, which keeps its strain at an impact with the coefficient of restitution R, 0 to 1 (B77).
 
-    Raises
-    ------
-    ParameterError
-        For values out of range, a load in newtons, a load at a place that the body does not have, or a contact law that
-        does not hold for the body.
-
     Examples
     --------
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))

@@ -107,11 +107,6 @@ def branch(found: Branch, title: str = "") -> Figure:
     title
         What stands above.
 
-    Raises
-    ------
-    ParameterError
-        When it is no branch.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -160,11 +155,6 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
         The curves, all of them over the same two parameters.
     title
         What stands above.
-
-    Raises
-    ------
-    ParameterError
-        When there are none, or over different parameters.
 
     Examples
     --------
@@ -220,11 +210,6 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
     quantities
         What is shown over the parameter, one panel each: ``phase`` and ``speed`` of the impacts, ``energy``, the mean
         energy of a blow; in SI where the diagram is.
-
-    Raises
-    ------
-    ParameterError
-        When it is no diagram, or a quantity is none of these.
 
     Examples
     --------

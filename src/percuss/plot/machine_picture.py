@@ -82,11 +82,6 @@ def machine(answer: MachineAnswer) -> Figure:
     whose loop is the work of a cycle; (d) energy and rate over the pressure,
     or over the flow of the pump.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss.case import load_case, machine_answer
@@ -230,11 +225,6 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
     over the whole motion; (c) the force on the piston, with the ground dark where the valve pushes toward the wall; (d)
     the phase portrait of the striking end.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------

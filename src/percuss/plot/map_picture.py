@@ -486,13 +486,6 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
         Boundaries over a plane, as `percuss.explore.boundaries` gives them, or curves of `percuss.explore.follow_point`
         over the same two parameters, drawn into every panel.
 
-    Raises
-    ------
-    ParameterError
-        For a map over three parameters or more.
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss import Load, System

@@ -41,11 +41,6 @@ _SI_NAMES = {
 def experiment(found: Experiment, title: str = "") -> Figure:
     """Draw an experiment: the shares of the attractors with their intervals, and the starts in their colours.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -65,11 +60,6 @@ def experiment(found: Experiment, title: str = "") -> Figure:
 
 def basins(found: Basins, title: str = "") -> Figure:
     """Draw basins of attraction as an image: each start in the colour of the attractor that it leads to.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------

@@ -115,11 +115,6 @@ def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
     panels are those of B77's law, and (c) names both phases. A structure that is held has no v_f and no waves: three
     panels show its load, its contact before the wall, and its multipliers.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss.case import load_case, steady_answer

@@ -149,11 +149,6 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
     motion; (c) load phase and striking speed of every impact: the impact map; (d) the phase portrait of the striking
     end; (e) the stress along the bar over time, or the energy of a rigid bar.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss import Load, Start, System, run

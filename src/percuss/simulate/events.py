@@ -99,13 +99,7 @@ class Events(Shown):
         return np.array(KINDS)[self.code]
 
     def of(self, kind: str) -> Self:
-        """The events of one kind.
-
-        Raises
-        ------
-        ParameterError
-            For a kind that there is not.
-        """
+        """The events of one kind."""
         choice("kind", kind, *(KINDS if self.states else KINDS[:PORT]))
         which: npt.NDArray[np.bool_] = self.code == KINDS.index(kind)
         return self[which]

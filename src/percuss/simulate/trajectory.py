@@ -253,11 +253,6 @@ class Trajectory(Shown):
             Times from `begin_time` to `end_time`.
         side
             At the time of an event: the state after it (``right``) or before it (``left``).
-
-        Raises
-        ------
-        ParameterError
-            For times outside the simulated ones.
         """
         choice("side", side, "left", "right")
         times = array("t", t, -np.inf, np.inf)

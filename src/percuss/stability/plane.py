@@ -87,11 +87,6 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     periods
         m.
 
-    Raises
-    ------
-    ParameterError
-        When R leaves [0, 1], a value is not finite, or the load is constant.
-
     Examples
     --------
     >>> import numpy as np

@@ -236,11 +236,6 @@ def boundaries(
         With a curve for everything that was found; a value of x that fails leaves NaN and says why. Some points may be
         on motions that strike backward, which only the equations have: `Boundaries.real` is without them.
 
-    Raises
-    ------
-    ParameterError
-        For unknown parameters, kinds or criteria, or a range that is empty.
-
     References
     ----------
     U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (14), (29)–(32), Figs 5, 6 and 8.

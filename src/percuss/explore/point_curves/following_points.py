@@ -130,11 +130,6 @@ def follow_point(
     PointCurve
         Its points, and what happens on it.
 
-    Raises
-    ------
-    ParameterError
-        For a point of another kind, unknown parameters, or ranges without the point.
-
     References
     ----------
     Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed., Springer 2004, § 10.3; W. Govaerts, Numerical

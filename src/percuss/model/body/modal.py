@@ -62,11 +62,6 @@ class ModalBody(_ModeTable, HeldBody):  # type: ignore[override]  # the table ha
     gap
         g, of either sign: the wall presses where it is negative.
 
-    Raises
-    ------
-    ParameterError
-        For columns of unequal lengths, values out of range, or when nothing moves the contact or feels the load.
-
     Examples
     --------
     >>> from percuss.model import Kept, Load, ModalBody, System
@@ -204,11 +199,6 @@ class Mounted(HeldBody):
         Wave speed of the bar, inf for a rigid mass, and the law of damping of the bar itself.
     gap
         g, of either sign.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range.
 
     Examples
     --------

@@ -383,11 +383,6 @@ class SteppedBar(Body):
     lengths
         Their lengths, in any one unit, which say where x is. Without them x runs with the transit time.
 
-    Raises
-    ------
-    ParameterError
-        For values out of range, or numbers of sections that differ.
-
     Examples
     --------
     >>> from percuss.model.body import Ratio
@@ -558,12 +553,6 @@ class Section:
     youngs_modulus, density
         In Pa and kg/m³.
 
-    Raises
-    ------
-    ParameterError
-        For sizes that are not positive and finite, a bore as wide as the section, both or neither of an area and
-        a diameter.
-
     Examples
     --------
     >>> Section(0.25, diameter=0.04, bore=0.01).youngs_modulus
@@ -611,11 +600,6 @@ class SectionedBar(SizedBody):
         From the driven end to the striking end, 1 to 200 of them; each a `Section`, or a dict of what makes one.
     damping
         A law of damping with its times in s.
-
-    Raises
-    ------
-    ParameterError
-        For too many sections, none, or what is none.
 
     Examples
     --------

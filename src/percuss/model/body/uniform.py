@@ -320,12 +320,6 @@ class Bar(SizedBody):
         (dimensionless), for `Ratio(ζ)`; or D, the force per metre of bar and per velocity, in N·s/m², for
         `External(D/M)`.
 
-    Raises
-    ------
-    ParameterError
-        For sizes that are not positive and finite, when both or neither of `area` and `diameter` are given, or more
-        than one damping.
-
     Examples
     --------
     >>> bar = Bar(length=0.341, diameter=0.049, damping_ratio=1e-3)

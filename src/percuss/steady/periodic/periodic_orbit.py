@@ -183,13 +183,7 @@ class PeriodicOrbit(Shown):
         return float(self.rigid_velocities[0])
 
     def modal_state(self, modes: int) -> ModalState:
-        """The first elastic modes at the first impact.
-
-        Raises
-        ------
-        ParameterError
-            When the orbit is one of a bar with fewer.
-        """
+        """The first elastic modes at the first impact."""
         if modes > self.modes:
             raise ParameterError("modes", modes, f"at most {self.modes}, the modes of the orbit")
         return self.states[0].first(modes)

@@ -51,11 +51,6 @@ class ForceRecord(Shown):
     blows
         Times of the blows (s) on the same clock, by strain, sound or acceleration; None where they are not known.
 
-    Raises
-    ------
-    ParameterError
-        For rows of different lengths, values that are not finite, or a time that does not increase.
-
     Examples
     --------
     >>> ForceRecord([0.0, 1e-4, 2e-4], [1.0, 1.0, -2.0]).blows is None

@@ -67,11 +67,6 @@ class Span:
     def parsed(cls, words: str) -> Span:
         """From ``NAME=LOW:HIGH``, numbers with or without a unit.
 
-        Raises
-        ------
-        ParameterError
-            When the text has another form.
-
         Examples
         --------
         >>> Span.parsed("bar.sections[2].length=50:150mm")

@@ -42,13 +42,7 @@ def diagram_job_of(
     impacts: int | None = None,
     seed: int = 0,
 ) -> DiagramJob:
-    """What `diagram_answer` carries out; its parameters are described there.
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, or there is no such parameter.
-    """
+    """What `diagram_answer` carries out; its parameters are described there."""
     checked_case(case)
     axis = _axis(along)
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})

@@ -57,11 +57,6 @@ def sweep_job_of(
         `steady_answer` has them, and simulations take the modes of the table [simulation].
     impacts
         Instead of those of the table [simulation].
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, or the question has no answer.
     """
     from percuss.explore.sweeps import sweep_job
 
@@ -132,11 +127,6 @@ def basins_job_of(
         (``"-30 mm"``). Of a machine `at` may name the state of the valve, ``{"state": "power"}``.
     modes, impacts
         Instead of those of the table [simulation].
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, there are no such starts, or a unit is none of the quantity.
     """
     from percuss.explore.attractors.basin import basins_job
 

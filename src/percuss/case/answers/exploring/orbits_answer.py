@@ -146,11 +146,6 @@ def orbits_answer(
     halt
         As for `percuss.steady.orbits`.
 
-    Raises
-    ------
-    CaseError, LoadError, ResonanceError, ParameterError
-        When there is nothing to search.
-
     Examples
     --------
     >>> from percuss.case import load_case
@@ -228,11 +223,6 @@ def branch_answer(
         As for `orbits_answer`.
     halt
         As for `percuss.explore.follow`.
-
-    Raises
-    ------
-    CaseError, LoadError, ResonanceError, ParameterError
-        When there is no such orbit or parameter.
 
     Examples
     --------
@@ -479,11 +469,6 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
         N, in the forced motion, too; None for the case's, or 32.
     most
         Load periods of a cycle, 1 to 256.
-
-    Raises
-    ------
-    CaseError, ResonanceError, ParameterError
-        When there is nothing to follow.
 
     Examples
     --------

@@ -62,11 +62,6 @@ def point_curves_answer(
     halt
         As for `percuss.explore.follow`.
 
-    Raises
-    ------
-    CaseError, ParameterError
-        When there is no such point or parameter.
-
     Examples
     --------
     >>> from percuss.case import branch_answer, load_case
