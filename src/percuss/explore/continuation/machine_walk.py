@@ -155,7 +155,8 @@ def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | None:
                 continue
             curve, x = found
             x[-1:] = one.point.x[-1:]
-            corner = curve.corrected(x, np.eye(x.size)[-1], np.eye(x.size)[-1], one.point._replace(matrix=None))
+            level = np.eye(x.size)[-1]
+            corner: CurvePoint = curve.corrected(x, level, level, one.point._replace(matrix=None))
         except CorrectorFailed:
             continue
         for size, way in product(_ASIDE_OF_IT, (1.0, -1.0)):

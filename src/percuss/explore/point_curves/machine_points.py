@@ -41,7 +41,8 @@ from percuss.steady.self_excited.event_sequence import sequence_of
 
 FOLLOWED_OF_MACHINES = (
     BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH, BranchEvent.DEATH,
-    BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD, BranchEvent.ORDER_LOST, BranchEvent.PORT_LOST, BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE,
+    BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD, BranchEvent.ORDER_LOST, BranchEvent.PORT_LOST,
+    BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE,
 )  # fmt: skip
 """The kinds of points of machines of which there are curves."""
 
