@@ -197,11 +197,11 @@ class CaseReach(Shown):
 
 _WHERE = {
     "fold": "where the motion ceases to exist",
-    "nonsmooth_fold": "where the {blow} meets a step of the load and the motion ceases to exist",
+    "nonsmooth_fold": "where the {blow} meets a step of the force and the motion ceases to exist",
     "flip": "where the period doubles",
     "neimark_sacker": "where the motion begins to waver, by a pair of multipliers",
     "branch_point": "where another motion takes over, as a multiplier passes 1",
-    "corner": "where the {blow} meets a step of the load and is no longer stable",
+    "corner": "where the {blow} meets a step of the force and is no longer stable",
     "grazing_touch": "where the {bar} touches the wall between two {blow}s",
     "grazing_impact_dies": "where the {blow} has no speed left",
     "order_lost": "where two events of the valve exchange their order",
