@@ -96,7 +96,7 @@ class Timing(NamedTuple):
     """When an event of a cycle is: `later` than that with the number `source` among those whose times are unknown.
 
     It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `wrapped`: its source is that of the
-    cycle before.
+    cycle before. `lies`: the bar is laid down undeformed, as by a blow after which it rests on the wall.
     """
 
     source: int
@@ -104,6 +104,7 @@ class Timing(NamedTuple):
     wrapped: bool
     guarded: bool
     blow: bool
+    lies: bool = False
 
 
 class Closed(NamedTuple):
@@ -154,7 +155,7 @@ class Cycle:
 
     def _event(self, i: int) -> Array:
         """The matrix of an event: the law of a blow, or the projection on the coordinates of another state."""
-        law = np.diag(self.turn if self.timings[i].blow else np.ones(2))
+        law = np.diag(self.turn if self.timings[i].blow else np.ones(2)) * (not self.timings[i].lies)
         if not self.supplied:
             return law
         one, other = self.flows[i].modes.mixing, self.flows[(i + 1) % len(self.flows)].modes.mixing
@@ -250,7 +251,7 @@ class Cycle:
                 return np.asarray(np.linalg.solve(matrix, right), dtype=float)
 
             return together
-        end, beta = row[:, 0], self.turn[1]
+        end, beta = row[:, 0], turn[1, 1]
         elastic = np.eye(2) - turn @ whole[1:]
         first = np.array([[end[0], 0.0], np.array([0.0, 1.0]) - beta * whole[0, 1]])
 
