@@ -154,7 +154,6 @@ def _with_kappa(system: System, kappa: float) -> System:
 
 
 def _with_body(driven: Driven, body: Body) -> Driven:
-    """The same load and contact on a body of other numbers, without the scales to SI of the old one."""
     if isinstance(driven, Machine):
         return Machine(body, driven.valve, driven.contact, at=driven.at)
     return System(body, driven.load, driven.contact)
@@ -369,11 +368,6 @@ def parameters_of(hammer: System | Machine) -> Mapping[str, Parameter[Any]]:
 
 def vary(hammer: Driven, values: Mapping[str, float]) -> Driven:
     """A system or a machine with other dimensionless parameters, whatever the order in which they are named.
-
-    Raises
-    ------
-    ParameterError
-        For a parameter that is unknown, out of range, or that the hammer does not have.
 
     Examples
     --------

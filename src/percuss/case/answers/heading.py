@@ -190,7 +190,6 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
 
 
 def _structure_rows(system: System) -> list[tuple[str, str]]:
-    """What was understood of the structure."""
     body, bar = system.body, system.bar
     rows = [("structure", str(body) if bar is None else str(bar))]
     known = body.modes(body.kept(4), system.load.at)

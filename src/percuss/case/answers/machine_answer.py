@@ -133,13 +133,7 @@ class MachineAnswer(Shown):
 
     @cached_property
     def course(self) -> CycleCurve:
-        """The cycle over time.
-
-        Raises
-        ------
-        ParameterError
-            When there is none.
-        """
+        """The cycle over time."""
         if self.cycle is None:
             raise ParameterError("course", self.outcome, "a machine with a cycle")
         return course_of(self.machine, self.cycle)
@@ -307,11 +301,6 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     ----------
     modes
         Elastic modes; 32 by default, 0 for a rigid piston, which a machine with a supply has by default.
-
-    Raises
-    ------
-    CaseError
-        When the load of the case is another.
 
     Examples
     --------
@@ -605,7 +594,6 @@ def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
 
 
 def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
-    """Everything that happens in a cycle, in order."""
     ports = machine.valve.ports
     found = [
         *(_Happens(one.time, f"ports[{one.port}] uncovered", ports[one.port].behind, -one.velocity)

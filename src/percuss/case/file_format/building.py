@@ -66,10 +66,7 @@ class ReadHistory(NamedTuple):
 
 
 def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
-    """The load of a recorded history.
-
-    Its file is looked for in `folder`, that of the case file.
-    """
+    """The load of a recorded history, whose file is looked for in the folder of the case file."""
     try:
         recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
@@ -366,7 +363,6 @@ class Parts:
 
 
 def _says_its_damping(table: SystemTable) -> bool:
-    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
     return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 

@@ -132,7 +132,6 @@ def _named(example: str) -> Callable[[Any], Any]:
 
 
 def _written(value: Any) -> str:
-    """How a state is given."""
     return "areas" if isinstance(value, dict | AreasTable) else "force"
 
 

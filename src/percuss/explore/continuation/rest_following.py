@@ -172,11 +172,6 @@ def follow_rest_cycle(
     Branch
         The cycles, and what happens at its two ends.
 
-    Raises
-    ------
-    ParameterError
-        For an unknown parameter, and for a range without the cycle.
-
     Examples
     --------
     >>> from percuss import Load, System

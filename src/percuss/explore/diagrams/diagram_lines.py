@@ -144,7 +144,6 @@ def _plain_point(point: BranchPoint, energy: float) -> BranchPoint:
 
 
 def _first_impacts(cycle: RestCycle) -> tuple[Array, Array]:
-    """Phases and speeds of the first impacts after each release."""
     first = [impact for chain in cycle.chains for impact in chain.impacts[:KEPT_IMPACTS]]
     times, speeds = np.array(first).reshape(-1, 2).T
     return np.mod(times, _TURN), speeds
@@ -215,7 +214,6 @@ def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[Dia
 
 
 def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
-    """Whether a branch is another one, or a part of it."""
     if (other.label, other.possible) != (line.label, line.possible):
         return False
     if _tells_the_same(other, line):
@@ -267,11 +265,7 @@ _SHOWN = 0.1  # share of the range for which they are followed
 def beyond_the_ends(
     branches: Sequence[Branch], family: Family, between: tuple[float, float], stopped: Callable[[], bool]
 ) -> list[DiagramBranch]:
-    """The continuation of each branch beyond its grazings, for a tenth of the range.
-
-    The equations for the times of the impacts know nothing of the wall between them, nor of the sign of a speed, so
-    that their solutions go on smoothly.
-    """
+    """Each branch continued smoothly beyond its grazings for a tenth: the equations know nothing of the wall."""
     found = []
     for branch in branches:
         for point in {id(one): one for one in branch.ends}.values():

@@ -36,11 +36,6 @@ class Cushion:
     area
         Of the piston's ring that presses on the oil (m²), where its pressure is to be told.
 
-    Raises
-    ------
-    ParameterError
-        When a number is out of range.
-
     Examples
     --------
     >>> Cushion(beyond=0.02, force=1.0, stiffness=50.0).energy(0.1)
@@ -64,24 +59,12 @@ class Cushion:
                 set_(self, name, positive(name, getattr(self, name)))
 
     def energy(self, depth: float) -> float:
-        """What it takes from a piston that goes in to a depth, ∫ (force + stiffness z) dz.
-
-        Raises
-        ------
-        ParameterError
-            When the depth is negative.
-        """
+        """What it takes from a piston that goes in to a depth, ∫ (force + stiffness z) dz."""
         depth = non_negative("depth", depth)
         return depth * (self.force + 0.5 * self.stiffness * depth)
 
     def scaled(self, force: float, length: float) -> Cushion:
-        """The same cushion in other units of force and length; the area stays in m².
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same cushion in other units of force and length; the area stays in m²."""
         force, length = positive("force", force), positive("length", length)
         end = None if self.length is None else self.length * length
         more = self.stiffness * force / length
@@ -112,11 +95,6 @@ class Supply:
         c of the accumulator: the volume that it gives up per pressure, times the square of that pressure, C P².
     start
         The pressure at the start, 0 or greater.
-
-    Raises
-    ------
-    ParameterError
-        When `flow` or `compliance` is not greater than 0, or `start` negative.
 
     References
     ----------
@@ -151,11 +129,6 @@ class Supply:
             For which the forces of the states hold, Pa.
         start
             The pressure at the start, Pa; `pressure` by default.
-
-        Raises
-        ------
-        ParameterError
-            As of the class.
         """
         flow, compliance = positive("flow", flow), positive("compliance", compliance)
         pressure = positive("pressure", pressure)
@@ -163,13 +136,7 @@ class Supply:
         return cls(flow * pressure, compliance * pressure**2, begins)
 
     def scaled(self, power: float, energy: float) -> Supply:
-        """The same supply in other units of power and of energy.
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same supply in other units of power and of energy."""
         return Supply(self.flow * positive("power", power), self.compliance * positive("energy", energy), self.start)
 
 
@@ -198,11 +165,6 @@ class Chamber:
         Towards the wall, when the driven end is where it is at the blow; dimensionless, as a load is.
     stiffness
         Increase of that force per distance from the wall; dimensionless, 0 or greater.
-
-    Raises
-    ------
-    ParameterError
-        When `force` is not finite, or `stiffness` negative.
 
     Examples
     --------
@@ -244,11 +206,6 @@ class Port:
         end) to 1 (striking end).
     on
         "impact": every blow demands the state. "entering", the default, is a port.
-
-    Raises
-    ------
-    ParameterError
-        When an argument is missing, out of range, or does not belong to this form.
 
     Examples
     --------
@@ -323,11 +280,6 @@ class Valve:
     supply
         A pump and an accumulator; by default the pressure is constant.
 
-    Raises
-    ------
-    ParameterError
-        When there are no states, two of one name, or a port demands a state that does not exist.
-
     Examples
     --------
     >>> ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
@@ -372,13 +324,7 @@ class Valve:
         return self.states
 
     def force(self, state: str) -> float:
-        """The force towards the wall in a state, with that of the chamber at the wall.
-
-        Raises
-        ------
-        ParameterError
-            When there is no such state.
-        """
+        """The force towards the wall in a state, with that of the chamber at the wall."""
         for name, force in self.pairs:
             if name == state:
                 return force + self.chamber.force
@@ -400,13 +346,7 @@ class Valve:
         return 2.0 ** min(max(round(exponent), -300), 300)
 
     def scaled(self, force: float, length: float, time: float = 1.0) -> Valve:
-        """The same valve in other units: forces, distances and delays multiplied by these numbers.
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same valve in other units: forces, distances and delays multiplied by these numbers."""
         force, length, time = positive("force", force), positive("length", length), positive("time", time)
         ports = tuple(
             replace(port, behind=None if port.behind is None else port.behind * length, delay=port.delay * time)
@@ -418,13 +358,7 @@ class Valve:
         return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion, supply)
 
     def at_pressure(self, pressure: float) -> Valve:
-        """The valve under a constant pressure, a multiple of that for which the forces of the states hold.
-
-        Raises
-        ------
-        ParameterError
-            When the pressure is not greater than 0.
-        """
+        """The valve under a constant pressure, a multiple of that for which the forces of the states hold."""
         factor = positive("pressure", pressure)
         return replace(self, states={name: factor * force for name, force in self.pairs}, supply=None)
 
@@ -437,15 +371,7 @@ class Valve:
 
 @dataclass(frozen=True)
 class Orders:
-    """The last demand, and the orders that wait for their time.
-
-    Parameters
-    ----------
-    last
-        The state that was demanded last.
-    pending
-        Time and state of each order, in the order in which they are due.
-    """
+    """The state demanded last, and time and state of each order that waits, in the order they are due."""
 
     last: str
     pending: tuple[tuple[float, str], ...] = ()

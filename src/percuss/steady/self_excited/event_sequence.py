@@ -19,8 +19,9 @@ ports and blows, whatever the number of modes; the pressure of a supply follows 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
-from percuss.steady.self_excited.rhythm import Rhythm, followed
+from percuss.steady.self_excited.rhythm import Rhythm, followed, valve_after
 from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cycle_told, place_row
 
 _TOGETHER = 1e-12  # of the period: simultaneous events
@@ -140,6 +141,13 @@ class EventSequence:
     def label(self) -> str:
         """Blows and valve cycles in a cycle: "1/1"."""
         return f"{self.blows}/{self.valve_cycles}"
+
+    @property
+    def drops(self) -> bool:
+        """Whether an order is replaced before it is due."""
+        asked = [self.last, *(event.last for event in self.events)]
+        changes = sum(one != other for one, other in pairwise(asked))
+        return changes > sum(event.kind == "due" for event in self.events)
 
     # -- the problem --
 
@@ -329,6 +337,26 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
         events.append(SequenceEvent(kind, port, source, wrapped, state, last))
     waiting = tuple(Waiting(to, *one) for (_, to), one in zip(ends.pending, traced, strict=True))
     return EventSequence(rhythm.state, begins.last, waiting, tuple(events))
+
+
+_REPEATS = 4  # of a cycle, until its valve begins as it ends
+
+
+def reordered(valve: Valve, rhythm: Rhythm) -> Rhythm | None:
+    """A rhythm whose events are in another order than its valve begins with; None for none that repeats."""
+    for _ in range(_REPEATS):
+        last, asking = rhythm.orders.last, []
+        for event in followed(valve, rhythm)[0]:
+            if event.kind == "port" and event.last != last:
+                asking.append((event.time, event.port))
+            last = event.last
+        rhythm = replace(rhythm, passages=tuple(asking))
+        now = valve_after(valve, rhythm)
+        found = replace(rhythm, state=now.state, orders=now.orders)
+        if sequence_in(valve, found) is not None:
+            return found
+        rhythm = found
+    return None
 
 
 @lru_cache(maxsize=64)
