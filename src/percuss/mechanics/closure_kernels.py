@@ -27,7 +27,7 @@ class ClosureRoom(NamedTuple):
 
     All before `order` are parts of `numbers`. `modal`: ω, damping and what the driven place moves by, (K, 3, n).
     `forces`: of a flow, and 1/c in place of the compliance, (K, 4). `rows`: of the guards, and last of the wall, for
-    the state after the blow, (E + 1, n). `levels`, `later`: (E,). `law`: α, β. `turned`: from the coordinates of a
+    the state after the blow, (E + 1, n, 2). `levels`, `later`: (E,). `law`: α, β. `turned`: from the coordinates of a
     flight to those of the next, (E, n, n), and (0, n, n) without a supply, whose coordinates are the same throughout.
     `order`: of each event the kind of its flight, its source, its number among those that wait for the cycle before,
     and among the guarded, −1 for none, and whether it is a blow, (E, 5).
@@ -69,7 +69,7 @@ def room_for(numbers: Any, order: Any, kinds: int, size: int, supplied: bool) ->
     """The room of a cycle, and its numbers in it."""
     E, n, now, at, parts = len(order), size, np.array(numbers), 0, []
     turned = (E if supplied else 0, n, n)
-    for shape in ((kinds, 3, n), (kinds, 4), (E + 1, n), (E,), (E,), (2,), turned):
+    for shape in ((kinds, 3, n), (kinds, 4), (E + 1, n, 2), (E,), (E,), (2,), turned):
         length = math.prod(shape)
         parts.append(now[at : at + length].reshape(shape))
         at += length
@@ -274,7 +274,7 @@ def closing(room, unit):
         matrix[size - 1, j] = -room.charges[j]
         matrix[j, j] += 1.0
     for m in range(n):  # in place of the first line: it begins at the wall
-        matrix[0, 2 * m], matrix[0, 2 * m + 1] = room.rows[room.rows.shape[0] - 1, m], 0.0
+        matrix[0, 2 * m], matrix[0, 2 * m + 1] = room.rows[room.rows.shape[0] - 1, m, 0], 0.0
     matrix[0, size - 1] = 0.0
     return reduced(matrix, size, size)
 
@@ -288,8 +288,8 @@ def apart(room, c):
         d, e = -columns[m, 1, 0], 1.0 - columns[m, 1, 1]
         u, v, whole = columns[m, 0, c], columns[m, 1, c], a * e - b * d
         columns[m, 0, c], columns[m, 1, c] = (e * u - b * v) / whole, (a * v - d * u) / whole
-        wall += room.rows[last, m] * columns[m, 0, c]
-    columns[0, 0, c] = -wall / room.rows[last, 0]
+        wall += room.rows[last, m, 0] * columns[m, 0, c]
+    columns[0, 0, c] = -wall / room.rows[last, 0, 0]
     columns[0, 1, c] = (columns[0, 1, c] + columns[0, 1, 0] * columns[0, 0, c]) / (1.0 - columns[0, 1, 1])
 
 
@@ -400,10 +400,13 @@ def closed(room, x):
             for p in range(P):
                 room.slope[g, p] = 0.0
             for m in range(n):
-                room.error[g] += room.rows[i, m] * room.states[i, m, 0]
-                for p in range(P):
-                    change = place_at(room, i, unit, m, 0, unit + 1 + p) + room.seen[i, m, 0, unit + 1 + p]
-                    room.slope[g, p] += room.rows[i, m] * change
+                for part in range(2):
+                    weight = room.rows[i, m, part]
+                    if weight != 0.0:
+                        room.error[g] += weight * room.states[i, m, part]
+                        for c in range(unit + 1, unit + 1 + P):
+                            change = place_at(room, i, unit, m, part, c) + room.seen[i, m, part, c]
+                            room.slope[g, c - unit - 1] += weight * change
     return True
 
 
@@ -427,13 +430,14 @@ def mapped(room, found):
         rise, fall = rates_at(room, i)
         g, due, source, rate = room.order[i, GUARD], room.order[i, DUE], room.order[i, SOURCE], 0.0
         for m in range(n):
-            rate += room.rows[i, m] * room.rates[0, m, 0]
+            rate += room.rows[i, m, 0] * room.rates[0, m, 0] + room.rows[i, m, 1] * room.rates[0, m, 1]
         for c in range(whole):
             by = room.shifts[source + 1, c]
             if g >= 0:
                 by = 0.0
                 for m in range(n):
-                    by -= room.rows[i, m] * room.columns[m, 0, c] / rate
+                    by -= room.rows[i, m, 0] * room.columns[m, 0, c] / rate
+                    by -= room.rows[i, m, 1] * room.columns[m, 1, c] / rate
                 room.shifts[g + 1, c] = by
             elif due >= 0:
                 by = 1.0 if c == size + due else 0.0

@@ -135,7 +135,8 @@ class Cycle:
     """The events of a cycle in a fixed order, the last one the blow that ends it.
 
     `turn` is what a blow multiplies displacements and velocities by; `flows` are those of each flight; guards are met
-    where `rows` · displacements = `levels`, in the coordinates of the flight before. `row` are all its numbers in one.
+    where `rows` · states = `levels`, in the coordinates of the flight before; rows are of shape (N + 1, 2). `row` are
+    all its numbers in one.
     """
 
     def __init__(
@@ -155,7 +156,9 @@ class Cycle:
         forces = [(flow.held, flow.draw, flow.supplied, 1.0 / flow.compliance) for flow in kinds.values()]
         later = [one.later for one in timings]
         turned = [self._turned(i) for i in range(len(timings))] if self.supplied else []
-        parts = (modal, forces, [*rows, flows[0].modes.end], levels, later, turn, turned)
+        wall = flows[0].modes.end
+        guards = [*rows, np.stack([wall, 0.0 * wall], axis=1)]
+        parts = (modal, forces, guards, levels, later, turn, turned)
         self.row = np.concatenate([np.asarray(part, dtype=float).reshape(-1) for part in parts])
 
     @property
