@@ -125,7 +125,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
     if options.report is not None:
-        from percuss.html_report import report_html
+        from percuss.plot.html_report import report_html
         from percuss.whole_file import write_whole
 
         write_whole(options.report, report_html(case, answer))

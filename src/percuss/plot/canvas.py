@@ -20,7 +20,7 @@ from percuss.errors import ParameterError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import having
 from percuss.model.checks import path as checked_path
-from percuss.neutral import one_line
+from percuss.shown import one_line
 from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.model import System
-    from percuss.steady.energy import Energy
+    from percuss.steady.flight import Energy
 
 _NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
 

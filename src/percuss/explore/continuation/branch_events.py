@@ -22,7 +22,7 @@ from percuss.explore.continuation.orbit_curve import (
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady import PeriodicOrbit
-from percuss.steady.admissible import start_acceleration
+from percuss.steady.flight import start_acceleration
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 
 # ---- What is looked at on every point of a branch, to see what happens between two of them

@@ -14,8 +14,7 @@ from percuss.model import Load, System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, ComplexArray, instance
 from percuss.shown import Shown
-from percuss.steady.oscillator import held_resonance
-from percuss.steady.small_divisors import PI, convergents
+from percuss.steady.oscillator import PI, convergents, held_resonance
 from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 
 # ---- How a resting bar rings near resonance with the harmonics of a load of steps: weak damping, exactly (theory §4)

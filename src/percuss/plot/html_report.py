@@ -13,7 +13,7 @@ from percuss._version import __version__
 from percuss.case.answers.facts import Grid, ReportSection
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_report import name_of, steady_report
-from percuss.neutral import neutral
+from percuss.shown import neutral
 from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
