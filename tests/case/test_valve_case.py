@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from case_texts import VALVE, plain_case
 from percuss.case import Case, CaseErrors, load_case
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 from percuss.errors import CaseError
 from percuss.model import Chamber, Machine, Port, Valve
 from percuss.simulate import Start

@@ -183,7 +183,7 @@ def _undisturbed() -> Iterator[None]:
 
 def _ends(case: Case, options: argparse.Namespace) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.answers.numerals import as_typed
+    from percuss.case.answers.facts import as_typed
     from percuss.case.answers.steady_answer import STARTS, ends_of, not_followed
 
     starts = 0 if options.json and options.starts is None else options.starts

@@ -12,9 +12,9 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.case import MACHINES, steady_answer
+from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
-from percuss.case.file_format.plain_tables import without_files
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, json_of, rows_of, si_of
-from percuss.case.answers.numerals import json_number, number, table_text
+from percuss.case.answers.facts import Fact, Teller, json_number, json_of, number, rows_of, si_of, table_text
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure

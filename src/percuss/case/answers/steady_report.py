@@ -7,9 +7,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.facts import BAD, GOOD, Fact, Report, ReportSection, Teller, rows_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    Fact,
+    Report,
+    ReportSection,
+    Teller,
+    as_typed,
+    counted,
+    every,
+    measured,
+    number,
+    percent,
+    rhythm,
+    rows_of,
+)
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
-from percuss.case.answers.numerals import as_typed, counted, every, measured, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
 from percuss.steady.figures import FIGURES
 from percuss.steady.multipliers import Reason

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.case import json_tables
 from percuss.case.file_format.bodies import SectionTable
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
 from percuss.errors import ParameterError, did_you_mean

@@ -6,11 +6,11 @@ import math
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.facts import json_number as number
+from percuss.case.answers.facts import numbers, plain
 from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import numbers, plain
+from percuss.case.case import fourier_table, json_tables, system_table
 from percuss.case.file_format.loads import HistoryLoad
-from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_keys import (
     FREQUENCY,

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
-from percuss.case.answers.numerals import counted, picked, plain_value, table_text
+from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection, counted, picked, plain_value, table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE

@@ -12,10 +12,9 @@ import numpy.typing as npt
 
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
-from percuss.case.answers.facts import Fact, Teller, flat_of
+from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
-from percuss.case.answers.numerals import counted, json_number, plain
 from percuss.case.answers.simulation_answer import from_this_start
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError

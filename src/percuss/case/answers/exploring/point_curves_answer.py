@@ -16,7 +16,7 @@ from percuss.case.answers.exploring.orbits_answer import (
     followed,
     value_of,
 )
-from percuss.case.answers.numerals import table_text
+from percuss.case.answers.facts import table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
