@@ -120,14 +120,7 @@ class FirstLines:
 
 
 def summary_of(answer: SteadyAnswer) -> FirstLines:
-    """The summary of an answer.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case, steady_answer
-    >>> print(summary_of(steady_answer(load_case("mini-breaker"))).headline.split(":")[0])
-    The hammer can run with one blow every load period
-    """
+    """The first lines of an answer."""
     running = answer.running
     labels = {f"z=1/{found.orbit.periods}" for found in running}
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED

@@ -107,21 +107,10 @@ _NO_NUMBERS |= {"omega", "contact", "drive"}
 class Key:
     """One key of a case.
 
-    Attributes
-    ----------
-    label
-        What stands on an axis or beside a slider, in a few words that begin small; empty for the key itself.
-    meaning
-        What it is, where the label does not say it.
-    sets
-        The word of what it sets, when a dimensionless parameter or another key sets the same; see
-        `percuss.model.parameter.Parameter`.
-    instead_of
-        The keys that it takes the place of.
-    whole
-        Whether it holds whole numbers only.
-    slides
-        Whether the page has a slider for it.
+    `label` stands on an axis or beside a slider, in a few words that begin small ("" for the key itself); `meaning`
+    says what the label does not. `sets` is the word of what it sets, when a dimensionless parameter or another key sets
+    the same (`percuss.model.parameter.Parameter`); `instead_of` are the keys it takes the place of. `whole`: it holds
+    whole numbers only; `slides`: the page has a slider for it.
     """
 
     label: str = ""

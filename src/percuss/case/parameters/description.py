@@ -144,11 +144,7 @@ _SCALES = {
 
 
 def case_dict(case: Case) -> dict[str, Any]:
-    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
-
-    A machine that switches itself has the same keys, and no system; a second is the unit of time of its dimensionless
-    form. A structure that is held has no form in plain numbers.
-    """
+    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary."""
     hammer = case.machine() if case.is_machine else case.system()
     body, bar, report = hammer.body, hammer.bar, case.history_report
     scales: dict[str, Any] = (

@@ -37,19 +37,7 @@ _LONGEST_STEP = 0.02  # of a period, of a blow in a step of Newton's method
 
 @dataclass(frozen=True)
 class Implied:
-    """A motion of a rigid piston from blow to blow.
-
-    Parameters
-    ----------
-    time
-        Increasing, with two entries at each blow but the first and the last, one before and one after it; shape (n,).
-    force
-        Per mass, towards the wall.
-    behind, velocity
-        Distance from the wall, and its rate.
-    blows
-        Times of the blows, the first and the last among them.
-    """
+    """A rigid piston from blow to blow, (n,): two times at each inner blow, force per mass, place and rate; blows."""
 
     time: Array
     force: Array
@@ -90,10 +78,7 @@ def implied_by_orbit(orbit: Orbit) -> Implied:
 
 
 def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> Implied:
-    """The motion from the first blow to the last, with the rebounds that bring the piston back to each blow.
-
-    The force is per mass and towards the wall; `drag` is d.
-    """
+    """The motion from the first blow to the last (force per mass toward the wall), with rebounds that lead on."""
     through = _Through(time, force, drag)
     parts = []
     for before, after in pairwise(blows.tolist()):
