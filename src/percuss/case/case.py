@@ -13,14 +13,7 @@ from pydantic import ValidationError
 
 from percuss.case.answers.heading import clock_note
 from percuss.case.file_format.bodies import damping_table, modes_in
-from percuss.case.file_format.building import (
-    Parts,
-    check_clock,
-    check_motion,
-    machine_of,
-    recording_of,
-    system_of,
-)
+from percuss.case.file_format.building import Parts, check_clock, check_motion, machine_of, recording_of, system_of
 from percuss.case.file_format.contact import blow_note, blow_of, law_note
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad, room_of
 from percuss.case.file_format.reading import case_form, checked_tables, parsed, text_of, toml_text, with_value

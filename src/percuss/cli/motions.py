@@ -74,8 +74,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
         whole(0, MAX_STARTS, " ('percuss experiment' follows more)"),
     ),
     option(
-        "--reach",
-        "also how far the load and other parameters may move before the motion is lost, and what comes then",
+        "--reach", "also how far the load and other parameters may move before the motion is lost, and what comes then"
     ),
     option("--reach-of NAMES", "the same of these parameters of 'percuss sweep', separated by commas", names),
     JSON,

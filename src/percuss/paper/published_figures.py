@@ -62,11 +62,7 @@ def fig2(seed: int) -> PaperFigure:
     first = int(np.searchsorted(angle + turn, 0.0)) if turn < 0.0 else 0
     kept = slice(first, first + 2 * _SAMPLES + 1)  # two cycles are shown
     phase = angle[kept] + turn
-    columns = {
-        "phase": phase,
-        "measured": measured[kept] / size,
-        "approximation": load.mean / size + np.cos(phase),
-    }
+    columns = {"phase": phase, "measured": measured[kept] / size, "approximation": load.mean / size + np.cos(phase)}
     title = "Fig. 2: load of a pneumatic hammer (history made up, not measured)"
     return PaperFigure("fig2", title, columns, _paint_fig2, 6.2, 3.4)
 

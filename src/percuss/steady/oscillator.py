@@ -268,8 +268,7 @@ def modal_state(system: System, period: float, forced: tuple[Array, Array]) -> M
 
 # π to 100 digits, as a fraction: a wave speed is taken as the exact number that it is in binary
 PI = Fraction(
-    31415926535897932384626433832795028841971693993751058209749445923078164062862089986280348253421170679,
-    10**100,
+    31415926535897932384626433832795028841971693993751058209749445923078164062862089986280348253421170679, 10**100
 )
 _LAST = 10**18  # modes beyond this one count for nothing
 

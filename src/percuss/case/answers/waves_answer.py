@@ -264,11 +264,7 @@ def _last(motion: WaveMotion, last: int | None) -> list[Impacts]:
 
 
 def waves_answer(
-    case: Case,
-    progress: Callable[[Progress], object] | None = None,
-    *,
-    quiet: bool = False,
-    cells: int = 400,
+    case: Case, progress: Callable[[Progress], object] | None = None, *, quiet: bool = False, cells: int = 400
 ) -> WavesAnswer:
     """The motion of a case from its start, every contact resolved by waves, beside that of its contact law.
 

@@ -40,18 +40,7 @@ from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
 from percuss.case.file_format.values import above_zero, given_in, keyed
 from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
-from percuss.model import (
-    Bar,
-    Contact,
-    HeldBody,
-    Load,
-    Machine,
-    ModalBody,
-    Mounted,
-    SizedBody,
-    System,
-    Valve,
-)
+from percuss.model import Bar, Contact, HeldBody, Load, Machine, ModalBody, Mounted, SizedBody, System, Valve
 from percuss.model.body import Body, SizedModes, SizedMounted
 from percuss.model.contact import Timed
 

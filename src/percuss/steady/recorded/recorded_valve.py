@@ -198,11 +198,7 @@ class RecordedValve(Shown):
 
 
 def recorded_valve(
-    system: System,
-    *,
-    blow: float | None = None,
-    record: ForceRecord | None = None,
-    longest_delay: float | None = None,
+    system: System, *, blow: float | None = None, record: ForceRecord | None = None, longest_delay: float | None = None
 ) -> RecordedValve:
     """Read a recorded load as that of a machine whose valve the piston works.
 

@@ -253,12 +253,7 @@ def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
         "si": _scales(found.system),
         "image": found.image.tolist(),
         "attractors": [
-            {
-                "label": share.label,
-                "share": share.share,
-                **share.attractor.figures,
-            }
-            for share in found.shares
+            {"label": share.label, "share": share.share, **share.attractor.figures} for share in found.shares
         ],
     }
 

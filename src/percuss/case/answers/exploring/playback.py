@@ -608,11 +608,7 @@ def _end(blow: Blow, show: Part, sections: Sections) -> float:
 def _body(name: str, cells: CellsOverTime, sections: Sections) -> dict[str, npt.NDArray[Any]]:
     """Stress (force where no areas are known), tension positive, and velocity."""
     area = np.ones(cells.section.size) if sections.area is None else sections.area[cells.section]
-    return {
-        f"{name}_edges": cells.edges,
-        f"{name}_stress": -cells.force / area,
-        f"{name}_velocity": cells.velocity,
-    }
+    return {f"{name}_edges": cells.edges, f"{name}_stress": -cells.force / area, f"{name}_velocity": cells.velocity}
 
 
 def _sections(sections: Sections, reach: float) -> dict[str, Any]:
