@@ -264,7 +264,7 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
         "states": {name: json_number(force) for name, force in valve.pairs},
         "chamber": picked(valve.chamber, "force stiffness"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
-        "ports": [picked(port, "to behind side delay reads on") for port in valve.ports],
+        "ports": [picked(port, "to behind side delay reads on speed") for port in valve.ports],
         "start_state": valve.start,
     }
 

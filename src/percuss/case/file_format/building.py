@@ -473,7 +473,8 @@ def _check_scale(machine: Machine, file: str) -> None:
     if valve.supply is not None:
         sizes |= {"load.supply.flow": valve.supply.flow, "load.supply.accumulator": valve.supply.compliance}
     for i, port in enumerate(valve.ports):
-        sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
+        given = {"behind": port.behind, "speed": port.speed, "delay": port.delay}
+        sizes |= {f"load.ports[{i}].{name}": size or 0.0 for name, size in given.items()}
     for key, size in sizes.items():
         if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
             what = "a size with a bar length, its mass and the unit of time as 1"
