@@ -8,8 +8,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal
 
-from percuss.case.answers.facts import ReportSection, Teller
-from percuss.case.answers.numerals import counted, json_number, number, numbers, ordinal, percent, plain, quantity
+from percuss.case.answers.facts import (
+    ReportSection,
+    Teller,
+    counted,
+    json_number,
+    number,
+    numbers,
+    ordinal,
+    percent,
+    plain,
+    quantity,
+)
 from percuss.model.machine import switching_of
 
 if TYPE_CHECKING:
@@ -306,10 +316,13 @@ def _pump_text(machine: Machine, supply: Supply) -> str:
 def _port_text(machine: Machine, number_of: int) -> str:
     port, tell = machine.valve.ports[number_of], Teller.of(machine)
     delay = f" after {tell(port.delay, 'time')}" if port.delay else ""
-    if port.on == "impact" or port.behind is None:
+    if port.on == "impact":
         return f"every blow: {port.to}{delay}"
     where = "farther than" if port.side == "back" else "nearer than"
     whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
+    if port.behind is None:
+        way = "away from" if port.side == "back" else "toward"
+        return f"faster than {tell(abs(port.level), 'speed')} {way} the wall: {port.to}{delay}{whose}"
     return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
 
 

@@ -17,8 +17,16 @@ from percuss.case.answers.facts import (
     Report,
     ReportSection,
     Teller,
+    counted,
     grid_of,
+    json_number,
+    number,
+    numbers,
+    percent,
+    picked,
+    plain,
     plain_of,
+    plain_value,
     rows_of,
     said,
 )
@@ -34,16 +42,6 @@ from percuss.case.answers.machine_figures import (
     pressure_curve,
     sensitivities,
     told_blank,
-)
-from percuss.case.answers.numerals import (
-    counted,
-    json_number,
-    number,
-    numbers,
-    percent,
-    picked,
-    plain,
-    plain_value,
 )
 from percuss.case.case import checked_case
 from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
@@ -266,7 +264,7 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
         "states": {name: json_number(force) for name, force in valve.pairs},
         "chamber": picked(valve.chamber, "force stiffness"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
-        "ports": [picked(port, "to behind side delay reads on") for port in valve.ports],
+        "ports": [picked(port, "to behind side delay reads on speed") for port in valve.ports],
         "start_state": valve.start,
     }
 

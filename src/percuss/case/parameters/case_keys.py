@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.case import json_tables
 from percuss.case.file_format.bodies import SectionTable
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
 from percuss.errors import ParameterError, did_you_mean
@@ -30,9 +30,9 @@ LOAD_PRESSURE = "load.pressure"
 _SCALE = "load.scale"
 _NAME = re.compile(r"[^\W\d][\w-]*")  # a state whose name can stand in a dotted key
 _OF_MACHINE = re.compile(
-    r"load\.(?:scale|pressure|chamber\.(?:force|stiffness)|ports\[\d+\]\.(?:behind|delay)|states\.[^.]+)"
+    r"load\.(?:scale|pressure|chamber\.(?:force|stiffness)|ports\[\d+\]\.(?:behind|speed|delay)|states\.[^.]+)"
 )
-_DIMENSIONS = {"behind": "length", "delay": "time", "stiffness": "stiffness", "force": "force"}
+_DIMENSIONS = {"behind": "length", "speed": "velocity", "delay": "time", "stiffness": "stiffness", "force": "force"}
 
 
 def valve_keys(table: ValveLoad) -> list[str]:
@@ -46,7 +46,8 @@ def valve_keys(table: ValveLoad) -> list[str]:
     keys += ["load.chamber.force", "load.chamber.stiffness"]
     keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
     for i, port in enumerate(table.ports):
-        keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]
+        edge = [] if port.on is not None else ["behind" if port.speed is None else "speed"]
+        keys += [f"load.ports[{i}].{name}" for name in (*edge, "delay")]
     return keys
 
 
@@ -88,7 +89,7 @@ def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, f
             elif dimension == "stiffness":
                 found[name] /= machine.force_scale / machine.length_scale
             else:
-                found[name] /= float(getattr(machine, f"{dimension}_scale"))
+                found[name] /= float(getattr(machine, f"{'speed' if dimension == 'velocity' else dimension}_scale"))
     return found
 
 
@@ -107,21 +108,10 @@ _NO_NUMBERS |= {"omega", "contact", "drive"}
 class Key:
     """One key of a case.
 
-    Attributes
-    ----------
-    label
-        What stands on an axis or beside a slider, in a few words that begin small; empty for the key itself.
-    meaning
-        What it is, where the label does not say it.
-    sets
-        The word of what it sets, when a dimensionless parameter or another key sets the same; see
-        `percuss.model.parameter.Parameter`.
-    instead_of
-        The keys that it takes the place of.
-    whole
-        Whether it holds whole numbers only.
-    slides
-        Whether the page has a slider for it.
+    `label` stands on an axis or beside a slider, in a few words that begin small ("" for the key itself); `meaning`
+    says what the label does not. `sets` is the word of what it sets, when a dimensionless parameter or another key sets
+    the same (`percuss.model.parameter.Parameter`); `instead_of` are the keys it takes the place of. `whole`: it holds
+    whole numbers only; `slides`: the page has a slider for it.
     """
 
     label: str = ""

@@ -195,17 +195,21 @@ class Port:
     to
         The state that it demands.
     behind
-        Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `on="impact"`.
+        Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `speed`, and with
+        `on="impact"`.
     side
         "back" for the region farther from the wall than the edge, "front" for the region nearer to it; None with
-        `on="impact"`.
+        `on="impact"`. Of a speed: "back" where the bar goes away from the wall faster than that, "front" toward it.
     delay
         From the demand to the change of the state, 0 or greater (dimensionless time).
     reads
-        Whose distance from the wall it reads: "centre", of the centre of mass, or a place on the bar from 0 (driven
-        end) to 1 (striking end).
+        Whose distance from the wall, or speed, it reads: "centre", of the centre of mass, or a place on the bar from 0
+        (driven end) to 1 (striking end).
     on
         "impact": every blow demands the state. "entering", the default, is a port.
+    speed
+        In place of `behind`, greater than 0 (dimensionless): the port reads a speed, and enters its region where this
+        one is passed between blows. A velocity that jumps at a blow passes nothing.
 
     Examples
     --------
@@ -221,6 +225,7 @@ class Port:
     delay: float = 0.0
     reads: Literal["centre"] | float = "centre"
     on: Literal["entering", "impact"] = "entering"
+    speed: float | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -234,19 +239,38 @@ class Port:
         if self.on == "impact":
             for name, value, left_out in (
                 ("behind", self.behind, None),
+                ("speed", self.speed, None),
                 ("side", self.side, None),
                 ("reads", self.reads, "centre"),
             ):
                 if value != left_out:
                     raise ParameterError(name, value, "nothing beside on='impact'", "leave out one of the two")
             return
-        if self.behind is None or self.side is None:
-            missing = "behind" if self.behind is None else "side"
+        edge = self.edge
+        if getattr(self, edge) is None or self.side is None:
+            missing = edge if self.side is not None else "side"
             raise ParameterError(
                 missing, None, "both behind and side of a port", "give both, or on='impact' for a demand at each blow"
             )
-        set_(self, "behind", positive("behind", self.behind))
+        if edge == "speed" and self.behind is not None:
+            raise ParameterError("speed", self.speed, "nothing beside behind", "leave out one of the two")
+        set_(self, edge, positive(edge, getattr(self, edge)))
         choice("side", self.side, "back", "front")
+
+    @property
+    def edge(self) -> Literal["behind", "speed"]:
+        """The name of the number that says where its edge is."""
+        return "behind" if self.speed is None else "speed"
+
+    @property
+    def sign(self) -> float:
+        """1 where its region is above the level, −1 where it is below, 0 of the blow."""
+        return {"front": 1.0, "back": -1.0, None: 0.0}[self.side]
+
+    @property
+    def level(self) -> float:
+        """What it reads at its edge, a displacement or a velocity, positive toward the wall; 0 of the blow."""
+        return -self.behind if self.behind is not None else self.sign * (self.speed or 0.0)
 
 
 @dataclass(frozen=True)
@@ -334,13 +358,16 @@ class Valve:
     def time_unit(self) -> float:
         """A power of two near the time in which the greatest force drives the bar from the wall to the farthest port.
 
-        Where ports have no place it is near the longest delay. What is taken for simultaneous, or for the end of
-        chatter, is measured by it.
+        Where ports have no place it is near the time to the greatest speed that they read, or the longest delay. What
+        is taken for simultaneous, or for the end of chatter, is measured by it.
         """
         way = max((port.behind for port in self.ports if port.behind is not None), default=0.0)
+        speed = max((port.speed for port in self.ports if port.speed is not None), default=0.0)
         push = max(abs(self.force(name)) for name, _ in self.pairs)
         if way > 0.0 and push > 0.0:
             exponent = 0.5 * (math.log2(way) - math.log2(push))
+        elif speed > 0.0 and push > 0.0:
+            exponent = math.log2(speed) - math.log2(push)
         else:
             exponent = math.log2(max(port.delay for port in self.ports) or 1.0)
         return 2.0 ** min(max(round(exponent), -300), 300)
@@ -348,8 +375,9 @@ class Valve:
     def scaled(self, force: float, length: float, time: float = 1.0) -> Valve:
         """The same valve in other units: forces, distances and delays multiplied by these numbers."""
         force, length, time = positive("force", force), positive("length", length), positive("time", time)
+        factors = {"behind": length, "speed": length / time, "delay": time}
         ports = tuple(
-            replace(port, behind=None if port.behind is None else port.behind * length, delay=port.delay * time)
+            replace(port, **{key: getattr(port, key) and getattr(port, key) * by for key, by in factors.items()})
             for port in self.ports
         )
         chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
