@@ -16,7 +16,8 @@ from percuss.errors import Interrupted
 
 __all__ = ["halting", "interruptible", "look", "on_threads"]
 
-Answer, Item = TypeVar("Answer"), TypeVar("Item")
+Answer = TypeVar("Answer")
+Item = TypeVar("Item")
 
 _asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
 
