@@ -17,10 +17,8 @@ from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
 from percuss.shown import Shown
-from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.energy import Energy
 from percuss.steady.figures import figures_of
-from percuss.steady.flight import Flight
+from percuss.steady.flight import Contactless, Energy, Flight, Violation, flight_check
 from percuss.steady.multipliers import CycleMap, Multipliers, Reason, blocks, multipliers_of, worse_side
 from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import ModalState

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.model import HeldBody, System
+from percuss.model import System
 from percuss.model.checks import Array, count, instance, text
 from percuss.model.system import set_at_wall
 from percuss.shown import Shown
@@ -263,8 +263,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     chatter/1 2.498091545 6.018157846
     """
     instance("system", system, System)
-    kept = count("modes", modes, least=0, most=_MOST_MODES)
-    kept = system.body.chosen(kept) if isinstance(system.body, HeldBody) else kept
+    kept = system.body.chosen(count("modes", modes, least=0, most=_MOST_MODES))
     longest = count("most", most, most=MOST_PERIODS)
     swing = Swing(set_at_wall(system, kept), kept)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
