@@ -27,7 +27,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.mechanics.crossing import Regions, first_entering
+from percuss.mechanics.crossing import Regions, clearances, first_entering
 from percuss.mechanics.cycle import Closed, Cycle, Timing
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Machine, MachineModes, Valve
@@ -332,15 +332,14 @@ class EventSequence:
                     del found[f"order {i}"]
                     found[f"rest {i}"] = flight.duration - self._chatter(cycle, i - 1)
                 continue
-            met, flow = (
-                -1 if event.kind == "blow" else event.port if event.kind == "port" else None,
-                flows[flight.state],
-            )
+            flow = flows[flight.state]
+            met = -1 if event.kind == "blow" else event.port if event.kind == "port" else None
             looked = [one for part, wall in parts(flight, flow) for one in watched(cycle.machine, flow, part, wall)]
             for one, regions, which in looked:
-                for number, apart in zip(which, clearances(one, regions, which, met), strict=True):
+                apart = clearances(one, regions, which.index(met) if met in which else -1)
+                for number, far in zip(which, apart.tolist(), strict=True):
                     name = {-1: f"wall {i}", -2: f"pressure {i}"}.get(number, f"edge {i}.{number}")
-                    found[name] = min(apart, found.get(name, np.inf))
+                    found[name] = min(far, found.get(name, np.inf))
         return found
 
     def _chatter(self, cycle: ValveCycle, number: int) -> float:
@@ -434,39 +433,6 @@ def parts(flight: ValveFlight, flow: StateFlow) -> list[tuple[ValveFlight, bool]
         pressure=flight.pressure + (flow.supplied * later - drawn) / flow.compliance,
     )
     return [(first, False), (then, True)]
-
-
-_LOOKS, _LOOKS_A_MODE = 24, 8  # in a flight
-_TURN_STEPS = 4  # of Newton's method to where a place turns
-
-
-def clearances(flight: ModalFlight, regions: Regions, which: list[int], met: int | None) -> list[float]:
-    """How far each region is from being entered in a flight that ends where the one with the number `met` is.
-
-    Between two turns r rises from a least to a greatest value; it enters where these have different signs, and is about
-    to where one of them is 0: max(least, −greatest), the least of all rises. Infinite where r never rises.
-    """
-    modes, found = flight.modes, []
-    times = np.linspace(0.0, flight.duration, _LOOKS + _LOOKS_A_MODE * modes.size)
-    _, seen = flight.moved(times)
-    for row, level, drift, number in zip(regions.rows, regions.levels, regions.drifts, which, strict=True):
-        rate = row @ seen - drift
-        turns = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
-        t = times[turns] + (times[turns + 1] - times[turns]) * rate[turns] / (rate[turns] - rate[turns + 1])
-        for _ in range(_TURN_STEPS if t.size else 0):
-            u, v = flight.at(t)
-            force = flight.force + flight.ramp * t
-            a = modes.driven[:, None] * force - modes.omega[:, None] ** 2 * u - modes.damping[:, None] * v
-            step = np.clip((row @ v - drift) / (row @ a), times[turns] - t, times[turns + 1] - t)
-            t = np.clip(t - step, times[turns], times[turns + 1])
-        t = np.concatenate([[0.0], t, [flight.duration]])
-        r = row @ flight.at(t)[0] - level - drift * t
-        low, high = r[:-1], r[1:]
-        rises = high > low
-        if number == met:
-            rises[-1] = False
-        found.append(float(np.min(np.maximum(low, -high)[rises], initial=np.inf)))
-    return found
 
 
 def sequence_of(cycle: ValveCycle) -> EventSequence:

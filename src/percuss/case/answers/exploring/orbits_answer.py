@@ -143,8 +143,7 @@ def orbits_answer(
     """
     checked_case(case)
     asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
-    hammer = case.machine() if case.is_machine else case.system()
-    return _searched(hammer, label, _modes(case, modes), **asked)
+    return _searched(case.hammer, label, _modes(case, modes), **asked)
 
 
 def _searched(
@@ -276,7 +275,7 @@ def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float
 def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
-        hammer: Any = case.machine() if case.is_machine else case.system()
+        hammer: Any = case.hammer
         parameter = parameters_of(hammer)[name]
         found = parameter.get(hammer)
         if found is None or not math.isfinite(found):  # of a structure s
