@@ -121,7 +121,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
                 resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
     if not found:
         raise KeyboardInterrupt
-    rests = [] if resting is None else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= first[1]})
+    rests = [] if resting is None else sorted({cycle.label for cycle in resting if cycle.periods >= first[1]})
 
     def data() -> Any:
         answers = [orbits_dict(one) for one in found]
@@ -274,7 +274,7 @@ grazings, as lines; what happens on them, as marks. After Ctrl-C the answer is w
         whole(),
         default=6,
     ),
-    modes_option("default: the case's, or 8"),
+    modes_option("default: the case's, or 32"),
     _SEED,
     option("--json", "print the diagram as JSON"),
     csv_option("write points and branches as a table, a line for each impact"),

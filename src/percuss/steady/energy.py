@@ -8,12 +8,15 @@ impact. The velocity is split into the forced part f' and the free part z' (for 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.mechanics.flow import one_for_all, phi1, phi2, propagator
+from percuss.model import System
 from percuss.model.checks import Array
 from percuss.shown import Shown
 from percuss.steady.flight import Flown
@@ -129,3 +132,36 @@ def _dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: A
     end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
     fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
     return np.asarray(np.where(ringing, lost, fallen))
+
+
+# ---- What damping takes in flights of any duration, which quadrature gives to rounding
+
+_NODES = 12  # of Gauss's rule, in half a period of the fastest that moves
+
+
+class Stretch(NamedTuple):
+    """A flight: the phase of the load at its start, how long it takes, and velocities of the modes 0 … N in it."""
+
+    phase: float
+    duration: float
+    rates: Callable[[Array], Array]
+
+
+def damped(system: System, modes: int, flights: Iterable[Stretch]) -> float:
+    """Energy that the damping of the body with modes 0 … N takes in flights."""
+    known, load = system.body.modes(modes, system.load.at), system.load
+    share = np.append(system.d, known.damping * known.weight)
+    if not share.any():
+        return 0.0
+    fastest = max(1.0, *known.omega[-1:].tolist(), *load.harmonics[-1:].tolist())
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    found = []
+    for phase, duration, rates in flights:
+        ahead = np.mod(np.asarray(load.breaks) - phase, 2.0 * math.pi)
+        ahead = (ahead[:, None] + 2.0 * math.pi * np.arange(duration // (2.0 * math.pi) + 1)).reshape(-1)
+        even = np.linspace(0.0, duration, math.ceil(duration * fastest / math.pi) + 1)
+        edges = np.unique(np.concatenate([even, ahead[ahead < duration]]))
+        half = 0.5 * np.diff(edges)[:, None]
+        t = (edges[:-1, None] + half * (nodes + 1.0)).reshape(-1)
+        found.append(float(share @ rates(t) ** 2 @ (half * weights).reshape(-1)))
+    return math.fsum(found)

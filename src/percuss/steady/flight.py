@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
@@ -206,6 +207,34 @@ class Flight(Flown):
     def modal_state(self, modes: int) -> ModalState:
         """The first elastic modes at the impact that it starts from."""
         return self.start.first(modes)
+
+    def rates(self, t: Array) -> Array:
+        """Velocities of the modes 0 … N, shape (N + 1, len(t))."""
+        elastic = self.response.modal(self.modes, self.phase + t)[1] + self.transient(t)[1]
+        return np.vstack([self.rigid_motion(t)[1], elastic])
+
+    @property
+    def depth(self) -> float:
+        """How far the striking end goes from the wall, at most."""
+        fastest = max(1.0, *self.state.omega[-1:].tolist(), *self.system.load.harmonics[-1:].tolist())
+        return deepest(lambda t: self.end_motion(t, self.modes), self.period, fastest)
+
+
+_LOOKS_PER_WAVE, _HALVINGS = 8, 50
+
+
+def deepest(gap: Callable[[Array], tuple[Array, Array]], duration: float, fastest: float) -> float:
+    """How far a flight goes from the wall, at most: from its gap and velocity, looked at for each wave of a mode."""
+    t = np.linspace(0.0, duration, math.ceil(_LOOKS_PER_WAVE * (duration * fastest / math.pi + 1.0)))
+    y, v = gap(t)
+    turns = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))
+    low, high = t[turns], t[turns + 1]
+    for _ in range(_HALVINGS if turns.size else 0):
+        middle = 0.5 * (low + high)
+        falls = gap(middle)[1] < 0.0
+        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    least = float(gap(high)[0].min()) if turns.size else math.inf
+    return -min(least, float(y.min()))
 
 
 # ---- How many elastic modes the sums need, and how much the omitted ones can contribute
