@@ -10,6 +10,7 @@ from percuss.model import Chamber, External, Machine, Mounted, Port, Reversed, S
 PORTS = (Port("power", behind=1.0, side="back", delay=0.05), Port("return", on="impact"))
 VALVE = Valve({"return": -0.4, "power": 1.8}, PORTS)
 GAS = Valve({"return": -0.3, "power": 1.0}, PORTS, chamber=Chamber(0.0, 1.2))
+FAST = Valve({"return": -0.4, "power": 1.8}, (PORTS[0], Port("return", speed=1.6, side="front", delay=0.1)))
 FED = Valve({"return": -0.4, "power": 1.8}, PORTS, supply=Supply(0.7, 15.0))
 
 
@@ -33,6 +34,9 @@ HAMMERS = {
     "machine": Hammer(Machine(UniformBar(20.0), GAS, Kept(0.5)), 0, ("pressure=0.5:1.5:4", "ports[0].delay=0:0.6:3")),
     "elastic machine": Hammer(
         Machine(UniformBar(20.0, External(0.01)), VALVE, Reversed(0.2)), 2, ("restitution=0.1:0.3:3",)
+    ),
+    "machine that feels its speed": Hammer(
+        Machine(UniformBar(20.0, External(0.01)), FAST, Kept(0.3)), 2, ("ports[1].speed=1.4:1.8:3",)
     ),
     "machine on its pump": Hammer(Machine(UniformBar(20.0), FED, Kept(0.2)), 0, ("restitution=0.1:0.3:3",)),
 }

@@ -51,7 +51,7 @@ def begun(valve: Valve, u: float, v: float, pressure: float = 1.0, modes: int = 
     one = np.eye(1, modes + 1)[0]
     now = Fed(u * one, v * one, pressure, valve.start, Orders(valve.start))
     for i, port in enumerate(valve.ports):
-        if port.on == "entering" and (u < -port.behind if port.side == "back" else u > -port.behind):
+        if port.on == "entering" and port.sign * ((u if port.speed is None else v) - port.level) > 0.0:
             demand(now, valve, i)
     return now
 
@@ -128,8 +128,8 @@ def follow(
         for i, port in enumerate(valve.ports):
             if port.on == "entering":
 
-                def edge(_t, z, h=port.behind):
-                    return z[0] + h
+                def edge(_t, z, at=0 if port.speed is None else n, level=port.level):
+                    return z[at] - level
 
                 edge.direction, edge.terminal = (-1.0 if port.side == "back" else 1.0), True
                 watched.append(edge)

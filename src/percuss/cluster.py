@@ -132,10 +132,7 @@ def _with_workers(client: Any, address: str, timeout: float, noise: _Noise) -> C
 
 
 class Cluster:
-    """Workers of a dask.distributed cluster; made by `pool`.
-
-    A worker that is lost costs its chunk another try, on another worker.
-    """
+    """Workers of a dask.distributed cluster; a worker that is lost costs its chunk another try, on another worker."""
 
     def __init__(self, client: Any, address: str, noise: _Noise) -> None:
         self._client = client

@@ -148,10 +148,7 @@ def _all_of(libraries: Iterable[Any]) -> Iterable[Any]:
 
 @_registered(mutates_CFG=False, analysis_only=False)
 class _TellNone(_Pass):  # type: ignore[misc]
-    """Arguments that are not None are known not to be, so that what stands behind `is None` is left out for them, too.
-
-    By itself numba leaves out only what arguments that are None do not come to.
-    """
+    """Numba prunes behind `is None` of arguments that are None; with this also of those that are known not to be."""
 
     _name = "percuss_tell_none"
 
@@ -276,10 +273,7 @@ def entry(function: Callable[..., Any]) -> Any:
 
 
 def _loaded(kept: Any, signature: Any, target: Any) -> Any:
-    """What is kept in the cache for a signature, or None.
-
-    numba itself gets ready to compile before it looks: that takes longer than all else of loading.
-    """
+    """What is kept in the cache for a signature, or None; numba itself first gets ready to compile: that is slow."""
     with kept._guard_against_spurious_io_errors():
         return kept._load_overload(signature, target)
 
@@ -288,10 +282,7 @@ _TWINS: dict[Any, Any] = {}
 
 
 def twin(function: Any) -> Any:
-    """The compiled form, an `inner`, of a plain function of ours, with those of all that it calls.
-
-    So the same source serves one case, interpreted and without a compiler, and many.
-    """
+    """The compiled form, an `inner`, of a plain function and all it calls: one source, interpreted and compiled."""
     if function not in _TWINS:
         names = dict(function.__globals__)
         _TWINS[function] = inner(FunctionType(function.__code__, names, function.__name__, function.__defaults__))

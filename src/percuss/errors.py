@@ -16,6 +16,9 @@
 
 Every error says the cause first and the remedy after a dash. A question that merely has no answer (no
 orbit exists) is not an error: it is a value.
+
+Whatever takes arguments refuses with a ParameterError, or with a CaseError where a case file says it, what it cannot
+take, and every picture needs matplotlib (MissingExtraError): docstrings tell of these only where there is more to say.
 """
 
 from __future__ import annotations
@@ -110,13 +113,7 @@ class LoadError(PercussError):
 
 
 class ResonanceError(PercussError):
-    """An undamped bar driven exactly at one of its own frequencies (B77 16): no bounded response.
-
-    Attributes
-    ----------
-    harmonic, mode
-        The harmonic k of the load and the elastic mode n that meet.
-    """
+    """An undamped bar is driven at its own frequency (B77 16): harmonic k meets elastic mode n; no bounded response."""
 
     def __init__(self, harmonic: int, mode: int) -> None:
         self.harmonic = harmonic
@@ -133,13 +130,7 @@ class ConvergenceError(PercussError):
 
 
 class ArchiveError(PercussError):
-    """An archive that cannot be read, written or continued.
-
-    Attributes
-    ----------
-    path
-        The archive.
-    """
+    """An archive, at `path`, that cannot be read, written or continued."""
 
     def __init__(self, path: str, message: str, remedy: str = "") -> None:
         self.path = path

@@ -62,13 +62,7 @@ def look() -> None:
 
 
 def interruptible(work: Callable[[], Answer]) -> Answer:
-    """What a long call into a library answers, which itself hears no signal: left to itself once nobody waits for it.
-
-    Raises
-    ------
-    Interrupted
-        When the computation was told to stop; by Ctrl-C also KeyboardInterrupt.
-    """
+    """What a long call into a library answers, left to itself once nobody waits; Interrupted when told to stop."""
     found: list[Answer] = []
     failed: list[BaseException] = []
 

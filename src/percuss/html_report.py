@@ -49,11 +49,6 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
         Its steady motions.
     simulation
         A simulated motion, when one is wanted.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
     """
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline

@@ -56,7 +56,6 @@ class Shown:
         return f"{name}({inside if len(inside) <= LONGEST else inside[:LONGEST].rstrip() + '…'})"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
         rows = []
         for key, value in _facts(self):
             inner = list(value) if isinstance(value, tuple) and value and isinstance(value[0], Shown) else None

@@ -213,7 +213,6 @@ def split_header(text: str) -> tuple[str, str | None]:
 
 
 def _dimensions(given: tuple[str, ...]) -> tuple[str, ...]:
-    """Refuse what is no tuple of dimensions."""
     if given is DIMENSIONS:
         return given
     if not isinstance(given, tuple | list) or not given or not all(d in DIMENSIONS for d in given):
@@ -228,7 +227,6 @@ def _text(name: str, value: object) -> str:
 
 
 def _plain(value: object, name: str, accepted: str) -> str:
-    """The text of a plain number."""
     try:
         number = float(value)  # type: ignore[arg-type]  # whatever cannot become a float is refused
     except (TypeError, ValueError, OverflowError):

@@ -35,10 +35,7 @@ _NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getat
 
 @contextmanager
 def whole_file(path: str | os.PathLike[str]) -> Iterator[str]:
-    """The name of an empty file to be filled, which takes the place of `path` at the end of the block.
-
-    What goes wrong is told with the name that the user gave; what was there before is there still.
-    """
+    """The name of an empty file to fill, which takes the place of `path` at the block's end; errors name `path`."""
     try:
         with replaced(path) as part:
             yield part
@@ -69,10 +66,7 @@ def write_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None
 
 
 class _Patient:
-    """A file that takes whatever is written, and keeps the first error of the disk until it is asked for.
-
-    HDF5 cannot close what it cannot write: it would end the process when its objects are cleared away.
-    """
+    """A file that keeps the first error of the disk until asked: HDF5 would end the process when it cannot write."""
 
     def __init__(self, raw: io.FileIO) -> None:
         self.error: OSError | None = None

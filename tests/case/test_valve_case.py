@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from case_texts import VALVE, plain_case
 from percuss.case import Case, CaseErrors, load_case
+from percuss.case.answers.heading import machine_section
 from percuss.case.file_format.plain_tables import case_of
 from percuss.errors import CaseError
 from percuss.model import Chamber, Machine, Port, Valve
@@ -39,6 +40,17 @@ def test_areas_under_a_pressure_are_forces() -> None:
     behind = [port.behind * machine.length_scale for port in machine.valve.ports]
     assert behind == pytest.approx([0.13, 0.004])
     assert [port.delay for port in machine.valve.ports] == pytest.approx([5e-3, 5e-4])
+
+
+def test_a_port_may_read_a_speed() -> None:
+    """In SI, written and read again, varied and told; its number is dimensionless in the machine."""
+    text = BREAKER.replace('behind = "4 mm"', 'speed = "5 m/s"')
+    case = Case.from_text(Case.from_text(text).to_toml())
+    machine = case.machine()
+    assert machine.valve.ports[1].speed * machine.speed_scale == pytest.approx(5.0, rel=1e-12)
+    faster = case.varied({"load.ports[1].speed": "6 m/s"}).machine()
+    assert faster.valve.ports[1].speed * machine.speed_scale == pytest.approx(6.0, rel=1e-12)
+    assert "faster than 5 m/s toward the wall" in str(machine_section("", machine, (), math.inf))
 
 
 numbers = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-6)

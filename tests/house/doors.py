@@ -375,6 +375,7 @@ class Arguments:
             "explore.SystemFamily": {"base": SYSTEM},
             "explore.vary": {"hammer": SYSTEM},
             "explore.basins": {"x": ("time", 0.0, 1.0, 2), "y": ("velocity", -1.0, -0.5, 2)},
+            "explore.experiment": {"chunk": 1000},  # of the 10 000 starts that None means
             "explore.boundaries": {"x": ("restitution", [0.3]), "y": ("load_factor", 0.1, 1.0), "kinds": ("fold",)},
             "explore.carry_out": {"job": Two()},
             "explore.estimate": {"job": Two()},

@@ -82,15 +82,17 @@ class Second:
             for port in self.valve.ports
         ]
         for i, port in enumerate(self.valve.ports):
-            if port.on == "entering" and self.off(i, self.place) > 0.0:
+            if port.on == "entering" and self.off(i, self.place, self.speed) > 0.0:
                 self.demand(i)
         self.carry_out()
 
-    def off(self, port: int, place: np.ndarray) -> np.ndarray:
-        """How far a port is uncovered."""
+    def off(self, port: int, place: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """How far a port is uncovered, or how much faster than it is asked for."""
         own = self.valve.ports[port]
-        way = self.rows[port] @ place + own.behind
-        return way if own.side == "front" else -way
+        toward = 1.0 if own.side == "front" else -1.0
+        if own.speed is not None:
+            return toward * (self.rows[port] @ speed) - own.speed
+        return toward * (self.rows[port] @ place + own.behind)
 
     def demand(self, i: int) -> None:
         port = self.valve.ports[i]
@@ -127,8 +129,10 @@ class Second:
         near = min((port.behind for port in self.valve.ports if port.behind), default=1.0)
         width = FINE * min(1.0 / max(self.own.omega[-1], 1e-9), math.sqrt(near / force))
         wall = self.own.end
-        watched = [(-1, lambda q: wall @ q)]
-        watched += [(i, lambda q, i=i: self.off(i, q)) for i, p in enumerate(self.valve.ports) if p.on == "entering"]
+        watched = [(-1, lambda q, _: wall @ q)]
+        watched += [
+            (i, lambda q, v, i=i: self.off(i, q, v)) for i, p in enumerate(self.valve.ports) if p.on == "entering"
+        ]
         begin, found = 0.0, None
         while begin < horizon and found is None:
             grid = np.linspace(begin, min(begin + GRID * width, horizon), GRID)
@@ -165,15 +169,15 @@ class Second:
 
     def _first(self, piece, grid, watched, at_begin):
         """Time and number of the first of the watched functions to rise through 0 on a grid; ports that matter only."""
-        places = piece.at(grid)[0]
+        states = piece.at(grid)
         best = None
         for what, function in watched:
             if what >= 0 and self.valve.ports[what].to == self.last:
                 continue
-            values = np.asarray(function(places))
+            values = np.asarray(function(*states))
 
             def value(t, function=function):
-                return float(function(piece.at(t)[0])[0])
+                return float(function(*piece.at(t))[0])
 
             if at_begin and abs(values[0]) < 1e-11:  # where the last event was
                 values[0] = -1e-300 if value(1e-3 * grid[1]) < 0.0 else 1e-300

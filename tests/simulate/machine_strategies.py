@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from percuss.model import Chamber, Kept, Machine, Port, Reversed, Supply, UniformBar, Valve
@@ -9,8 +11,8 @@ from percuss.model.body import External, KelvinVoigt, Ratio, Table
 from percuss.simulate import Start
 
 
-def random_machine(rng: np.random.Generator, most_modes: int = 6) -> tuple[Machine, int]:
-    """A machine and its modes."""
+def random_machine(rng: np.random.Generator, most_modes: int = 6, speeds: bool = False) -> tuple[Machine, int]:
+    """A machine and its modes; with `speeds` half of its ports read a speed."""
     modes = int(rng.choice([0, 0, 1, 2, most_modes]))
     s = float(rng.uniform(2.0, 12.0))
     damping = [
@@ -39,6 +41,12 @@ def random_machine(rng: np.random.Generator, most_modes: int = 6) -> tuple[Machi
     for _ in range(int(rng.integers(0, 3))):
         to, side = str(rng.choice(names)), str(rng.choice(["back", "front"]))
         ports.append(Port(to, behind=float(rng.uniform(0.02, 1.5)), side=side, delay=delay(), reads=reads()))
+    if speeds:
+        ports = [
+            port if port.on == "impact" or rng.uniform() < 0.5
+            else replace(port, behind=None, speed=float(rng.uniform(0.05, 1.5)))
+            for port in ports
+        ]  # fmt: skip
     stiffness = 0.0 if rng.uniform() < 0.5 else float(10.0 ** rng.uniform(-2, 1))
     valve = Valve(forces, ports, chamber=Chamber(float(rng.uniform(-0.2, 0.4)), stiffness))
     return Machine(UniformBar(s, damping), valve, contact), modes

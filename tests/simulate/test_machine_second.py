@@ -21,10 +21,10 @@ def second(machine: Machine, modes: int, start: Start) -> Second:
     return Second(machine, modes, *(numbers.ends(given) / numbers.end for given in (u, v)), start.valve_state)
 
 
-def agrees(seed: int, most: int) -> None:
+def agrees(seed: int, most: int, speeds: bool = False) -> None:
     """The first events of a random machine from a random start, those at time 0 besides."""
     rng = np.random.default_rng(seed)
-    machine, modes = random_machine(rng)
+    machine, modes = random_machine(rng, speeds=speeds)
     start = random_start(rng, machine, modes)
     motion = run(machine, start, modes=modes, stop=Stop(time=CAP, impacts=60, periodic=False))
     u, v, _ = start.state(modes, machine)
@@ -51,7 +51,7 @@ def test_first_events_of_random_starts() -> None:
 
 def test_many_events_of_random_machines() -> None:
     for seed in range(1000, 1200):
-        agrees(seed, 14)
+        agrees(seed, 14, speeds=seed % 2 == 1)
 
 
 def stalling(rng: np.random.Generator) -> tuple[Machine, Start]:

@@ -31,6 +31,7 @@ def one_cycle(
     weights = np.where(n == 0, 1.0, 2.0)
     end = weights * (-1.0) ** n
     now, queue, time = z.astype(float), list(pending), 0.0
+    x_of = slice(N + 1, None), slice(N + 1)  # speeds and places
 
     def row(port):
         return np.where(n == 0, 1.0, 0.0) if port.reads == "centre" else weights * np.cos(n * math.pi * port.reads)
@@ -61,8 +62,8 @@ def one_cycle(
         for port in entering:
             own = row(port)
 
-            def edge(_t, x, own=own, h=port.behind):
-                return float(own @ x[: N + 1]) + h
+            def edge(_t, x, own=own, part=x_of[port.speed is None], level=port.level):
+                return float(own @ x[part]) - level
 
             edge.direction, edge.terminal = (-1.0 if port.side == "back" else 1.0), True
             watched.append(edge)

@@ -114,6 +114,9 @@ INTEGRATED = {
     "no restitution": machine(
         5.0, 0.05, 0.0, [-0.6, 1.2], [Port("1", 1.0, "back"), Port("0", 0.25, "front")],
     ),
+    "called back by its speed": machine(
+        5.0, 0.05, 0.3, [-0.4, 1.8], [Port("1", 1.0, "back", 0.1), Port("0", None, "front", 0.05, 0.0, speed=1.6)], 0.1,
+    ),
 }  # fmt: skip
 
 

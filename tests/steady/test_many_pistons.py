@@ -19,6 +19,12 @@ def breaker(pull=-0.4, push=1.8, port=1.0, delay=0.3, late=0.0, restitution=0.2,
     return Machine(UniformBar(20.0, External(drag)), valve, Kept(restitution))
 
 
+FAST = breaker().with_valve(
+    Valve({"return": -0.4, "power": 1.8}, [Port("power", 1.0, "back", 0.1), Port("return", speed=1.6, side="front")])
+)
+"""Called back by its speed."""
+
+
 def drawn(number, seed=5):
     """Machines of every kind: stiff and soft gas, weak and strong pulls, delays as long as a cycle, R from 0 to 1."""
     rng = np.random.default_rng(seed)
@@ -37,7 +43,14 @@ def drawn(number, seed=5):
 
 
 def test_each_is_what_the_closed_form_of_it_says():
-    machines = [breaker(), breaker(late=0.5), breaker(pull=-0.2, gas=Chamber(0.0, 1.0)), breaker(pull=0.1), *drawn(25)]
+    machines = [
+        breaker(),
+        breaker(late=0.5),
+        breaker(pull=-0.2, gas=Chamber(0.0, 1.0)),
+        breaker(pull=0.1),
+        FAST,
+        *drawn(25),
+    ]
     rooms = [None if i % 3 else 1.2 for i in range(len(machines))]
     found = rigid_cycles(machines, rooms, starts=True)
     assert found.answered.all()

@@ -289,6 +289,17 @@ SIMULATED = {
     "chamber and drag": (two_force(0.5, 1.0, rear=0.1, front=0.1, late=0.2, kappa=0.4), 0.4, 0.1, -0.4, 14.0),
     "double blow": (two_force(0.3, 1.0, front=0.05, late=1.7), 0.5, 0.0, -1.2, 20.0),
     "an order replaced": (two_force(3.0, 1.0, front=0.02, late=0.95, start="power"), 0.8, 0.0, -0.3, 14.0),
+    "speeds": (
+        Valve(
+            {"return": -0.4, "power": 1.8},
+            [Port("power", speed=0.2, side="back", delay=0.5), Port("return", speed=1.1, side="front")],
+            chamber=Chamber(0.0, 0.3),
+        ),
+        0.3,
+        0.05,
+        -0.4,
+        14.0,
+    ),
     "stall": (two_force(0.3, 1.0, kappa=0.9), 0.5, 0.1, -0.05, 30.0),
 }
 
@@ -416,12 +427,12 @@ def test_distances_at_many_times_are_those_at_each(stiffness: float, drag: float
 @settings(max_examples=75)
 @example(1.0, 1e-214, 0.0, 1.0, -1.9375, 1.0)  # a spring that is next to none, and turns the piston all the same
 def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> None:
-    """Against looking at many times."""
+    """Against looking at many times; of a place, and of a speed or a place."""
     flight, until = PistonFlight(push, stiffness, drag, x, v), 8.0
-    time, where, way = first_crossing(flight, [[place, place], [1.0, -1.0]], until)
+    time, where, way, _ = first_crossing(flight, [[place, place], [1.0, -1.0], [0.0, 0.0]], until)
     assert where == (0.0 if way < 0 and where == 0.0 else place if way else 0.0)
     times = np.linspace(0.0, until, 4001)
-    seen = np.array([at(flight, float(t))[0] for t in times])
+    seen, speeds = np.array([at(flight, float(t)) for t in times]).T
     changes = np.flatnonzero((seen[:-1] - place) * (seen[1:] - place) < 0.0)
     struck = np.flatnonzero((seen[:-1] > 0.0) & (seen[1:] < 0.0))
     first = min((times[one[0] + 1] for one in (changes, struck) if one.size), default=np.inf)
@@ -430,6 +441,11 @@ def test_the_first_crossing_is_the_first(push, stiffness, drag, x, v, place) -> 
     else:
         assert at(flight, time)[0] == pytest.approx(where, abs=1e-9)
         assert time <= first + 1e-9
+    ports = [[place, place, 0.3, 0.3], [1.0, -1.0, 1.0, -1.0], [0.0, 0.0, 1.0, 1.0]]
+    both, where, way, reads = first_crossing(flight, ports, until)
+    passed = np.flatnonzero((speeds[:-1] - 0.3) * (speeds[1:] - 0.3) < 0.0)
+    assert (both if way else np.inf) <= min(first, times[passed[0] + 1] if passed.size else np.inf) + 1e-9
+    assert at(flight, both)[1] == pytest.approx(0.3, abs=1e-9) if reads else (both, abs(way)) == (time, abs(way))
 
 
 def test_a_chamber_that_turns_the_piston_before_its_port_does_not_start_it() -> None:

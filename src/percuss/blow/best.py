@@ -59,10 +59,7 @@ class _Ended(Exception):
 
 @dataclass
 class _Search:
-    """The costs of places in the unit cube; the best place so far is remembered.
-
-    A blow above the limit costs by how much it is above, any other one less than nothing (Deb 2000).
-    """
+    """Costs of places in the unit cube: above the limit by how much, else below 0 (Deb 2000); keeps the best."""
 
     made: Callable[[tuple[float, ...]], Blow]
     ranges: Array
@@ -177,7 +174,6 @@ def best_blow(
 
 
 def _searched(search: _Search, first: Sequence[float] | None, seed: int) -> None:
-    """Search everywhere, then near the best place."""
     extra_package("scipy", "io")
     from scipy.optimize import Bounds, differential_evolution, minimize
 

@@ -92,11 +92,7 @@ class BlowBalance:
 
 
 def balance(course: WaveHistory) -> BlowBalance:
-    """The balance of a blow.
-
-    Striker and rod are summed from the waves in them, the work through the face from those that passed it, and the
-    rock's from its law: the two errors compare what has been computed in different ways.
-    """
+    """The balance of a blow: waves, work through the face and the rock's law are summed by themselves, and compared."""
     striker, size, end, scales = course.striker, course.size, course.end, course.scales
     before, momentum = course.energy(0, striker, 0), course.momentum(0, striker, 0)
     after, left = course.energy(0, striker, end), course.momentum(0, striker, end)

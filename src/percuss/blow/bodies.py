@@ -37,11 +37,6 @@ class Rock:
     unloading_ratio
         γ, the share of the penetration that springs back, greater than 0 and at most 1, dimensionless; 1 is elastic.
 
-    Raises
-    ------
-    ParameterError
-        For values out of range.
-
     Examples
     --------
     >>> Rock(4e8, unloading_ratio=0.4).unloading_stiffness
@@ -96,11 +91,6 @@ class Rod:
         Distance between the faces before the blow, in m.
     impedance
         Of an endless rod of which nothing else is known: see `Rod.of_impedance`.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range, and parts that do not go together.
 
     Examples
     --------
@@ -205,11 +195,7 @@ Striker = SizedBody | Body
 
 @dataclass(frozen=True)
 class Sections:
-    """A row of sections, shape (K,): inf for the transit time and the length of an endless one; `area` where known.
-
-    SI, or the scales of a dimensionless body, whose lengths are shares of the whole; a rod of which only the impedance
-    is known has the speed 1, so that places along it are times of a wave.
-    """
+    """A row of sections, (K,), endless ones with inf; a rod of which only Z is known has speed 1: places are times."""
 
     impedance: Array
     transit: Array

@@ -102,13 +102,7 @@ _SEEN = 0.01  # share of the computed force's variance that a record must at lea
 
 @dataclass(frozen=True)
 class RecordFit:
-    """How a measured force lies over the computed one, by least squares.
-
-    `shift` is added to the record's time to make it that of the blow; `sign` is −1 where compression is negative in the
-    record, and `zero` what it shows without a force, in its own sign; `scale` is the factor on the computed force that
-    fits it best. The residuals are root mean squares over the greatest computed force, without and with that factor;
-    `overlap` is the share of the window that the record covers.
-    """
+    """How a measured force lies over the computed one, by least squares; residuals over its greatest value."""
 
     shift: float
     sign: int

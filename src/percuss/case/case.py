@@ -100,13 +100,7 @@ class Case:
 
     @classmethod
     def from_text(cls, text: str, file: str = "<text>", folder: Path = Path(".")) -> Case:
-        """The case in a TOML text; `file` names it in messages.
-
-        Raises
-        ------
-        CaseError
-            When the text is not a case.
-        """
+        """The case in a TOML text; `file` names it in messages."""
         file, folder = checked_path("file", file), Path(checked_path("folder", folder))
         data = parsed(checked_text("text", text, "the text of a case in TOML"), file)
         return cls(checked_tables(data, file), file, folder)
@@ -197,11 +191,6 @@ class Case:
 
     def machine(self) -> Machine:
         """The machine of a case whose load the piston switches.
-
-        Raises
-        ------
-        CaseError
-            When the load is another.
 
         Examples
         --------
@@ -295,7 +284,6 @@ class Case:
 
     @property
     def _moving(self) -> System | Machine:
-        """What a simulation moves."""
         return self.machine() if self.is_machine else self.system()
 
     def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:
@@ -307,11 +295,6 @@ class Case:
             The keys of [start]; those that the case had are gone.
         simulation
             Keys of [simulation]; those that are not named stay as they are.
-
-        Raises
-        ------
-        CaseError
-            As when a file with these tables is read.
 
         Examples
         --------
@@ -329,11 +312,6 @@ class Case:
 
     def varied(self, values: Mapping[str, Any]) -> Case:
         """The same case with other values of some keys, such as ``{"bar.length": "0.4 m"}``; None takes a key away.
-
-        Raises
-        ------
-        CaseError
-            As when a file with these tables is read.
 
         Examples
         --------

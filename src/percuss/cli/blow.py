@@ -109,7 +109,6 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:
-    """Refuse what cannot be written before anything is computed."""
     if options.velocity is not None and options.from_motion:
         parser.error("argument --velocity: either a speed or --from-motion, which takes that of the steady motion")
     for needed, given in (
@@ -200,7 +199,6 @@ def _value(parser: Parser, case: Case, option: str, text: str | None, dimension:
 
 
 def _check_best(parser: Parser, options: argparse.Namespace) -> None:
-    """Refuse what does not go with a search."""
     from percuss.blow.best import OBJECTIVES
 
     if options.best not in OBJECTIVES:

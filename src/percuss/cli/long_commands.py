@@ -134,11 +134,7 @@ def watching(parser: Parser, patience: float = UNHEARD, agreed: bool = True) -> 
 
 
 class JobWatch:
-    """The progress callback: a bar for a person, now and then a line for a log file, and the end after Ctrl-C.
-
-    `what`: the command. `agreed`: whether whatever it takes is fine. `patience`: seconds without a report of progress
-    after which Ctrl-C no longer waits for the next one.
-    """
+    """The progress of a command: a bar for a person, lines for a log; after `patience` s of silence Ctrl-C acts."""
 
     def __init__(self, what: str, agreed: bool = True, patience: float = UNHEARD) -> None:
         self.interrupted = False

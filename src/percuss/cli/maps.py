@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 
 def _about() -> str:
-    """What a sweep is, and the parameters and the quantities that there are."""
     from percuss.explore.parameters import LOAD_PARAMETERS, PARAMETERS, PERIODS
     from percuss.explore.quantities import MACHINE_QUANTITIES, QUANTITIES
 

@@ -398,7 +398,6 @@ def _followed(options: argparse.Namespace, case: Case | None, progress: Callable
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:
-    """Refuse what cannot be answered or written before anything is computed."""
     if options.contact == "waves":
         for name in ("resume", "modes", "output", "plot"):
             if getattr(options, name) is not None:
@@ -418,7 +417,6 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
 
 
 def _asked(parser: Parser, options: argparse.Namespace) -> Case:
-    """The case with what the options say in place of its tables."""
     case, start = named_case(options.case), options.start
     if not case.is_machine or options.contact == "waves":
         case.system()  # the recording is read, and may be refused, before the options are looked at

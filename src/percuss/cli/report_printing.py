@@ -29,7 +29,6 @@ def show(report: Report) -> None:
 
 
 def _neutral(report: Report) -> Report:
-    """A copy of the report in which no text begins a line of its own or steers the terminal."""
     sections: list[ReportSection | Grid] = []
     for part in report.sections:
         heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)

@@ -91,11 +91,7 @@ def qualified(function: SystemFunction) -> str:
 
 @dataclass(frozen=True, eq=False)
 class SweepJob:
-    """A map as a job: its items are the cells, the last axis running fastest; see `percuss.explore.sweep`.
-
-    `simulated`: N of the simulations, where `modes` is None for the continuous bar and multipliers of 32 modes.
-    `start`: of the simulations, None for that of the family. `functions`: one's own quantities.
-    """
+    """A map as a job: its items are the cells, the last axis running fastest; see `percuss.explore.sweep`."""
 
     family: Family
     axes: tuple[Axis, ...]
@@ -346,7 +342,6 @@ def _orbits(job: SweepJob, out: Columns, i: int, system: System, periods: int) -
 
 
 def _set(out: Columns, i: int, found: Mapping[str, Any]) -> None:
-    """Fill in what is asked of a cell, and known."""
     for name in found.keys() & out.keys():
         if found[name] is not None:
             out[name][i] = found[name]
@@ -365,7 +360,6 @@ def _simulated(
     starts: Sequence[Start | None],
     stopped: Callable[[], bool],
 ) -> None:
-    """What a simulation from a start says of every cell that has a system."""
     from percuss.explore.lyapunov import lyapunov_many
     from percuss.simulate import simulate_many
 
@@ -475,7 +469,6 @@ def _put(
     starts: bool,
     cycle: tuple[float, ...] | None,
 ) -> None:
-    """Fill in one cell, in SI or dimensionless."""
     found: dict[str, float | None] = {"runs": obstacle is None, "starts": starts}
     found["stall"] = STALLS.index("runs" if obstacle is None else obstacle.value)
     if cycle is not None:

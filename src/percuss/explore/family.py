@@ -69,11 +69,6 @@ class SystemFamily:
     limit
         Distance behind the wall that the piston of a machine can go, in bar lengths; without limit by default.
 
-    Raises
-    ------
-    ParameterError
-        When an argument is none of these.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -162,11 +157,6 @@ class Axis(Shown):
     unit
         As in a case file, for example ``Hz`` or ``mm``; empty for a plain number.
 
-    Raises
-    ------
-    ParameterError
-        For no values, values that are not finite, or values out of order.
-
     Examples
     --------
     >>> Axis.linear("restitution", 0.0, 0.9, 4).values
@@ -202,13 +192,7 @@ class Axis(Shown):
 
     @classmethod
     def logarithmic(cls, name: str, first: float, last: float, number: int, unit: str = "") -> Axis:
-        """`number` values from `first` to `last`, both included, at equal ratios.
-
-        Raises
-        ------
-        ParameterError
-            When an end is not greater than 0.
-        """
+        """`number` values from `first` to `last`, both included, at equal ratios."""
         n, first, last = _number(name, number, first, last)
         if not (first > 0.0 and last > 0.0):
             raise ParameterError(name, f"{first:g}:{last:g}:{n}:log", "ends greater than 0 for equal ratios")
@@ -216,13 +200,7 @@ class Axis(Shown):
 
     @classmethod
     def parsed(cls, text: str) -> Axis:
-        """From ``NAME=FROM:TO:NUMBER``, ``NAME=FROM:TO:NUMBER:log`` or ``NAME=A,B,C``, numbers with or without a unit.
-
-        Raises
-        ------
-        ParameterError
-            When the text has none of these forms.
-        """
+        """From ``NAME=FROM:TO:NUMBER``, ``NAME=FROM:TO:NUMBER:log`` or ``NAME=A,B,C``, numbers with a unit or none."""
         name, equal, rest = checked_text("axis", text, f"NAME={_FORM}").partition("=")
         name = name.strip()
         if not (name and equal and rest.strip()):
@@ -240,11 +218,6 @@ class Axis(Shown):
     @classmethod
     def spanned(cls, text: str) -> Axis:
         """The two ends of a range, from ``NAME=FROM:TO``, numbers with or without a unit.
-
-        Raises
-        ------
-        ParameterError
-            When the text has another form.
 
         Examples
         --------

@@ -193,11 +193,6 @@ def lyapunov_many(
         See `lyapunov_exponent`.
     threads
         How many; by default as many as cores. The results are the same for any number.
-
-    Raises
-    ------
-    ParameterError
-        For numbers out of range, or of systems and starts that do not go together.
     """
     used, before, all_of_them = *_numbers(impacts, discard), flag("every", every)
     given: Any = [systems] if isinstance(systems, System | Machine) else systems

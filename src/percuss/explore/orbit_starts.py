@@ -229,7 +229,6 @@ def _rhythms(
 
 
 def _returns(times: Array, impacts: int, periods: int) -> Array:
-    """The closest returns among the impacts of a motion; shape (K, p)."""
     cycle = 2.0 * math.pi * periods
     if times.size <= impacts:
         return np.empty((0, impacts))

@@ -154,7 +154,6 @@ def _with_kappa(system: System, kappa: float) -> System:
 
 
 def _with_body(driven: Driven, body: Body) -> Driven:
-    """The same load and contact on a body of other numbers, without the scales to SI of the old one."""
     if isinstance(driven, Machine):
         return Machine(body, driven.valve, driven.contact, at=driven.at)
     return System(body, driven.load, driven.contact)
@@ -278,8 +277,8 @@ PRESSURE = "pressure"
 
 
 @lru_cache(maxsize=32)
-def _of_valves(states: tuple[str, ...], entered: tuple[bool, ...], supply: bool) -> dict[str, Parameter[Machine]]:
-    """The parameters of machines with these states, ports that are places or blows, and perhaps a pump."""
+def _of_valves(states: tuple[str, ...], edges: tuple[str, ...], supply: bool) -> dict[str, Parameter[Machine]]:
+    """The parameters of machines with these states, ports that read these or blows, and perhaps a pump."""
     under = Parameter(
         PRESSURE, "pressure, as a multiple", "a factor on the forces of all states", lambda _: 1.0, _under,
         span=(0.5, 1.5), sets="load.scale", turn=_PRESSURE,
@@ -299,10 +298,11 @@ def _of_valves(states: tuple[str, ...], entered: tuple[bool, ...], supply: bool)
         found.append(_at(f"chamber.{field}", label, meaning, "chamber", field))
     for field, label, meaning in (
         ("behind", "place of port", "distance behind the wall"),
+        ("speed", "speed of port", "at which it is passed"),
         ("delay", "delay of port", "from the demand to the change of the state"),
     ):
-        for i, is_port in enumerate(entered):
-            if is_port or field == "delay":
+        for i, edge in enumerate(edges):
+            if field in (edge, "delay"):
                 found.append(_at(f"ports[{i}].{field}", f"{label} {i}", meaning, "ports", i, field))
     return {parameter.name: parameter for parameter in (*found, *_OF_ANY.values())}
 
@@ -347,8 +347,8 @@ def parameters_of(hammer: System | Machine) -> Mapping[str, Parameter[Any]]:
 
     Of a machine that switches its own valve: ``pressure``, a factor on the forces of all states, or with a supply
     ``supply.flow`` and ``supply.compliance``; ``states.NAME``, the force of one; ``chamber.force`` and
-    ``chamber.stiffness``; ``ports[i].behind`` and ``ports[i].delay``, counted from 0; ``restitution``; and the numbers
-    of the body and its damping, such as ``s`` and ``d``.
+    ``chamber.stiffness``; ``ports[i].behind`` or ``ports[i].speed``, and ``ports[i].delay``, counted from 0;
+    ``restitution``; and the numbers of the body and its damping, such as ``s`` and ``d``.
 
     Examples
     --------
@@ -363,17 +363,12 @@ def parameters_of(hammer: System | Machine) -> Mapping[str, Parameter[Any]]:
     if not isinstance(hammer, Machine):
         raise ParameterError("hammer", hammer, "a System, or a Machine that switches its own valve")
     valve = hammer.valve
-    entered = tuple(port.behind is not None for port in valve.ports)
-    return _of_valves(tuple(name for name, _ in valve.pairs), entered, valve.supply is not None)
+    edges = tuple(port.on if port.on == "impact" else port.edge for port in valve.ports)
+    return _of_valves(tuple(name for name, _ in valve.pairs), edges, valve.supply is not None)
 
 
 def vary(hammer: Driven, values: Mapping[str, float]) -> Driven:
     """A system or a machine with other dimensionless parameters, whatever the order in which they are named.
-
-    Raises
-    ------
-    ParameterError
-        For a parameter that is unknown, out of range, or that the hammer does not have.
 
     Examples
     --------

@@ -267,11 +267,6 @@ def sweep(
     Sweep
         With a value in every cell; what could not be computed in one is its ``outcome``.
 
-    Raises
-    ------
-    ParameterError
-        For parameters and quantities that there are not, or axes that do not go together.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -310,10 +305,7 @@ class Range:
 
 
 def true_ranges(job: SweepJob, found: Sweep, quantity: str) -> tuple[Range, ...]:
-    """Where a yes-or-no quantity of a map with one axis is true, each end to 1e-9 of the axis.
-
-    What begins and ends between two neighbouring values of the axis is not seen.
-    """
+    """Where a yes-or-no quantity of a map with one axis is true, to 1e-9; not what lies between neighbours."""
     if len(job.axes) != 1:
         raise ParameterError("axes", len(job.axes), "a map with one axis")
     values, truth = job.axes[0].values, found[quantity]

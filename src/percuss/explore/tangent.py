@@ -40,15 +40,17 @@ class Coordinates(NamedTuple):
     """What moves by itself, in each state of a valve that has modes of its own; all in what it moves the end by.
 
     `stiffness`, `drag`, `gain`: ω², d and the acceleration under a unit force, of the shape (states, n). `rows`: what
-    each port reads, with a supply the driven place last, (states, rows, n). `turned`: from the coordinates of one state
-    to those of another, (states, states, n, n). `flow`, `draw`, `slope`: of a supply, (states,). `weight`: of
-    displacements in the size of a difference, (n,). `factors`: α and β of an impact. `clocked`: whether time is told.
+    each port reads, with a supply the driven place last, (states, rows, n); `speeds`: 1 where a velocity is read.
+    `turned`: from the coordinates of one state to those of another, (states, states, n, n). `flow`, `draw`, `slope`: of
+    a supply, (states,). `weight`: of displacements in the size of a difference, (n,). `factors`: α and β of an impact.
+    `clocked`: whether time is told.
     """
 
     stiffness: Array
     drag: Array
     gain: Array
     rows: Array
+    speeds: npt.NDArray[np.int64]
     turned: Array
     flow: Array
     draw: Array
@@ -112,7 +114,8 @@ def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
     none = np.zeros(1)
     own = Coordinates(
         omega[None] ** 2, np.append(system.d, spectrum.damping)[None, begin:], gain[None], np.empty((1, 0, omega.size)),
-        np.empty((1, 1, 0, 0)), none, none, none, np.where(omega > 0.0, omega, 1.0), _factors(motion), True,
+        np.zeros(0, np.int64), np.empty((1, 1, 0, 0)), none, none, none, np.where(omega > 0.0, omega, 1.0),
+        _factors(motion), True,
     )  # fmt: skip
     return own, _over_steps(rows, e, np.asarray(load.breaks), steps) if steps.size else rows
 
@@ -157,8 +160,8 @@ def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventR
     turned = np.array([[a.turned(b) for b in sets] for a in sets]) if fed else np.empty((1, 1, 0, 0))
     flow, draw, slope = np.array([[one.gear.flow, one.gear.draw, one.gear.slope] for one in sets]).T.copy()
     own = Coordinates(
-        omega**2, drag, gain, np.array([one.gear.ratio for one in sets]), turned, flow, draw, slope,
-        np.where(omega[0] > 0.0, omega[0], 1.0), _factors(motion), False,
+        omega**2, drag, gain, np.array([one.gear.ratio for one in sets]), mechanism.gear.speeds, turned, flow, draw,
+        slope, np.where(omega[0] > 0.0, omega[0], 1.0), _factors(motion), False,
     )  # fmt: skip
     gone = np.append(0.0, np.diff(e.phase)) / unit
     at_once = gone == 0.0
@@ -297,11 +300,12 @@ def rates_at(own, rows, i, k, force, motion, rests, found):
 def met_later(own, rows, i, k, now, before, j):
     """How much later a guard is met: that of the striking end, or of a port."""
     guard = rows.guard[i]
+    part = 0 if guard == END else own.speeds[guard]
     off = rate = 0.0
     for m in range(now.shape[0]):
         weight = 1.0 if guard == END else own.rows[k, guard, m]
-        off += weight * now[m, 0, j]
-        rate += weight * before[m, 0]
+        off += weight * now[m, part, j]
+        rate += weight * before[m, part]
     return -off / rate
 
 

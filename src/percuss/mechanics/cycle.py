@@ -123,7 +123,7 @@ class Cycle:
     """The events of a cycle in a fixed order, the last one the blow that ends it.
 
     `turn` is what a blow multiplies displacements and velocities by; `flows` are those of each flight; guards are met
-    where `rows` · displacements = `levels`, in the coordinates of the flight before.
+    where `rows` · states = `levels`, in the coordinates of the flight before; rows are of shape (N + 1, 2).
     """
 
     def __init__(
@@ -136,8 +136,7 @@ class Cycle:
         self.later = np.array([one.later for one in timings])
         self.size = flows[0].modes.omega.size
         self.supplied = flows[0].compliance < np.inf
-        still = [np.stack([row, 0.0 * row], axis=1) for row in rows]
-        self.rows = [np.append(row, 0.0) for row in still] if self.supplied else still
+        self.rows = [np.append(row, 0.0) for row in rows] if self.supplied else rows
         self.events = [self._event(i) for i in range(len(timings))]
 
     def times(self, unknowns: Array) -> Array:

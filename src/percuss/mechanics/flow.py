@@ -299,6 +299,13 @@ class ModalFlight:
         return self.begin[:, :1] + moved, velocities
 
     @property
+    def of_rates(self) -> ModalFlight:
+        """The flight of the velocities, which move as displacements do."""
+        modes, (u, v) = self.modes, self.begin.T
+        rates = self.force * modes.driven - modes.omega**2 * u - modes.damping * v
+        return ModalFlight(modes=modes, begin=np.stack([v, rates], axis=1), force=self.ramp, duration=self.duration)
+
+    @property
     def end(self) -> Array:
         """The state at its end; shape (N + 1, 2)."""
         return np.stack([one[:, 0] for one in self.at(np.array([self.duration]))], axis=1)

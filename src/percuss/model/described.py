@@ -24,10 +24,7 @@ _KINDS: dict[str, Mapping[str, type]] = {
 
 
 def describe_system(system: System) -> dict[str, Any]:
-    """A system in JSON's types, exactly.
-
-    B77's systems are told by s, d and R, others by their body and contact law.
-    """
+    """A system in JSON's types, exactly: B77's by s, d and R, others by their body and contact law."""
     about: dict[str, Any] = {"load": _load(system.load)}
     plain = isinstance(system.body, UniformBar) and isinstance(system.body.damping, External)
     if plain and isinstance(system.contact, Kept):
@@ -101,7 +98,6 @@ def _plain(value: Any) -> Any:
 
 
 def _made(room: str, about: Mapping[str, Any]) -> Any:
-    """The object that `_described` told of."""
     kinds = _KINDS[room]
     kind = str(about.get("kind"))
     if kind not in kinds:

@@ -143,12 +143,6 @@ class Machine(SIScales):
     pressure
         Of the supply (Pa), where it is known: energy over pressure is the volume that is drawn from it. Needs `bar`.
 
-    Raises
-    ------
-    ParameterError
-        When an argument is none of these, for a place that the body does not have, or a contact law that does not hold
-        for the body.
-
     Examples
     --------
     >>> from percuss.model import Kept, Port, UniformBar, Valve
@@ -190,11 +184,6 @@ class Machine(SIScales):
             Forces in N, distances in m, delays in s, the stiffness of the chamber in N/m.
         contact, at, pressure
             As of the class.
-
-        Raises
-        ------
-        ParameterError
-            When an argument is none of these.
         """
         instance("bar", bar, SizedBody), instance("valve", valve, Valve)
         made = valve.scaled(1.0 / (bar.mass * bar.length), 1.0 / bar.length)
@@ -248,15 +237,7 @@ _PER_HARMONIC = 8
 
 @dataclass(frozen=True)
 class TwoLevels:
-    """The two levels of a load that switches.
-
-    Attributes
-    ----------
-    high, low
-        In the unit of the load.
-    share
-        Part of the period that it is at one of them.
-    """
+    """The two levels of a load that switches, in its unit, and the part of the period that it is at one of them."""
 
     high: float
     low: float

@@ -49,12 +49,6 @@ class System(SIScales):
         Instead of `body` and `contact`: a uniform bar of wave speed s = C/(LΩ) > 0 and external damping
         d = D/(MΩ) ≥ 0, which keeps its strain at an impact with the coefficient of restitution R, 0 to 1 (B77).
 
-    Raises
-    ------
-    ParameterError
-        For values out of range, a load in newtons, a load at a place that the body does not have, or a contact law that
-        does not hold for the body.
-
     Examples
     --------
     >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
@@ -249,10 +243,7 @@ class System(SIScales):
 
 
 def _matched(names: tuple[str, ...], given: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    """The arguments of one of the two ways to make a system, by name; None for what is missing.
-
-    ParameterError for too many of them, or those of both ways.
-    """
+    """The arguments of one of the two ways to make a system, None for what is missing; ParameterError for others."""
     if len(given) > len(names):
         raise ParameterError("system", len(given), f"{', '.join(names)}: no more without a name")
     values = dict.fromkeys(names) | dict(zip(names, given, strict=False))
@@ -280,10 +271,7 @@ def rests(system: System, modes: int) -> bool:
 
 
 def wall_load(system: System, modes: int) -> Load:
-    """The load whose pull takes the contact off the wall: that of a bar; of one mode sign(γ) (p − ω² g/γ).
-
-    ParameterError for a structure with several modes, which moves on while the wall holds its contact.
-    """
+    """The load that pulls the contact off the wall; of one mode sign(γ) (p − ω² g/γ), ParameterError for more."""
     body = system.body
     if not isinstance(body, HeldBody):
         return system.load
@@ -300,10 +288,7 @@ def wall_load(system: System, modes: int) -> Load:
 
 
 def set_at_wall(system: System, modes: int) -> System:
-    """The system whose impacts are those of a structure of one mode, with the wall at 0; a bar as it is.
-
-    ParameterError as `wall_load`.
-    """
+    """The system whose impacts are those of a structure of one mode, with the wall at 0; a bar as it is."""
     if system.body.is_free:
         return system
     load = wall_load(system, modes).acting_at(0)

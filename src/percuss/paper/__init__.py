@@ -33,11 +33,6 @@ def figures(name: str, seed: int = 1977) -> tuple[PaperFigure, ...]:
     seed
         Of the random numbers, where a figure needs some.
 
-    Raises
-    ------
-    ParameterError
-        For a name that is none.
-
     Examples
     --------
     >>> from percuss.paper import figures

@@ -100,11 +100,7 @@ class ClaimTable:
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim in our words, what was done to try it, the rule by which the numbers make the verdict, and all found.
-
-    `letter`: a to f as in the list of claims; `starts`: how many motions were followed; `numbers`: those that the
-    verdict was made from.
-    """
+    """A claim in our words, what tried it, the rule for the verdict, and all found; `letter`: a to f as listed."""
 
     letter: str
     title: str

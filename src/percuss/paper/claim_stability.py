@@ -273,7 +273,6 @@ def _moved(s: float) -> float:
 
 
 def _share(trial: Trial, starts: int, system: System, **options: Any) -> float:
-    """The share of the random starts that end in z=1/1."""
     return float((trial.of(system, starts, "wall", **options, **_LOOSE).label == "z=1/1").mean())
 
 

@@ -176,10 +176,7 @@ def hydraulic(s: float = STIFF, d: float = 0.0) -> System:
 def branch_rows(
     system: System, restitution: float, name: str, low: float, high: float, points: int
 ) -> dict[str, npt.NDArray[Any]]:
-    """All steady motions of one R, m = 1, along a parameter: a row each, up one branch to the fold and down the other.
-
-    Stable by B77's reduced criterion; admissible as the motion of the rigid bar, to which it tends as s → ∞.
-    """
+    """All steady motions of one R, m = 1, along a parameter, up to the fold and down; admissible as the rigid bar's."""
     line = Line(SystemFamily(system), {"restitution": restitution}, name, low, high, 1, 0)
     parts = []
     for way, stretch in zip((1, -1), folds_and_stretches(line, 33)[1], strict=True):

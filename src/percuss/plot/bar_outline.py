@@ -13,16 +13,7 @@ _ROOM = 0.06
 
 
 def bar_outline(system: System) -> str:
-    """The bar of a system in SI, from the driven end on the left, as the text of an SVG without scripts.
-
-    Lengths and diameters have one scale, so that the drawing is what a section through the bar looks like. Where only
-    the area of a section is known, it is drawn as a round one.
-
-    Raises
-    ------
-    ParameterError
-        When the system has no sizes in SI.
-    """
+    """A bar in SI, driven end left, as SVG; areas are drawn as round ones. ParameterError without sizes."""
     bar, scale = system.bar, 1000.0 / system.length_scale
     assert bar is not None  # else it has no length
     room, half = 1000.0 * _ROOM, 0.5 * scale * max(piece.diameter for piece in bar.pieces)

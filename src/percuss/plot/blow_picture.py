@@ -134,13 +134,6 @@ def blow(answer: BlowAnswer) -> Figure:
     ----------
     answer
         What `percuss.case.blow_answer` gives.
-
-    Raises
-    ------
-    ParameterError
-        For anything else.
-    MissingExtraError
-        When matplotlib is not installed.
     """
     having("answer", answer, ("title", "blow", "gauge", "peaks"), "the answer of percuss.case.blow_answer")
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
@@ -280,13 +273,6 @@ def best(answer: BestAnswer) -> Figure:
     ----------
     answer
         What `percuss.case.best_answer` gives.
-
-    Raises
-    ------
-    ParameterError
-        For anything else.
-    MissingExtraError
-        When matplotlib is not installed.
     """
     having("answer", answer, ("own", "best", "spans"), "the answer of percuss.case.best_answer")
     both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))

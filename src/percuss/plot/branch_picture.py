@@ -107,11 +107,6 @@ def branch(found: Branch, title: str = "") -> Figure:
     title
         What stands above.
 
-    Raises
-    ------
-    ParameterError
-        When it is no branch.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -160,11 +155,6 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
         The curves, all of them over the same two parameters.
     title
         What stands above.
-
-    Raises
-    ------
-    ParameterError
-        When there are none, or over different parameters.
 
     Examples
     --------
@@ -221,11 +211,6 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
         What is shown over the parameter, one panel each: ``phase`` and ``speed`` of the impacts, ``energy``, the mean
         energy of a blow; in SI where the diagram is.
 
-    Raises
-    ------
-    ParameterError
-        When it is no diagram, or a quantity is none of these.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -266,7 +251,6 @@ def diagram(found: Diagram, title: str = "", quantities: tuple[str, ...] = ("pha
 
 
 def _points(ax: Axes, found: Diagram, quantity: str) -> None:
-    """What simulations settled on, in the colours of their families."""
     for number, family in enumerate(palette.FAMILIES):
         mine = [one for one in found.settled if palette.family_of(one.label) == number]
         rows = [(one.value, y) for one in mine for y in _heights(one, quantity)]

@@ -67,7 +67,6 @@ def _draw_force(axes: Any, machine: Machine, units: Units, mark: str, times: Arr
 
 
 def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
-    """A ground for the times at which the valve pushes toward the wall."""
     look: dict[str, Any] = {"color": COLOURS[5], "alpha": 0.15, "linewidth": 0.0, "label": "valve pushes"}
     axes.fill_between(times, 0.0, 1.0, where=pushes, transform=axes.get_xaxis_transform(), step=step, **look)
 
@@ -82,11 +81,6 @@ def machine(answer: MachineAnswer) -> Figure:
     force on it, and the pressure of a supply that follows it; (c) the force over the place,
     whose loop is the work of a cycle; (d) energy and rate over the pressure,
     or over the flow of the pump.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------
@@ -231,11 +225,6 @@ def machine_motion(motion: Trajectory | SimulationAnswer) -> Figure:
     Four panels: (a) the centre of the piston over the last cycles, with ports, blows and switches; (b) striking speeds
     over the whole motion; (c) the force on the piston, with the ground dark where the valve pushes toward the wall; (d)
     the phase portrait of the striking end.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------

@@ -120,10 +120,7 @@ def family_numbers(labels: np.ndarray[Any, Any]) -> npt.NDArray[np.int64]:
 
 
 def families(ax: Axes, x: Any, y: Any, labels: np.ndarray[Any, Any], answered: Any) -> Any:
-    """Cells (edges x and y) in the colours and hatches of their families, with a legend; what is drawn.
-
-    `labels` are "" where there is none; `answered` says where the cells have values at all.
-    """
+    """Cells (edges x and y) in the colours and hatches of their families, with a legend; "" for no label."""
     from matplotlib.colors import ListedColormap
 
     numbers = family_numbers(labels)
@@ -488,13 +485,6 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
     curves
         Boundaries over a plane, as `percuss.explore.boundaries` gives them, or curves of `percuss.explore.follow_point`
         over the same two parameters, drawn into every panel.
-
-    Raises
-    ------
-    ParameterError
-        For a map over three parameters or more.
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------

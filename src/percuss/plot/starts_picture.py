@@ -41,11 +41,6 @@ _SI_NAMES = {
 def experiment(found: Experiment, title: str = "") -> Figure:
     """Draw an experiment: the shares of the attractors with their intervals, and the starts in their colours.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss import Load, System
@@ -65,11 +60,6 @@ def experiment(found: Experiment, title: str = "") -> Figure:
 
 def basins(found: Basins, title: str = "") -> Figure:
     """Draw basins of attraction as an image: each start in the colour of the attractor that it leads to.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------
@@ -157,10 +147,7 @@ _Line = tuple[np.ndarray[Any, Any], str]
 
 
 def _plane(ax: Axes, found: Experiment) -> tuple[_Line, _Line]:
-    """Over which two quantities the starts are drawn, with their names: velocity where it differs, and the load phase.
-
-    Of a machine the position in its place or, of starts at one place, the state of the valve, each on a strip.
-    """
+    """The two quantities over which starts are drawn; of a machine the position, or at one place the state."""
     columns = found.columns
     speed = columns.get("velocity", columns.get("start_velocity"))
     assert speed is not None

@@ -115,11 +115,6 @@ def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
     panels are those of B77's law, and (c) names both phases. A structure that is held has no v_f and no waves: three
     panels show its load, its contact before the wall, and its multipliers.
 
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
-
     Examples
     --------
     >>> from percuss.case import load_case, steady_answer
@@ -245,7 +240,6 @@ def _load(axes: Any, answer: _Motions, units: Units) -> None:
 
 
 def _load_curve(answer: _Motions) -> tuple[Any, Any]:
-    """The load over one period; both values where it jumps."""
     load = answer.system.load
     phases = np.linspace(0.0, 2.0 * math.pi, POINTS)
     values = load.value(phases)

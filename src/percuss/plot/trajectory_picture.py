@@ -101,10 +101,7 @@ class Window:
 
     @cached_property
     def strain(self) -> tuple[Array, float, float]:
-        """The strain at even places, shape (101, samples), and the first and the last time of it.
-
-        Of the end of the stretch only: a cycle or two load periods, in which the waves can be told apart.
-        """
+        """Strain at even places, (101, samples), and its first and last time: where waves can be told apart."""
         trips = 240.0 * self.motion.system.body.transit_time  # 120 times to the other end and back
         first = max(self.first, self.last - min(max(0.5 * (self.last - self.first), 2.0 * _TURN), trips))
         times = np.linspace(first, self.last, min(720, max(MOST_VALUES // (self.motion.modes + 1), 200)))
@@ -151,11 +148,6 @@ def trajectory(motion: Trajectory | SimulationAnswer) -> Figure:
     Five panels: (a) the gap over the last cycles or flights with the events marked; (b) striking speeds over the whole
     motion; (c) load phase and striking speed of every impact: the impact map; (d) the phase portrait of the striking
     end; (e) the stress along the bar over time, or the energy of a rigid bar.
-
-    Raises
-    ------
-    MissingExtraError
-        When matplotlib is not installed.
 
     Examples
     --------

@@ -135,11 +135,7 @@ def is_stamp(cell: str) -> bool:
 
 
 def seconds_of(cells: Sequence[str]) -> Array:
-    """Seconds from the first stamp.
-
-    A time of day that falls back by more than half a day has passed midnight. The time zone is left alone: it is that
-    of one recorder. The date counts only where it changes.
-    """
+    """Seconds from the first stamp; half a day back is midnight, zones are ignored, dates count if they change."""
     seconds = np.empty(len(cells))
     days: dict[str, int] = {}
     for i, cell in enumerate(cells):

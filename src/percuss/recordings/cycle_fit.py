@@ -16,10 +16,7 @@ _ROUNDING = 1e-12  # what computing with n samples leaves of a slow record, rela
 
 
 def _autocorrelation(t: Array, v: Array, window: int = 0) -> tuple[float, Array]:
-    """Step, and autocorrelation r(lag) normalised to [−1, 1] (McLeod's NSDF), of the record less its slow part.
-
-    The slow part is a cubic, and with `window` then also the mean over so many samples.
-    """
+    """Step, and autocorrelation r(lag) in [−1, 1] (McLeod's NSDF), less a cubic and the mean over `window`."""
     n = t.size
     step = float(t[-1] - t[0]) / (n - 1)
     even = v if np.ptp(np.diff(t)) < 0.01 * step else np.interp(t[0] + step * np.arange(n), t, v)
@@ -375,11 +372,7 @@ class CycleFit:
         return freedom * _rms(rest - mean) / self.alternating, _rms(mean) / self.alternating
 
     def cycles_in_turn(self) -> int:
-        """How many cycles it takes until the record repeats: more than 1 when successive cycles differ.
-
-        A line at a/b of the cycle frequency in what the fit leaves of the cycles, or in their lengths, that stands
-        out from the rest of that spectrum.
-        """
+        """After how many cycles the record repeats: a line at a/b of the frequency in residuals or lengths."""
         slope = math.sqrt(float(np.sum(np.abs(np.arange(self.coefficients.size) * self.coefficients) ** 2)))
         lengths = slope * TURN * (np.diff(self.bounds) / self.period - 1.0 + 0j)
         for b in range(2, 17):
@@ -398,10 +391,7 @@ class CycleFit:
 
 
 def _toeplitz_solve(column: ComplexArray, rhs: ComplexArray) -> ComplexArray:
-    """Solve a Hermitian Toeplitz system that is nearly diagonal, by conjugate gradients with products by FFT.
-
-    A threaded BLAS takes 50 ms for such a small system when the machine is busy; this takes one.
-    """
+    """A nearly diagonal Hermitian Toeplitz system by conjugate gradients: a threaded BLAS takes 50 ms for it."""
     n = rhs.size
     length = 1 << (2 * n).bit_length()
     circulant = np.zeros(length, complex)
@@ -446,15 +436,7 @@ def _rms(data: Array) -> float:
 
 
 def recorded_phases(time: Array, values: Array, frequency: float | None) -> Array:
-    """The phase of the load (rad) at every sample, increasing, 0 at the first one; shape (n,).
-
-    Parameters
-    ----------
-    time, values
-        Shape (n,): the record, s and any unit.
-    frequency
-        Of the fundamental, Hz, as `analyse` found it; None to find it.
-    """
+    """The phase of the load (rad) at every sample, increasing, 0 at the first; `frequency` as of `analyse`."""
     t = time - time[0]
     middle, scale = 0.5 * (np.max(values) + np.min(values)), 0.5 * float(np.ptp(values))
     v = (values - middle) / (scale or 1.0)

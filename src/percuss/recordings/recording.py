@@ -118,7 +118,6 @@ def _check_time(table: RecordedTable, time: Array, clock: int) -> None:
 def _cut(
     table: RecordedTable, time: Array, values: list[Array], start: float | str | None, end: float | str | None
 ) -> tuple[Array, list[Array]]:
-    """The part of the record from `start` to `end`."""
     if start is None and end is None:
         return time, values
     first = -np.inf if start is None else _in_seconds(start, "from")

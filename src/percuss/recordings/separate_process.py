@@ -67,19 +67,7 @@ def need(package: str) -> None:
 def read_apart(
     reader: str, path: Path, options: Mapping[str, Any], bounds: ReaderBounds, halt: Callable[[], bool] | None = None
 ) -> Found:
-    """What a function finds in a file, called by another process; Ctrl-C ends it.
-
-    Parameters
-    ----------
-    reader
-        ``module:function``, called with the path and the options.
-    path, options
-        The file, and plain values.
-    bounds
-        What it may take.
-    halt
-        Asked meanwhile; the file is given up once it returns true.
-    """
+    """What ``module:function`` finds in a file within `bounds`, in another process; Ctrl-C, or `halt`, ends it."""
     if inside:
         return _called(reader, path, options)
     asked = {"reader": reader, "path": str(path), "options": dict(options), "memory": bounds.memory}

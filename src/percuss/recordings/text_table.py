@@ -153,7 +153,6 @@ class _Form:
 
 
 def _headings(form: _Form, rows: list[str], above: list[str]) -> tuple[list[str], list[str | None]]:
-    """Names and units, from the rows above the data or from the last comment there."""
     count = len(form.numeric)
     comments = [line.lstrip(" \t#%") for line in above if line.lstrip()[:1] in ("#", "%")]
     for lines in (rows, comments[-1:]):

@@ -47,15 +47,7 @@ _NUMBERS = range(6, 16)
 
 
 def plain_mat(data: bytes, most: int = MOST_NUMBERS) -> bytes:
-    """A MATLAB file reduced to its plain arrays of numbers, unpacked; one that is HDF5 is returned as it is.
-
-    Parameters
-    ----------
-    data
-        The file.
-    most
-        Numbers that it may hold.
-    """
+    """A MATLAB file reduced to its plain arrays of at most so many numbers, unpacked; one that is HDF5 as it is."""
     if data[512:520] == b"\x89HDF\r\n\x1a\n":  # version 7.3
         return data
     order = {b"IM": "<", b"MI": ">"}.get(data[126:128])
@@ -139,15 +131,7 @@ def _numbers(matrix: bytes, order: str) -> int | None:
 
 
 def vetted(path: Path, most: int = MOST_NUMBERS) -> None:
-    """Refuse a file of HDF5 or TDMS that would unpack to too much, or that names other files.
-
-    Parameters
-    ----------
-    path
-        The file; its suffix says what it is.
-    most
-        Numbers that it may hold.
-    """
+    """Refuse a file of HDF5 or TDMS (by its suffix) that would unpack to too much, or that names other files."""
     with path.open("rb") as file:
         head = file.read(520)
     try:

@@ -249,12 +249,7 @@ _ROUNDING = 8.0 * np.finfo(float).eps  # of a time: a few products and its own l
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Everything that the next event depends on, as records that the kernels change; see `kernels.motion_records`.
-
-    `z`: amplitudes of the free motion, shape (2, N). `now`, `count`: numbers and whole numbers of the anchor, each of
-    shape (1,). `cycle`: amplitudes of the state that later ones are compared with. `past`: the last impacts. `sums`:
-    the running statistics, two SUMS.
-    """
+    """Everything that the next event depends on, as records that the kernels change; see `kernels.motion_records`."""
 
     z: Array
     now: Records
@@ -484,10 +479,7 @@ class Clocked:
     def followed(
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None, skip: int = 0
     ) -> dict[str, Any]:
-        """The motion on until the stop rule holds; what a `Trajectory` has of it, by the names of its fields.
-
-        `skip`: impacts that the running sums leave out.
-        """
+        """The motion on until the stop rule holds, as fields of a `Trajectory`; the sums leave out `skip` impacts."""
         table, state = self.table, self.snapshot.copy()
         modes, own, count = self.modes, to_change(table), state.count[0]
         room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))

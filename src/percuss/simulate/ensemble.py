@@ -304,7 +304,6 @@ class _Job(ABC):
         self.stopped = np.zeros(1, dtype=np.int64)
 
     def _given(self, starts: Any) -> Starts | list[Start]:
-        """The starts, as they are followed."""
         single = [starts] if isinstance(starts, Start) else starts
         if isinstance(single, Starts):
             return single
@@ -380,7 +379,6 @@ class _Systems(_Job):
         self.shared = table_of(self.hammers[0], self.modes) if len(self.hammers) == 1 else None
 
     def _rows(self) -> None:
-        """The starts as the kernels take them, one row for each member."""
         s, n = self.columns, self.members
         rows = np.arange(n) if len(s) == n else np.zeros(n, dtype=np.int64)
         self.displacement, self.velocity = (
@@ -393,7 +391,6 @@ class _Systems(_Job):
             self.ends = np.column_stack([*clocks(self.times + self.stop.time)])
 
     def chunks(self, workers: int) -> list[tuple[int, int]]:
-        """See `_Job`."""
         if self.whole:
             return [(i, i + 1) for i in range(self.members)]
         most = 64 if len(self.hammers) > 1 else 4096
@@ -413,7 +410,6 @@ class _Systems(_Job):
                 self._members(system, i, last if single else i + 1)
 
     def _members(self, system: System, first: int, last: int) -> None:
-        """Members of one system."""
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         window = slice(first, last)
         periods, phases, pieces = begun(system.load, self.times[window])
@@ -459,11 +455,9 @@ class _Systems(_Job):
         return desk
 
     def _window(self) -> int:
-        """Last impacts that are kept."""
         return max(WINDOW, 1 << max(self.last - 1, 0).bit_length())
 
     def _one(self, system: System, i: int) -> None:
-        """A whole motion."""
         start = self.columns[i if len(self.columns) > 1 else 0]
         motion = run(system, start, modes=self.modes, stop=self.stop, progress=lambda _: bool(self.stopped[0]))
         self.motions[i] = motion
@@ -473,7 +467,6 @@ class _Systems(_Job):
     # -- the result --
 
     def result(self) -> Ensemble:
-        """The columns."""
         found = self.found
         codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
         kept = self.last > 0
@@ -516,11 +509,9 @@ class _Machines(_Job):
         }  # fmt: skip
 
     def chunks(self, workers: int) -> list[tuple[int, int]]:
-        """See `_Job`."""
         return [(i, min(i + _CHUNK, self.members)) for i in range(0, self.members, _CHUNK)]
 
     def portion(self, first: int, last: int) -> None:
-        """See `_Job`."""
         from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
         for i in range(first, last):
@@ -545,7 +536,6 @@ class _Machines(_Job):
                 found[column][i] = getattr(cycle, name)
 
     def result(self) -> Ensemble:
-        """The columns."""
         means = ("blow_rate", "main_blow_rate", "interval_mean", "interval_std", "main_interval_mean")
         no: dict[str, Any] = {
             name: np.full(self.members, np.nan)

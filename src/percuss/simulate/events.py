@@ -99,13 +99,7 @@ class Events(Shown):
         return np.array(KINDS)[self.code]
 
     def of(self, kind: str) -> Self:
-        """The events of one kind.
-
-        Raises
-        ------
-        ParameterError
-            For a kind that there is not.
-        """
+        """The events of one kind."""
         choice("kind", kind, *(KINDS if self.states else KINDS[:PORT]))
         which: npt.NDArray[np.bool_] = self.code == KINDS.index(kind)
         return self[which]
@@ -306,10 +300,7 @@ def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
 
 
 def summary_of(system: System, events: Events, cycle: MotionCycle | None, over: bool = False) -> Summary:
-    """Means over the settled part of a motion: of the cycle, or of the second half when none was found.
-
-    `over`: the motion has ended for good, in rest or by leaving; it has no rates then, and the rest is of all impacts.
-    """
+    """Means over the cycle, or the second half when none was found; over all, without rates, if it is `over`."""
     struck = events.of("impact")
     n = len(struck)
     first, last = (0, max(n - 1, 0)) if over else _settled(events, struck, cycle)

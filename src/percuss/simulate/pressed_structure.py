@@ -173,10 +173,7 @@ class PressedMotion:
         return force, float((1j * k * waves).sum().real + (exponents * fading).sum().real)
 
     def lets_go(self, until: float) -> float:
-        """When the force first turns to a pull; `until` when not before, inf when never, NaN when that stays open.
-
-        As far as a parabola under the bound of F″ stays above 0, it is stepped over; what is free fades meanwhile.
-        """
+        """When the force first turns to a pull, stepped under a parabola by F″'s bound; inf: never, NaN: open."""
         exponents, k = self.pressed._free[0], self.pressed.spectrum.k
         swing, sizes = float(np.abs(self.waves).sum()), np.abs(self.fading)
         bent, curves = float((k * k * np.abs(self.waves)).sum()), sizes * np.abs(exponents) ** 2

@@ -64,10 +64,7 @@ _RESONANT = 1e10
 
 @dataclass(frozen=True)
 class Spectrum(DampedModes):
-    """Modes 1 … N of a system as q_n = γ_n u_n, which is what mode n adds to u_0 at the striking end: the gap function.
-
-    ResonanceError when a harmonic of the load meets an undamped elastic mode (B77 16).
-    """
+    """Modes 1 … N of a system as q_n = γ_n u_n, what mode n adds to the gap; ResonanceError at an own frequency."""
 
     system: System
     modes: int
@@ -167,10 +164,7 @@ class Spectrum(DampedModes):
         return np.asarray(shape), np.asarray(((1j * self.k * turned) @ self.response).real)
 
     def forced_strain_beyond(self, x: Array, phase: Array, mean: Array) -> Array:
-        """Strain of the forced motion in the modes above N, which the closed form has and the sum has not (theory §2).
-
-        At places x, load phases, and the constant part of the load there; of shape (len(x), len(phase)).
-        """
+        """Strain of the forced motion in the modes above N, as the closed form has it (theory §2); (x, phase)."""
         body, at = self.system.body, self.system.load.at
         static = body.static(x, at).strain - body.static(x, at, self.modes).strain
         with np.errstate(all="ignore"):
@@ -196,10 +190,7 @@ class Spectrum(DampedModes):
     def modal(
         self, z: Array, gap: npt.ArrayLike, rigid_rate: npt.ArrayLike, phase: npt.ArrayLike, mean: npt.ArrayLike
     ) -> tuple[Array, Array]:
-        """u_n and u_n', n = 0 … N, from the kernels' form of the state; of one state or of many, z of shape (…, 2, N).
-
-        The others have the shape (…): u(1), u_0', the load phase and the constant part of the load.
-        """
+        """u_n and u_n', n = 0 … N, from the kernels' form of one state or many, z of (…, 2, N), the others of (…)."""
         shape, rate = self.forced(phase, mean)
         q, w = z[..., 0, :] + shape, self.free_rate(z) + rate
         first = np.asarray(gap) - q.sum(axis=-1)
@@ -242,11 +233,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True)
 class Anchor:
-    """The state at an instant of free motion: load phase and step, of a machine the time and the valve's state.
-
-    `row` is in the form of the engine: u(1), u_0', the two rows of amplitudes of the free motion, and with a supply its
-    charge.
-    """
+    """The state at an instant of free motion; `row`: u(1), u_0', free amplitudes, a supply's charge, as the engine."""
 
     phase: float
     piece: int

@@ -232,11 +232,6 @@ class Start:
         are no orders, the state was the last demand, and ports whose region is occupied demand at once, in their order.
         Where orders are given the ports have demanded before.
 
-    Raises
-    ------
-    ParameterError
-        For numbers that are not finite or arrays of different lengths.
-
     Examples
     --------
     >>> Start.rigid(position=-1.0, time=0.3)
@@ -355,13 +350,7 @@ class Start:
         return replace(self, valve_state=state, orders=orders)
 
     def valve_of(self, machine: Machine) -> tuple[str, Orders]:
-        """The state of the valve, and the orders, of a machine that has these states.
-
-        Raises
-        ------
-        ParameterError
-            When it has not.
-        """
+        """The state of the valve, and the orders, of a machine that has these states."""
         names = [name for name, _ in instance("machine", machine, Machine).valve.pairs]
         state = machine.valve.start if self.valve_state is None else self.valve_state
         orders = Orders(state or names[0]) if self.orders is None else self.orders
@@ -380,11 +369,6 @@ class Start:
             N.
         system
             Whose modes they are; those of a uniform bar, driven at its end, by default.
-
-        Raises
-        ------
-        ParameterError
-            When the start has more modes than `modes`, or the striking end stands beyond the wall.
         """
         size = count("modes", modes, least=0, most=1 << 20) + 1
         if isinstance(system, Machine):
@@ -493,11 +477,6 @@ class Starts(Shown):
     states, state
         Of a machine the names of its valve's states, and the number of each start's, shape (starts,) or one for all.
         No orders wait, and the ports whose region is occupied demand at once.
-
-    Raises
-    ------
-    ParameterError
-        For arrays that do not fit each other, numbers that are not finite, or striking ends beyond the wall.
     """
 
     displacement: Array

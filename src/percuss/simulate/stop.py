@@ -45,11 +45,6 @@ class Stop:
     tolerance
         How near a state must come back to count as the same: phase in radians, velocities and modal amplitudes
         relative to the speed scale Σ|p_k| plus the striking speed; dimensionless.
-
-    Raises
-    ------
-    ParameterError
-        For numbers out of range.
     """
 
     impacts: int | None = None

@@ -212,7 +212,6 @@ class Trajectory(Shown):
     # -- the state --
 
     def _anchor(self, i: int) -> Anchor:
-        """The state after event number i; −1 is the start."""
         if i < 0:
             return self.start
         return Anchor(float(self.events.phase[i]), int(self.events.piece[i]), self.states[i])
@@ -254,11 +253,6 @@ class Trajectory(Shown):
             Times from `begin_time` to `end_time`.
         side
             At the time of an event: the state after it (``right``) or before it (``left``).
-
-        Raises
-        ------
-        ParameterError
-            For times outside the simulated ones.
         """
         choice("side", side, "left", "right")
         times = array("t", t, -np.inf, np.inf)

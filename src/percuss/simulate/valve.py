@@ -208,32 +208,33 @@ class Mechanism:
         ]
         rows += [own.driven] if flow else []
         ratio = np.array(rows, dtype=float).reshape(len(rows), self.modes + 1) / self.end
-        sides = {"back": -1.0, "front": 1.0, None: 0.0}
+        speeds = np.array([port.speed is not None for port in ports] + [False] * bool(flow), dtype=np.int64)
         held = self.forces if self.supply is None else np.full(len(names), machine.valve.chamber.force)
         return Gear(
             forces=held * unit**2,
             to=np.array([names.index(port.to) for port in ports], dtype=np.int64),
-            edge=np.array([port.behind or 0.0 for port in ports]),
-            side=np.array([sides[port.side] for port in ports]),
+            edge=np.array([-port.level * (1.0 if port.speed is None else unit) for port in ports]),
+            side=np.array([port.sign for port in ports]),
             delay=np.array([port.delay / unit for port in ports]),
             ratio=ratio,
             rigid=np.array([not row[1:].any() for row in ratio], dtype=np.int64),
             gain=float(self.end[0] * own.driven[0]),
             bend=ratio[:, 1:] @ self.elastic(unit).statics,
+            speeds=speeds,
             flow=flow * unit**3,
             draw=draw * unit**2,
             slope=slope,
-            **self._reaches(ratio * self.end),
+            **self._reaches(ratio * self.end, speeds),
         )
 
-    def _reaches(self, weights: Array) -> dict[str, Array]:
+    def _reaches(self, weights: Array, speeds: npt.NDArray[np.int64]) -> dict[str, Array]:
         """Of what the ports read: its place under a unit force, and how far a unit of energy drives it from there."""
         own, unit = self._own, self.unit
         if self.spring == 0.0:
             return {"still": np.zeros(len(weights)), "sway": np.full(len(weights), np.inf)}
         soft = weights / (own.omega * unit) ** 2
-        far = np.sqrt((weights**2 / (own.omega * unit) ** 2).sum(axis=1))
-        return {"still": soft @ own.driven, "sway": far * (1.0 + 1e-12)}
+        far = np.where(speeds, np.sqrt((weights**2).sum(axis=1)), np.sqrt((soft * weights).sum(axis=1)))
+        return {"still": (1 - speeds) * (soft @ own.driven), "sway": far * (1.0 + 1e-12)}
 
     # -- the state in two forms: B77's u_n, and the kernels' amplitudes of the free motion --
 

@@ -87,11 +87,6 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     periods
         m.
 
-    Raises
-    ------
-    ParameterError
-        When R leaves [0, 1], a value is not finite, or the load is constant.
-
     Examples
     --------
     >>> import numpy as np
@@ -140,11 +135,7 @@ class PhaseCurve(NamedTuple):
 
 
 def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[PhaseCurve]:
-    """The curves for cells of a system with other R and mean loads, shape (n,); v_f for all where the strain is kept.
-
-    Where the contact law changes the strain, each R has a curve (`percuss.steady.phases`). Under steps of the
-    load v_f stands for it, which is right to second order in 1/s.
-    """
+    """Curves for cells with other R and mean loads, (n,); v_f where the strain is kept, and under load steps."""
     response = forced_response(system)
     if system.contact.keeps_strain or not response.is_smooth:
         for i in range(0, restitution.size, _CHUNK):

@@ -49,10 +49,7 @@ class _Bounds(NamedTuple):
 
 @dataclass(frozen=True)
 class Contactless:
-    """The first passage through the wall between impacts, or None, and whether that is proved.
-
-    It is not when the work allowed ran out (ringing of enormous amplitude).
-    """
+    """The first passage through the wall between impacts, or None, and whether it is proved: not when work ran out."""
 
     violation: Violation | None
     proven: bool = True

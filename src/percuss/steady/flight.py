@@ -23,11 +23,7 @@ from percuss.steady.small_divisors import cubic_sum, resolvent_bound
 
 @dataclass(frozen=True)
 class Truncation(Shown):
-    """The modes kept and the modes left out of a motion's sums.
-
-    `few` and `some` modes already give the position to 1e-3 and 1e-7 of the stroke; `lost` bounds the position that the
-    modes left out add at the striking end, where it is known already.
-    """
+    """The modes kept, those that give 1e-3 and 1e-7 of the stroke, and a bound of the others at the end."""
 
     modes: int
     few: int

@@ -38,10 +38,7 @@ class Field(NamedTuple):
 
 
 class HarmonicResponse:
-    """Periodic motion of the bar under its harmonics p_k, without rigid drift, also when the load is piecewise.
-
-    ResonanceError when an undamped bar is driven at one of its own frequencies (B77 16).
-    """
+    """Periodic motion under the harmonics p_k, without rigid drift; ResonanceError at an own frequency (B77 16)."""
 
     is_smooth = True
 
@@ -107,10 +104,7 @@ class HarmonicResponse:
     def phases_at(
         self, ends: Array, velocities: Array, arc: npt.NDArray[np.intp], level: Array, plain: bool = False
     ) -> Array:
-        """The phase on each arc where v_f equals a level between its ends.
-
-        `plain`: in plain numbers where those are faster, which round otherwise than rows of them.
-        """
+        """The phase on each arc where v_f equals a level; `plain`: in plain numbers, which round otherwise."""
         return phases_of_waves(self.k, self.rigid_factor, ends, velocities, arc, level, plain)
 
     def slope_on(self, arc: int, theta: Array) -> Array:
@@ -145,10 +139,7 @@ class HarmonicResponse:
         return made(self.system.body, self.k.tobytes(), modes)
 
     def elastic(self, x: Array, theta: Array, modes: int = 0, *, cut: bool = False) -> Field:
-        """Elastic part of the forced motion, with the static shape of the mean; shapes (len(x), len(θ)).
-
-        All modes, or if `cut` the first `modes`.
-        """
+        """Elastic part of the forced motion with the mean's static shape, (x, θ); all modes, or the first `cut`."""
         kept = modes if cut else None
         shape, slope = self.shapes(x, kept)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
@@ -198,10 +189,7 @@ class HarmonicResponse:
         return (gain @ waves).real + mean[:, None], ((gain * (1j * self.k)) @ waves).real
 
     def modal_apart(self, modes: int, theta: Array) -> tuple[Array, Array]:
-        """As `modal`, term by term in real numbers: the same bits for a phase alone and in a row.
-
-        A matrix product does not give them, nor is it faster for a load of few harmonics at many phases.
-        """
+        """As `modal`, term by term in real numbers: the same bits alone and in a row, as no matrix product has."""
         gain = self.gains(modes)
         waves = self.p[:, None] * np.exp(1j * np.outer(self.k, theta))
         both = np.stack([waves, 1j * self.k[:, None] * waves], axis=1)  # displacement and velocity; (K, 2, len(θ))
@@ -275,11 +263,7 @@ _PROBED = 512  # the ringing after a jump falls off like 1/n²: more modes hardl
 
 
 class PiecewiseResponse:
-    """Periodic motion under a load that is constant between its breaks, the twin of HarmonicResponse.
-
-    Between two breaks every mode moves about its static displacement p_i/ω² as a free oscillator; the state at the
-    first break follows from periodicity. Resonance is refused as there.
-    """
+    """The twin of HarmonicResponse between the breaks of a load: each mode swings about its static place."""
 
     is_smooth = False
 
@@ -399,10 +383,7 @@ class PiecewiseResponse:
     # -- modes --
 
     def knots(self, modes: int) -> tuple[Array, Array]:
-        """Departure from the static displacement, and velocity, of each elastic mode at the start of each piece.
-
-        Shapes (pieces, modes). Those of the most modes asked for are kept: every look at a motion needs them.
-        """
+        """Departure from the static displacement, and velocity, of each mode at each piece's start; (pieces, modes)."""
         u, v = self._knots if self._knots[0].shape[1] >= modes else self._computed_knots(modes)
         if u.shape[1] > self._knots[0].shape[1]:
             self._knots = u, v
@@ -548,8 +529,5 @@ Response: TypeAlias = HarmonicResponse | PiecewiseResponse
 
 @lru_cache(maxsize=32)
 def forced_response(system: System) -> Response:
-    """The forced response, exact for the load's own form: piecewise where that is known, else by harmonics.
-
-    The last few are kept: every motion of a system, and whatever is asked of it, shares one.
-    """
+    """The forced response, exact for the load's own form; the last few are kept: all motions of a system share one."""
     return PiecewiseResponse(system) if system.load.is_piecewise else HarmonicResponse(system)

@@ -211,10 +211,7 @@ class LinearMap:
 
 
 def map_at_impact(system: System, period: float, force: float, displacement: Array, velocity: Array) -> LinearMap:
-    """The map of a motion of the given period, from its state just before the impact.
-
-    `force` is p(φ), the load at the impact; then u_n of the elastic modes, shape (N,), u_n' of the modes 0 … N.
-    """
+    """The map of a motion of that period from just before the impact: p(φ), u_n (N,) and u_n' from mode 0 on."""
     contact, first = system.contact, 0 if system.body.is_free else 1
     alpha, beta = contact.strain_factor, contact.velocity_factor
     flight, velocity = blocks(system.body, system.load.at, period, displacement.size), velocity[first:]
@@ -254,11 +251,7 @@ class CycleMap:
 
 
 def energy_shares(omega: Array, gamma: Array, u: ComplexArray, v: ComplexArray, scale: Any = 1.0) -> Array:
-    """Share of each mode in an eigenvector by its energy, sum 1; shape (n,).
-
-    The energy of u_n counts |γ_n|/2 times, once for B77's bar: a mode that the load hardly drives has hardly a
-    share, and a bar that is turned round has the same shares.
-    """
+    """Share of each mode in an eigenvector by its energy |γ_n|/2 u_n², sum 1; the same when the bar is turned round."""
     counted = np.where(omega == 0.0, 1.0, 0.5 * np.abs(gamma))
     weight = counted * (np.abs(v) ** 2 + np.maximum(omega, 1.0) ** 2 * np.abs(u) ** 2) / scale
     return np.asarray(weight / weight.sum()) if weight.sum() > 0.0 else np.eye(1, weight.size)[0]
@@ -377,10 +370,7 @@ class Multipliers(Shown):
 def multipliers_of(
     label: str, system: System, matrix: LinearMap | CycleMap, fewer: Callable[[int], Multipliers] | None = None
 ) -> Multipliers:
-    """Those of a map; `fewer` finds those of fewer modes.
-
-    Few modes go to a dense eigensolver; many of one impact to the secular function, whose cost grows in proportion.
-    """
+    """Those of a map; few modes go to a dense eigensolver, many of one impact to the secular function."""
     omega = matrix.blocks.omega if isinstance(matrix, LinearMap) else matrix.omega
     modes = omega.size - int(system.body.is_free)
     if isinstance(matrix, LinearMap) and modes > _DENSE:

@@ -32,10 +32,7 @@ _EPS = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Arcs:
-    """The arcs of the circle on which v_f is monotone, and what v_f belongs to.
-
-    Their ends are the n critical points or breaks, increasing, and the first one again a turn later; with v_f there.
-    """
+    """The arcs of the circle on which v_f is monotone: their n + 1 increasing ends, and v_f there."""
 
     ends: Array
     velocities: Array
@@ -61,10 +58,7 @@ class Arcs:
 
     @cached_property
     def turning(self) -> npt.NDArray[np.bool_]:
-        """At which ends v_f turns round, so that two motions meet there; shape (n + 1,).
-
-        All critical points count. At a break of a load of steps v_f has a kink, and may go on in its direction.
-        """
+        """At which ends v_f turns round, (n + 1,): critical points, breaks whose kink is one; two motions meet."""
         return self.response.turning(self.velocities)
 
     def plateaus(self, level: float) -> npt.NDArray[np.intp]:
@@ -80,10 +74,7 @@ class Arcs:
         return folded
 
     def roots(self, level: float) -> tuple[Array, Array]:
-        """All phases in [0, 2π) with v_f = level, increasing, and whether each is a tangency (fold).
-
-        Of a plateau at the level the middle, as a fold.
-        """
+        """All phases in [0, 2π) with v_f = level, increasing, and whether each is a fold, as a plateau's middle is."""
         off = self.velocities - level
         touching = np.abs(off) <= self.tolerance
         knots, folded = self.ends[:-1][touching[:-1]], self.turning[:-1][touching[:-1]]
@@ -131,10 +122,7 @@ def langevin(x: npt.ArrayLike) -> Array:
 
 
 def level_factor(damping: npt.ArrayLike, ratio: npt.ArrayLike) -> Array:
-    """c/(p_0 T) as a function of dT and the law's impedance ratio: [coth(dT/2) − 2/(dT)]/2 + (1 − R)/(2(1 + R)).
-
-    Both terms are positive, so no digit is lost anywhere; as d → 0 the first one vanishes.
-    """
+    """c/(p_0 T): [coth(dT/2) − 2/(dT)]/2 + (1 − R)/(2(1 + R)), both terms positive, so that no digit is lost."""
     return 0.5 * langevin(0.5 * np.asarray(damping, dtype=float)) + 0.5 * np.asarray(ratio, dtype=float)
 
 
@@ -181,10 +169,7 @@ _ROUNDING = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class PhaseCondition:
-    """The curve that meets a level at the impact phases: c less what the mean load adds to the curve.
-
-    `still` is added to the curve where its value is told.
-    """
+    """The curve that meets a level at the impact phases: c less what the mean adds, and `still` to its value."""
 
     arcs: Arcs
     level: float

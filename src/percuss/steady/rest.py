@@ -145,7 +145,6 @@ def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float
 
 
 def _odd(number: int) -> int:
-    """The greatest odd divisor."""
     return number // (number & -number)
 
 

@@ -84,10 +84,7 @@ def _cubes(first: int, end: int, step: int) -> float:
 
 
 def resolvent_bound(system: System, period: float, omega: float, d: float) -> float:
-    """A number B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for every mode from one with `omega` and `d` on; inf when d = 0.
-
-    For the contact law that keeps the strain, and modes whose share of critical damping does not rise.
-    """
+    """B with ω_n |z_n| + |z_n'| ≤ B |f_n'| for all modes from `omega`, `d` on, if the strain is kept; inf for d = 0."""
     contact = system.contact
     half = float(np.exp(-0.5 * d * period))
     rate = float(np.sqrt(max(omega**2 - 0.25 * d**2, 0.0)))

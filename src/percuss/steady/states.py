@@ -105,11 +105,6 @@ class SteadyStates(FoundMotions):
         """Where the contact of a body that is held would be at impacts at the given load phases (rad): at the roots g.
 
         The displacement just before the impact, shape of `phase`.
-
-        Raises
-        ------
-        ParameterError
-            For a body that is free, whose place follows from nothing.
         """
         body, phases = self.system.body, numbers("phase", phase)
         condition = gap_condition(self.system, self.periods, self.modes or 0) if isinstance(body, HeldBody) else None
@@ -265,11 +260,6 @@ class Drag:
 
 def drag_of(orbit: Orbit) -> Drag:
     """The drag on a steady motion.
-
-    Raises
-    ------
-    ParameterError
-        For anything that is no orbit.
 
     Examples
     --------

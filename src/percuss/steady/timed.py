@@ -345,12 +345,10 @@ class TimedStates(Shown):
 
     @property
     def _stepwise(self) -> bool:
-        """Whether the curve jumps."""
         return self.system.load.is_piecewise and self.law.arm != 0.0
 
     @cached_property
     def _roots(self) -> tuple[TimedRoot, ...]:
-        """All impact phases, increasing."""
         if self._stepwise:
             return self._among_steps()
         phases, folds = self._arcs.roots(self.level + self.law.arm * self.system.load.mean)
@@ -421,7 +419,6 @@ class TimedStates(Shown):
 
 
 def _middles(phases: Array) -> Array:
-    """The phases half way from each to the next one round the circle."""
     return np.asarray(phases + 0.5 * np.diff(np.append(phases, phases[:1] + TURN)))
 
 

@@ -128,10 +128,7 @@ def polished(low: Array, high: Array, value: Curve, level: Array, start: Array |
 
 
 def polished_one(terms: Terms, level: float, from_: float, to: float, theta: float) -> float:
-    """One root by the method of `polished`, in plain numbers: the sum is below `level` at `from_`, above it at `to`.
-
-    `terms` are the coefficients of exp(ikθ) in the sum and in its slope, from the highest k down to 0.
-    """
+    """One root as `polished` finds it, in plain numbers, between `from_` below the level and `to`; highest k first."""
     for _ in range(100):
         turn, v, slope = cmath.exp(1j * theta), 0j, 0j
         for wave, rise in terms:

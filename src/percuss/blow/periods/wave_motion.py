@@ -124,10 +124,7 @@ class LatticeRun:
 
     @property
     def waves(self) -> Array:
-        """f and g of all cells, in order of space, each times √(2 Z Δt), and the motion and the force of the bit.
-
-        The sum of squares is twice the energy.
-        """
+        """√(2 Z Δt) f and g of all cells, in order of space (sum of squares 2 E), motion and force of the bit."""
         machine, now, bit = self.machine, self.now[0], self.machine.bit
         force = float(now["penetration"]) - (1.0 - bit.ratio) * float(now["greatest"])
         ends = [
@@ -238,10 +235,7 @@ class Impacts(Shown):
 def impacts_of(
     contacts: npt.NDArray[np.void], load: Load, transit: float, tool: tuple[float, float] | None = None
 ) -> tuple[Impacts, int]:
-    """The impacts that contacts make, and how many grazing contacts were left out.
-
-    `tool`: of one that is fed, the work that the rock has kept at the end and by how much it has been fed by then.
-    """
+    """The impacts that contacts make, and how many grazing ones were left out; `tool`: rock's work, and feed."""
     impulses = contacts["impulse"]
     real = impulses > _GRAZE * impulses.max(initial=0.0)
     kept = contacts[real]
@@ -304,10 +298,7 @@ class Recurrence:
         self._seen = [0] * (MOST_PERIODS + 1)
 
     def after(self, gap: float, waves: Array, speed: float) -> int:
-        """How many periods ago the state was the same, twice in a row; 0 when it never was.
-
-        A motion that comes nearer to a shorter cycle is not settled on a longer one before it.
-        """
+        """How many periods ago the state was the same, twice in a row, and no shorter cycle nearer; 0: never."""
         found, apart = 0, [math.inf] * (MOST_PERIODS + 1)
         for periods, (old_gap, old) in enumerate(reversed(self._states), 1):
             off = float(np.linalg.norm(waves - old)) + abs(gap - old_gap) / (2.0 * math.pi)
@@ -646,10 +637,7 @@ def rigid_state(start: Start, system: System) -> tuple[float, float, float]:
 
 
 def _finished(course: LatticeRun, system: System) -> tuple[Impacts, int]:
-    """The impacts that have ended: after the last contact waves have gone there and back without another one.
-
-    Those on a tool that is fed have ended when it is.
-    """
+    """The impacts that have ended: waves have gone there and back without another contact, or the tool is fed."""
     transit, tool = system.body.transit_time, _tool(course)
     found, grazes = impacts_of(course.contacts, system.load, transit, tool)
     if tool is not None:

@@ -430,14 +430,7 @@ _NEGLIGIBLE = 1e-3
 
 
 def blow_in_words(answer: BlowAnswer) -> str:
-    """What one blow does, the first line of its report.
-
-    Examples
-    --------
-    >>> from percuss.case import blow_answer, load_case
-    >>> blow_in_words(blow_answer(load_case("laboratory-striker"))).split(" puts ")[0]
-    'A blow of 29.8 J at 10 m/s'
-    """
+    """What one blow does, the first line of its report."""
     blow = answer.blow
     before = blow.energy_before
     head = f"A blow of {answer.tell(before, 'energy', 3)} at {answer.tell(blow.mean_velocity_before, 'speed', 3)}"
@@ -608,11 +601,7 @@ def _motion(case: Case) -> tuple[Orbit, str]:
 
 
 def own_speed(case: Case) -> float:
-    """The mean velocity of the bar just before the blow of the motion of a case, in the units of the case.
-
-    Of a machine that switches its own valve that of its cycle as a rigid piston; CaseError where nothing repeats itself
-    with one blow.
-    """
+    """The bar's mean velocity before its blow, in the case's units; CaseError without a cycle of one blow."""
     if not case.is_machine:
         return _mean_speed(_motion(case)[0])
     from percuss.steady import self_excited_motion
@@ -657,13 +646,7 @@ POINTS = 4001
 
 
 def blow_dataset(answer: BlowAnswer) -> Dataset:
-    """Forces, waves and penetration at equal steps of the window; at a jump the later value.
-
-    Raises
-    ------
-    MissingExtraError
-        Without xarray.
-    """
+    """Forces, waves and penetration at equal steps of the window; at a jump the later value."""
     xarray = extra_package("xarray", "io")
     blow, waves, si = answer.blow, answer.waves, answer.is_si
     time = np.linspace(0.0, blow.until, POINTS)

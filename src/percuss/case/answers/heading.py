@@ -190,7 +190,6 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
 
 
 def _structure_rows(system: System) -> list[tuple[str, str]]:
-    """What was understood of the structure."""
     body, bar = system.body, system.bar
     rows = [("structure", str(body) if bar is None else str(bar))]
     known = body.modes(body.kept(4), system.load.at)
@@ -307,10 +306,13 @@ def _pump_text(machine: Machine, supply: Supply) -> str:
 def _port_text(machine: Machine, number_of: int) -> str:
     port, tell = machine.valve.ports[number_of], Teller.of(machine)
     delay = f" after {tell(port.delay, 'time')}" if port.delay else ""
-    if port.on == "impact" or port.behind is None:
+    if port.on == "impact":
         return f"every blow: {port.to}{delay}"
     where = "farther than" if port.side == "back" else "nearer than"
     whose = "" if port.reads == "centre" else f", read at x = {number(float(port.reads))} of the bar"
+    if port.behind is None:
+        way = "away from" if port.side == "back" else "toward"
+        return f"faster than {tell(abs(port.level), 'speed')} {way} the wall: {port.to}{delay}{whose}"
     return f"{where} {tell(port.behind, 'length')} behind the wall: {port.to}{delay}{whose}"
 
 

@@ -132,13 +132,7 @@ class MachineAnswer(Shown):
 
     @cached_property
     def course(self) -> CycleCurve:
-        """The cycle over time.
-
-        Raises
-        ------
-        ParameterError
-            When there is none.
-        """
+        """The cycle over time."""
         if self.cycle is None:
             raise ParameterError("course", self.outcome, "a machine with a cycle")
         return course_of(self.machine, self.cycle)
@@ -271,7 +265,7 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
         "states": {name: json_number(force) for name, force in valve.pairs},
         "chamber": picked(valve.chamber, "force stiffness"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
-        "ports": [picked(port, "to behind side delay reads on") for port in valve.ports],
+        "ports": [picked(port, "to behind side delay reads on speed") for port in valve.ports],
         "start_state": valve.start,
     }
 
@@ -306,11 +300,6 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     ----------
     modes
         Elastic modes; 32 by default, 0 for a rigid piston.
-
-    Raises
-    ------
-    CaseError
-        When the load of the case is another.
 
     Examples
     --------
@@ -603,7 +592,6 @@ def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
 
 
 def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
-    """Everything that happens in a cycle, in order."""
     ports = machine.valve.ports
     found = [
         *(_Happens(one.time, f"ports[{one.port}] uncovered", ports[one.port].behind, -one.velocity)

@@ -151,10 +151,7 @@ class MachineSensitivity:
 
 @dataclass(frozen=True)
 class AtPressure:
-    """A machine at another pressure: the factor, and relative to the case the blow energy and rate; None: stopped.
-
-    With a supply the factor is that of the flow of its pump.
-    """
+    """A machine at another pressure, or flow of its pump: factor, relative energy and rate; None: stopped."""
 
     pressure: float
     energy: float | None
@@ -169,10 +166,7 @@ def sensitivities(motion: SelfExcited) -> tuple[MachineSensitivity, ...]:
 
 
 def pressure_curve(motion: SelfExcited) -> tuple[AtPressure, ...]:
-    """Energy and rate of a machine that runs at other pressures, up to where it stops, the gas being the same.
-
-    With a supply, at other flows of the pump.
-    """
+    """Energy and rate of a machine at other pressures, or flows of its pump, up to where it stops; same gas."""
     if not motion.runs:
         return ()
     below = [factor for factor in reversed(_CURVE) if factor < 1.0]

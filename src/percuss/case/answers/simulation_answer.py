@@ -276,7 +276,6 @@ def resumed_answer(
 
 
 def _plain(motion: Trajectory, text: str) -> float:
-    """A time without its unit."""
     moved = motion.hammer
     if not moved.is_si:
         raise ParameterError("time", text, "a plain number: the file has no scales")

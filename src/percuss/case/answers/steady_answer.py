@@ -60,10 +60,7 @@ class End:
 
 @dataclass(frozen=True)
 class Ends:
-    """Where random starts end: the most frequent motion first.
-
-    `note` says why none were followed, or some not to their end.
-    """
+    """Where random starts end, the most frequent motion first; `note`: why none, or some not to their end."""
 
     followed: int
     modes: int
@@ -200,11 +197,11 @@ class CaseReach(Shown):
 
 _WHERE = {
     "fold": "where the motion ceases to exist",
-    "nonsmooth_fold": "where the {blow} meets a step of the load and the motion ceases to exist",
+    "nonsmooth_fold": "where the {blow} meets a step of the force and the motion ceases to exist",
     "flip": "where the period doubles",
     "neimark_sacker": "where the motion begins to waver, by a pair of multipliers",
     "branch_point": "where another motion takes over, as a multiplier passes 1",
-    "corner": "where the {blow} meets a step of the load and is no longer stable",
+    "corner": "where the {blow} meets a step of the force and is no longer stable",
     "grazing_touch": "where the {bar} touches the wall between two {blow}s",
     "grazing_impact_dies": "where the {blow} has no speed left",
     "order_lost": "where two events of the valve exchange their order",
@@ -343,10 +340,7 @@ def timed_period(system: System, law: Timed, periods: int, modes: int | None) ->
 
 
 def blow_dict(law: Timed, system: System, periods: Sequence[int]) -> dict[str, Any]:
-    """The numbers of the law: in seconds and metres for a system in SI, else in radians and lengths of the bar.
-
-    The advance is that of a blow in the first of the `periods`; it goes with the impulse, and so with m.
-    """
+    """The numbers of the law, in SI or radians and bar lengths; the advance is that in the first of the `periods`."""
     time, length = (system.time_scale, system.length_scale) if system.is_si else (1.0, 1.0)
     period = 2.0 * math.pi * (periods[0] if periods else 1)
     advance = law.advance_per_impulse * law.steady_impulse(system.load.mean, period, system.d)

@@ -198,11 +198,7 @@ def _restitution(motion: WaveMotion) -> list[str]:
 
 @dataclass(frozen=True)
 class Beside(Shown):
-    """A settled motion by another law, beside the one by waves: radians, and speeds of the rigid motion, dimensionless.
-
-    `label` is None of a steady motion that is computed as such. The differences are those of the motion by waves
-    against it, in radians and relative; None where the two are not of one kind.
-    """
+    """A settled motion by another law, and how much that by waves differs (rad, relative; None: other kinds)."""
 
     law: str
     label: str | None
@@ -265,7 +261,6 @@ class WavesAnswer(ToldMotion):
 
 
 def _last(motion: WaveMotion, last: int | None) -> list[Impacts]:
-    """So many last impacts, or all of them, each by itself."""
     every = motion.impacts
     return [every.part(i) for i in range(every.size)[last_of(every.size, last)]]
 

@@ -157,11 +157,7 @@ def write_beside(name: str, path: str | os.PathLike[str]) -> None:
 
 
 def write_history(path: str | os.PathLike[str]) -> None:
-    """Write the sample history of the hydraulic drifter: 40 cycles of its net pressure at 50 kHz.
-
-    The net pressure of the two chambers on 6.5 cm²: a mean of 6.197 MPa for 310 J at 60 Hz with R = 0.2, and three
-    harmonics; amplitudes are fractions of the mean, angles in rad.
-    """
+    """Write the sample history of the drifter: 40 cycles of its net pressure at 50 kHz on 6.5 cm², 310 J at 60 Hz."""
     from percuss.case.catalogue.sample_history import write_sample_history
 
     shape = (rect(1.0, 0.0), rect(2.6, 0.0), rect(0.5, 1.2), rect(0.25, -1.0))

@@ -27,11 +27,7 @@ def write_sample_history(
     drift: float = 0.02,
     seed: int = 1977,
 ) -> None:
-    """Write a CSV file with the columns "time [s]" and "pressure [MPa]"; the same arguments give the same bytes.
-
-    The coefficients are in Pa, frequencies in Hz; noise and drift (of the mean, from end to end) are fractions of the
-    rms of the alternating part, jitter is one of the period.
-    """
+    """Write "time [s]" and "pressure [MPa]", same bytes for the same arguments; noise, drift: parts of the rms."""
     coefficients = np.asarray(pressure_coefficients, dtype=complex)
     # PCG64's raw integers are the same everywhere and for ever; numpy may change how it makes normal numbers of them
     raw = np.random.PCG64(seed)

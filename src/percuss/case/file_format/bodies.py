@@ -296,7 +296,6 @@ def _material(name: str, table: SectionTable, common: object) -> Material:
 
 
 def _damping(table: BarTable) -> dict[str, Any]:
-    """What a body in SI is told of its damping."""
     given = [name for name in ("damping_ratio", "damping", "drag") if getattr(table, name) is not None]
     if len(given) > 1:
         value = None if given[1] == "damping" else getattr(table, given[1])  # a table is not shown

@@ -66,10 +66,7 @@ class ReadHistory(NamedTuple):
 
 
 def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
-    """The load of a recorded history.
-
-    Its file is looked for in `folder`, that of the case file.
-    """
+    """The load of a recorded history, whose file is looked for in the folder of the case file."""
     try:
         recording, force = _recorded(table, file, folder)
         frequency = None if table.frequency is None else above_zero("frequency", table.frequency, "frequency")
@@ -366,7 +363,6 @@ class Parts:
 
 
 def _says_its_damping(table: SystemTable) -> bool:
-    """Whether the damping is given, or the bar is stepped: then it has none unless it is given."""
     return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 
@@ -478,7 +474,8 @@ def _check_scale(machine: Machine, file: str) -> None:
     if valve.supply is not None:
         sizes |= {"load.supply.flow": valve.supply.flow, "load.supply.accumulator": valve.supply.compliance}
     for i, port in enumerate(valve.ports):
-        sizes |= {f"load.ports[{i}].behind": port.behind or 0.0, f"load.ports[{i}].delay": port.delay}
+        given = {"behind": port.behind, "speed": port.speed, "delay": port.delay}
+        sizes |= {f"load.ports[{i}].{name}": size or 0.0 for name, size in given.items()}
     for key, size in sizes.items():
         if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
             what = "a size with a bar length, its mass and the unit of time as 1"

@@ -44,10 +44,7 @@ class ContactTable(CaseTable):
 
 
 def contact_of(table: ContactTable | SystemTable, bar: SizedBody | None, tool: bool) -> Contact | None:
-    """The law of the contact; None where it depends on a bar that could not be made, or on the blow.
-
-    `tool` tells whether the case says what the bar strikes.
-    """
+    """The law of the contact; None where it depends on a bar that could not be made, or on the blow (on a `tool`)."""
     area = getattr(table, "receiving_area", None)
     if area is not None and table.restitution is not None:
         raise ParameterError("receiving_area", area, "either restitution or receiving_area, not both")
@@ -109,11 +106,7 @@ _FORWARD = (
 
 
 def blow_of(question: BlowQuestion) -> EffectiveBlow:
-    """The blow of a bar on its tool, without a load; one that was computed before is remembered.
-
-    Its contacts and its restitution do not depend on the speed, unless there is a gap in front of the rock. The window
-    ends with `until`, where that is given.
-    """
+    """The blow of a bar on its tool without a load, which does not depend on the speed but for a gap; computed once."""
     from percuss.blow import effective_blow
 
     rock = getattr(question.target, "rock", None)

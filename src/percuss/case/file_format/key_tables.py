@@ -86,10 +86,7 @@ def _row(table: type[CaseTable], key: str) -> KeyRow:
 
 
 def said_of(table: type[CaseTable], key: str) -> dict[str, str]:
-    """What the schema says below a key: its ``meaning``, and if it does so ``allowed`` and ``left out``.
-
-    A key without a text has that of its SI form, or of the nearest class before its own with such a key.
-    """
+    """What the schema says below a key: ``meaning``, ``allowed``, ``left out``; else that of its SI form or base."""
     own = [one for one in table.mro() if issubclass(one, CaseTable)]
     said = _said_in(table.__module__)
     names = [one.__name__ for one in own]
@@ -110,7 +107,6 @@ def said_of(table: type[CaseTable], key: str) -> dict[str, str]:
 
 @cache
 def _said_in(module: str) -> dict[tuple[str, str], str]:
-    """The texts below the keys of the classes of a module."""
     found = {}
     for thing in ast.parse(inspect.getsource(sys.modules[module])).body:
         if isinstance(thing, ast.ClassDef):
@@ -126,7 +122,6 @@ _WORDS = {float: "number", int: "whole number", bool: "true or false", str: "tex
 
 
 def _words(hint: Any) -> str:
-    """The kind of value in words."""
     if isinstance(hint, type):
         return "table" if issubclass(hint, CaseTable) else _WORDS[hint]
     origin, parts = get_origin(hint), get_args(hint)

@@ -26,6 +26,7 @@ from percuss.case.file_format.values import (
     Length,
     Numbers,
     PlainNumber,
+    Speed,
     Stiffness,
     Stress,
     Time,
@@ -107,17 +108,20 @@ class PortTable(CaseTable):
     to: str
     """The state that is demanded."""
     behind: Length | None = None
-    """Distance of the port's edge from the wall. Allowed: greater than 0. When left out: `on` is needed."""
+    """Distance of the port's edge from the wall. Allowed: greater than 0. When left out: `speed` or `on` is needed."""
     side: Literal["back", "front"] | None = None
-    """Where the port is uncovered: with the bar farther from the wall than its edge, or nearer. When left out: `on` is
-    needed."""
+    """Where the port is uncovered: with the bar farther from the wall than its edge, or nearer; of a speed, away from
+    the wall, or toward it. When left out: `on` is needed."""
     delay: Time | None = None
     """From the demand to the change of the state. Allowed: 0 or greater. When left out: none."""
     reads: Reads | None = None
-    """Whose distance from the wall counts: `"centre"`, that of the centre of mass, or that of a place on the bar from 0
-    (driven end) to 1 (striking end). When left out: `"centre"`."""
+    """Whose distance from the wall, or speed, counts: `"centre"`, that of the centre of mass, or that of a place on the
+    bar from 0 (driven end) to 1 (striking end). When left out: `"centre"`."""
     on: Literal["impact"] | None = None
     """Every blow demands the state; instead of `behind` and `side`. When left out: it is a port."""
+    speed: Speed | None = None
+    """In the place of `behind`: the port opens where the bar comes to be faster than that, between blows. Allowed:
+    greater than 0. When left out: a place is read."""
 
 
 def _named(example: str) -> Callable[[Any], Any]:
@@ -132,7 +136,6 @@ def _named(example: str) -> Callable[[Any], Any]:
 
 
 def _written(value: Any) -> str:
-    """How a state is given."""
     return "areas" if isinstance(value, dict | AreasTable) else "force"
 
 

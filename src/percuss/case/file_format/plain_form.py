@@ -66,10 +66,7 @@ _PLAIN: dict[type[CaseTable], type[CaseTable]] = {ToolTable: PlainTool, HistoryL
 
 
 def plain_form(table: type[CaseTable]) -> type[CaseTable]:
-    """The table with plain numbers for text with a unit, without the keys that only a case in SI has.
-
-    It is a subclass, in which these keys are None; the table itself where nothing changes.
-    """
+    """A subclass of a table with plain numbers for quantities, None for what only SI has; or the table itself."""
     if table not in _PLAIN:
         hints = hints_of(table)
         kept = {name: _plain_of(hint) for name, hint in hints.items() if table.in_plain.get(name, "") is not None}

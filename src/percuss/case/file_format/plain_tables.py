@@ -102,10 +102,7 @@ def system_table(hammer: System | Machine) -> dict[str, Any]:
 
 
 def without_files(case: Case) -> Case:
-    """The same case with what its files hold in their place; the case itself without any.
-
-    A recording comes as its harmonics, a table of modes as its columns.
-    """
+    """The same case with what its files hold in their place: a recording's harmonics, a table's columns."""
     load, body = case.tables.load, case.tables.body
     named = None if body is None else body.file
     if not isinstance(load, HistoryLoad) and named is None:

@@ -391,10 +391,7 @@ def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCas
 
 
 def toml_text(tables: Mapping[str, Any]) -> str:
-    """TOML text that parses back to the same tables (numbers to the last bit).
-
-    Plain values come first, then one ``[table]`` for every mapping; mappings in them stand in one line.
-    """
+    """TOML text that parses back to the same tables (to the last bit); mappings inside a table take one line."""
     lines = [f"{_toml_key(name)} = {_value(value)}" for name, value in tables.items() if not isinstance(value, Mapping)]
     for name, table in tables.items():
         if isinstance(table, Mapping):

@@ -222,7 +222,6 @@ def _vectors(table: StartTable, scales: _Scales, place: float) -> tuple[tuple[fl
 
 
 def _kind(table: StartTable) -> str:
-    """Which of the kinds a table is of."""
     given = {kind: [key for key in keys if getattr(table, key) is not None] for kind, keys in _KINDS.items()}
     disturbance = [kind for kind in ("rigid", "modal") if given["orbit"] and given[kind]]
     if len(disturbance) == 1:

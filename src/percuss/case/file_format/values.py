@@ -17,10 +17,7 @@ from percuss.units import si
 
 @dataclass(frozen=True)
 class Kind:
-    """What the values of a key are: how they are checked, and what the reference and a dimensionless case make of them.
-
-    It stands in the annotation of a key, where pydantic finds the check.
-    """
+    """What a key's values are: how pydantic checks them, what the reference and a dimensionless case make of it."""
 
     words: str
     check: Callable[..., Any] | None = None
@@ -56,7 +53,6 @@ def _quantity(*dimensions: str) -> Callable[[Any, ValidationInfo], Any]:
 
 
 def _plain_number(value: Any, info: ValidationInfo) -> Any:
-    """A check that a value is a plain number."""
     if not _is_number(value) or not math.isfinite(value):
         remedy = "only a case in SI takes units" if isinstance(value, str) else ""
         raise UnitError(info.field_name or "value", value, "a finite number in a dimensionless case", remedy)
@@ -85,7 +81,6 @@ def _unit(value: Any, info: ValidationInfo) -> Any:
 
 
 def _pairs(value: Any) -> Any:
-    """Lists of two numbers as tuples; what has another form is refused with its place."""
     if not isinstance(value, list | tuple) or not value:
         raise ValueError("pairs [re, im] of numbers from the mean up, for example [[0.9, 0.0], [1.0, 0.0]]")
     for i, pair in enumerate(value):
@@ -201,6 +196,7 @@ Advance = Literal["kept", "pushed back", "residual penetration"]
 Length = Annotated[str, _quantity_of("length")]
 Area = Annotated[str, _quantity_of("area")]
 Frequency = Annotated[str, _quantity_of("frequency")]
+Speed = Annotated[str, _quantity_of("velocity")]
 Time = Annotated[str, _quantity_of("time")]
 Stress = Annotated[str, _quantity_of("pressure")]
 Density = Annotated[str, _quantity_of("density")]

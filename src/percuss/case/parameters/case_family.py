@@ -94,7 +94,6 @@ class CaseFamily:
 
     @property
     def _plain(self) -> Mapping[str, Parameter[Any]]:
-        """The dimensionless parameters, by name."""
         return parameters_of(self.case.machine()) if self.is_machine else PARAMETERS
 
     @cached_property
@@ -104,7 +103,6 @@ class CaseFamily:
 
     @cached_property
     def _short(self) -> dict[str, list[str]]:
-        """The keys by their names without the table."""
         found: dict[str, list[str]] = {}
         for key in self.keys:
             found.setdefault(key.partition(".")[2], []).append(key)
@@ -125,18 +123,11 @@ class CaseFamily:
                 check_same_law(self.case, name, key)
 
     def _thing(self, name: str) -> str:
-        """The word of what a parameter sets."""
         key = self.key(name)
         return (key_of(key).sets or key) if key else self._plain[name].thing
 
     def system(self, values: Mapping[str, float]) -> System:
-        """The system of the case with these values.
-
-        Raises
-        ------
-        CaseError, ParameterError
-            When there is none.
-        """
+        """The system of the case with these values."""
         keys, plain = self._split(values)
         return vary(self._scaled(keys), plain)
 
@@ -153,13 +144,7 @@ class CaseFamily:
         return self.case.is_machine
 
     def machine(self, values: Mapping[str, float]) -> Machine:
-        """The machine of the case with these values.
-
-        Raises
-        ------
-        CaseError, ParameterError
-            When there is none.
-        """
+        """The machine of the case with these values."""
         keys, plain = self._split(values)
         case = self._varied({key: value for key, value in keys.items() if not is_of_machine(key)})
         put = of_machine(case, {key: value for key, value in keys.items() if is_of_machine(key)})
@@ -203,11 +188,6 @@ class CaseFamily:
 
         The speed in [blow] is that of the case as it stands: where a value changes the load or the contact, or the bar
         of a machine that switches its own valve, the blow has the speed of the motion that results.
-
-        Raises
-        ------
-        CaseError, ParameterError
-            When there is none.
         """
         from percuss.case.answers.blow_answer import blow_answer, own_speed
 

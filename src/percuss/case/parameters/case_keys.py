@@ -30,9 +30,9 @@ LOAD_PRESSURE = "load.pressure"
 _SCALE = "load.scale"
 _NAME = re.compile(r"[^\W\d][\w-]*")  # a state whose name can stand in a dotted key
 _OF_MACHINE = re.compile(
-    r"load\.(?:scale|pressure|chamber\.(?:force|stiffness)|ports\[\d+\]\.(?:behind|delay)|states\.[^.]+)"
+    r"load\.(?:scale|pressure|chamber\.(?:force|stiffness)|ports\[\d+\]\.(?:behind|speed|delay)|states\.[^.]+)"
 )
-_DIMENSIONS = {"behind": "length", "delay": "time", "stiffness": "stiffness", "force": "force"}
+_DIMENSIONS = {"behind": "length", "speed": "velocity", "delay": "time", "stiffness": "stiffness", "force": "force"}
 
 
 def valve_keys(table: ValveLoad) -> list[str]:
@@ -46,7 +46,8 @@ def valve_keys(table: ValveLoad) -> list[str]:
     keys += ["load.chamber.force", "load.chamber.stiffness"]
     keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
     for i, port in enumerate(table.ports):
-        keys += [f"load.ports[{i}].{name}" for name in ("behind", "delay") if name == "delay" or port.on is None]
+        edge = [] if port.on is not None else ["behind" if port.speed is None else "speed"]
+        keys += [f"load.ports[{i}].{name}" for name in (*edge, "delay")]
     return keys
 
 
@@ -88,7 +89,7 @@ def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, f
             elif dimension == "stiffness":
                 found[name] /= machine.force_scale / machine.length_scale
             else:
-                found[name] /= float(getattr(machine, f"{dimension}_scale"))
+                found[name] /= float(getattr(machine, f"{'speed' if dimension == 'velocity' else dimension}_scale"))
     return found
 
 

@@ -70,11 +70,7 @@ def _read_apart(path: Path, options: Mapping[str, Any], halt: Callable[[], bool]
 def uploaded_case(
     text: str, data: bytes, name: str, harmonics: int, halt: Callable[[], bool] | None = None
 ) -> dict[str, Any]:
-    """A case file together with the recording that it names, as plain values.
-
-    They are those of `percuss.case.parameters.description.case_dict`. The recording is read as the table [load] of the
-    case says; in the answer its harmonics stand in its place.
-    """
+    """A case file and the recording it names, as `case_dict` has them; its harmonics stand in the recording's place."""
     tables = parsed(text, "case")
     load = tables.get("load")
     if not isinstance(load, dict) or load.get("kind") != "history":

@@ -201,11 +201,6 @@ def basins(
     stop, distance, threads, running
         As in `experiment`.
 
-    Raises
-    ------
-    ParameterError
-        For unknown names, units, starts beyond the wall or amplitudes of modes that are not kept.
-
     Examples
     --------
     >>> from percuss import Load, System

@@ -162,10 +162,7 @@ def farthest_port(machine: Machine) -> float:
 
 
 def speed_scale(machine: Machine) -> float:
-    """√(2 Δp S): what the difference of the valve's forces makes of rest on the way from the farthest port.
-
-    By the work of the switches it is the speed of the blow without delay, drag and restitution; 0 for one force alone.
-    """
+    """√(2 Δp S), a blow's speed without delay, drag and R, by the work of the valve's forces; 0 for one force."""
     forces = [force for _, force in machine.valve.pairs]
     return math.sqrt(2.0 * (max(forces) - min(forces)) * farthest_port(machine))
 

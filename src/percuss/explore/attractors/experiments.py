@@ -186,10 +186,7 @@ CONFIDENCE = 0.95
 
 
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Wilson's interval of a probability, from counts; (0, 1) when nothing was tried.
-
-    E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209–212, doi:10.1080/01621459.1927.10502953.
-    """
+    """Wilson's interval from counts; (0, 1) when nothing was tried (J. Am. Stat. Assoc. 22 (1927) 209–212)."""
     n, k = count("trials", trials, least=0), count("successes", successes, least=0)
     c = finite("confidence", confidence)
     if k > n:
@@ -264,7 +261,6 @@ class StartsFollowed(OfColumns):
 
     @staticmethod
     def _asked_in(ask: Mapping[str, Any]) -> dict[str, Any]:
-        """What was followed, of what an archive says that was asked."""
         from percuss.simulate import Stop
 
         what = machine_from(ask["machine"]) if "machine" in ask else system_from(ask["system"])
@@ -294,10 +290,7 @@ class StartsFollowed(OfColumns):
 
     @cached_property
     def shares(self) -> tuple[Share, ...]:
-        """The share of the starts that ends in each attractor, with 95 % intervals; the most frequent first.
-
-        Starts of a plane are no random sample: mind the intervals.
-        """
+        """The share of each attractor, with 95 % intervals, most frequent first (a plane is no random sample)."""
         number = self.numbers.size
         return tuple(Share(one, one.members / number, *wilson(one.members, number)) for one in self.attractors)
 
@@ -314,11 +307,7 @@ class StartsFollowed(OfColumns):
     def _dataset_over(
         self, dims: tuple[str, ...], number: npt.NDArray[np.int64], about: dict[str, Any], but: tuple[str, ...] = ()
     ) -> xarray.Dataset:
-        """The columns and their attractors as a dataset; `dims`: of the motions, and `number` of their shape.
-
-        All of it is dimensionless and says so; of a hammer in SI it has the scales besides, as `si_scale` and
-        `si_units` of each variable that has one.
-        """
+        """Columns and their attractors as a dataset, dimensionless; in SI with `si_scale` and `si_units` besides."""
         hammer, columns = self.hammer, self._about
         inner = {name: f"{name}_mode" for name in ("start_displacement", "start_velocity")}
         told = {"attractor_number": (dims, number, {"long_name": "attractor that the motion settles on"})}

@@ -162,7 +162,6 @@ class Hammer(ABC):
     def _of_blocks(
         self, size: int, number: int, stopped: Callable[[], bool], block: Callable[[slice], Columns]
     ) -> Columns:
-        """The columns of so many starts, `size` at once."""
         parts: list[Columns] = []
         for i in range(0, number, size):
             parts.append(block(slice(i, i + size)))
@@ -338,11 +337,7 @@ class ClockedHammer(Hammer):
 
 
 def _long(impacts: npt.NDArray[np.int64]) -> Iterator[tuple[npt.NDArray[np.intp], int]]:
-    """Members whose cycle is longer than what is kept of all, in portions, and how many impacts to keep of them.
-
-    That number is the power of 2 that their own cycle asks for, so that nothing depends on the company of a member: the
-    engine looks for cycles in as many impacts as are kept.
-    """
+    """Members whose cycle is longer than what is kept, in portions, and the power of 2 of impacts to keep."""
     keep = _WINDOW
     while keep < _LONGEST:
         keep *= 2

@@ -254,11 +254,6 @@ def boundaries(
         With a curve for everything that was found; a value of x that fails leaves NaN and says why. Some points may be
         on motions that strike backward, which only the equations have: `Boundaries.real` is without them.
 
-    Raises
-    ------
-    ParameterError
-        For unknown parameters, kinds or criteria, or a range that is empty.
-
     References
     ----------
     U. Björkenstam, Int. J. Mech. Sci. 19 (1977) 471–481, equations (14), (29)–(32), Figs 5, 6 and 8.
@@ -388,7 +383,6 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
 
 
 def _speed(line: Line, crossing: BoundaryCrossing) -> float:
-    """Striking speed of the motion at a crossing; a look with a few modes is enough but where it nearly vanishes."""
     few = DEFAULT_MODES if line.modes is None else line.modes
     motion = Orbit(line.system(crossing.y), line.periods, crossing.phase, False, few)
     if line.modes is None and motion.impact_velocity < 0.2 * motion.rigid_velocity:

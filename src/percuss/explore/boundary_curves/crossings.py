@@ -200,11 +200,7 @@ _STEPS = 80  # halves, or touches that are not the first
 def grazings(
     stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
 ) -> list[BoundaryCrossing]:
-    """Where the motion begins or ceases to be possible: the bar touches the wall between two impacts.
-
-    At R = 0, where the bar starts from rest, also where it would start into the wall; and where the striking speed
-    vanishes.
-    """
+    """Where the bar touches the wall between two impacts; at R = 0 also starts into it; where the speed is 0."""
     return [crossing for _, crossing in _switches(stretch, samples, told)[1]]
 
 
@@ -247,10 +243,7 @@ def _possible(motion: Orbit) -> bool:
 def _grazing(
     stretch: MotionArc, orbit: Callable[[float], Orbit], good: float, bad: float
 ) -> tuple[float, BoundaryCrossing]:
-    """The root of what makes the bad motion impossible; the motion a hair nearer to the good one proves it the first.
-
-    A few halves first: a motion that hardly passes the wall does so at one place.
-    """
+    """The root of what makes the bad motion impossible; a few halves first: a bare passage is at one place."""
     far, halves = good, _HALVES
     for _ in range(_STEPS):
         if abs(good - bad) <= 4.0 * np.finfo(float).eps * max(good, bad):

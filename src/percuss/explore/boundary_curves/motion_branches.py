@@ -140,10 +140,7 @@ def _excess(line: Line, form: int, end: int) -> Function:
 
 
 def _form(line: Line, y: float) -> int:
-    """Number of arcs at y, negative when the first one falls, so that it changes when an end passes phase 0 as well.
-
-    0 where the load does not push.
-    """
+    """Number of arcs at y, negative when the first falls: it changes when an end passes phase 0, too; 0: no push."""
     load = line.system(y).load
     return 0 if load.is_constant or load.mean <= 0.0 else _form_of(line.condition(y).arcs.velocities)
 
@@ -182,10 +179,7 @@ _FIRST = 1e-12  # share of the range at which a load factor's range from 0 begin
 
 @dataclass(frozen=True)
 class Heights:
-    """How y goes with the height of v_f of the middle system that it needs, both ways; broadcasts.
-
-    `size` is the factor by which y makes the alternating load larger than the middle system's.
-    """
+    """How y goes with the height of v_f of the middle system, both ways; `size`: its factor on the alternating load."""
 
     of: Callable[[Array], Array]
     y: Callable[[Array], Array]

@@ -31,10 +31,7 @@ PER_HARMONIC = 8
 
 @dataclass(frozen=True)
 class Line:
-    """All systems at one value of x, m load periods to an impact: y runs from `low` to `high`, `fixed` stays.
-
-    `modes`, `tolerance`: of the orbits. `told`: called with the share of the line's work that is done, 0 to 1.
-    """
+    """All systems at one x, m load periods an impact: y from `low` to `high`, `fixed` stays; `told` of the share."""
 
     family: Family
     fixed: dict[str, float]
@@ -83,11 +80,7 @@ FOLD = "fold"
 
 
 class BoundaryCrossing(NamedTuple):
-    """One crossing on a branch (of a fold: at an extremum), found to `residual`, an estimate of the error of y.
-
-    `speed`: striking speed of the motion there, dimensionless. `outside`: how many other multipliers are outside the
-    unit circle there, so that 0 is an end of stability.
-    """
+    """One crossing on a branch to `residual` in y; `outside`: how many other multipliers, 0 at an end of stability."""
 
     kind: str
     branch: int
@@ -153,10 +146,7 @@ _NEAR = 0.25  # a sample whose neighbours promise an extreme nearer to 0 than th
 
 
 def bracketed_roots(f: Function, low: Array, high: Array, f_low: Array, f_high: Array, steps: int = 120) -> Array:
-    """One root in each bracket, to rounding: inverse quadratic steps where they are safe.
-
-    T. R. Chandrupatla, Adv. Eng. Softw. 28 (1997) 145–149.
-    """
+    """One root in each bracket, to rounding, by inverse quadratic steps (Chandrupatla 1997)."""
     x1, x2, f1, f2 = (np.array(v, dtype=float) for v in (high, low, f_high, f_low))
     t = np.full(x1.shape, 0.5)
     best = np.where(np.abs(f1) < np.abs(f2), x1, x2)

@@ -55,8 +55,8 @@ class BranchEvent(Enum):
     FLIP = "flip", "a multiplier is −1: an orbit of twice the period begins"
     NEIMARK_SACKER = "neimark_sacker", "a pair of multipliers is on the unit circle"
     CROSSING = "branch_point", "a multiplier is 1, and another branch crosses this one"
-    CORNER = "corner", "an impact meets a step of the load: the branch has a corner"
-    NONSMOOTH_FOLD = "nonsmooth_fold", "an impact meets a step of the load: the branch turns back"
+    CORNER = "corner", "an impact meets a step of the load, or two events of a valve change places: there is a corner"
+    NONSMOOTH_FOLD = "nonsmooth_fold", "the same, and the branch turns back"
     TOUCH = "grazing_touch", "the striking end touches the wall between two impacts"
     DEATH = "grazing_impact_dies", "an impact has no speed"
     STICKING = "sticking", "the striking end would rest on the wall after an impact (R = 0)"
@@ -66,7 +66,7 @@ class BranchEvent(Enum):
     CHANGE = "label_changes", "the bar comes back to its release otherwise"
 
     # on a branch of a machine that switches its own valve
-    ORDER_LOST = "order_lost", "two events of the valve exchange their order"
+    ORDER_LOST = "order_lost", "two events of the valve exchange their order, and no cycle has the other one"
     PORT_LOST = "port_not_reached", "the piston turns just at a port that it passes: beyond, it does not reach it"
     PORT_TOUCH = "turning_at_port", "the piston turns just at a port that it does not pass: beyond, it passes it"
     PRESSURE_GONE = "pressure_gone", "the pressure of the supply falls to 0"
@@ -86,7 +86,7 @@ class BranchEvent(Enum):
     WITH_TOUCH = "with_touch", "the striking end touches the wall in another place as well"
     WITH_DEATH = "with_death", "another impact has no speed"
     WITH_STICKING = "with_sticking", "the striking end would rest on the wall after an impact (R = 0)"
-    WITH_CORNER = "with_corner", "an impact meets a step of the load"
+    WITH_CORNER = "with_corner", "an impact meets a step of the load, or two events of a valve change places"
     OTHER_CYCLE = "other_cycle", "beyond, what is let go does not come back as this cycle does"
     UNPRESSED = "unpressed", "the strain no longer presses the bar on the wall where its chatter ends"
     ENDLESS = "endless_chatter", "the chatter has more impacts than are followed: where R = 1 it has no end"
@@ -527,7 +527,7 @@ def recorded(record: object) -> dict[str, Callable[[Any], float]]:
 def _multipliers(motion: Repeating) -> ComplexArray:
     try:
         return motion.judged().values
-    except ParameterError:  # an impact without speed, or too many modes
+    except (ParameterError, np.linalg.LinAlgError):  # an event without speed, or too many modes
         return np.full(1, np.nan, dtype=complex)
 
 

@@ -45,7 +45,6 @@ def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
 
 
 def _has_dead(orbit: PeriodicOrbit) -> bool:
-    """Whether an impact has no speed."""
     greatest = np.abs(orbit.rigid_velocities if orbit.system.body.is_free else orbit.speeds).max()
     return not np.all(np.abs(orbit.speeds) > _DEAD * greatest)
 
@@ -214,11 +213,7 @@ _TRIED = 1e-3  # rad, by which it is tried which way leads into a branch
 
 
 def doubled(curve: SolutionCurve, point: CurvePoint) -> Partner | None:
-    """The branch z=2p/2n that begins at a flip; None for more impacts or periods than orbits may have.
-
-    With K(−1) v = 0 its times are at first (t, t + T), and its tangent (v, −v) with the parameter at rest, so that no
-    amplitude needs to be chosen.
-    """
+    """The branch z=2p/2n from a flip, at first (t, t + T) along (v, −v), K(−1) v = 0; None for too long ones."""
     p = curve.impacts
     if 2 * p > MOST_IMPACTS or 2 * curve.periods > MOST_PERIODS:
         return None

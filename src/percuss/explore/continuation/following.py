@@ -121,10 +121,7 @@ _CHANGED, _DEAD = 0.1, 1e-9  # share of the speed of an impact by which such a s
 
 
 def sentence(curve: SolutionCurve, one: LocatedEvent, impact: int | None, refusal: str) -> tuple[str, Side | None]:
-    """What lies beyond, and to which side a branch begins there.
-
-    `impact`: the number, from 1 on, of that which it happens to, `refusal`: why the branch ends.
-    """
+    """What lies beyond, and to which side a branch begins there, of impact number `impact`; `refusal`: why it ends."""
     if one.kind is BranchEvent.FLIP:
         return _flip(curve, one.point)
     if one.kind in (BranchEvent.TOUCH, BranchEvent.DEATH):
@@ -179,10 +176,7 @@ def _told(curve: SolutionCurve, side: Side | None) -> str:
 
 
 def _into(partner: Partner) -> Side | None:
-    """The same of the branch itself, by steps into it that shrink until two of them say the same; None if none do.
-
-    Where an impact all but dies multipliers change with its speed: a step that changes a speed by much says nothing.
-    """
+    """The same of the branch itself, by steps into it that shrink until two say the same; None if none do."""
     curve, start = partner
     speeds = curve.motion(start.x).speeds
     alive = np.abs(speeds) > _DEAD * speeds.max()
@@ -474,7 +468,6 @@ class _Tracer:
     met: list[tuple[int, int, float, float]]
 
     def branch(self, curve: SolutionCurve, ways: Sequence[Walk], depth: int) -> Branch:
-        """The branch of walks from one point, the one backward first."""
         points, marks, happened = joined(ways)
         motions = [curve.motion(point.x) for point in points]
         found = [branch_point(curve, one, in_words(way.refusal)) for one, way in happened]

@@ -23,7 +23,7 @@ from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.self_excited import Rhythm, ValveCycle
-from percuss.steady.self_excited.event_sequence import EventSequence, Fault, sequence_in
+from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reordered, sequence_in
 
 # ---- The cycles of an order of events
 
@@ -97,7 +97,8 @@ class MachineCurve(Problem):
             if len(self._motions) > _KEPT:
                 self._motions.clear()
             machine = self.system(*self.values(x))
-            self._motions[key] = self.sequence.cycle(machine, self.modes, self.times(x))
+            with np.errstate(all="ignore"):  # a guard that is met without speed
+                self._motions[key] = self.sequence.cycle(machine, self.modes, self.times(x))
         return self._motions[key]
 
     def times(self, x: Array) -> Array:
@@ -158,7 +159,7 @@ class MachineCurve(Problem):
                     matrix, error = self.linearised(x)
                     rest = np.linalg.solve(np.vstack([matrix, normal]), -np.append(error, normal @ (x - start)))
                     x = np.where(normal == 1.0, start, x + rest)
-                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix)
+                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix, self)
         except (PercussError, np.linalg.LinAlgError, FloatingPointError) as error:
             raise CorrectorFailed(str(error)) from error
         raise CorrectorFailed("no convergence")
@@ -181,7 +182,8 @@ class MachineCurve(Problem):
     def flip(self, point: CurvePoint) -> float:
         """Where a multiplier is −1."""
         found = self.motion(point.x).slope
-        return float(np.linalg.det(np.eye(len(found)) + found))
+        with np.errstate(all="ignore"):
+            return float(np.linalg.det(np.eye(len(found)) + found))
 
     # -- orders of events with twice and half as many blows --
 
@@ -217,6 +219,23 @@ class MachineCurve(Problem):
         sequence = sequence_in(self.motion(x).valve, half)
         return None if sequence is None else self.of(sequence)
 
+    # -- orders of events beside this one --
+
+    def reordered(self, x: Array) -> tuple[MachineCurve, Array] | None:
+        """The curve of the order in which a valve has the events of times that are in another; None for none."""
+        cycle = self.motion(x)
+        rhythm = reordered(cycle.machine.valve, cycle.rhythm)
+        sequence = None if rhythm is None else sequence_in(cycle.machine.valve, rhythm)
+        if rhythm is None or sequence is None or sequence == self.sequence or sequence.label != self.label:
+            return None
+        times = np.array([time for time, _ in rhythm.guarded]) / self.tick
+        return self.of(sequence), np.append(times, x[self.impacts :])
+
+    def follows(self, x: Array) -> bool:
+        """Whether a machine does this, in the order that its valve tells of the times."""
+        cycle = self.motion(x)
+        return self.fault(x) is None and sequence_in(cycle.machine.valve, cycle.rhythm) == self.sequence
+
     # -- whether a machine does this --
 
     def fault(self, x: Array) -> Fault | None:
@@ -225,7 +244,10 @@ class MachineCurve(Problem):
         spans = [one.duration for one in cycle.flights]
         seen = [0.0 if 0.0 <= span < _INSTANT * cycle.period else span * (1.0 - _ROUNDED) for span in spans]
         flights = tuple(replace(one, duration=span) for one, span in zip(cycle.flights, seen, strict=True))
-        return self.sequence.fault(replace(cycle, flights=flights))
+        found = self.sequence.fault(replace(cycle, flights=flights))
+        if found is None and self.sequence.drops and sequence_in(cycle.machine.valve, cycle.rhythm) != self.sequence:
+            return Fault("order", 0.0)  # an order is due before the one that replaced it is
+        return found
 
     def tests(self, x: Array) -> dict[str, float]:
         """What changes its sign where the order of events ends; see `EventSequence.tests`."""
@@ -239,11 +261,11 @@ def kind_of(test: str) -> tuple[BranchEvent, int]:
 
 
 _KINDS = {
-    "blow": BranchEvent.DEATH, "port": BranchEvent.PORT_LOST, "order": BranchEvent.ORDER_LOST,
+    "blow": BranchEvent.DEATH, "port": BranchEvent.PORT_LOST, "order": BranchEvent.CORNER,
     "wall": BranchEvent.TOUCH, "edge": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
 }  # fmt: skip
 OF_FAULTS = {
-    "order": BranchEvent.ORDER_LOST, "direction": BranchEvent.PORT_LOST, "wall": BranchEvent.TOUCH,
+    "order": BranchEvent.CORNER, "direction": BranchEvent.PORT_LOST, "wall": BranchEvent.TOUCH,
     "port": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
 }  # fmt: skip
 """What ends a branch by the kind of a fault, where no test tells it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -56,11 +56,12 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if not below and fault is None:
             break
         for name in below:
+            kind, which = kind_of(name)
             place = segment.root(partial(_test, curve, name), 0.0, last)
+            if kind is BranchEvent.CORNER:  # where the order is known, and the flight before it is none yet
+                place = max(place - _INSIDE * segment.length, 0.0)
             if found is None or place < found.place:
-                kind, which = kind_of(name)
-                aside = _INSIDE * segment.length if kind is BranchEvent.ORDER_LOST else 0.0  # where the order is known
-                found = segment.event(kind, max(place - aside, 0.0), which)
+                found = segment.event(kind, place, which)
         if fault is not None:
             kind = OF_FAULTS[fault.kind]
             found = segment.event(kind, _bisected(segment, last))
@@ -137,6 +138,38 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     return [segment.event(BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, stop))]
 
 
+_PAST = (1e-2, 1e-4)  # of a step, beyond the place where two events change places
+_ASIDE_OF_IT = (1e-4, 1e-6)  # rad, in which the other order is looked at
+
+
+def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | None:
+    """The point at which two events change places on the curve of their other order, with the tangent beyond it.
+
+    Where that changes nothing for the bar both curves go through the point. None where beyond it no machine does this.
+    """
+    for past in _PAST:
+        try:
+            place = min(one.place + past * segment.length, segment.length)
+            found = segment.curve.reordered(segment.at(place).x)
+            if found is None:
+                continue
+            curve, x = found
+            x[-1:] = one.point.x[-1:]
+            level = np.eye(x.size)[-1]
+            corner: CurvePoint = curve.corrected(x, level, level, one.point._replace(matrix=None))
+        except CorrectorFailed:
+            continue
+        for size, way in product(_ASIDE_OF_IT, (1.0, -1.0)):
+            tangent = way * corner.tangent
+            try:
+                beside = curve.corrected(corner.x + size * tangent, tangent, tangent, corner)
+                if curve.follows(beside.x):
+                    return corner._replace(tangent=tangent)
+            except CorrectorFailed:
+                continue
+    return None
+
+
 _ONE, _HALVED, _NEAR_HALVED = 1e-8, 0.01, 3.0  # rad, between the halves of a cycle: they are one, or nearly
 _ROUNDS, _NEARLY, _ASIDE_OF_ALL = 12, 1e-8, 1e-6
 
@@ -211,12 +244,30 @@ class MachineWalk(Walk):
             if passed:
                 raise CorrectorFailed("another flip")
             return None
-        return LocatedEvent(BranchEvent.HALVING, segment.length, CurvePoint(made[1], segment.start.tangent, 0))
+        point = CurvePoint(made[1], segment.start.tangent, 0, None, self.curve)
+        return LocatedEvent(BranchEvent.HALVING, segment.length, point)
 
     def went(self, look: Look) -> None:
         if self.fresh:
             self.fresh, self.size = False, FIRST * self.scale
         super().went(look)
+
+    def at_last(self, one: LocatedEvent, look: Look) -> None:
+        if one.kind is not BranchEvent.CORNER:
+            super().at_last(one, look)
+            return
+        beyond = other_order(one, look.segment)
+        if beyond is None:
+            super().at_last(one._replace(kind=BranchEvent.ORDER_LOST), look)
+            return
+        turned = beyond.tangent[-1] * one.point.tangent[-1] < 0.0
+        self.keep(one.point, self.marks[-1])
+        self.happened.append(one._replace(kind=BranchEvent.NONSMOOTH_FOLD if turned else BranchEvent.CORNER))
+        self.curve, self.size = beyond.curve, min(self.size, FIRST * self.scale)
+        self.arrive(beyond)
+
+    def home(self, segment: CurveSegment) -> CurvePoint | None:
+        return super().home(segment) if self.points[0].curve.sequence == self.curve.sequence else None
 
     def stuck(self) -> None:
         m = self.curve.impacts
@@ -241,19 +292,20 @@ def beginning(curve: MachineCurve, cycle: ValveCycle, values: tuple[float, ...])
     return found if found.tangent[-1] >= 0.0 else found._replace(tangent=-found.tangent)
 
 
-def doubled(curve: MachineCurve, point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:
+def doubled(point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:
     """The branch of twice as many blows that begins at a flip."""
-    made = curve.doubled(point.x)
+    made = point.curve.doubled(point.x)
     if made is None:
         return None
     wide, x = made
     own = wide.matrix(x)[:, : wide.impacts]
-    way = np.append(np.linalg.svd(own)[2][-1], np.zeros(len(curve.names)))
-    return wide, CurvePoint(x, way / np.linalg.norm(way), 0)
+    way = np.append(np.linalg.svd(own)[2][-1], np.zeros(len(wide.names)))
+    return wide, CurvePoint(x, way / np.linalg.norm(way), 0, None, wide)
 
 
-def machine_point(curve: MachineCurve, one: LocatedEvent, walk: Walk) -> BranchPoint:
+def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     """What is told of a point."""
+    curve = one.point.curve
     cycle = (curve.halved(one.point.x) or curve) if one.kind is BranchEvent.HALVING else curve
     x = one.point.x
     if cycle is not curve:
@@ -261,18 +313,21 @@ def machine_point(curve: MachineCurve, one: LocatedEvent, walk: Walk) -> BranchP
         assert halves is not None
         x = halves[0]
     motion = cycle.motion(x)
-    values = motion.multipliers().values
+    values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
     beyond = one.kind.words
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
         beyond = f"the branch turns back; beyond {told} neither of its two cycles exists"
     elif one.kind is BranchEvent.FLIP:
         beyond = _flip(curve, one.point)
-    elif one.kind is BranchEvent.NEIMARK_SACKER:
+    elif one.kind is BranchEvent.NEIMARK_SACKER and values is not None:
         turning = values[values.imag > TURNING * np.abs(values)]
         pair = turning[np.argmin(np.abs(np.abs(turning) - 1.0))]
         turn = math.degrees(float(np.angle(pair)))
         beyond = f"motions on a torus may begin, which turn by {turn:.4g}° in a cycle"
+    elif one.kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD):
+        way = "goes on" if one.kind is BranchEvent.CORNER else "turns back"
+        beyond = f"two events of the valve exchange their order; the branch {way} with a corner"
     elif one.kind is BranchEvent.TOUCH:
         beyond = "the striking end touches the wall between two blows: double blow"
     elif one.kind is BranchEvent.NO_SYSTEM and walk.refusal is not None:
@@ -288,7 +343,7 @@ _TRIED = (0.02, 0.01, 0.005)
 
 def _flip(curve: MachineCurve, point: CurvePoint) -> str:
     """Where the doubled cycle begins, and whether it is stable there, by steps into it."""
-    partner = doubled(curve, point)
+    partner = doubled(point)
     if partner is None:
         return "a cycle of twice as many blows begins"
     wide, start = partner
@@ -345,7 +400,7 @@ def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
     start = beginning(curve, cycle, over.here)
     ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
     for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):
-        partner = doubled(curve, one.point)
+        partner = doubled(one.point)
         if partner is None:
             continue
         wide, begin = partner
@@ -353,9 +408,11 @@ def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
         off = np.array([point.x[-1] for point in walk.points]) - np.divide(over.here, over.units)
         for i in np.flatnonzero(off[:-1] * off[1:] < 0.0).tolist():
             first, last = walk.points[i : i + 2]
+            if first.curve.sequence != last.curve.sequence:
+                continue
             x = first.x + off[i] / (off[i] - off[i + 1]) * (last.x - first.x)
             held = np.eye(x.size)[-1]
-            found.append(wide.motion(wide.corrected(x, held, first.tangent, first).x))
+            found.append(first.curve.motion(first.curve.corrected(x, held, first.tangent, first).x))
     return found
 
 
@@ -370,12 +427,12 @@ def _branch(
 ) -> Branch:
     """The branch of walks from one point, and those that begin at its flips; `met` are those that were followed."""
     points, marks, happened = joined(ways)
-    motions = [curve.motion(point.x) for point in points]
-    found = tuple(machine_point(curve, one, way) for one, way in happened)
+    motions = [point.curve.motion(point.x) for point in points]
+    found = tuple(machine_point(one, way) for one, way in happened)
     met += [(curve.label, point.value) for point in found if point.kind is BranchEvent.HALVING]
     switched = []
     for one, _ in happened if depth else ():
-        partner = doubled(curve, one.point) if one.kind is BranchEvent.FLIP else None
+        partner = doubled(one.point) if one.kind is BranchEvent.FLIP else None
         if partner is None or (halt is not None and halt()):
             continue
         wide, start = partner

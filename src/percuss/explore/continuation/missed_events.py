@@ -100,7 +100,6 @@ def crossings(
 def _between(
     segment: CurveSegment, first: tuple[float, CurvePoint], last: tuple[float, CurvePoint], fresh: bool
 ) -> list[LocatedEvent]:
-    """Folds, flips and pairs between two places, given with their points."""
     curve, (low, start), (high, stop) = segment.curve, first, last
 
     def fold(point: CurvePoint) -> float:
@@ -358,11 +357,7 @@ def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedE
 
 
 def narrow_end(segment: CurveSegment, points: Sequence[tuple[float, CurvePoint]]) -> CurvePoint | None:
-    """The first of some points inside a step, where a mode swings up for a moment, whose motion is impossible.
-
-    Where no mode swings further than at both ends, by as much as half of what is left there between the bar and the
-    wall, or of the velocity of an impact, the flights are not looked at.
-    """
+    """The first point inside a step where a mode swings up beyond both ends and the motion is impossible."""
     if not points:
         return None
     first, last = (segment.curve.motion(point.x) for point in (segment.start, segment.stop))
@@ -494,7 +489,6 @@ class _Least(NamedTuple):
     value: Array
 
     def some(self, which: npt.NDArray[np.intp] | slice) -> _Least:
-        """Some of them."""
         return _Least(self.mode[which], self.which[which], self.place[which], self.rate[which], self.value[which])
 
 
@@ -579,10 +573,7 @@ def _closer(maps: ModeMaps, least: _Least) -> _Least:
 
 
 def sheet_jump(segment: CurveSegment) -> bool:
-    """Whether a step leads further aside than its two tangents do, as one does that goes on on another sheet.
-
-    On one sheet the chord has the mean direction of both tangents, but for the square of the step.
-    """
+    """Whether the chord leads further aside than its tangents: on one sheet it has their mean direction."""
     if not segment.curve.modes:
         return False
     chord, mean = segment.stop.x - segment.start.x, segment.start.tangent + segment.stop.tangent

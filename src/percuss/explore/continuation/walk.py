@@ -110,6 +110,7 @@ class CurvePoint(NamedTuple):
     tangent: Array
     steps: int  # that Newton's method took
     matrix: Array | None = None  # the derivatives of the equations, where it was asked for them
+    curve: Any = None  # on which it is, where a walk goes on from one curve to another
 
 
 class Limit(NamedTuple):
@@ -263,7 +264,7 @@ class Problem(ABC):
                 if float(np.abs(moved).max()) <= _CLOSE:
                     if self.refusal(*self.values(x)) is not None:  # by rounding, where a parameter begins
                         x[list(self.places)] = start[list(self.places)]
-                    return CurvePoint(x, np.linalg.svd(matrix)[2][-1], step, matrix)
+                    return CurvePoint(x, np.linalg.svd(matrix)[2][-1], step, matrix, self)
         except (PercussError, np.linalg.LinAlgError) as error:
             raise CorrectorFailed(str(error)) from None
         raise CorrectorFailed("no convergence")
@@ -484,6 +485,10 @@ class Walk:
         """End the walk where no step is short enough, and say why."""
         self.end(BranchEvent.LOST)
 
+    def home(self, segment: CurveSegment) -> CurvePoint | None:
+        """The start of the walk, if a step comes back to it."""
+        return closed_at(self.points[0], segment)
+
     # -- what is common --
 
     def end(self, kind: BranchEvent) -> None:
@@ -532,7 +537,7 @@ class Walk:
         """Keep a step with what happened in it."""
         segment, between, limit, last, _ = look
         goes_on = last is None and limit is None and len(self.points) >= _FEWEST
-        back = closed_at(self.points[0], segment) if goes_on else None
+        back = self.home(segment) if goes_on else None
         if back is not None:
             between = [one for one in between if float((one.point.x - back.x) @ back.tangent) < 0.0]
         for one in between:

@@ -66,10 +66,7 @@ def _empty(values: int) -> Columns:
 def fresh_pass(
     systems: Sequence[System | None], modes: int, stop: Stop, seed: int, number: int, stopped: Callable[[], bool]
 ) -> Columns:
-    """A new random start for each system: every pass has another one, and each value its own.
-
-    Half of them leave the wall as in the distribution ``wall`` of experiments, half come from afar as in ``field``.
-    """
+    """A new random start for each system in every pass: half of them as in ``wall``, half as in ``field``."""
     from percuss.simulate import simulate_many
 
     found = _empty(len(systems))
@@ -95,11 +92,7 @@ def running_pass(
     rank: int,
     stopped: Callable[[], bool],
 ) -> Columns:
-    """One motion taken along: from a system upwards and downwards, each from where the motion of the one before ended.
-
-    It begins at a share of the values, its `place`, with a motion that random starts settle on there: of rank 0 the
-    most frequent one. Where there is none of its rank, nothing is taken along, and where no system is, nothing passes.
-    """
+    """One motion taken along both ways from its `place`, where starts settle on it, by rank of frequency."""
     found, first = _empty(len(systems)), min(int(place * len(systems)), len(systems) - 1)
     here = systems[first]
     begun = None if here is None else _begun(here, modes, stop, seed, rank)
@@ -180,7 +173,6 @@ def _at_wall(system: System, start: Start) -> Start:
 
 
 def _last(many: Ensemble, row: int) -> Array:
-    """Phases, speeds and times of the last impacts of a motion."""
     assert many.last_phase is not None and many.last_velocity is not None and many.last_time is not None
     return np.stack([many.last_phase[row], many.last_velocity[row], many.last_time[row]])
 
@@ -228,11 +220,7 @@ _MOST_TRIES, _MOST_DEPTH = 10**6, 16
 
 @dataclass(frozen=True, eq=False)
 class DiagramJob:
-    """What a diagram carries out; see `diagram`. Its items are the labels, the longer cycles, then the passes.
-
-    `up_to`: the greatest p and n whose orbits are searched for, at so many `searched` values; None for no branches.
-    `starts`, `runs`: passes from new starts at each value, and motions that are taken along, up and down the values.
-    """
+    """What a diagram carries out; see `diagram`. Its items are the labels, the longer cycles, then the passes."""
 
     family: Family
     axis: Axis
@@ -383,10 +371,7 @@ class DiagramJob:
         return _with_lines(found, lines)
 
     def _settled(self, stopped: Callable[[], bool]) -> list[SettledCycle]:
-        """The cycles without rest that the passes settle on; none where the answer is no longer wanted.
-
-        Items know nothing of each other: a process that traces branches simulates the passes for itself, once.
-        """
+        """The cycles without rest that passes settle on, simulated once in each process; none once unwanted."""
         if not self._cycles:
             found: list[SettledCycle] = []
             for number in range(self.passes):

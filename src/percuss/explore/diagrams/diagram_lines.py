@@ -109,7 +109,6 @@ def with_new(known: list[Branch], found: list[Branch]) -> list[Branch]:
 
 
 def _holds(other: Branch, line: Branch) -> bool:
-    """Whether a branch is another one, or a part of it."""
     if (other.label, other.possible) != (line.label, line.possible):
         return False
     if _tells_the_same(other, line):
@@ -161,11 +160,7 @@ _SHOWN = 0.1  # share of the range for which they are followed
 def beyond_the_ends(
     branches: Sequence[Branch], family: Family, between: tuple[float, float], stopped: Callable[[], bool]
 ) -> list[Branch]:
-    """The continuation of each branch beyond its grazings, for a tenth of the range.
-
-    The equations for the times of the impacts know nothing of the wall between them, nor of the sign of a speed, so
-    that their solutions go on smoothly.
-    """
+    """Each branch continued smoothly beyond its grazings for a tenth: the equations know nothing of the wall."""
     found = []
     for branch in branches:
         for point in {id(one): one for one in branch.ends}.values():

@@ -63,10 +63,7 @@ def traced(
     stopped: Callable[[], bool],
     settled: Sequence[SettledCycle] = (),
 ) -> list[Branch]:
-    """All branches on which an orbit was found at one of the values or settled on, and those that begin on them.
-
-    `search` finds orbits at the values; `switch` is as for `follow`, and `settled` on are those of simulations.
-    """
+    """All branches with an orbit that `search` finds or that is `settled` on, and what begins on them (`switch`)."""
 
     def system(value: float) -> System:
         return family.system({name: value})
@@ -153,7 +150,6 @@ def _is_on(line: Branch, value: float, orbit: PeriodicOrbit) -> bool:
 
 
 def _same(orbit: PeriodicOrbit, times: Array, near: float = _SAME) -> bool:
-    """Whether an orbit has given times, shape (1, p), but for its first impact and whole load periods."""
     turn = load_turn(orbit.system.load)
     off = np.abs(differences(np.array(orbit.times), times, orbit.period, turn)).max(axis=-1)
     return float(off.min()) < near

@@ -494,7 +494,6 @@ class Archive:
         self.damaged = tuple(sorted(bad))
 
     def _sign(self, number: int, done: bool) -> None:
-        """Note that a chunk is there, or is not."""
         self._arrays[DONE][number : number + 1] = np.full(1, done, dtype=np.uint8)
         self.done[number] = done
 

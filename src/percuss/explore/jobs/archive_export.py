@@ -39,10 +39,7 @@ def variables_of(
     inner: Mapping[str, str],
     words: Mapping[str, Sequence[str]],
 ) -> dict[str, Any]:
-    """The variables of a dataset over `dims`: with units, meanings, and the words that numbers stand for.
-
-    `inner`: what the dimension of the items of a column is called, where it is not the column's name and a number.
-    """
+    """The variables of a dataset over `dims`, with units, meanings and words; `inner`: the dimension of an item."""
     made: dict[str, Any] = {}
     for name, values in arrays.items():
         column = columns[name]
@@ -185,11 +182,7 @@ def plain_dataset(archive: Archive) -> xarray.Dataset:
 
 
 def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """One line for each item, after a line of names with units; numbers that stand for words as the words.
-
-    The items are those of the first variable; what has other dimensions, such as a table of attractors, is left out,
-    and what has more becomes a column for each.
-    """
+    """A line for each item of the first variable's dimension; more dimensions become columns; words as words."""
     dims = _row_dims(dataset)
     shape = tuple(dataset.sizes[dim] for dim in dims)
     fields: list[tuple[str, Any]] = []  # header, and values of as many rows, to be broadcast where it is a coordinate
@@ -237,7 +230,6 @@ def _header(name: str, variable: xarray.DataArray) -> str:
 
 
 def _worded(variable: xarray.DataArray, values: Any) -> Any:
-    """The words that the numbers of a variable stand for, or the values themselves."""
     words = variable.attrs.get("words")
     return values if words is None else np.array([*str(words).split(", "), ""])[values]
 

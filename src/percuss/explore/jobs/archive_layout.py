@@ -349,10 +349,7 @@ def chunk_bounds(number: int, chunk: int, size: int) -> tuple[int, int]:
 
 
 def arrays_of(group: Any, columns: Mapping[str, Column], size: int, chunk: int) -> dict[str, Any]:
-    """An array for each column, and the signs; LookupError or ValueError where one is missing or of another kind.
-
-    They write chunks also when all of one is the fill value: NaNs keep their bits.
-    """
+    """An array for each column, and the signs; chunks of fill values too: NaNs keep their bits. Or LookupError."""
     with zarr_package().config.set({"array.write_empty_chunks": True}):
         arrays = {name: group[name] for name in [*columns, DONE]}
     if size < 0 or chunk < 1:

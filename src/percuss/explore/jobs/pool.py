@@ -140,10 +140,7 @@ class Pool(Protocol):
         ...
 
     def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
-        """The chunks that are ready, waiting at most so long for the first.
-
-        PercussError when a chunk cannot be computed, however often it is tried; or the error that it raised.
-        """
+        """The chunks that are ready, waiting at most so long for the first; or the error of one that fails."""
         ...
 
     def cancel(self) -> None:
@@ -188,11 +185,7 @@ class _Worker:
 
 
 class Processes:
-    """Worker processes of this machine, started with the first job and ready for the next ones.
-
-    They end with this process, whatever it dies of, and leave Ctrl-C to it. A worker that dies of a chunk is replaced
-    and the chunk tried once more. By default there are as many as cores.
-    """
+    """Worker processes of this machine, one a core; they end with it, leave Ctrl-C to it, and are replaced."""
 
     def __init__(self, workers: int | None = None) -> None:
         self._number = cores() if workers is None else workers
@@ -332,10 +325,7 @@ def _cause(code: int | None) -> str:
 
 @contextmanager
 def _surroundings(with_main: bool) -> Iterator[None]:
-    """Around the start of a process: it inherits one thread for each library, and no ear for Ctrl-C and SIGTERM.
-
-    Nor the main part of the script that asks, which a spawned process would run again, unless the job needs it.
-    """
+    """Around the start of a process: one thread for each library, no ear for signals, no script of the asker's."""
     main = sys.modules["__main__"]
     before = {name: os.environ.get(name) for name in _THREADS}
     deaf = hasattr(signal, "pthread_sigmask")
@@ -413,7 +403,6 @@ def _line_in(main: ModuleType) -> int:
 
 
 def _is_guard(statement: ast.stmt) -> bool:
-    """Whether a statement begins with ``if __name__ == "__main__"``, in either order."""
     if not isinstance(statement, ast.If) or not isinstance(statement.test, ast.Compare):
         return False
     sides = [statement.test.left, *statement.test.comparators]

@@ -130,11 +130,6 @@ def follow_point(
     PointCurve
         Its points, and what happens on it.
 
-    Raises
-    ------
-    ParameterError
-        For a point of another kind, unknown parameters, or ranges without the point.
-
     References
     ----------
     Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed., Springer 2004, § 10.3; W. Govaerts, Numerical
@@ -187,7 +182,6 @@ def follow_point(
 
 
 def _start(point: BranchPoint, over: Varied) -> tuple[ExtendedCurve, CurvePoint]:
-    """The curve of a point of orbits, and the point on it."""
     orbit, (condition, extra) = point.orbit, point_condition(point)
     curve = ExtendedCurve(over.family, over.names, over.units, orbit.impacts, orbit.periods, orbit.modes, condition)
     places = [value / unit for value, unit in zip(over.here, over.units, strict=True)]

@@ -41,14 +41,18 @@ from percuss.steady.self_excited.event_sequence import sequence_of
 
 FOLLOWED_OF_MACHINES = (
     BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH, BranchEvent.DEATH,
-    BranchEvent.ORDER_LOST, BranchEvent.PORT_LOST, BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE,
+    BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD, BranchEvent.ORDER_LOST, BranchEvent.PORT_LOST,
+    BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE,
 )  # fmt: skip
 """The kinds of points of machines of which there are curves."""
+
+_EXCHANGES = BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD, BranchEvent.ORDER_LOST
 
 _STEP = 1e-6  # of each unknown, for the derivatives of the number
 _WITH = {
     BranchEvent.FOLD: BranchEvent.WITH_FOLD, BranchEvent.FLIP: BranchEvent.WITH_FLIP,
     BranchEvent.TOUCH: BranchEvent.WITH_TOUCH, BranchEvent.DEATH: BranchEvent.WITH_DEATH,
+    BranchEvent.CORNER: BranchEvent.WITH_CORNER,
 }  # fmt: skip
 _SAME, _ROUNDING = 1e-6, 1e-11
 
@@ -233,7 +237,8 @@ def _condition(base: MachineCurve, x: Array, point: BranchPoint) -> tuple[str, c
         return "", 0.0
     if point.kind is BranchEvent.NEIMARK_SACKER:
         return "", _turning(point.valve_cycle)
-    mine = {name: abs(value) for name, value in base.tests(x).items() if kind_of(name)[0] is point.kind}
+    kind = BranchEvent.CORNER if point.kind in _EXCHANGES else point.kind
+    mine = {name: abs(value) for name, value in base.tests(x).items() if kind_of(name)[0] is kind}
     if not mine:
         raise ParameterError("point", str(point), "a point that a test of its order of events tells")
     return min(mine, key=lambda name: mine[name]), 0.0

@@ -97,7 +97,6 @@ def near(phase: float, place: float) -> float:
 
 
 def _release_near(system: System, time: float) -> float:
-    """The release nearest to a time; CorrectorFailed where the load lets go nowhere."""
     phases = release_phases(system.load)
     if not phases.size:
         raise CorrectorFailed("no release")
@@ -417,7 +416,6 @@ def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
 
 
 def _way(point: BranchPoint, chain: RestPath, number: int) -> RestWay:
-    """The way of a chain up to an impact."""
     cycle = point.cycle
     if _off_release(cycle, chain.release) > _RELEASE:
         raise ParameterError(
@@ -486,7 +484,6 @@ def _vanishing(cycle: RestCycle, chain: RestPath, limit: FallingPush) -> tuple[i
 
 
 def _grazing(point: BranchPoint, impact: int) -> Grazing:
-    """An impact that is born or dies."""
     number = impact - 1
     for chain in point.cycle.chains:
         if number < len(chain.impacts):

@@ -19,11 +19,7 @@ _SOME_LOSS = (1.0 - 0.02j) ** 0.5  # keeps a lossless bar that stands for a tabl
 
 
 class Lossless(NamedTuple):
-    """The lossless bar that answers a harmonic as the damped one does: ω_n² + ik d_n − k² = (ω_n² − z²)/factor.
-
-    Shapes (K,), Im z ≤ 0. `exact`: whether this holds for every mode; else only for those in resonance, and the others
-    differ by little.
-    """
+    """The lossless bar that answers a harmonic alike: ω_n² + ik d_n − k² = (ω_n² − z²)/factor; `exact`: all n."""
 
     z: ComplexArray
     factor: ComplexArray

@@ -42,7 +42,6 @@ class _ModeTable:
 
     @property
     def damping(self) -> Damping:
-        """The damping of each mode."""
         return Table(self.delta)
 
     @property
@@ -62,11 +61,6 @@ class ModalBody(_ModeTable, HeldBody):  # type: ignore[override]  # the table ha
         a_n, each mode at the contact (modal mass 1), and b_n, where the load acts.
     gap
         g, of either sign: the wall presses where it is negative.
-
-    Raises
-    ------
-    ParameterError
-        For columns of unequal lengths, values out of range, or when nothing moves the contact or feels the load.
 
     Examples
     --------
@@ -127,10 +121,7 @@ def _gap(value: object) -> float:
 
 
 def checked_modes(columns: dict[str, Any], unit: float) -> list[tuple[float, float, float, float]]:
-    """The rows of a table of modes by rising frequency; `unit` is what frequencies are divided by.
-
-    ParameterError by the name of the column, with the row counted from 1.
-    """
+    """The rows of a table of modes by rising frequency over `unit`; ParameterError by column and row from 1."""
     given = {name: numbers(name, values).reshape(-1).tolist() for name, values in columns.items()}
     size = len(given["omega"])
     if not 1 <= size <= MOST_MODES:
@@ -208,11 +199,6 @@ class Mounted(HeldBody):
         Wave speed of the bar, inf for a rigid mass, and the law of damping of the bar itself.
     gap
         g, of either sign.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range.
 
     Examples
     --------

@@ -115,10 +115,7 @@ class _Motion(NamedTuple):
 def elastic_receptance(
     sections: SectionChain, z: ComplexArray, x: Array, source: float, lowest: float
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Σ_{n≥1} φ_n(x) φ_n(p)/(ω_n² − z²) and its slope, shapes (K, len(x)), of a unit force at p = `source`.
-
-    For complex frequencies, Im z ≤ 0, shape (K,); `lowest` is ω_1.
-    """
+    """Σ_{n≥1} φ_n(x) φ_n(p)/(ω_n² − z²) and its slope, (K, len(x)), p = `source`, Im z ≤ 0; `lowest` is ω_1."""
     shape = np.empty((z.size, x.size), complex)
     slope = np.empty_like(shape)
     slow = np.abs(z) <= min(0.5 * lowest, 1.0 / float(sections.transit.sum()))
@@ -236,10 +233,7 @@ _MOST_STEPS = 200  # bisection alone needs half of them
 
 
 class SectionWaves(NamedTuple):
-    """Modes n = 1 … N: φ_n = Re(wave e^{iωt}), t the time of a wave from the start of the section; φ_n(1) > 0.
-
-    Shapes (N,), (K, N) and (N,); the modal mass is 1.
-    """
+    """Modes n = 1 … N: φ_n = Re(wave e^{iωt}), t from a section's start, φ_n(1) > 0; (N,), (K, N); mass 1."""
 
     omega: Array
     wave: ComplexArray
@@ -335,11 +329,7 @@ def _roots(sections: SectionChain, numbers: Array) -> Array:
 
 
 def _waves(sections: SectionChain, omega: Array, numbers: Array) -> ComplexArray:
-    """The waves of modes, shape (K, N), normalized.
-
-    A march loses digits where the mode fades. So the modes are put together of a march from either end, which meet in
-    the section where Z r r' is greatest, among those where both have the zeros of mode n between them.
-    """
+    """The normalized waves of modes, (K, N), by marches from both ends, which meet where Z r r' is greatest."""
     left, right = _march(sections, omega), _march(sections.mirrored, omega)
     phases = np.outer(sections.transit, omega)
     back = right._replace(vectors=right.vectors[::-1], turns=right.turns[::-1], growths=right.growths[::-1])
@@ -392,11 +382,6 @@ class SteppedBar(Body):
         The law of damping.
     lengths
         Their lengths, in any one unit, which say where x is. Without them x runs with the transit time.
-
-    Raises
-    ------
-    ParameterError
-        For values out of range, or numbers of sections that differ.
 
     Examples
     --------
@@ -568,12 +553,6 @@ class Section:
     youngs_modulus, density
         In Pa and kg/m³.
 
-    Raises
-    ------
-    ParameterError
-        For sizes that are not positive and finite, a bore as wide as the section, both or neither of an area and
-        a diameter.
-
     Examples
     --------
     >>> Section(0.25, diameter=0.04, bore=0.01).youngs_modulus
@@ -621,11 +600,6 @@ class SectionedBar(SizedBody):
         From the driven end to the striking end, 1 to 200 of them; each a `Section`, or a dict of what makes one.
     damping
         A law of damping with its times in s.
-
-    Raises
-    ------
-    ParameterError
-        For too many sections, none, or what is none.
 
     Examples
     --------

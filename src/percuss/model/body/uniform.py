@@ -121,11 +121,7 @@ def _decaying(q: ComplexArray, way: float) -> ComplexArray:
 
 
 def _images(x: Array, source: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """The two distances, over the near and over the far end, that a wave runs from the source, and their slopes.
-
-    cos nπx cos nπx_p = ½ [cos nπ(x − x_p) + cos nπ(x + x_p)]: the answer to a force anywhere is the mean of two
-    answers to one at the end.
-    """
+    """Two ways of a wave from the source: cos nπx cos nπp = ½ [cos nπ(x − p) + cos nπ(x + p)]; and slopes."""
     apart, back = x - source, 1.0 - (x + source)
     return (np.abs(apart), np.where(apart >= 0.0, 1.0, -1.0)), (1.0 - np.abs(back), np.where(back >= 0.0, 1.0, -1.0))
 
@@ -163,11 +159,7 @@ def sinc_deficit(q: ComplexArray) -> ComplexArray:
 
 
 class Piece(NamedTuple):
-    """A length of one cross-section and one material, as it is drawn and as stress is told of it; SI.
-
-    `start` and `end` count from the driven end; `diameter` and `bore` are outer and inner ones of a round
-    cross-section, those of a solid one where only the area is known.
-    """
+    """A length of one cross-section and material, SI, from the driven end on; solid where only its area is known."""
 
     start: float
     end: float
@@ -327,12 +319,6 @@ class Bar(SizedBody):
         A law of damping with its times in s; or ζ, the share of critical damping of every elastic mode
         (dimensionless), for `Ratio(ζ)`; or D, the force per metre of bar and per velocity, in N·s/m², for
         `External(D/M)`.
-
-    Raises
-    ------
-    ParameterError
-        For sizes that are not positive and finite, when both or neither of `area` and `diameter` are given, or more
-        than one damping.
 
     Examples
     --------

@@ -80,11 +80,6 @@ class Load(Shown):
     at
         Where on the body it acts: 0, the driven end, or the number of a step of the body, counted from there.
 
-    Raises
-    ------
-    ParameterError
-        For coefficients or a frequency that are not finite, a mean that is not real, or breaks out of order.
-
     Examples
     --------
     >>> load = Load.harmonic(mean=0.9, amplitude=1.0)
@@ -259,14 +254,9 @@ class Load(Shown):
 
     @classmethod
     def square(cls, amplitude: float, kappa: float, harmonics: int = 64, *, frequency: float | None = None) -> Load:
-        """Square wave: +amplitude for 0 < t < κπ and −amplitude for κπ < t < 2π (B77 34).
+        """Square wave: +amplitude for 0 < t < κπ and −amplitude for κπ < t < 2π (B77 34), 0 < κ < 2.
 
         The exact piecewise form is kept beside the first `harmonics` coefficients.
-
-        Raises
-        ------
-        ParameterError
-            When κ is not inside (0, 2) or the amplitude is 0.
         """
         q, k = positive("amplitude", amplitude), finite("kappa", kappa)
         if not 0.0 < k < 2.0:
@@ -538,7 +528,6 @@ class _Sampled:
 
 
 def _values(function: Callable[[Array], object], phases: Array) -> Array:
-    """The function at many phases, whether it takes arrays or not."""
     try:
         given = np.asarray(function(phases))
         found = given if given.dtype.kind == "c" else given.astype(float)
@@ -556,7 +545,6 @@ def _values(function: Callable[[Array], object], phases: Array) -> Array:
 
 
 def _value(function: Callable[..., Any], phase: float) -> float:
-    """The function at one phase."""
     try:
         given = function(phase)
         if not np.iscomplexobj(given):

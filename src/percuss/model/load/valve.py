@@ -36,11 +36,6 @@ class Cushion:
     area
         Of the piston's ring that presses on the oil (m²), where its pressure is to be told.
 
-    Raises
-    ------
-    ParameterError
-        When a number is out of range.
-
     Examples
     --------
     >>> Cushion(beyond=0.02, force=1.0, stiffness=50.0).energy(0.1)
@@ -64,24 +59,12 @@ class Cushion:
                 set_(self, name, positive(name, getattr(self, name)))
 
     def energy(self, depth: float) -> float:
-        """What it takes from a piston that goes in to a depth, ∫ (force + stiffness z) dz.
-
-        Raises
-        ------
-        ParameterError
-            When the depth is negative.
-        """
+        """What it takes from a piston that goes in to a depth, ∫ (force + stiffness z) dz."""
         depth = non_negative("depth", depth)
         return depth * (self.force + 0.5 * self.stiffness * depth)
 
     def scaled(self, force: float, length: float) -> Cushion:
-        """The same cushion in other units of force and length; the area stays in m².
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same cushion in other units of force and length; the area stays in m²."""
         force, length = positive("force", force), positive("length", length)
         end = None if self.length is None else self.length * length
         more = self.stiffness * force / length
@@ -112,11 +95,6 @@ class Supply:
         c of the accumulator: the volume that it gives up per pressure, times the square of that pressure, C P².
     start
         The pressure at the start, 0 or greater.
-
-    Raises
-    ------
-    ParameterError
-        When `flow` or `compliance` is not greater than 0, or `start` negative.
 
     References
     ----------
@@ -151,11 +129,6 @@ class Supply:
             For which the forces of the states hold, Pa.
         start
             The pressure at the start, Pa; `pressure` by default.
-
-        Raises
-        ------
-        ParameterError
-            As of the class.
         """
         flow, compliance = positive("flow", flow), positive("compliance", compliance)
         pressure = positive("pressure", pressure)
@@ -163,13 +136,7 @@ class Supply:
         return cls(flow * pressure, compliance * pressure**2, begins)
 
     def scaled(self, power: float, energy: float) -> Supply:
-        """The same supply in other units of power and of energy.
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same supply in other units of power and of energy."""
         return Supply(self.flow * positive("power", power), self.compliance * positive("energy", energy), self.start)
 
 
@@ -198,11 +165,6 @@ class Chamber:
         Towards the wall, when the driven end is where it is at the blow; dimensionless, as a load is.
     stiffness
         Increase of that force per distance from the wall; dimensionless, 0 or greater.
-
-    Raises
-    ------
-    ParameterError
-        When `force` is not finite, or `stiffness` negative.
 
     Examples
     --------
@@ -233,22 +195,21 @@ class Port:
     to
         The state that it demands.
     behind
-        Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `on="impact"`.
+        Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `speed`, and with
+        `on="impact"`.
     side
         "back" for the region farther from the wall than the edge, "front" for the region nearer to it; None with
-        `on="impact"`.
+        `on="impact"`. Of a speed: "back" where the bar goes away from the wall faster than that, "front" toward it.
     delay
         From the demand to the change of the state, 0 or greater (dimensionless time).
     reads
-        Whose distance from the wall it reads: "centre", of the centre of mass, or a place on the bar from 0 (driven
-        end) to 1 (striking end).
+        Whose distance from the wall, or speed, it reads: "centre", of the centre of mass, or a place on the bar from 0
+        (driven end) to 1 (striking end).
     on
         "impact": every blow demands the state. "entering", the default, is a port.
-
-    Raises
-    ------
-    ParameterError
-        When an argument is missing, out of range, or does not belong to this form.
+    speed
+        In place of `behind`, greater than 0 (dimensionless): the port reads a speed, and enters its region where this
+        one is passed between blows. A velocity that jumps at a blow passes nothing.
 
     Examples
     --------
@@ -264,6 +225,7 @@ class Port:
     delay: float = 0.0
     reads: Literal["centre"] | float = "centre"
     on: Literal["entering", "impact"] = "entering"
+    speed: float | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -277,19 +239,38 @@ class Port:
         if self.on == "impact":
             for name, value, left_out in (
                 ("behind", self.behind, None),
+                ("speed", self.speed, None),
                 ("side", self.side, None),
                 ("reads", self.reads, "centre"),
             ):
                 if value != left_out:
                     raise ParameterError(name, value, "nothing beside on='impact'", "leave out one of the two")
             return
-        if self.behind is None or self.side is None:
-            missing = "behind" if self.behind is None else "side"
+        edge = self.edge
+        if getattr(self, edge) is None or self.side is None:
+            missing = edge if self.side is not None else "side"
             raise ParameterError(
                 missing, None, "both behind and side of a port", "give both, or on='impact' for a demand at each blow"
             )
-        set_(self, "behind", positive("behind", self.behind))
+        if edge == "speed" and self.behind is not None:
+            raise ParameterError("speed", self.speed, "nothing beside behind", "leave out one of the two")
+        set_(self, edge, positive(edge, getattr(self, edge)))
         choice("side", self.side, "back", "front")
+
+    @property
+    def edge(self) -> Literal["behind", "speed"]:
+        """The name of the number that says where its edge is."""
+        return "behind" if self.speed is None else "speed"
+
+    @property
+    def sign(self) -> float:
+        """1 where its region is above the level, −1 where it is below, 0 of the blow."""
+        return {"front": 1.0, "back": -1.0, None: 0.0}[self.side]
+
+    @property
+    def level(self) -> float:
+        """What it reads at its edge, a displacement or a velocity, positive toward the wall; 0 of the blow."""
+        return -self.behind if self.behind is not None else self.sign * (self.speed or 0.0)
 
 
 @dataclass(frozen=True)
@@ -322,11 +303,6 @@ class Valve:
         What stops the piston when it finds no tool; None where it is not known.
     supply
         A pump and an accumulator; by default the pressure is constant.
-
-    Raises
-    ------
-    ParameterError
-        When there are no states, two of one name, or a port demands a state that does not exist.
 
     Examples
     --------
@@ -372,13 +348,7 @@ class Valve:
         return self.states
 
     def force(self, state: str) -> float:
-        """The force towards the wall in a state, with that of the chamber at the wall.
-
-        Raises
-        ------
-        ParameterError
-            When there is no such state.
-        """
+        """The force towards the wall in a state, with that of the chamber at the wall."""
         for name, force in self.pairs:
             if name == state:
                 return force + self.chamber.force
@@ -388,28 +358,26 @@ class Valve:
     def time_unit(self) -> float:
         """A power of two near the time in which the greatest force drives the bar from the wall to the farthest port.
 
-        Where ports have no place it is near the longest delay. What is taken for simultaneous, or for the end of
-        chatter, is measured by it.
+        Where ports have no place it is near the time to the greatest speed that they read, or the longest delay. What
+        is taken for simultaneous, or for the end of chatter, is measured by it.
         """
         way = max((port.behind for port in self.ports if port.behind is not None), default=0.0)
+        speed = max((port.speed for port in self.ports if port.speed is not None), default=0.0)
         push = max(abs(self.force(name)) for name, _ in self.pairs)
         if way > 0.0 and push > 0.0:
             exponent = 0.5 * (math.log2(way) - math.log2(push))
+        elif speed > 0.0 and push > 0.0:
+            exponent = math.log2(speed) - math.log2(push)
         else:
             exponent = math.log2(max(port.delay for port in self.ports) or 1.0)
         return 2.0 ** min(max(round(exponent), -300), 300)
 
     def scaled(self, force: float, length: float, time: float = 1.0) -> Valve:
-        """The same valve in other units: forces, distances and delays multiplied by these numbers.
-
-        Raises
-        ------
-        ParameterError
-            When a number is not greater than 0.
-        """
+        """The same valve in other units: forces, distances and delays multiplied by these numbers."""
         force, length, time = positive("force", force), positive("length", length), positive("time", time)
+        factors = {"behind": length, "speed": length / time, "delay": time}
         ports = tuple(
-            replace(port, behind=None if port.behind is None else port.behind * length, delay=port.delay * time)
+            replace(port, **{key: getattr(port, key) and getattr(port, key) * by for key, by in factors.items()})
             for port in self.ports
         )
         chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
@@ -418,13 +386,7 @@ class Valve:
         return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion, supply)
 
     def at_pressure(self, pressure: float) -> Valve:
-        """The valve under a constant pressure, a multiple of that for which the forces of the states hold.
-
-        Raises
-        ------
-        ParameterError
-            When the pressure is not greater than 0.
-        """
+        """The valve under a constant pressure, a multiple of that for which the forces of the states hold."""
         factor = positive("pressure", pressure)
         return replace(self, states={name: factor * force for name, force in self.pairs}, supply=None)
 
@@ -437,15 +399,7 @@ class Valve:
 
 @dataclass(frozen=True)
 class Orders:
-    """The last demand, and the orders that wait for their time.
-
-    Parameters
-    ----------
-    last
-        The state that was demanded last.
-    pending
-        Time and state of each order, in the order in which they are due.
-    """
+    """The state demanded last, and time and state of each order that waits, in the order they are due."""
 
     last: str
     pending: tuple[tuple[float, str], ...] = ()

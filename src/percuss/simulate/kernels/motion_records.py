@@ -379,10 +379,10 @@ class Gear(NamedTuple):
     """The valve: `forces` (S,) of its states; the others (P,) for each port.
 
     `to`: the state demanded. `edge`: distance of the port behind the wall. `side`: 1 where the region is in front of
-    it, −1 behind it, 0 for the blow. `ratio` (P, N+1): what q_i moves the place that the port reads by; `rigid`: 1
-    where it reads the rigid motion alone. `gain`: acceleration of q_0 under a unit force. On
-    a chamber, `still`: what the port reads under a constant unit force; `sway`: how far at most it is from there, of
-    the root of twice the energy about that place.
+    it, −1 behind it, 0 for the blow. `speeds`: 1 where it reads a velocity, whose edge has the other sign. `ratio`
+    (P, N+1): what q_i moves the place that the port reads by; `rigid`: 1 where it reads the rigid motion alone. `gain`:
+    acceleration of q_0 under a unit force. On a chamber, `still`: what the port reads under a constant unit force;
+    `sway`: how far at most it is from there, of the root of twice the energy about that place.
 
     With a supply c π' = `flow` − p u': the accumulator is a spring of p²/c, so that each state of the valve has modes,
     and a Gear, of its own. The force is that of `forces` and `slope` times the charge c π + p u, which grows with the
@@ -401,6 +401,7 @@ class Gear(NamedTuple):
     still: Floats
     sway: Floats
     bend: Floats
+    speeds: Wholes
     flow: float
     draw: float
     slope: float

@@ -146,10 +146,10 @@ def fire(table, motion, at, struck, log, valve):
         place, rate = seen(table, motion, port, first, valve)
         now_in = controls.kind[port] == ENTERS and controls.cross[port] <= at + SAME_TIME
         if not now_in and not struck and gear.side[port] * rate > 0.0:  # of those whose state was demanded last before
-            now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + gear.edge[port])
+            now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + abs(gear.edge[port]))
         if now_in:
             controls.just[port] = 1
-            demand(motion, port, rate, log, valve)
+            demand(motion, port, place if gear.speeds[port] else rate, log, valve)
 
 
 @inlined
@@ -160,9 +160,9 @@ def occupied(table, motion, log, valve):
     for port in range(gear.to.shape[0]):
         place, rate = seen(table, motion, port, first, valve)
         off = gear.side[port] * (place + gear.edge[port])
-        if off > EDGE * (abs(place) + gear.edge[port]):
+        if off > EDGE * (abs(place) + abs(gear.edge[port])):
             controls.just[port] = 1
-            demand(motion, port, rate, log, valve)
+            demand(motion, port, place if gear.speeds[port] else rate, log, valve)
 
 
 # ---- Which comes first

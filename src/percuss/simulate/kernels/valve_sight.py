@@ -46,21 +46,26 @@ def push_on_rigid_motion(bar, valve, first):
 
 @summed
 def seen(table, motion, port, first, valve):
-    """Place, and its rate, of what a port reads; `first` is q_0."""
+    """What a port reads, a place or a speed, and its rate; `first` is q_0."""
     modes, z, gear, force = table.modes, motion.z, valve.gear, valve.controls.now.force
     ratio = gear.ratio
     place, rate = ratio[port, 0] * first, ratio[port, 0] * motion.now.rigid_rate
+    push = push_on_rigid_motion(table.bar, valve, first) - table.bar.damping * motion.now.rigid_rate
+    acceleration = ratio[port, 0] * push
     if gear.rigid[port] == 0:
         for j in range(modes.omega.shape[0]):
             own = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] + (1.0 - modes.oscillates[j]) * z[1, j]
             place += ratio[port, j + 1] * (z[0, j] + force * modes.statics[j])
             rate += ratio[port, j + 1] * own
+            acceleration -= ratio[port, j + 1] * (modes.omega[j] * modes.omega[j] * z[0, j] + modes.damping[j] * own)
         ramp = table.bar.ramp
         if ramp != 0.0:
             for j in range(modes.omega.shape[0]):
                 own = ratio[port, j + 1] * ramp * modes.statics[j]
                 place -= own * modes.damping[j] / (modes.omega[j] * modes.omega[j])
                 rate += own
+    if gear.speeds[port]:
+        return rate, acceleration
     return place, rate
 
 
@@ -72,13 +77,22 @@ def rising(bar):
 
 
 @inlined
-def aim(gear, motion, eye, port, sign, gap, rate):
-    """The motion as a port sees it, `gap` from its edge: below 0 on this side, for the given sign."""
-    z, own, now = motion.z, eye.z, eye.now
+def aim(gear, table, motion, eye, port, sign, gap, rate):
+    """The motion as a port sees it, `gap` from its edge: below 0 on this side, for the given sign.
+
+    Velocities move as places do, by the same law; z' = (iλ − d/2) z of what oscillates.
+    """
+    bar, modes, z, own, now, rigid_rate = table.bar, table.modes, motion.z, eye.z, eye.now, motion.now.rigid_rate
+    if gear.speeds[port]:
+        rigid_rate = bar.mean - bar.damping * rigid_rate
     for j in range(own.shape[1]):
-        scale = sign * gear.ratio[port, j + 1]
-        own[0, j], own[1, j] = scale * z[0, j], scale * z[1, j]
-    now.gap, now.gap_rate, now.rigid_rate = gap, rate, sign * gear.ratio[port, 0] * motion.now.rigid_rate
+        scale, one, other = sign * gear.ratio[port, j + 1], z[0, j], z[1, j]
+        if gear.speeds[port]:
+            one, other = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j], modes.lam[j] * one - modes.half[j] * other
+            if modes.oscillates[j] == 0.0:
+                one, other = z[1, j], -modes.omega[j] * modes.omega[j] * z[0, j] - modes.damping[j] * z[1, j]
+        own[0, j], own[1, j] = scale * one, scale * other
+    now.gap, now.gap_rate, now.rigid_rate = gap, rate, sign * gear.ratio[port, 0] * rigid_rate
     now.hold = 0.0
 
 
@@ -124,7 +138,7 @@ def held_by_gas(table, motion, valve):
         if gear.side[port] == 0.0:
             return False
         off = gear.side[port] * (force * gear.still[port] + gear.edge[port])
-        if not off + gear.sway[port] * root < -EDGE * gear.edge[port]:
+        if not off + gear.sway[port] * root < -EDGE * abs(gear.edge[port]):
             return False
     return True
 
@@ -199,13 +213,15 @@ def next_crossing(table, motion, desk, port, first, horizon, limit, forever, gue
     found, tau, steps = NOTHING, horizon, 1
     bar, scale = table.bar, sign * gear.ratio[port, 0]
     push = (scale * bar.mean, scale * bar.lift, sign * gear.bend[port] * bar.ramp + creep)
+    if gear.speeds[port]:
+        push = (scale * (bar.lift - bar.spring * bar.spring * motion.now.rigid_rate), 0.0, 0.0)
     if gear.rigid[port]:
-        aim(gear, motion, sight.spot, port, sign, gap, toward)
+        aim(gear, table, motion, sight.spot, port, sign, gap, toward)
         found, tau, steps = looked_for(
             sight.alone, sight.spot, sight.bench, push, at_edge, toward, horizon, limit, forever, guess
         )
     else:
-        aim(gear, motion, sight.eye, port, sign, gap, toward)
+        aim(gear, table, motion, sight.eye, port, sign, gap, toward)
         amplitudes_apart(table.bar, table.modes, sight.eye.z, sight.eye.now)
         found, tau, steps = looked_for(table, sight.eye, desk, push, at_edge, toward, horizon, limit, forever, guess)
     if found == NEVER:
@@ -224,7 +240,7 @@ def next_crossing(table, motion, desk, port, first, horizon, limit, forever, gue
 def demand(motion, port, rate, log, valve):
     """A port demands its state: ignored when it was demanded last; a later demand replaces what would come after it.
 
-    `rate`: of what the port reads.
+    `rate`: velocity of what the port reads.
     """
     gear, own, due, order = valve.gear, valve.controls.now, valve.controls.due, valve.controls.order
     to = gear.to[port]

@@ -59,10 +59,7 @@ def orbit_kernels() -> OrbitKernels:
 
 @dataclass(frozen=True)
 class Numbers:
-    """A system with the modes 0 … N in one row, as `kernels.forced_passage` says, and how many of them there are.
-
-    `modes`, `waves`, `steps`: N; harmonics of the load, or its steps.
-    """
+    """A system with modes 0 … N in one row, as `kernels.forced_passage` has it; N, harmonics, or load steps."""
 
     row: Array = field(repr=False)
     modes: int

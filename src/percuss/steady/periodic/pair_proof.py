@@ -132,7 +132,6 @@ class _Waves:
         self.sums = [float((size * self.k**power).sum()) * (1.0 + _WAVE * (8.0 + size.size)) for power in range(-1, 4)]
 
     def over(self, time: Ball) -> Forced:
-        """What it is at all times of a ball."""
         angle = np.exp(1j * np.multiply.outer(time.mid, self.k))
         found = [(angle @ (self.factor * (1j * self.k) ** power)).real for power in (-1, 0, 1, 2)]
         noise = [  # of Σ of so many waves, whose angles are rounded
@@ -183,7 +182,6 @@ class _Steps:
         return _joined(rates), _joined(places)
 
     def over(self, time: Ball) -> Forced:
-        """What it is at all times of a ball."""
         turns = np.floor((time.mid - self.breaks[0]) / _TURN)
         since = np.clip(time.mid - _TURN * turns - self.breaks[0], 0.0, _TURN)
         inexact = 2.0 * UNIT * (np.abs(time.mid) + 2.0 * _TURN)
@@ -434,7 +432,6 @@ def _looked_at(equations: PairEquations, mid: Array, rad: Array) -> tuple[Pairs,
 
 
 def _matrices(rows: list[list[Array]]) -> Array:
-    """Matrices of rows of numbers; shape (B, 2, 2)."""
     return np.stack([np.stack(row, axis=1) for row in rows], axis=1)
 
 

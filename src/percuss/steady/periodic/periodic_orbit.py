@@ -181,13 +181,7 @@ class PeriodicOrbit(Repeating):
         return float(self.rigid_velocities[0])
 
     def modal_state(self, modes: int) -> ModalState:
-        """The first elastic modes at the first impact.
-
-        Raises
-        ------
-        ParameterError
-            When the orbit is one of a bar with fewer.
-        """
+        """The first elastic modes at the first impact."""
         if modes > self.modes:
             raise ParameterError("modes", modes, f"at most {self.modes}, the modes of the orbit")
         return self.states[0].first(modes)
@@ -524,10 +518,7 @@ def load_turn(load: Load) -> float:
 
 
 def differences(times: Array, others: Array, period: float, turn: float) -> Array:
-    """t_i − t'_{i+c} for every shift c of the first impact, moved by whole periods of the load to be least.
-
-    Of times (…, p) and others (K, p), in the shape (…, K, p, p): orbits, shifts, impacts.
-    """
+    """t_i − t'_{i+c} for every shift c of the first impact, least by whole periods: (…, p), (K, p) to (…, K, p, p)."""
     p = others.shape[-1]
     endless = np.concatenate([others, others + period], axis=-1)
     shifted = np.stack([endless[:, c : c + p] for c in range(p)], axis=1)

@@ -112,7 +112,6 @@ class RootSearch:
             self._followed(RANDOM, self._drawn(random, size), self.known)
 
     def _drawn(self, random: np.random.Generator, size: int) -> Array:
-        """Random times in a period, in order; shape (size, p)."""
         return np.sort(random.uniform(0.0, self.chain.period, (size, self.chain.impacts)), axis=1)
 
     def _batches(self, tries: int, size: int = _AT_ONCE) -> Iterator[tuple[int, int]]:
@@ -142,7 +141,6 @@ class RootSearch:
 
     @property
     def _good(self) -> int:
-        """How many orbits have been found."""
         return sum(1 for _, reason in self.roots if reason is None)
 
     def judged(self, times: Array, rebound: float) -> tuple[int, bool]:

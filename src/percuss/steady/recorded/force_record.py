@@ -51,11 +51,6 @@ class ForceRecord(Shown):
     blows
         Times of the blows (s) on the same clock, by strain, sound or acceleration; None where they are not known.
 
-    Raises
-    ------
-    ParameterError
-        For rows of different lengths, values that are not finite, or a time that does not increase.
-
     Examples
     --------
     >>> ForceRecord([0.0, 1e-4, 2e-4], [1.0, 1.0, -2.0]).blows is None
@@ -193,10 +188,7 @@ _INTO = 1e-6  # of the stroke, how far rounding takes a piston through the wall
 
 @dataclass(frozen=True)
 class MeanCycle:
-    """The mean cycle from blow to blow, in the unit of time of the machine, and the phase of the load at the blow.
-
-    The system has another mean load where that was needed for a motion; `notes` tell what was taken for granted.
-    """
+    """The mean cycle from blow to blow in the machine's time, the load's phase there, and what was assumed."""
 
     system: System
     phase: float
@@ -214,10 +206,7 @@ def measured_phase(record: ForceRecord, phases: Array) -> float | None:
 
 
 def mean_cycle(states: SteadyStates, rate: float, blow: float | None, measured: float | None) -> MeanCycle:
-    """The motion of the mean cycle, of those under the clocked load that which strikes nearest to the phase `blow`.
-
-    With `measured` it is the one that strikes there, whatever the restitution. `rate`: as of `recorded_cycles`.
-    """
+    """The mean cycle that strikes nearest to phase `blow` under the clock; if `measured` just there, whatever R."""
     system = states.system
     if measured is not None:
         t = np.linspace(0.0, _TURN, _SAMPLES + 1)

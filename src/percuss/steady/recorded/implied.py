@@ -151,11 +151,9 @@ class _Through:
         self._place = np.concatenate([[0.0], np.cumsum(h * (self._velocity[:-1] + h * bent))])
 
     def velocity(self, t: npt.ArrayLike) -> Array:
-        """V."""
         return self._at(t)[1]
 
     def place(self, t: npt.ArrayLike) -> Array:
-        """X."""
         return self._at(t)[0]
 
     def moved(self, begin: float, end: float) -> float:
@@ -216,10 +214,7 @@ _ROUNDS = 6
 
 @dataclass(frozen=True)
 class Levels:
-    """What a force that switches is between its edges: at the wall, for each stretch from the first edge on.
-
-    It grows by `stiffness` per distance behind the wall, known to its standard error; `scatter` is what is left.
-    """
+    """What a force that switches is between edges, at the wall, plus `stiffness` per distance, and `scatter`."""
 
     at_wall: Array
     stiffness: float
@@ -258,10 +253,7 @@ def rough_edges(force: Array) -> npt.NDArray[np.intp]:
 
 
 def levels_between(motion: Implied, edges: Array, period: float, told: float, sloped: bool = True) -> Levels:
-    """The levels of the stretches after each edge, and the slope against the distance; 0 unless `sloped`.
-
-    `edges` are times in a period after a blow; `told` numbers of a period are independent.
-    """
+    """The levels of the stretches after each edge, and the slope against the distance; 0 unless `sloped`."""
     since = np.searchsorted(motion.blows, motion.time, side="right") - 1
     t = motion.time - motion.blows[np.clip(since, 0, motion.blows.size - 2)]
     stretch = (np.searchsorted(edges, t, side="right") - 1) % edges.size
@@ -281,11 +273,7 @@ def levels_between(motion: Implied, edges: Array, period: float, told: float, sl
 
 
 def edge_times(time: Array, force: Array, rough: Array, levels: tuple[Array, Array], window: float) -> Array:
-    """The times of the steps that have the momentum of the force about each rough edge; NaN outside the samples.
-
-    The force is without what grows with the distance, and looked at for the time `window` before and after an edge; so
-    are the levels.
-    """
+    """The times of steps with the momentum of the force, less its slope, near each rough edge; NaN outside."""
     momentum = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
     before, after = levels
     now = rough.astype(float)

@@ -136,10 +136,7 @@ def _agreeing(seen: Sequence[Seen], delays: Array) -> tuple[Array, Array]:
 
 
 def _passed(one: Seen, delays: Array) -> tuple[Array, Array]:
-    """Where the port was passed, and the variance of that.
-
-    White noise of the force, integrated twice between two blows at which the place is known, leaves that variance.
-    """
+    """Where the port was passed, and the variance of that: of white noise integrated twice between two blows."""
     when, motion, doubt = one.time - delays, one.motion, one.doubt or Doubt(1.0, 1.0)
     x, v = motion.at(when)
     flight = np.clip(np.searchsorted(motion.blows, when, side="right") - 1, 0, motion.blows.size - 2)
@@ -296,10 +293,7 @@ def longest_that_run(made: Callable[[list[float]], Reading], switches: tuple[Rec
 
 
 def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: float) -> ValveCycle | None:
-    """The cycle of a machine near the recorded motion, whose blows have that speed; None where there is none.
-
-    The orders that are pending at the blow are those of the switches after it whose ports were passed before it.
-    """
+    """The cycle of a machine near the recorded motion, with the orders pending at its blow; None without one."""
     late = [
         (switch.time.value, switch.to)
         for switch, port in zip(switches, machine.valve.ports, strict=True)

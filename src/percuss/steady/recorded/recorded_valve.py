@@ -81,11 +81,7 @@ def recorded_switch(
 
 
 def _doubt(cycles: Cycles | None, jump: float, jumps: float, period: float) -> Doubt | None:
-    """What a record with measured blows leaves in doubt; None where the motion of each single cycle is not known.
-
-    An edge that lies anywhere between two samples counts as noise of the force, as its momentum does; `jumps` is the
-    root of the sum of the squares of all jumps.
-    """
+    """What a record with measured blows leaves in doubt (edges between samples are noise); None for no cycles."""
     if cycles is None or cycles.blows != "measured":
         return None
     momentum = cycles.noise * math.sqrt(2.0 * WINDOW * period * cycles.sample)
@@ -114,7 +110,6 @@ def _falling(motion: Implied, time: float, flight: int, last: float) -> Seen:
 
 
 def _farthest(motion: Implied, flight: int) -> float:
-    """When the piston turns, in one flight."""
     inside = (motion.time > motion.blows[flight]) & (motion.time < motion.blows[flight + 1])
     return float(motion.time[inside][np.argmax(motion.behind[inside])])
 

@@ -353,7 +353,6 @@ def release_phases(load: Load) -> Array:
 
 
 def _zeros(load: Load) -> tuple[Array, np.typing.NDArray[np.bool_]]:
-    """The zeros of a smooth load, and whether it pulls after each, up to the next."""
     k = np.append(0.0, load.harmonics.astype(float))
     roots = trigonometric_roots(k, np.append(complex(load.mean), load.coefficients[load.harmonics]))
     if not roots.size:
@@ -374,11 +373,7 @@ def pull_lasts(load: Load, phase: float) -> float:
 
 
 def time_to_release(load: Load, phases: Array, time: float) -> tuple[float, int]:
-    """How long the load holds a bar that lies on the wall at a time, and the number of the release phase then.
-
-    A bar that the load pulls already is let go at once; its number is −1 unless that is a release phase. There is at
-    least one.
-    """
+    """How long the load holds a bar on the wall, and the number of the release phase; −1: pulled at once."""
     ahead = np.mod(phases - time, TURN)
     ahead = np.where(TURN - ahead <= 4.0 * np.spacing(max(abs(time), TURN)), 0.0, ahead)
     nearest = int(np.argmin(ahead))
@@ -405,11 +400,7 @@ class WallImpact(NamedTuple):
 
 @dataclass(frozen=True)
 class RestPath:
-    """A bar that is let go at `release`, in rad of the load, from there to its next rest; None for none until `stop`.
-
-    Of a chatter, infinitely many impacts that pile up, the impacts that were followed one by one, with the others
-    summed.
-    """
+    """A bar let go at `release` (rad), its impacts and the sum of a chatter's rest, to its next rest or `stop`."""
 
     release: float
     impacts: tuple[WallImpact, ...]
@@ -452,10 +443,7 @@ def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
 
 
 class RestSearch:
-    """A bar that is let go at a time in rad of the load, as it is followed from impact to impact until `stop`.
-
-    `leg` is the flight that begins: after the release, then after the last impact or jump of the load.
-    """
+    """A bar let go at a time (rad), followed from impact to impact until `stop`; `leg`: the flight that begins."""
 
     def __init__(self, swing: Swing, release: float, stop: float) -> None:
         self.swing, self.stop, self.release = swing, stop, release
@@ -520,10 +508,7 @@ class RestSearch:
         return first_contact(leg, safe, end) if safe < end else None
 
     def _let_go(self, leg: ReleasedFlight, begin: float, end: float) -> WallTouch | None:
-        """The first contact after the time for which a bar let go is known to be free.
-
-        The ripple of a finite number of modes may still lap at the wall then; a bar that comes back is a contact.
-        """
+        """The first contact after a bar let go is surely free; before, the ripple of few modes may lap at the wall."""
         for tries in range(_RIPPLES + 1):
             at = begin + tries * self.ripple
             if at >= end:

@@ -292,11 +292,7 @@ _SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
 
 
 class ReleaseToRelease(NamedTuple):
-    """What a bar that is let go at one of the release phases does until it is let go at one of them again.
-
-    Several chains where a bar that is laid down while the load pulls is let go at once; the number of the release phase
-    at its end, −1 where there is none, and when it is let go there.
-    """
+    """From one release phase until let go at one again: chains, the number of the phase at the end (−1: none), when."""
 
     chains: list[RestPath]
     next: int = -1
@@ -405,7 +401,6 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
 def _cycle(
     system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, ReleaseToRelease], numbers: list[int]
 ) -> RestCycle:
-    """The cycle through some release phases, told from the least of them on."""
     first = numbers.index(min(numbers))
     chains: list[RestPath] = []
     late = 0.0
@@ -422,10 +417,7 @@ def _cycle(
 def cycle_through(
     system: System, release: float, *, modes: int, most: int
 ) -> tuple[RestCycle | None, tuple[RestPath, ...], float | None]:
-    """The cycle through the release phase nearest to one that is given; None for no return within `most` periods.
-
-    Besides all chains that were followed, and the release phase, None where the load lets go nowhere.
-    """
+    """The cycle through the release phase nearest to the given one, or None; all chains, and that phase."""
     swing = Swing(set_at_wall(system, modes), modes)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     if not releases:

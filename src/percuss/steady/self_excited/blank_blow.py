@@ -18,7 +18,7 @@ from percuss.model.checks import instance
 from percuss.shown import Shown
 from percuss.steady.self_excited.piston import Piston
 from percuss.steady.self_excited.piston_flight import (
-    NO_PORTS,
+    READS,
     PistonFlight,
     acceleration,
     at,
@@ -152,13 +152,14 @@ class _Blank:
         self.where: Literal["free", "in", "out"] = "free" if cushion is None or cushion.beyond > 0.0 else "in"
         length = math.inf if cushion is None or cushion.length is None else cushion.length
         self.front = -math.inf if cushion is None else -cushion.beyond
-        edges, ways = piston.numbers[1][:2]
-        free = NO_PORTS if cushion is None else [[self.front], [-1.0]]
-        self.guards = {
-            "free": [edges + free[0], ways + free[1]],
-            "in": [[self.front - length], [-1.0]],
-            "out": [[self.front], [1.0]],
+        ports = list(zip(*piston.numbers[1][: READS + 1], strict=True))
+        fast = [one for one in ports if one[READS]]
+        guards = {
+            "free": ports if cushion is None else [*ports, (self.front, -1.0, 0.0)],
+            "in": [*fast, (self.front - length, -1.0, 0.0)],
+            "out": [*fast, (self.front, 1.0, 0.0)],
         }
+        self.guards = {where: list(zip(*rows, strict=True)) for where, rows in guards.items()}
         self.passes = [(0.0, speed)]
         self.reaches = [0.0]  # beyond the wall, in each pass
         self.front_speed = 0.0
@@ -227,7 +228,7 @@ class _Blank:
             return
         turning = math.inf if self.where == "free" else turning_time(flight)
         stop = min(turning, until)
-        time, place, way = first_crossing(flight, self.guards[self.where], stop * (1.0 + _TOGETHER))
+        time, place, way, reads = first_crossing(flight, self.guards[self.where], stop * (1.0 + _TOGETHER))
         duration = time if way else stop
         self._reached(*(-x for x in turning_places(flight, duration)))
         if duration == math.inf:
@@ -237,10 +238,13 @@ class _Blank:
                 self.ending = "leaves"
             return
         (self.x, self.v), self.time = at(flight, duration), self.time + duration
-        self.x = place if way else self.x
+        if way and reads:
+            self.v = place
+        elif way:
+            self.x = place
         self._reached(-self.x)
         if way:
-            self._passed(place, way)
+            self._passed(place, way, reads)
         elif turning <= until:
             self.v, self.where = 0.0, "in"
         else:
@@ -249,7 +253,12 @@ class _Blank:
     def _reached(self, *beyond: float) -> None:
         self.reaches[-1] = max([self.reaches[-1], *beyond])
 
-    def _passed(self, place: float, way: int) -> None:
+    def _passed(self, place: float, way: int, reads: int) -> None:
+        for number, passed in enumerate(zip(*self.piston.numbers[1][: READS + 1], strict=True)):
+            if passed == (place, way, reads):
+                self.valve.demand(self.time, number)
+        if reads:
+            return
         if self.where == "in":
             self.ending, self.front_speed = "strikes the front end", -self.v
         elif self.where == "out":
@@ -258,9 +267,6 @@ class _Blank:
             if way < 0 and place == 0.0:
                 self.passes.append((self.time, -self.v))
                 self.reaches.append(0.0)
-            for number, passed in enumerate(zip(*self.piston.numbers[1][:2], strict=True)):
-                if passed == (place, way):
-                    self.valve.demand(self.time, number)
             self.where = "in" if way < 0 and place == self.front else "free"
 
     def _repeated(self) -> bool:

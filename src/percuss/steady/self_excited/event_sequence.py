@@ -19,8 +19,9 @@ ports and blows, whatever the number of modes; the pressure of a supply follows 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -28,11 +29,11 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.mechanics.crossing import Regions, first_entering
 from percuss.mechanics.cycle import Closed, Cycle, Timing
-from percuss.mechanics.flow import StateFlow, state_flows
+from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Machine, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
-from percuss.steady.self_excited.rhythm import Rhythm, followed
+from percuss.steady.self_excited.rhythm import Rhythm, followed, valve_after
 from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cycle_told, place_row
 
 _TOGETHER = 1e-12  # of the period: simultaneous events
@@ -77,19 +78,23 @@ class Waiting(NamedTuple):
 # ---- What a machine may meet in a flight
 
 
-def regions_of(machine: Machine, flow: StateFlow, flight: ValveFlight, wall: bool = True) -> tuple[Regions, list[int]]:
+Watched = tuple[ModalFlight, Regions, list[int]]
+"""A flight, regions, and by what each is told: the number of a port, −1 for the wall and −2 for the pressure."""
+
+
+def watched(machine: Machine, flow: StateFlow, flight: ValveFlight, wall: bool = True) -> list[Watched]:
     """The regions that mean something when entered: beyond the wall, no pressure, and ports that demand another state.
 
-    By the numbers of the ports, −1 for the wall and −2 for the pressure.
+    Those of speeds are looked at in the flight of the velocities, apart from the others.
     """
     modes, rows, levels, drifts, which = flow.modes, [], [], [], []
     if wall:
         rows, levels, drifts, which = [modes.end], [0.0], [0.0], [-1]
-    for i, port in enumerate(machine.valve.ports):
-        if port.behind is not None and port.to != flight.last:
-            sign = -1.0 if port.side == "back" else 1.0
-            rows.append(sign * place_row(machine, modes, port.reads))
-            levels.append(-sign * port.behind)
+    ports = [(i, port) for i, port in enumerate(machine.valve.ports) if port.sign != 0.0 and port.to != flight.last]
+    for i, port in ports:
+        if port.behind is not None:
+            rows.append(port.sign * place_row(machine, modes, port.reads))
+            levels.append(port.sign * port.level)
             drifts.append(0.0)
             which.append(i)
     if flow.ramp != 0.0:  # p u − q t − (c π + p u) at the start rises through 0 where the pressure falls through it
@@ -100,7 +105,21 @@ def regions_of(machine: Machine, flow: StateFlow, flight: ValveFlight, wall: boo
         which.append(-2)
     scale = max((port.behind for port in machine.valve.ports if port.behind is not None), default=1.0)
     shape = (len(rows), modes.omega.size)
-    return Regions(np.array(rows).reshape(shape), np.array(levels), scale, np.array(drifts)), which
+    found: list[Watched] = [
+        (flight, Regions(np.array(rows).reshape(shape), np.array(levels), scale, np.array(drifts)), which)
+    ]
+    if fast := [(i, port, port.speed) for i, port in ports if port.speed is not None]:
+        seen = np.array([port.sign * place_row(machine, modes, port.reads) for _, port, _ in fast])
+        edges = np.array([speed for *_, speed in fast])
+        found.append((flight.of_rates, Regions(seen, edges, edges.max(), 0.0 * edges), [i for i, *_ in fast]))
+    return found
+
+
+def first_met(machine: Machine, flow: StateFlow, flight: ValveFlight, wall: bool = True) -> tuple[float, int]:
+    """When something that is `watched` is first entered in a flight, infinite for nothing, and which."""
+    found = [(first_entering(one, regions), which) for one, regions, which in watched(machine, flow, flight, wall)]
+    first, which = min(found, key=lambda one: one[0].time)
+    return first.time, which[first.which] if first.which >= 0 else 0
 
 
 # ---- The order of events
@@ -140,6 +159,13 @@ class EventSequence:
     def label(self) -> str:
         """Blows and valve cycles in a cycle: "1/1"."""
         return f"{self.blows}/{self.valve_cycles}"
+
+    @property
+    def drops(self) -> bool:
+        """Whether an order is replaced before it is due."""
+        asked = [self.last, *(event.last for event in self.events)]
+        changes = sum(one != other for one, other in pairwise(asked))
+        return changes > sum(event.kind == "due" for event in self.events)
 
     # -- the problem --
 
@@ -212,11 +238,10 @@ class EventSequence:
         for flight in flights:
             if flight.pressure < 0.0:
                 return Fault("pressure", flight.time)
-            regions, which = regions_of(machine, flows[flight.state], flight)
-            other = first_entering(flight, regions)
-            if other.which >= 0:
-                kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which[other.which], "port")  # type: ignore[assignment]
-                return Fault(kind, flight.time + other.time)
+            time, which = first_met(machine, flows[flight.state], flight)
+            if time < np.inf:
+                kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]
+                return Fault(kind, flight.time + time)
         return None
 
     def _slow(self, cycle: ValveCycle) -> float | None:
@@ -225,11 +250,14 @@ class EventSequence:
 
     def _speeds(self, cycle: ValveCycle) -> dict[str, tuple[float, float]]:
         """When and how fast the wall and the edges of ports are met, in the way that counts, by the names of tests."""
-        ports = cycle.machine.valve.ports
+        machine = cycle.machine
         found = {f"blow {i}": (blow.time, blow.speed) for i, blow in enumerate(cycle.struck)}
-        for i, one in enumerate(cycle.uncoverings):
-            away = 1.0 if ports[one.port].side == "back" else -1.0
-            found[f"port {i}"] = one.time, away * one.velocity
+        flights = [flight for event, flight in zip(self.events, cycle.flights, strict=True) if event.kind == "port"]
+        for i, (one, flight) in enumerate(zip(cycle.uncoverings, flights, strict=True)):
+            port, rate = machine.valve.ports[one.port], -one.velocity
+            if port.speed is not None:
+                rate = float(place_row(machine, flight.modes, port.reads) @ flight.of_rates.end[:, 1])
+            found[f"port {i}"] = one.time, port.sign * rate
         return found
 
     def tests(self, cycle: ValveCycle) -> dict[str, float]:
@@ -240,7 +268,7 @@ class EventSequence:
         "blow i"
             Speed of a blow: a grazing, where it falls to 0 with the wall pulled away from, or the begin of a rest.
         "port i"
-            Speed at the edge of a port, in order of time: the piston turns at the port.
+            Rate of what a port reads at its edge, in order of time: the piston turns at the port.
         "order i"
             Time from event i − 1 to event i, where nothing fixes it: two events change places.
         "wall i", "edge i.j"
@@ -255,11 +283,11 @@ class EventSequence:
             at_once = event.kind == "due" and cycle.machine.valve.ports[event.port].delay == 0.0
             if not at_once:
                 found[f"order {i}"] = flight.duration
-            regions, which = regions_of(cycle.machine, flows[flight.state], flight)
             met = -1 if event.kind == "blow" else event.port if event.kind == "port" else None
-            for number, apart in zip(which, clearances(flight, regions, which, met), strict=True):
-                name = {-1: f"wall {i}", -2: f"pressure {i}"}.get(number, f"edge {i}.{number}")
-                found[name] = apart
+            for one, regions, which in watched(cycle.machine, flows[flight.state], flight):
+                for number, apart in zip(which, clearances(one, regions, which, met), strict=True):
+                    name = {-1: f"wall {i}", -2: f"pressure {i}"}.get(number, f"edge {i}.{number}")
+                    found[name] = apart
         return found
 
 
@@ -267,7 +295,7 @@ _LOOKS, _LOOKS_A_MODE = 24, 8  # in a flight
 _TURN_STEPS = 4  # of Newton's method to where a place turns
 
 
-def clearances(flight: ValveFlight, regions: Regions, which: list[int], met: int | None) -> list[float]:
+def clearances(flight: ModalFlight, regions: Regions, which: list[int], met: int | None) -> list[float]:
     """How far each region is from being entered in a flight that ends where the one with the number `met` is.
 
     Between two turns r rises from a least to a greatest value; it enters where these have different signs, and is about
@@ -331,6 +359,26 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
     return EventSequence(rhythm.state, begins.last, waiting, tuple(events))
 
 
+_REPEATS = 4  # of a cycle, until its valve begins as it ends
+
+
+def reordered(valve: Valve, rhythm: Rhythm) -> Rhythm | None:
+    """A rhythm whose events are in another order than its valve begins with; None for none that repeats."""
+    for _ in range(_REPEATS):
+        last, asking = rhythm.orders.last, []
+        for event in followed(valve, rhythm)[0]:
+            if event.kind == "port" and event.last != last:
+                asking.append((event.time, event.port))
+            last = event.last
+        rhythm = replace(rhythm, passages=tuple(asking))
+        now = valve_after(valve, rhythm)
+        found = replace(rhythm, state=now.state, orders=now.orders)
+        if sequence_in(valve, found) is not None:
+            return found
+        rhythm = found
+    return None
+
+
 @lru_cache(maxsize=64)
 def _posed(sequence: EventSequence, machine: Machine, modes: int) -> Cycle:
     valve, contact, flows = machine.valve, machine.contact, state_flows(machine, modes)
@@ -338,8 +386,9 @@ def _posed(sequence: EventSequence, machine: Machine, modes: int) -> Cycle:
     for event in sequence.events:
         own, port = flows[states[-1]].modes, valve.ports[event.port] if event.kind != "blow" else None
         met = port if event.kind == "port" else None
-        rows.append(place_row(machine, own, met.reads) if met else own.end)
-        levels.append(-(met.behind or 0.0) if met else 0.0)
+        row, part = (place_row(machine, own, met.reads), int(met.speed is not None)) if met else (own.end, 0)
+        rows.append(row[:, None] * np.eye(2)[part])
+        levels.append(met.level if met else 0.0)
         later = port.delay if port and event.kind == "due" else 0.0
         timings.append(Timing(event.source, later, event.wrapped, event.kind != "due", event.kind == "blow"))
         states.append(event.state)

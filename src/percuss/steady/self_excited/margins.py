@@ -219,7 +219,7 @@ class Sensitivity(Shown):
     ----------
     quantity
         "pressure", a factor on the forces of all states, which is 1 without the chamber's, or in its place "flow" and
-        "compliance" of a supply; "behind" and "delay" of a port; "restitution".
+        "compliance" of a supply; "behind" or "speed", and "delay", of a port; "restitution".
     port
         Number of the port; None for the others.
     value
@@ -303,8 +303,8 @@ def quantities_of(machine: Machine) -> Iterator[MachineQuantity]:
         for name in ("flow", "compliance"):
             yield MachineQuantity(name, None, getattr(supply, name), partial(fed, name))
     for i, port in enumerate(valve.ports):
-        if port.behind is not None:
-            yield MachineQuantity("behind", i, port.behind, partial(with_port, i, "behind"))
+        if port.sign != 0.0:
+            yield MachineQuantity(port.edge, i, abs(port.level), partial(with_port, i, port.edge))
         yield MachineQuantity("delay", i, port.delay, partial(with_port, i, "delay"))
     yield MachineQuantity("restitution", None, machine.contact.restitution, rebounding)
 

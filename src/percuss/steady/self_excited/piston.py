@@ -56,8 +56,8 @@ class Piston:
     @cached_property
     def numbers(self) -> tuple[list[float], list[list[float]], list[float]]:
         """Forces of the states, ports and law as `piston_kernels` have them; of a supply, at the pressure 1."""
-        valve, contact, ways = self.machine.valve, self.machine.contact, {"back": 1.0, "front": -1.0, None: 0.0}
-        ports = [(p.behind or 0.0, ways[p.side], float(self.names.index(p.to)), p.delay) for p in valve.ports]
+        valve, contact, number = self.machine.valve, self.machine.contact, self.names.index
+        ports = [(-p.level, -p.sign, float(p.speed is not None), float(number(p.to)), p.delay) for p in valve.ports]
         factor = contact.velocity_factor if abs(contact.velocity_factor) >= _REBOUND else 0.0
         stiffness, drag = (one if one >= _LEAST else 0.0 for one in (valve.chamber.stiffness, self.machine.drag))
         forces = [valve.force(name) for name in self.names]

@@ -24,13 +24,14 @@ STEPS = 200  # to a passage; halving alone takes fewer than 60
 SHORTEST = 1e-300  # of the times that are tried, and doubled: a step of 0 would stay so
 EPS = 2.0**-52
 
-EDGE, WAY, DEMANDED, DELAY = range(4)
-"""Rows of the ports: the place of each, its direction (0: the blow demands), its state, and its delay."""
+EDGE, WAY, READS, DEMANDED, DELAY = range(5)
+"""Rows of the ports: the place or the speed of each, its direction (0: the blow demands), whether it is a speed, its
+state, and its delay."""
 
 STIFFNESS, DRAG, FACTOR = range(3)
 """The law of a piston: of its chamber, drag and contact."""
 
-NO_PORTS: list[list[float]] = [[], []]
+NO_PORTS: list[list[float]] = [[], [], []]
 
 Rows = Any
 """A table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there."""
@@ -134,32 +135,44 @@ def turning_places(flight: PistonFlight, until: float = math.inf) -> Iterator[fl
 # ---- Which place it passes first
 
 
-def nearest_place(ports: Rows, here: float, last: float, way: int) -> float:
-    """The first of the wall and the ports on the way to a place, NaN when there is none."""
+def nearest_place(ports: Rows, reads: int, here: float, last: float, way: int) -> float:
+    """The first of the wall and the ports on the way to a place, or of ports to a speed, NaN when there is none."""
     found, least = math.nan, way * (last - here)
-    if way < 0 and 0.0 < here < least:
+    if way < 0 and 0.0 < here < least and reads == 0:
         found, least = 0.0, here
     for j in range(len(ports[WAY])):
-        if ports[WAY][j] == way:
+        if ports[WAY][j] == way and ports[READS][j] == reads:
             ahead = way * (ports[EDGE][j] - here)
             if 0.0 < ahead < least:
                 found, least = ports[EDGE][j], ahead
     return found
 
 
-def first_crossing(flight: PistonFlight, ports: Rows, until: float) -> tuple[float, float, int]:
+def first_crossing(flight: PistonFlight, ports: Rows, until: float) -> tuple[float, float, int, int]:
     """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none.
 
     The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the flight
-    starts, is not passed.
+    starts, is not passed. The last: whether it is a speed that is passed, which moves as places do, without a push.
     """
+    time, place, way = first_passage(flight, ports, 0, until)
+    for j in range(len(ports[READS])):
+        if ports[READS][j] != 0.0:
+            rate = acceleration(flight) - flight.drag * flight.v
+            of_speed = PistonFlight(0.0, flight.stiffness, flight.drag, flight.v, rate)
+            earlier, speed, rises = first_passage(of_speed, ports, 1, time if way != 0 else until)
+            return (earlier, speed, rises, 1) if rises != 0 else (time, place, way, 0)
+    return time, place, way, 0
+
+
+def first_passage(flight: PistonFlight, ports: Rows, reads: int, until: float) -> tuple[float, float, int]:
+    """Of places alone, or of speeds in the flight of the speed."""
     start, here, end = 0.0, flight.x, 0.0
     for number in range(PIECES):
         end = next_turn(flight, end)
         stop = min(end, until)
         last = at(flight, stop)[0] if stop < math.inf else last_place(flight)
         way = 1 if last > here else -1
-        place = nearest_place(ports, here, last, way)
+        place = nearest_place(ports, reads, here, last, way)
         if not math.isnan(place):
             return time_at(flight, place, way, number, start, stop), place, way
         if end >= until:

@@ -20,6 +20,7 @@ from percuss.steady.self_excited.piston_flight import (
     DRAG,
     EDGE,
     FACTOR,
+    READS,
     STIFFNESS,
     WAY,
     PistonFlight,
@@ -161,10 +162,10 @@ def demand(way: PistonState, j: int, log: Log) -> bool:
 def is_asked(way: PistonState, j: int, outwards: bool, started: bool) -> bool:
     """Whether a port demands at the begin of a leg: by the blow, or, where the piston is started, as it is occupied."""
     ports, now = way.ports, way.now
-    side, edge = ports[WAY][j], ports[EDGE][j]
+    side, edge, here = ports[WAY][j], ports[EDGE][j], now[V] if ports[READS][j] != 0.0 else now[X]
     if not started or side == 0.0:
         return not started and side == 0.0
-    inside = now[X] > edge or (now[X] == edge and outwards)
+    inside = here > edge or (here == edge and outwards)
     return bool(inside == (side > 0.0))
 
 
@@ -180,8 +181,8 @@ def rest(way: PistonState, log: Log) -> None:
         slopes[BY_X][k], slopes[BY_V][k] = 0.0, 0.0
 
 
-def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, to: int, log: Log) -> None:
-    """To the place, or, with the direction 0, to when the next order is due."""
+def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, to: int, reads: int, log: Log) -> None:
+    """To the place, or the speed that is read, or, with the direction 0, to when the next order is due."""
     now, slopes, told = way.now, way.slopes, way.told
     stiffness, drag = flight.stiffness, flight.drag
     ds, s, q, _ = response(duration, stiffness, drag)
@@ -194,14 +195,18 @@ def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, t
         now[TIME] = now[DUE]
     else:
         now[TIME] += duration
-        x = place
-        if drag == 0.0:
-            v = speed_at(flight, place, to)
+        if reads != 0:
+            v = place
+        else:
+            x = place
+            if drag == 0.0:
+                v = speed_at(flight, place, to)
     acceleration = flight.push - stiffness * x - drag * v
     for k in range(way.columns):
         by_x, by_v = slopes[BY_X][k], slopes[BY_V][k]
         by_x, by_v = (1.0 - stiffness * q) * by_x + s * by_v, -stiffness * s * by_x + ds * by_v
-        longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if to == 0 else -by_x / v if v != 0.0 else 0.0
+        met, rate = (by_v, acceleration) if reads != 0 else (by_x, v)
+        longer = slopes[BY_ORDER][k] - slopes[BY_TIME][k] if to == 0 else -met / rate if rate != 0.0 else 0.0
         slopes[BY_X][k], slopes[BY_V][k] = by_x + v * longer, by_v + acceleration * longer
         slopes[BY_TIME][k] += longer
     now[X], now[V] = x, v
@@ -236,19 +241,19 @@ def leg(
                 return ON_THE_WALL
             rest(way, log)
             continue
-        time, place, to = first_crossing(flight, ports, until * (1.0 + TOGETHER))
+        time, place, to, reads = first_crossing(flight, ports, until * (1.0 + TOGETHER))
         duration = until if to == 0 else time
         if duration == math.inf:
             if log is not None:
                 told[FARTHEST] = max(told[FARTHEST], extremes(flight, math.inf)[1], last_place(flight))
                 log.append((SEGMENT, now[TIME], math.inf, flight, now[STATE], now[LAST]))
             return NOTHING
-        fly(way, flight, duration, place, to, log)
-        if to < 0 and place == 0.0:
+        fly(way, flight, duration, place, to, reads, log)
+        if to < 0 and place == 0.0 and reads == 0:
             struck(way)
             return BLOW
         for j in range(len(ports[WAY])):
-            passed = to != 0 and ports[WAY][j] == to and ports[EDGE][j] == place
+            passed = to != 0 and ports[WAY][j] == to and ports[EDGE][j] == place and ports[READS][j] == reads
             if passed and not demand(way, j, log):
                 return TOO_MANY
     return NO_BLOW
@@ -450,15 +455,18 @@ SETTLED_AT = ((1.0, FEW, 0), (1.0, MOST_BLOWS, FEW), (0.5, MOST_BLOWS, 0), (0.25
 
 def fast(forces: Rows, ports: Rows, law: Rows, part: float, row: Rows) -> None:
     """A rebound at a part of the speed that the valve could give at most, in the state that pulls most."""
-    back, greatest, far, latest = 0, forces[0], 0.0, 0.0
+    back, greatest, far, latest, swift = 0, forces[0], 0.0, 0.0, 0.0
     for k in range(len(forces)):
         back = k if forces[k] < forces[back] else back
         greatest = max(greatest, forces[k])
     for j in range(len(ports[WAY])):
-        far = max(far, ports[EDGE][j]) if ports[WAY][j] != 0.0 else far
+        if ports[READS][j] != 0.0:
+            swift = max(swift, abs(ports[EDGE][j]))
+        elif ports[WAY][j] != 0.0:
+            far = max(far, ports[EDGE][j])
         latest = max(latest, ports[DELAY][j])
     difference = greatest - forces[back]
-    most = 2.0 * difference * far + (difference * latest) * (difference * latest)
+    most = 2.0 * difference * far + (difference * latest) * (difference * latest) + swift * swift
     lost = max(0.05, 1.0 - law[FACTOR] * law[FACTOR])
     for i in range(len(row)):
         row[i] = 0.0

@@ -214,7 +214,7 @@ def why_several(machine: Machine, cycle: ValveCycle, dropped: bool) -> Reasoned:
 def latest_return(piston: Piston, speed: float, state: str, to: str) -> float | None:
     """The latest time after a blow at which a state keeps the piston from falling back to the wall; None for none."""
     falling = piston.flight(state, 0.0, speed)
-    late, _, way = first_crossing(falling, NO_PORTS, math.inf)
+    late, _, way, _ = first_crossing(falling, NO_PORTS, math.inf)
     if way == 0:
         return math.inf if speed > 0.0 else 0.0
 
@@ -372,7 +372,7 @@ def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
     named = [rhythm.state, rhythm.orders.last, *(to for _, to in rhythm.orders.pending)]
     for state in named:
         valve.force(state)
-    if any(port >= len(valve.ports) or valve.ports[port].behind is None for _, port in rhythm.passages):
+    if any(port >= len(valve.ports) or valve.ports[port].on == "impact" for _, port in rhythm.passages):
         raise ParameterError("near", rhythm.passages, "passages of ports that this valve has")
     return rhythm
 
@@ -391,8 +391,8 @@ def _told(asked: SelfExcited, found: Settled) -> SelfExcited:
         if motion is not None and obstacle is Obstacle.IRREGULAR and motion.strikes_twice:
             obstacle = Obstacle.DOUBLE_BLOW
         if motion is not None and obstacle is Obstacle.NO_PORT:
-            edges = [port.behind or 0.0 for port in asked.machine.valve.ports if port.side == "back"]
-            beyond = [edge for edge in edges if edge > motion.farthest]
+            edges = [port.behind for port in asked.machine.valve.ports if port.side == "back"]
+            beyond = [edge for edge in edges if edge is not None and edge > motion.farthest]
             return replace(asked, obstacle=obstacle, found=motion.farthest, needed=min(beyond, default=None))
         return replace(asked, obstacle=obstacle)
     if not found.cycle.switches:

@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.halting import look
-from percuss.mechanics.crossing import first_entering
 from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
-from percuss.steady.self_excited.event_sequence import regions_of, sequence_in
+from percuss.steady.self_excited.event_sequence import first_met, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
 from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
@@ -75,7 +74,7 @@ class Following:
         self._hold = -math.inf  # until when no contact is looked for after a release …
         self._wave = -math.inf  # … at least: until that has run through the bar
         ports = machine.valve.ports
-        self._struck([i for i, port in enumerate(ports) if port.side == "front"] if from_rest else None)
+        self._struck([i for i, port in enumerate(ports) if port.sign * port.level < 0.0] if from_rest else None)
 
     def go_on(self, blows: int) -> None:
         """So many blows more, unless it ends before."""
@@ -97,23 +96,22 @@ class Following:
             until = due - self.time if due < math.inf else self.span
             until = min(until, self._hold - self.time) if held else until
             flight = self._flight(until, held)
-            regions, ports = regions_of(self.machine, self.flow, flight, wall=not held)
-            found = first_entering(flight, regions)
-            if math.isinf(found.time) and due == math.inf and until == self.span and flight.ramp == 0.0:
+            time, which = first_met(self.machine, self.flow, flight, wall=not held)
+            if math.isinf(time) and due == math.inf and until == self.span and flight.ramp == 0.0:
                 self.ending = "nothing follows"
                 return
-            flight = replace(flight, duration=min(found.time, until))
+            flight = replace(flight, duration=min(time, until))
             self.flights.append(flight)
             self._moved(flight.end, flight.duration)
-            if math.isinf(found.time):
+            if math.isinf(time):
                 if due < math.inf and until != self._hold - flight.time:
                     self.time = due
-            elif ports[found.which] == -1:
+            elif which == -1:
                 self._strike()
-            elif ports[found.which] == -2:
+            elif which == -2:
                 self.ending = "no pressure"
             else:
-                self._demand(ports[found.which])
+                self._demand(which)
             if self.blows > before or self.ending is not None:
                 return
         self.ending = "no blow"

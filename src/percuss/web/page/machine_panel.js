@@ -207,6 +207,6 @@ function changes({ sensitivities, modes }) {
 
 /** "ports[0].behind" → "port 1: place". */
 function named(parameter) {
-  const found = /^ports\[(\d+)\]\.(behind|delay)$/.exec(parameter);
-  return found ? `port ${Number(found[1]) + 1}: ${found[2] === "behind" ? "place" : "delay"}` : parameter;
+  const found = /^ports\[(\d+)\]\.(behind|speed|delay)$/.exec(parameter);
+  return found ? `port ${Number(found[1]) + 1}: ${found[2] === "behind" ? "place" : found[2]}` : parameter;
 }

@@ -35,6 +35,7 @@ function keysOf(tables) {
   ports.forEach((port, i) => {
     const name = port?.on === "impact" ? `Blow → ${port.to}` : `Port ${i + 1} → ${port?.to}`;
     add(`load.ports[${i}].behind`, `${name}: place`);
+    add(`load.ports[${i}].speed`, `${name}: speed`);
     const delay = number(`load.ports[${i}].delay`);
     const unit = delay?.unit || (tables.bar ? "ms" : "");
     const high = delay?.value > 0 ? 4 * delay.value : tables.bar ? (unit === "s" ? 0.01 : 10) : 1;

@@ -186,7 +186,7 @@ export class MachineStage extends Stage {
   lines(pen, { edge, top, scale, box }, colours) {
     const { wall, bar, travel } = scale;
     this.ports.forEach((port, i) => {
-      if (port.on === "impact") return;
+      if (port.behind === null) return;
       const place = port.reads === "centre" ? this.centreOfMass() : port.reads;
       const x = wall - (1 - place) * bar - port.behind * travel;
       const mark = edge - (1 - place) * bar;

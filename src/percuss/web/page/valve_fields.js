@@ -15,6 +15,7 @@ const HINTS = {
   front: ["area in front", "the pressure pushes the piston back"],
   rear: ["area behind", "the pressure pushes the piston toward the wall"],
   behind: ["place", "of its edge, behind the wall"],
+  speed: ["speed", "at which it is passed, between blows"],
   side: ["side", "back or front: where it is uncovered"],
   to: ["demands", "a state by its name"],
   delay: ["delay", "from the demand to the change; 0 when empty"],
@@ -22,7 +23,7 @@ const HINTS = {
   on: ["on", "impact: each blow demands"],
 };
 const ALWAYS = ["load.start_state", "load.room"];
-const OF_PORTS = ["behind", "side", "to", "delay"];
+const OF_PORTS = ["side", "to", "delay"];
 
 /** The keys that a load of this kind has fields for. */
 export function valveKeys(load) {
@@ -32,7 +33,8 @@ export function valveKeys(load) {
     for (const side of areas ? ["front", "rear"] : [""]) found.push(`load.states.${name}${side && `.${side}`}`);
   }
   (Array.isArray(load.ports) ? load.ports : []).forEach((port, i) => {
-    const own = port?.on ? ["on", "to", "delay"] : [...OF_PORTS, ...(port?.reads === undefined ? [] : ["reads"])];
+    const edge = port?.speed === undefined ? "behind" : "speed";
+    const own = port?.on ? ["on", "to", "delay"] : [edge, ...OF_PORTS, ...(port?.reads === undefined ? [] : ["reads"])];
     for (const name of own) found.push(`load.ports[${i}].${name}`);
   });
   return [...found, "load.chamber.force", "load.chamber.stiffness", ...ALWAYS];

@@ -67,11 +67,6 @@ class Span:
     def parsed(cls, words: str) -> Span:
         """From ``NAME=LOW:HIGH``, numbers with or without a unit.
 
-        Raises
-        ------
-        ParameterError
-            When the text has another form.
-
         Examples
         --------
         >>> Span.parsed("bar.sections[2].length=50:150mm")
@@ -260,7 +255,6 @@ def _unknown(name: str, known: Sequence[str], remedy: str = "") -> ParameterErro
 
 
 def _check_figure(own: BlowAnswer, objective: str) -> None:
-    """Refuse to look for what no blow on such a target has."""
     if objective in ("rock-energy", "efficiency") and own.blow.bit_force is None:
         needed, remedy = "a tool that ends in rock", 'give the case [tool] with end = "rock", and [rock]'
     elif objective == "incident-energy" and own.rod is None:

@@ -38,13 +38,7 @@ def diagram_job_of(
     impacts: int | None = None,
     seed: int = 0,
 ) -> DiagramJob:
-    """What `diagram_answer` carries out; its parameters are described there.
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, or there is no such parameter.
-    """
+    """What `diagram_answer` carries out; its parameters are described there."""
     checked_case(case)
     axis = _axis(along)
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
@@ -220,10 +214,7 @@ _MOST_LABELS = 12
 
 
 def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Report:
-    """Labels of what was simulated with the ranges in which they were met, and each branch.
-
-    `mode`: what a mode is called.
-    """
+    """Labels of what was simulated, where they were met, and each branch; `mode`: what a mode is called."""
     low, high = float(found.axis.values.min()), float(found.axis.values.max())
     name, unit = found.axis.name, f" {found.axis.unit}" if found.axis.unit else ""
     summary = f"{name} from {low:.9g} to {high:.9g}{unit}, {counted(found.modes, mode)}; branches: "

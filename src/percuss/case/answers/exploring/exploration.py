@@ -57,11 +57,6 @@ def sweep_job_of(
         `steady_answer` has them, and simulations take the modes of the table [simulation].
     impacts
         Instead of those of the table [simulation].
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, or the question has no answer.
     """
     from percuss.explore.sweeps import sweep_job
 
@@ -132,11 +127,6 @@ def basins_job_of(
         (``"-30 mm"``). Of a machine `at` may name the state of the valve, ``{"state": "power"}``.
     modes, impacts
         Instead of those of the table [simulation].
-
-    Raises
-    ------
-    CaseError, ParameterError
-        When the case cannot be used, there are no such starts, or a unit is none of the quantity.
     """
     from percuss.explore.attractors.basin import basins_job
 
@@ -242,8 +232,7 @@ def experiment_dict(case: Case, found: Experiment) -> dict[str, Any]:
 
 
 def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
-    """Basins as a tree of dict, list, str, int, finite float and None: `image` holds numbers of attractors, row by row
-    from the first value of y on, −1 where nothing is known."""
+    """Basins in JSON's types: `image` has numbers of attractors, row by row from the first y on, −1: not known."""
     (x, over), (y, up) = found.x, found.y
     return {
         "case": case.file,
@@ -341,10 +330,7 @@ class Watched:
 
 
 def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool], first: int | None = None) -> Iterator[Watched]:
-    """Follow the starts of an experiment portion by portion; the last one yielded has all of them, or the `first`.
-
-    The numbers depend neither on the portions nor on the number of threads. Once `stopped` says so nothing is yielded.
-    """
+    """Starts by portions, on which no number depends; the last has all, or the `first`; none once `stopped`."""
     from percuss.explore.attractors.experiments import Experiment
 
     job = replace(job, threads=os.cpu_count() or 1)

@@ -146,11 +146,6 @@ def orbits_answer(
     halt
         As for `percuss.steady.orbits`.
 
-    Raises
-    ------
-    CaseError, LoadError, ResonanceError, ParameterError
-        When there is nothing to search.
-
     Examples
     --------
     >>> from percuss.case import load_case
@@ -174,7 +169,6 @@ def _searched(
     switch: bool = False,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
-    """The orbits of a label with so many modes."""
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if isinstance(system, Machine):
         near: dict[str, Any] = (
@@ -229,11 +223,6 @@ def branch_answer(
         As for `orbits_answer`.
     halt
         As for `percuss.explore.follow`.
-
-    Raises
-    ------
-    CaseError, LoadError, ResonanceError, ParameterError
-        When there is no such orbit or parameter.
 
     Examples
     --------
@@ -313,7 +302,6 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
 
 
 def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
-    """The orbit that a text names."""
     label, _, which = orbit.partition(":")
     impacts, periods = parsed_label(label)
     if which.strip().startswith("phases") and isinstance(system, System):
@@ -329,7 +317,6 @@ def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
 
 
 def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes: int) -> PeriodicOrbit:
-    """The orbit near phases, which are listed in order of time."""
     try:
         given = [float(phase) for phase in phases.split(",")]
     except ValueError:
@@ -370,10 +357,7 @@ def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
 
 
 def branch_dict(branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None) -> dict[str, Any]:
-    """A branch, of orbits or of cycles with rest, and all that were switched to from it; and curves of their points.
-
-    `begun`: see `begun_at`.
-    """
+    """A branch, and all that were switched to from it; and curves of their points. `begun`: see `begun_at`."""
     return {
         **picked(branch, "parameter modes"),
         **_branch_dict(branch),
@@ -442,10 +426,7 @@ def orbit_dict(orbit: PeriodicOrbit, multipliers: ComplexArray | None) -> dict[s
 
 
 def branch_table(branch: Branch) -> str:
-    """The branch and those that were switched to from it, as CSV: a line for each impact of each orbit.
-
-    Of a chatter a line for each impact that was followed by itself.
-    """
+    """A branch and its family as CSV: a line for each impact, of a chatter for each that was followed by itself."""
     heads = ("branch", "label", "point", branch.parameter, "stable", "impact", "phase", "speed")
     rows: list[tuple[object, ...]] = []
     for number, one in enumerate(branch.family(), 1):
@@ -488,11 +469,6 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
         N, in the forced motion, too; None for the case's, or 32.
     most
         Load periods of a cycle, 1 to 256.
-
-    Raises
-    ------
-    CaseError, ResonanceError, ParameterError
-        When there is nothing to follow.
 
     Examples
     --------
@@ -556,10 +532,7 @@ def _few(values: list[float]) -> str:
 def branch_report(
     title: str, branch: Branch, curves: Sequence[PointCurve] = (), begun: float | None = None, again: str = ""
 ) -> Report:
-    """What happens on a branch and on those that were switched to from it, and on curves of its points.
-
-    `begun` is where it begins if that is not the value of the case; `again` the parameter that was given twice.
-    """
+    """What happens on a branch, its family, and curves of its points; `again`: the parameter that was given twice."""
     every = list(branch.family())
     sections: list[ReportSection | Grid] = [branch_section(one.label, one) for one in every]
     if branch.has_rest:

@@ -195,10 +195,7 @@ def orbit_frames(
     points: int = 2000,
     window: Sequence[float] | None = None,
 ) -> Frames:
-    """Whole impact periods of a steady motion, which has a number from 1 in order of phase, from an impact on.
-
-    `window`: only this part of the fields, from and to in rad after the impact.
-    """
+    """Whole periods of a steady motion (numbered by phase) from an impact on; `window`: part of the fields."""
     system = case.system()
     orbits = steady_states(system, periods).orbits
     if not 1 <= orbit <= len(orbits):
@@ -294,7 +291,6 @@ def stretch_frames(
 
 
 def _part(window: Sequence[float] | None, length: float) -> tuple[float, float]:
-    """The part of a stretch that is wanted, within it."""
     if window is None:
         return 0.0, length
     low, high = window
@@ -620,7 +616,6 @@ def _start(striker: Any, sections: Sections) -> float:
 
 
 def _end(blow: Blow, show: Part, sections: Sections) -> float:
-    """The end of what is shown."""
     if show == "start":
         return min(blow.until, _start(blow.striker, sections))
     last = None if show == "window" or not blow.contacts else blow.contacts[-1].end

@@ -62,11 +62,6 @@ def point_curves_answer(
     halt
         As for `percuss.explore.follow`.
 
-    Raises
-    ------
-    CaseError, ParameterError
-        When there is no such point or parameter.
-
     Examples
     --------
     >>> from percuss.case import branch_answer, load_case
@@ -91,13 +86,11 @@ def point_curves_answer(
 
 
 def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | None]:
-    """Name, unit and range of a parameter."""
     name, family, ends = followed(case, given)
     return name, family.units.get(name, ""), ends
 
 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
-    """The points that a text names."""
     every: list[Any] = followed_points(branch)
     names = _REST_NAMES if branch.has_rest else _MACHINE_NAMES if branch.is_machine else _NAMES
     there = Counter(point.kind.value for point in every or branch.points)
@@ -128,7 +121,6 @@ def followed_points(branch: Branch) -> list[BranchPoint]:
 
 
 def _one(every: Sequence[Any], names: Mapping[str, BranchEvent], word: str, given: str, known: str) -> Any:
-    """The point that a word names."""
     found = re.fullmatch(r"([a-z_]+)(?::(\d{1,4}))?", word, re.ASCII)
     if found is None or found[1] not in names:
         told = f"all, or one of {', '.join(names)}, with :NUMBER for another than the first"
@@ -149,10 +141,7 @@ _WHAT = "curves as 'percuss follow … --curve … --json' prints them"
 
 
 class LaidCurve(NamedTuple):
-    """A curve as a map takes it: its kind, the names of the parameters, their units, and both along it, (m, 2).
-
-    Where the motion is no orbit both are NaN; see `percuss.explore.PointCurve.real`.
-    """
+    """A curve as a map takes it: `real` has both parameters along it, (m, 2), NaN where the motion is no orbit."""
 
     kind: str
     parameters: tuple[str, str]
@@ -161,13 +150,7 @@ class LaidCurve(NamedTuple):
 
 
 def point_curves_table(curves: Sequence[PointCurve]) -> str:
-    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest.
-
-    Examples
-    --------
-    >>> point_curves_table([])
-    'curve,type,label,point,is_orbit,impact,phase\\n'
-    """
+    """Curves over the same two parameters as CSV: a line for each impact of a point, or for a point with rest."""
     head = ("curve", "type", "label", "point", *(curves[0].parameters if curves else ()), "is_orbit")
     rows: list[tuple[object, ...]] = []
     resting = False
@@ -183,13 +166,7 @@ def point_curves_table(curves: Sequence[PointCurve]) -> str:
 
 
 def laid_curves(name: str, content: bytes) -> tuple[LaidCurve, ...]:
-    """The curves in a file with the answer of ``percuss follow … --curve … --json``.
-
-    Raises
-    ------
-    ParameterError
-        When it is none.
-    """
+    """The curves in a file of ``percuss follow … --curve … --json``; ParameterError when it is none."""
     try:
         answer = json.loads(content)
         return tuple(_laid(one) for one in answer["curves"])
@@ -224,11 +201,7 @@ def watched_curves(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """The curves of all that happens to an orbit on the two lines through it, along either parameter of a plane.
-
-    Yields the share that is done, and the curves so far; the last share is 1. A curve is left as it is after `patience`
-    seconds.
-    """
+    """What happens to an orbit on both lines through it, as curves: share done, those so far (`patience` s each)."""
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}
@@ -263,7 +236,6 @@ def _is_on(
     place: dict[str, float],
     spans: dict[str, tuple[float, float]],
 ) -> bool:
-    """Whether a point of a branch lies on a curve of such points."""
     assert point.motion is not None
     if (curve.event, curve.label) != (point.kind, point.motion.label) or len(curve.values) < 2:
         return False

@@ -74,7 +74,6 @@ def quick_dict(
 
 
 def _judged(states: SteadyStates, modes: int, multipliers: bool) -> list[dict[str, Any]]:
-    """Verdict and multipliers of every orbit."""
     if multipliers or any(orbit.system.load.jumps for orbit in states.orbits):
         return [_by_multipliers(orbit, modes) for orbit in states.orbits]
     if not states.orbits:
@@ -141,7 +140,6 @@ def _orbit(orbit: Orbit, judged: dict[str, Any]) -> dict[str, Any]:
 
 
 def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dict[str, Any]:
-    """The motion with what becomes of it when its blows take time."""
     if timed is None:
         return told
     found = timed.continuing(orbit)
@@ -149,7 +147,6 @@ def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dic
 
 
 def _told(timed: TimedPeriod, found: TimedAnswer | None) -> list[str]:
-    """What the law makes of a motion, in lines."""
     lines = [ENDED] if found is None else [*timed_in_words(found), *found.orbit.warnings]
     return [f"{timed.states.law.law}: {lines[0]}", *lines[1:]]
 
@@ -167,10 +164,7 @@ def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
 
 
 def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
-    """All motions of a structure with one impact in `periods` load periods, in the form of `quick_dict`.
-
-    What that has of a free bar alone is null: both criteria, the margins of rhythm and ringing, the nearest motion.
-    """
+    """`quick_dict` of a structure: null what that has of a free bar alone."""
     answer = structure_answer(case, (periods,))
     states, load = answer.states[0], answer.system.load
     return {
@@ -213,10 +207,7 @@ def curves_dict(
     load_factor: Sequence[float] | None = None,
     modes: int = 32,
 ) -> dict[str, Any]:
-    """v_f with its level, the load history with the window of the waveform criterion, and all branches.
-
-    The branches go over so many load factors, by default from near 0 to beyond the last fold.
-    """
+    """v_f with its level, the load with the window of the waveform criterion, and all branches to the last fold."""
     system = case.system()
     states = steady_states(system, periods)
     phase = np.linspace(0.0, 2.0 * math.pi, points)

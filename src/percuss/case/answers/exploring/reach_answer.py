@@ -89,13 +89,7 @@ def _with_modes(orbit: Orbit, modes: int | None) -> PeriodicOrbit:
 
 
 def varied_parameters(case: Case, names: Sequence[str] | None = None) -> list[dict[str, Any]]:
-    """Name, label, unit and value of parameters of a case; None for those that are told unless others are asked for.
-
-    Raises
-    ------
-    ParameterError
-        For a name that is no number of the case.
-    """
+    """Name, label, unit and value of parameters, None: those told by default; ParameterError for no number of it."""
     checked_case(case)
     rows = {row["name"]: row for row in parameters(case)}
     return _usual(rows) if names is None else [_known(case, rows, name) for name in several("names", names, "names")]
