@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from hammers import HAMMERS, Hammer
 from percuss import Load, Start, Stop, System, run
 from percuss.errors import ParameterError
+from percuss.explore import Boundaries, Branch, Diagram, PointCurve, boundaries, diagram, follow_point
 from percuss.model import Machine
 from percuss.stability import floquet_multipliers, stability_of
 from percuss.steady import RestCycle, orbits, rest_cycles, steady_states
@@ -53,7 +56,7 @@ def test_every_motion_answers_what_all_are_asked(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", HAMMERS)
-def test_a_branch_gives_its_motions_and_what_is_recorded_of_them(name: str) -> None:
+def test_a_branch_gives_its_motions_and_what_is_recorded_of_them(name: str, tmp_path: Path) -> None:
     hammer = HAMMERS[name]
     one, along = found(hammer)[0], "restitution"
     here = hammer.what.contact.restitution  # type: ignore[attr-defined]
@@ -62,7 +65,14 @@ def test_a_branch_gives_its_motions_and_what_is_recorded_of_them(name: str) -> N
     at = int(np.argmin(np.abs(branch.values - here)))
     assert branch[at].figures["blow_energy"] == pytest.approx(one.figures["blow_energy"], rel=1e-6)
     assert branch.recorded["stroke"][at] == pytest.approx(one.stroke, rel=1e-6)
-    assert np.sum(np.abs(branch.multipliers) > 1.0, axis=1)[1:-1] == pytest.approx(branch.unstable[1:-1])
+    smooth = np.logical_and.reduce([branch.values != point.value for point in branch.points])
+    assert np.array_equal(np.sum(np.abs(branch.multipliers) > 1.0, axis=1)[smooth], branch.unstable[smooth])
+    branch.save(tmp_path / "branch.nc")
+    again = Branch.load(tmp_path / "branch.nc")
+    assert (
+        json.dumps(again.as_json()) == json.dumps(branch.as_json()) and str(again) == str(branch) and not again.motions
+    )
+    assert again[at].phases == pytest.approx(branch[at].phases)
     with pytest.raises(ParameterError, match="record"):
         one.follow(along, record={"stroke": 3.0})
 
@@ -117,3 +127,21 @@ def test_what_is_found_has_length_order_and_a_table() -> None:
         assert len(every) == len(every.orbits) and list(every) == list(every.orbits) and every[0] is every.orbits[0]
         assert list(every.to_pandas()["label"]) == [one.label for one in every]
     assert isinstance(rest_cycles(system, modes=0)[0], RestCycle)
+
+
+def test_diagrams_boundaries_and_curves_are_saved_and_read(tmp_path: Path) -> None:
+    system, place = System(5.0, 0.0, 0.5, Load.harmonic(0.62, 1.0)), tmp_path / "kept.nc"
+    flip = orbits(system, 1, modes=0)[1].follow("mean", (0.3, 1.2)).at("flip")[0]
+    every: list[Any] = [
+        boundaries(system, ("restitution", [0.3, 0.4]), ("load_factor", 0.1, 1.0)),
+        diagram(system, "mean=0.5:0.9:3", up_to=(1, 1), searched=1, switch=0, starts=1, runs=0, modes=0, workers=1),
+        follow_point(flip, ("restitution", "mean"), ((0.45, 0.55), (0.3, 1.2))),
+    ]
+    for one, kind in zip(every, (Boundaries, Diagram, PointCurve), strict=True):
+        one.save(place)
+        again = kind.load(place)
+        assert json.dumps(again.as_json()) == json.dumps(one.as_json()) and str(again) == str(one)
+        assert len(one.to_pandas())
+        one.save(tmp_path / "table.csv")
+        with pytest.raises(ParameterError, match=f"{Branch.__name__}.save wrote"):
+            Branch.load(place)

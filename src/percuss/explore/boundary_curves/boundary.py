@@ -164,7 +164,8 @@ class Boundaries(OfValues):
         """`as_json` backwards."""
 
         def made(one: Mapping[str, Any]) -> BoundaryCurve:
-            return BoundaryCurve(**{key: np.array(it) if isinstance(it, list) else it for key, it in one.items()})
+            told: dict[str, Any] = {key: np.array(it) if isinstance(it, list) else it for key, it in one.items()}
+            return BoundaryCurve(**told)
 
         failed = tuple((value, why) for value, why in row["failed"])
         return cls(**{**row, "x": np.array(row["x"]), "curves": tuple(map(made, row["curves"])), "failed": failed})

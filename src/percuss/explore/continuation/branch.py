@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -333,8 +333,17 @@ class Branch(OfValues):
 
     # -- handed over --
 
-    _PLAIN = ("label", "modes", "possible")
-    _ARRAYS = ("values", "times", "speeds", "unstable", "releases", "rests", "cycle_times", "energies")
+    _PLAIN: ClassVar[tuple[str, ...]] = ("label", "modes", "possible")
+    _ARRAYS: ClassVar[tuple[str, ...]] = (
+        "values",
+        "times",
+        "speeds",
+        "unstable",
+        "releases",
+        "rests",
+        "cycle_times",
+        "energies",
+    )
 
     def as_json(self) -> dict[str, Any]:
         """All of it as plain values, its motions too."""
@@ -392,8 +401,8 @@ class Branch(OfValues):
             made[f"event_{name}"] = ("event", np.array([point.values[i] for point in self.points]))
         made["event_type"] = ("event", np.array([point.kind.value for point in self.points], dtype=object))
         made["event_beyond"] = ("event", np.array([point.beyond for point in self.points], dtype=object))
-        about = {"kind": "branch", "label": self.label, "modes": self.modes}
-        found: xarray.Dataset = extra_package("xarray", "io").Dataset(made, attrs=about)
+        told = {"kind": "branch", "label": self.label, "modes": self.modes}
+        found: xarray.Dataset = extra_package("xarray", "io").Dataset(made, attrs=told)
         return found
 
     def recording(self, record: Mapping[str, Callable[[Any], float]]) -> Self:

@@ -155,20 +155,26 @@ class Diagram(OfValues):
         """All of it as plain values."""
         lines = {name: [line.as_json() for line in getattr(self, name)] for name in _LINES}
         settled = [{**vars(one), "phases": one.phases.tolist(), "speeds": one.speeds.tolist()} for one in self.settled]
-        return {"ask": canonical(self.ask), "settled": settled, "done": self.done, "left_out": self.left_out, **lines}
+        return {
+            "ask": canonical(dict(self.ask)),
+            "settled": settled,
+            "done": self.done,
+            "left_out": self.left_out,
+            **lines,
+        }
 
     @classmethod
     def from_json(cls, row: Mapping[str, Any]) -> Diagram:
         """`as_json` backwards."""
         ask = parsed(row["ask"])
-        along, lines = ask["along"], {name: tuple(map(Branch.from_json, row[name])) for name in _LINES}
+        along, told = ask["along"], {name: row[name] for name in ("done", "left_out")}
+        told |= {name: tuple(map(Branch.from_json, row[name])) for name in _LINES}
         settled = [
             SettledMotion(**{**one, "phases": np.array(one["phases"]), "speeds": np.array(one["speeds"])})
             for one in ({**one, "scales": one["scales"] and tuple(one["scales"])} for one in row["settled"])
         ]
         axis = Axis(along["name"], along["values"], along["unit"])
-        told = {name: row[name] for name in ("done", "left_out")}
-        return cls(axis, int(ask["modes"]), tuple(settled), ask=ask, **told, **lines)
+        return cls(axis, int(ask["modes"]), tuple(settled), ask=ask, **told)
 
     def __str__(self) -> str:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
