@@ -92,7 +92,7 @@ $(DEV): requirements/dev.txt $(RUN)
 	@touch $@
 
 # Once, beside the installation above: else each process of the suite would compile them for itself.
-$(KERNELS): $(wildcard src/percuss/blow/kernels/*.py src/percuss/simulate/kernels/*.py src/percuss/stability/*_kernels.py src/percuss/steady/periodic/kernels/*.py src/percuss/steady/self_excited/*_kernels.py) src/percuss/explore/tangent.py $(RUN)
+$(KERNELS): $(wildcard src/percuss/blow/kernels/*.py src/percuss/simulate/kernels/*.py src/percuss/stability/*_kernels.py src/percuss/steady/periodic/kernels/*.py src/percuss/steady/self_excited/*_kernels.py src/percuss/mechanics/*_kernels.py) src/percuss/explore/tangent.py $(RUN)
 	@echo "compiling the kernels"
 	@if $(BIN)/python -c 'import sys; from percuss.cli.app import run; from percuss.web.workers import load; \
 	    drifter = ["valve-drifter", "--modes"]; sys.exit(not load() or run(["simulate", *drifter, "2"]) \

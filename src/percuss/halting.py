@@ -26,18 +26,6 @@ def halting(halt: Callable[[], bool] | None) -> Iterator[None]:
     """A block whose long loops end with `Interrupted` soon after `halt` has returned true; None never stops it.
 
     What stops a block around it stops this one as well.
-
-    Examples
-    --------
-    >>> from percuss import Load, System, steady_states
-    >>> from percuss.errors import Interrupted
-    >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
-    >>> try:
-    ...     with halting(lambda: True):
-    ...         steady_states(system).orbits[0].admissible
-    ... except Interrupted:
-    ...     print("stopped")
-    stopped
     """
     around = _asked.get()
     both = halt if around is None else around if halt is None else lambda: halt() or around()

@@ -18,6 +18,7 @@ __all__ = ["ensure_cache"]
 
 _KERNELS = (
     "blow/kernels",
+    "mechanics",
     "simulate/kernels",
     "stability",
     "steady/periodic/kernels",

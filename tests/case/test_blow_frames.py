@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from percuss.case.answers.exploring.playback import blow_frames
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 
 
 @pytest.mark.parametrize("speed, ratio", [(20.0, 1.5), (7.0, 0.4)])

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from case_texts import PLAIN, SI, STEPPED, STEPS, VALVE, plain_case, refusal, si_case
 from percuss.case import Case, CaseErrors, steady_answer
+from percuss.case.case import case_of, json_tables, without_files
 from percuss.case.catalogue.sample_cases import machine_text
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
 from percuss.case.file_format.reading import toml_text
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import plain_tables

@@ -9,7 +9,7 @@ import pytest
 
 from case_texts import STEPPED, plain_case, si_case
 from percuss.case import MACHINES, Case, CaseFamily, load_case, reach_answer, steady_answer
-from percuss.case.file_format.plain_tables import case_of, without_files
+from percuss.case.case import case_of, without_files
 from percuss.case.parameters.case_keys import KEYS, held, key_of, varied_keys, with_held
 from percuss.case.parameters.description import parameters, plain_tables
 from percuss.case.parameters.moves import MOVES, RELATIVE, placed

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from percuss.blow import Rod, strike
 from percuss.blow import striking as effective
 from percuss.case import Case, load_case
+from percuss.case.case import case_of
 from percuss.case.file_format.contact import blow_of
-from percuss.case.file_format.plain_tables import case_of
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters, plain_tables
 from percuss.errors import CaseError

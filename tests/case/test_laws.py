@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from case_texts import STEPS, plain_case, refusal, si_case
 from percuss import Start, Stop, run
 from percuss.case import Case, steady_answer
+from percuss.case.case import case_of, json_tables
 from percuss.case.file_format.bodies import DampingTable, damping_law, damping_table
-from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.file_format.values import Strain
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed

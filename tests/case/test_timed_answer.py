@@ -12,7 +12,7 @@ from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.answers.steady_report import steady_report, summary_of
-from percuss.html_report import report_html
+from percuss.plot.html_report import report_html
 
 PLAIN = """
 [system]

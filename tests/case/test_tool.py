@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from case_texts import BAR, BLOW, MOTION, TOOL, refusal
 from percuss.blow import Rock, Rod, Wall
 from percuss.case import MACHINES, Case, load_case
+from percuss.case.case import case_of, json_tables
 from percuss.case.file_format.bodies import MATERIALS
-from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import varied_keys
 from percuss.case.parameters.description import parameters, plain_tables

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from case_texts import VALVE, plain_case
 from percuss.case import Case, CaseErrors, load_case
 from percuss.case.answers.heading import machine_section
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 from percuss.errors import CaseError
 from percuss.model import Chamber, Machine, Port, Valve
 from percuss.simulate import Start

@@ -14,7 +14,7 @@ from case_texts import plain_case
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.cli import app, main, waiting
 from percuss.cli.report_printing import show as show_report
-from percuss.neutral import neutral, one_line
+from percuss.shown import neutral, one_line
 
 EVIL = "a\x1b[2J\x1b]0;x\x07\x9b31m\u202eb\rc\x7f"
 STEERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")

@@ -23,7 +23,7 @@ from percuss.explore.parameters import vary
 from percuss.halting import halting
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane
 from percuss.steady import Orbit, PeriodicOrbit, Reason
-from percuss.steady.admissible import flight_check, stays_off, tops
+from percuss.steady.flight import flight_check, stays_off, tops
 from strategies import oracle
 
 R = np.linspace(0.0, 0.9, 31)

@@ -94,7 +94,7 @@ def check_points(curve: SolutionCurve, orbit: object, value: float) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [("restitution", 1.0), ("restitution", 0.0), ("d", 0.0)])
 def test_rates_at_the_end_of_a_range_are_taken_from_inside(name: str, value: float) -> None:
-    rows = ParameterRows(lambda at: SystemFamily(HAMMER).system({name: at}), 4, 0.25)
+    rows = ParameterRows(lambda at: numbers_of(SystemFamily(HAMMER).system({name: at}), 4), 0.25)
     rate = rows.rate(value)
     inside = 0.01 if value == 0.0 else 0.99
     far = numbers_of(SystemFamily(HAMMER).system({name: inside}), 4).row
@@ -125,7 +125,7 @@ def test_rows_of_straight_lines_are_those_of_the_systems(values: list[float], mo
         family = SystemFamily(System(UniformBar(5.0, KelvinVoigt(1e-3)), HAMMER.load, HAMMER.contact))
     if name == "restitution":
         base, value = base / 1.2, value / 1.2
-    rows = ParameterRows(lambda at: family.system({name: at}), modes, 0.25)
+    rows = ParameterRows(lambda at: numbers_of(family.system({name: at}), modes), 0.25)
     rate, row = rows.rate(base), rows.at(base).row
     here = numbers_of(family.system({name: value}), modes).row
     if rows.fits(base, rate, value):

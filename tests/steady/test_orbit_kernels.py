@@ -13,7 +13,7 @@ from percuss.errors import ResonanceError
 from percuss.model import Body, External, KelvinVoigt, Kept, Mounted, Ratio, Reversed, UniformBar
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
-from percuss.steady.admissible import flight_check
+from percuss.steady.flight import flight_check
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.periodic_orbit import load_turn
 from percuss.steady.periodic.search import Outcome, newton

@@ -15,9 +15,9 @@ from percuss import Load, System, steady_states
 from percuss.errors import Interrupted, LoadError, ParameterError, ResonanceError
 from percuss.halting import halting
 from percuss.steady import Drop, FoundOrbits, Reason, orbits
+from percuss.steady.oscillator import PI
 from percuss.steady.periodic.impact_chain import ImpactChain
 from percuss.steady.periodic.periodic_orbit import canonical, differences, load_turn, repeats
-from percuss.steady.small_divisors import PI
 
 TURN = 2.0 * math.pi
 HAMMER = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))

@@ -13,7 +13,7 @@ from percuss import Bar, Load, System
 from percuss.errors import LoadError, ParameterError
 from percuss.model import Chamber, Kept, Machine, Port, UniformBar, Valve
 from percuss.steady import ForceRecord, recorded_together, recorded_valve, self_excited_motion, steady_states
-from percuss.steady.recorded.implied import changes, edge_times, implied_by_record, rough_edges, sought_blows
+from percuss.steady.recorded.force_record import changes, edge_times, implied_by_record, rough_edges, sought_blows
 
 
 def own_cycle(machine: Machine):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from percuss import Load, System, steady_states
 from percuss.steady import Orbit
-from percuss.steady.small_divisors import cubic_sum
+from percuss.steady.oscillator import cubic_sum
 
 SPEEDS = [20.0, 3.3, 50.0, 0.7, 20.0000012958591, 7.0000007 / math.pi, 2.5 / math.pi * (1 + 1e-6), 22.0 / 7.0]
 

@@ -23,8 +23,8 @@ import httpx
 import uvicorn
 
 from percuss.case import Case, load_case, steady_answer
+from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import sample_names
-from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import MAX_KEYS, parsed
 from percuss.cli import main
 from percuss.cli import serve as serve_command

@@ -16,7 +16,7 @@ pytest.importorskip("fastapi")
 from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, simulation_answer
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 from web_desk import Desk, came, figure, held, ink, knows, let_go, moved, scene, settled, slide, until
 
 pytestmark = pytest.mark.browser

@@ -18,8 +18,8 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, Route, expect
 
 from percuss.case import Case, steady_answer
+from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import machine_text
-from percuss.case.file_format.plain_tables import case_of
 from percuss.web.application import Shelf
 from web_desk import (
     PANELS,

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Route, expect
 
 from percuss import palette
 from percuss.case import simulation_answer
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from web_client import unpacked

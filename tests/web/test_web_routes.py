@@ -23,8 +23,8 @@ from percuss.case.answers.exploring import orbits_answer as told
 from percuss.case.answers.exploring import playback
 from percuss.case.answers.exploring.diagram_answer import diagram_dict
 from percuss.case.answers.exploring.quick_answer import quick_dict
+from percuss.case.case import case_of, json_tables
 from percuss.case.catalogue.sample_cases import STRUCTURES, machine_text, write_history
-from percuss.case.file_format.plain_tables import case_of, json_tables
 from percuss.case.file_format.reading import parsed, value_at
 from percuss.case.parameters.description import case_dict
 from percuss.cli import main

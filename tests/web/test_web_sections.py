@@ -15,8 +15,8 @@ pytest.importorskip("fastapi")
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
+from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import machine_text
-from percuss.case.file_format.plain_tables import case_of
 from web_desk import (
     Desk,
     knows,

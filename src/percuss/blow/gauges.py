@@ -125,18 +125,6 @@ def fitted_record(
 
     `until`: end of the window, in s. `time` (s, increasing), `force` (N), shape (n,): the record. `sign`: if known, 1
     or −1; otherwise the one that fits better is taken.
-
-    Examples
-    --------
-    >>> from percuss.blow import Rod, strike
-    >>> from percuss.model import Bar, Section
-    >>> steel = {"area": 1e-3, "youngs_modulus": 2e11, "density": 8e3}
-    >>> blow = strike(Bar(length=0.5, **steel), Rod([Section(2.0, **steel)], "free"), 10.0, until=4e-4)
-    >>> time = np.arange(0.0, 6e-4, 1e-6)
-    >>> force = np.where((time > 3e-4) & (time <= 5e-4), -1.9e5, 0.0)  # 0.2 ms at 1 m, and the clock 0.1 ms late
-    >>> fit = fitted_record(blow.waves_at(1.0), 4e-4, time, force)
-    >>> fit.sign, round(1e6 * fit.shift), round(fit.scale, 2)
-    (-1, -100, 0.95)
     """
     t, y, until = numbers("time", time), numbers("force", force), positive("until", until)
     if t.ndim != 1 or t.shape != y.shape or t.size < _LEAST or not (np.diff(t) > 0.0).all():

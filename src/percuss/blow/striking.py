@@ -135,10 +135,7 @@ class _Piece(NamedTuple):
 
 
 def _initial_waves(question: _Question) -> list[list[_Piece]]:
-    """For each section of the striker the wave to the right and the wave to the left, in the order of their leaving.
-
-    What is at the share y of a section left its start at −y τ to the right, and its end at −(1 − y) τ to the left.
-    """
+    """Each section's two waves as they leave: the share y of it left its start at −yτ, its end at −(1 − y)τ."""
     sections = question.own
     if question.velocity is not None:
         halves = 0.5 * question.velocity

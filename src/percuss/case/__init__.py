@@ -15,20 +15,12 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.best_answer import BestAnswer, Span, best_answer
     from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploring.exploration import basins_job_of, experiment_job_of, sweep_job_of
-    from percuss.case.answers.exploring.orbits_answer import (
-        branch_answer,
-        orbits_answer,
-        rest_cycles_answer,
-    )
+    from percuss.case.answers.exploring.orbits_answer import branch_answer, orbits_answer, rest_cycles_answer
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
     from percuss.case.answers.exploring.reach_answer import reach_answer
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
-    from percuss.case.answers.simulation_answer import (
-        SimulationAnswer,
-        resumed_answer,
-        simulation_answer,
-    )
+    from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import (
         CaseReach,
         OrbitAnswer,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.cli.waiting import sign, telling
 from percuss.errors import Interrupted, PercussError, UsageError
-from percuss.neutral import neutral
+from percuss.shown import neutral
 
 if TYPE_CHECKING:
     from percuss.cli.arguments import Command

@@ -66,14 +66,12 @@ stresses, where the energy goes, what comes back. The case describes what is str
     ),
     JSON,
     made(
-        "-o, --output FILE",
-        "save forces and waves over time as NetCDF, for xarray; with --best the best case as TOML",
+        "-o, --output FILE", "save forces and waves over time as NetCDF, for xarray; with --best the best case as TOML"
     ),
     csv_option("write the same as a table"),
     plot_option("the blow"),
     option(
-        "--best WHAT",
-        "search for the best sizes: rock-energy, efficiency, incident-energy, or the least peak-stress",
+        "--best WHAT", "search for the best sizes: rock-energy, efficiency, incident-energy, or the least peak-stress"
     ),
     option(
         "--vary RANGE",

@@ -33,7 +33,7 @@ structures that strike a stop.""",
 )
 def machines(_: Parser, options: argparse.Namespace) -> int:
     """List the machines."""
-    from percuss.case.answers.numerals import quantity
+    from percuss.case.answers.facts import quantity
     from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES
 
     if options.json:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.numerals import number, picked
+from percuss.case.answers.facts import number, picked
 from percuss.cli.arguments import Option, command, made, need, option, whole
 from percuss.cli.waiting import COMPILING, doing, sign
 from percuss.errors import Interrupted, PercussError

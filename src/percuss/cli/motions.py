@@ -74,8 +74,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
         whole(0, MAX_STARTS, " ('percuss experiment' follows more)"),
     ),
     option(
-        "--reach",
-        "also how far the load and other parameters may move before the motion is lost, and what comes then",
+        "--reach", "also how far the load and other parameters may move before the motion is lost, and what comes then"
     ),
     option("--reach-of NAMES", "the same of these parameters of 'percuss sweep', separated by commas", names),
     JSON,
@@ -125,7 +124,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
     if options.report is not None:
-        from percuss.html_report import report_html
+        from percuss.plot.html_report import report_html
         from percuss.whole_file import write_whole
 
         write_whole(options.report, report_html(case, answer))
@@ -183,7 +182,7 @@ def _undisturbed() -> Iterator[None]:
 
 def _ends(case: Case, options: argparse.Namespace) -> Ends:
     """Random starts; without being asked only where the simulator need not be compiled first."""
-    from percuss.case.answers.numerals import as_typed
+    from percuss.case.answers.facts import as_typed
     from percuss.case.answers.steady_answer import STARTS, ends_of, not_followed
 
     starts = 0 if options.json and options.starts is None else options.starts

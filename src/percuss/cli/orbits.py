@@ -87,7 +87,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
         rest_cycles_dict,
         rest_report,
     )
-    from percuss.case.answers.numerals import counted
+    from percuss.case.answers.facts import counted
     from percuss.cli.report_printing import answered
     from percuss.halting import halting
 

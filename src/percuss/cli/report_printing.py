@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.facts import Grid, Report, ReportSection
-from percuss.neutral import one_line
+from percuss.shown import one_line
 
 if TYPE_CHECKING:
     import argparse

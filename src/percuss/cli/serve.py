@@ -91,7 +91,7 @@ def serve(parser: Parser, options: argparse.Namespace) -> int:
         )
     text = ""
     if options.case is not None:
-        from percuss.case.file_format.plain_tables import without_files
+        from percuss.case.case import without_files
 
         case = named_case(options.case)
         _ = case.machine() if case.is_machine else case.system()  # refused here, not first by the page

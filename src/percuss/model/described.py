@@ -15,12 +15,7 @@ from percuss.model.load import Chamber, Cushion, Load, Port, Supply, Valve
 from percuss.model.machine import Machine
 from percuss.model.system import System
 
-_KINDS: dict[str, Mapping[str, type]] = {
-    "body": BODIES,
-    "bar": SIZED_BODIES,
-    "contact": LAWS,
-    "damping": DAMPINGS,
-}
+_KINDS: dict[str, Mapping[str, type]] = {"body": BODIES, "bar": SIZED_BODIES, "contact": LAWS, "damping": DAMPINGS}
 
 
 def describe_system(system: System) -> dict[str, Any]:

@@ -101,19 +101,7 @@ _known = lru_cache(maxsize=32)(_machine_modes)
 
 
 def machine_modes(body: Body, at: int, stiffness: float, elastic: int) -> MachineModes:
-    """The free motions of a body on a gas chamber. Not to be written into.
-
-    Parameters
-    ----------
-    body
-        What moves.
-    at
-        The number of the place where the valve's force and the chamber act.
-    stiffness
-        κ of the chamber, 0 or greater (dimensionless).
-    elastic
-        N, the elastic modes kept.
-    """
+    """The free motions of a body on a gas chamber κ = `stiffness` at the place `at`, N = `elastic`; read-only."""
     body.place(at)
     return _known(body, at, non_negative("stiffness", stiffness), count("modes", elastic, least=0, most=_MOST))
 
@@ -245,18 +233,7 @@ class TwoLevels:
 
 
 def switching_of(load: Load) -> TwoLevels | None:
-    """The levels of a load that switches between two, or None.
-
-    None too for a clipped record: the levels are then those of the sensor, and what lay beyond them is unknown.
-
-    Examples
-    --------
-    >>> from percuss import Load
-    >>> switching_of(Load.harmonic(0.9, 1.0)) is None
-    True
-    >>> switching_of(Load.square(2.0, 1.3))
-    TwoLevels(high=2.0, low=-2.0, share=1.0)
-    """
+    """The levels of a load that switches between two, or None, as of a clipped record: those are the sensor's."""
     instance("load", load, Load)
     if load.is_constant or (load.report is not None and load.report.clipped):
         return None

@@ -43,15 +43,7 @@ class Parameter(Generic[T]):
 
 
 def of_field(name: str, label: str, meaning: str, span: tuple[float, float] | None = None, field: str = "") -> Any:
-    """The parameter of a frozen dataclass that is one of its fields, by default that of the same name.
-
-    Examples
-    --------
-    >>> from percuss.model.body import KelvinVoigt
-    >>> eta = of_field("eta", "material damping η", "η of a Kelvin–Voigt material")
-    >>> eta.get(KelvinVoigt(1e-6)), eta.put(KelvinVoigt(1e-6), 2e-6)
-    (1e-06, KelvinVoigt(eta=2e-06))
-    """
+    """The parameter of a frozen dataclass that is one of its fields, by default that of the same name."""
     field = field or name
     return Parameter(
         name, label, meaning, attrgetter(field), lambda what, value: replace(what, **{field: value}), span=span

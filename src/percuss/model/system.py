@@ -68,13 +68,7 @@ class System(SIScales):
 
     @overload
     def __init__(
-        self,
-        body: Body,
-        load: Load,
-        contact: Contact,
-        *,
-        bar: SizedBody | None = None,
-        frequency: float | None = None,
+        self, body: Body, load: Load, contact: Contact, *, bar: SizedBody | None = None, frequency: float | None = None
     ) -> None: ...
 
     @overload
@@ -103,12 +97,7 @@ class System(SIScales):
             self._set(made, values["load"], Kept(unit_interval("restitution", values["restitution"])), bar, frequency)
 
     def _set(
-        self,
-        body: Body,
-        load: Load,
-        contact: Contact,
-        bar: SizedBody | None = None,
-        frequency: float | None = None,
+        self, body: Body, load: Load, contact: Contact, bar: SizedBody | None = None, frequency: float | None = None
     ) -> None:
         if not isinstance(load, Load):
             raise ParameterError("load", load, "a Load")

@@ -42,10 +42,10 @@ def figures(name: str, seed: int = 1977) -> tuple[PaperFigure, ...]:
     """
     if name not in FIGURES:
         raise ParameterError("name", name, f"one of {', '.join(FIGURES)}")
-    from percuss.paper import elastic_figures, published_figures
+    from percuss.paper import published_figures
 
     if name == "elastic":
-        return elastic_figures.elastic(seed)
+        return published_figures.elastic(seed)
     return (getattr(published_figures, name)(seed),)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from percuss.case.answers.numerals import picked, plain
+from percuss.case.answers.facts import picked, plain
 from percuss.errors import Interrupted
 from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS
 from percuss.explore.attractors.experiments import Experiment, experiment, wilson

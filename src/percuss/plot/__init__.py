@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from percuss.plot.branch_picture import branch, curves, diagram
     from percuss.plot.canvas import save
     from percuss.plot.machine_picture import machine, machine_motion
-    from percuss.plot.map_picture import sweep
-    from percuss.plot.starts_picture import basins, experiment
+    from percuss.plot.map_picture import basins, experiment, sweep
     from percuss.plot.steady_picture import steady
     from percuss.plot.trajectory_picture import trajectory
 

@@ -20,7 +20,7 @@ from percuss.errors import ParameterError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import having
 from percuss.model.checks import path as checked_path
-from percuss.neutral import one_line
+from percuss.shown import one_line
 from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -110,14 +110,7 @@ def named_once(axes: Axes) -> dict[str, Any]:
 
 
 def segments(truth: np.ndarray[Any, Any]) -> list[tuple[slice, bool]]:
-    """The runs of equal truth along a curve, each with the first point of the next so that no gap shows.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> segments(np.array([True, True, False]))
-    [(slice(0, 3, None), True), (slice(2, 3, None), False)]
-    """
+    """The runs of equal truth along a curve, each with the first point of the next so that no gap shows."""
     starts = [0, *(np.flatnonzero(np.diff(truth)) + 1).tolist(), truth.size]
     return [(slice(a, min(b + 1, truth.size)), bool(truth[a])) for a, b in pairwise(starts)]
 
@@ -201,10 +194,7 @@ _PLAIN_MACHINE = Units("time", "force", "position", "velocity", "strain u_x")
 
 
 def units_of(hammer: System | Machine, greatest: float | None = None) -> Units:
-    """Milliseconds, kilonewtons, millimetres, m/s and megapascals for a hammer in SI; radians and 1 otherwise.
-
-    `greatest`: of the forces that are drawn; by default the greatest coefficient of the load.
-    """
+    """ms, kN, mm, m/s and MPa for a hammer in SI, else radians and 1; by the `greatest` force, or the load's."""
     of_machine = isinstance(hammer, Machine)
     if not hammer.is_si:
         return _PLAIN_MACHINE if of_machine else _PLAIN

@@ -176,10 +176,7 @@ def _pressures(axes: Any, answer: MachineAnswer) -> None:
         one.set_ylim(bottom=0.0, top=1.08 * float(values.max()))
     axes.axvline(bar, color=INK, linewidth=0.7, linestyle=(0, (5, 3)))
     stopped = [bar * one.pressure for one in answer.curve if one.energy is None]
-    for group in (
-        [value for value in stopped if value < at.min()],
-        [value for value in stopped if value > at.max()],
-    ):
+    for group in ([value for value in stopped if value < at.min()], [value for value in stopped if value > at.max()]):
         if group:
             middle = 0.5 * (group[0] + group[-1])
             axes.text(middle, 0.03 * axes.get_ylim()[1], "does not run", rotation=90, ha="center", color=INK)

@@ -223,10 +223,7 @@ class CycleFit:
         return np.asarray(np.append(before, 0.0) + np.append(0.0, after))
 
     def least_squares(self, top: int, data: Array) -> ComplexArray:
-        """Coefficients 0 … top of the data; a Toeplitz system, as its columns are exp(ikθ).
-
-        Phases are rounded to 1/8192 turn, so that FFTs do it; a second call with what is left corrects for that.
-        """
+        """Coefficients 0 … top of the data: a Toeplitz system by FFTs, phases to 1/8192 turn, corrected once."""
         place = np.rint(8192.0 * self.u).astype(np.int64) % 8192
         rhs = np.fft.fft(np.bincount(place, data, 8192))[: top + 1]
         sums = np.resize(np.fft.fft(np.bincount(place, minlength=8192)).conj(), 2 * top + 1)

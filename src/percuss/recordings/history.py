@@ -127,11 +127,7 @@ class HistoryReport(Shown):
 
 
 def analyse(
-    time: npt.ArrayLike,
-    values: npt.ArrayLike,
-    *,
-    frequency: float | None = None,
-    harmonics: int | None = None,
+    time: npt.ArrayLike, values: npt.ArrayLike, *, frequency: float | None = None, harmonics: int | None = None
 ) -> tuple[ComplexArray, HistoryReport]:
     """The Fourier coefficients of the load that a record repeats.
 

@@ -563,13 +563,7 @@ class Starts(Shown):
 
     @classmethod
     def random(
-        cls,
-        system: System,
-        size: int,
-        *,
-        seed: int = 0,
-        distribution: str = "rigid",
-        modes: int = DEFAULT_RANDOM_MODES,
+        cls, system: System, size: int, *, seed: int = 0, distribution: str = "rigid", modes: int = DEFAULT_RANDOM_MODES
     ) -> Starts:
         """Starts drawn from a named distribution; the same seed gives the same starts.
 

@@ -157,10 +157,7 @@ def quadratic_coefficients(d: float, velocity_factor: X, period: float, sigma: X
 def coefficients_at(
     system: System, period: float, phase: Array, mean: Array, velocity_factor: Array, slope: Array | None
 ) -> tuple[Array, Array, tuple[Array, Array, Array]]:
-    """v_f'(φ)/p_0, σ and a_0, a_1, a_2 at impact phases; `slope`: v_f' where its series rings, under steps of the load.
-
-    `mean` over the size of the alternating load, that of the system being 1.
-    """
+    """v_f'(φ)/p_0, σ and a_0, a_1, a_2 at phases; `mean` over the alternating load's; `slope`: v_f' of steps."""
     elastic = forced_response(system).by_harmonics
     k, end = elastic.k, elastic.end_shape()
     ringing, smooth = harmonic_sums(phase, k, 1j * k * elastic.p * end, 1j * k * elastic.rigid_factor)

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.steady.admissible import Violation
-    from percuss.steady.energy import Energy
     from percuss.steady.figures import SIReport, si_report
+    from percuss.steady.flight import Energy, Violation
     from percuss.steady.forced import Field
     from percuss.steady.multipliers import Reason
     from percuss.steady.orbit import Orbit
@@ -21,8 +20,8 @@ if TYPE_CHECKING:
     from percuss.steady.recorded.force_record import ForceRecord
     from percuss.steady.recorded.machines_read import Interval, PortAndDelay, Reading, RecordedSwitch
     from percuss.steady.recorded.recorded_valve import RecordedValve, recorded_together, recorded_valve
-    from percuss.steady.rest import Rest, rest_on_wall
     from percuss.steady.resting.rest_cycles import FoundRestCycles, RestCycle, rest_cycles
+    from percuss.steady.resting.rest_on_wall import Rest, rest_on_wall
     from percuss.steady.self_excited import (
         Obstacle,
         Rhythm,

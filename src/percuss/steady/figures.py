@@ -17,7 +17,7 @@ from percuss.shown import Shown
 
 if TYPE_CHECKING:
     from percuss.model import System
-    from percuss.steady.energy import Energy
+    from percuss.steady.flight import Energy
 
 _NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an input this small is rounding
 
@@ -72,13 +72,6 @@ class Figure:
         What makes SI of it, of a system with scales; None for what is the same in SI.
     line
         Whether it has a line of its own in reports.
-
-    Examples
-    --------
-    >>> from percuss import Load, System, steady_states
-    >>> orbit = steady_states(System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))).orbits[1]
-    >>> print(f"{FIGURES['efficiency'].label} {FIGURES['efficiency'].value(orbit):.3f}")
-    efficiency 1.000
     """
 
     label: str

@@ -1,24 +1,24 @@
-"""A flight of the bar from impact to impact: how its mean and its striking end move, and how many modes that takes."""
+"""A flight of the bar from impact to impact: how it moves, whether it stays off the wall, what energy goes where."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.halting import look
-from percuss.mechanics.flow import phi1, phi2, propagator
+from percuss.mechanics.flow import one_for_all, phi1, phi2, propagator
 from percuss.model import Modes, System
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady.forced import Response, forced_response
-from percuss.steady.oscillator import ModalState, free_sum
+from percuss.steady.forced import HarmonicResponse, PiecewiseResponse, Response, forced_response
+from percuss.steady.oscillator import ModalState, cubic_sum, free_sum, resolvent_bound
 from percuss.steady.phases import RELEASED_MODES
-from percuss.steady.small_divisors import cubic_sum, resolvent_bound
 
 
 @dataclass(frozen=True)
@@ -316,3 +316,369 @@ def _beyond(motion: Flown, amplitude: Array) -> float:
     order = 3 if motion.response.is_smooth and system.contact.keeps_strain else 2
     numbers = np.arange(1, n + 1)[top]
     return body.coupling_bound * float(np.max(amplitude[top] * numbers**order)) / float((order - 1) * n ** (order - 1))
+
+
+# ---- Does the bar pass through the wall between two impacts? Decided with bounds, not with a scan (theory §4)
+#
+# For the flight of a steady motion with one impact in a cycle, and for every flight of an orbit with several. A cell
+# of time is dropped only when Taylor's theorem, with a bound of the acceleration, proves y < 0 on all of it. The
+# first pass uses few modes and a bound of what the others can add; cells that this cannot decide are looked at with
+# all.
+
+_TOUCH = 1e-13  # share of the stroke below which a touch cannot be told from a miss
+_DEPTH = 1e-9  # relative accuracy of the greatest depth
+_MOST_DOUBT = 1e-6  # share of the stroke above which a passage is one whatever the modes left out may do
+_NARROWEST = 1e-14  # share of the period below which a cell is not split further
+_MOST_WORK = 20_000_000  # modes × times
+
+
+@dataclass(frozen=True)
+class Violation(Shown):
+    """A passage through the wall between two impacts.
+
+    Parameters
+    ----------
+    time
+        When the striking end first passes the wall's place, in rad of the load after the impact.
+    depth
+        Greatest penetration during the flight, in bar lengths.
+    """
+
+    time: float
+    depth: float
+
+
+class _Bounds(NamedTuple):
+    """Bounds of |y''| and |y'''| of the sums with a number of modes."""
+
+    acceleration: float
+    jerk: float
+
+
+@dataclass(frozen=True)
+class Contactless:
+    """The first passage through the wall between impacts, or None, and whether it is proved: not when work ran out."""
+
+    violation: Violation | None
+    proven: bool = True
+
+
+def flight_check(motion: Flown) -> Contactless:
+    """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
+
+    A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
+    the modes left out may make, up to 1e-6 of the stroke; the answer is then not proven.
+    """
+    first, proven, _ = _search(motion, np.inf)
+    if not np.isfinite(first):
+        return Contactless(None, proven)
+    at_once = motion.rebound_velocity > 0.0 and motion.start_gap == 0.0
+    answer = Contactless(Violation(0.0 if at_once else first, _depth(motion)), proven)
+    doubt = min(motion.error_bound, _MOST_DOUBT) * motion.rigid_stroke if motion.requested_modes is None else 0.0
+    return Contactless(None, False) if answer.violation is not None and answer.violation.depth <= doubt else answer
+
+
+def stays_off(motion: Flown) -> bool:
+    """Whether `flight_check` finds no passage: where one is deeper than any doubt, its time and depth are spared."""
+    first, _, deep = _search(motion, _MOST_DOUBT * motion.rigid_stroke)
+    return not deep and (not np.isfinite(first) or flight_check(motion).violation is None)
+
+
+def a_passage(motion: Flown) -> float:
+    """A time at which the bar is seen beyond the wall, inf for none; not always the first one."""
+    return _search(motion, 0.0).first
+
+
+class _Found(NamedTuple):
+    """Where the bar is first seen beyond the wall (inf: nowhere), whether that is proved, whether it was `enough`."""
+
+    first: float
+    proven: bool
+    deep: bool
+
+
+def _search(motion: Flown, enough: float) -> _Found:
+    """The first passage; the search ends at any place that is farther beyond the wall than `enough`."""
+    few, touch = motion.truncation.few, _TOUCH * motion.rigid_stroke
+    period, full = motion.period, _bounds(motion, motion.modes)
+    start, stop = _safe_ends(motion, full)
+    if start is None:
+        return _Found(0.0, True, False)
+    rest, rest_speed = _added_beyond(motion, few)
+    acceleration = _bounds(motion, few).acceleration
+    cells = 64 * motion.periods
+    half = 0.5 * (stop - start) / cells
+    centres: Array = np.asarray(start + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    first, work = np.inf, 0
+    while centres.size and half > _NARROWEST * period:
+        exact = few == motion.modes or 0.5 * acceleration * half**2 < rest
+        work += centres.size * max(motion.modes if exact else few, 1)
+        if work > _MOST_WORK:
+            break
+        y, speed = motion.end_motion(centres, motion.modes if exact else few)
+        near_end = np.minimum(centres, period - centres) + half
+        margin = 0.0 * y if exact else np.minimum(2.0 * rest, rest_speed * near_end)
+        through = y - margin > touch
+        if through.any():
+            first = min(first, float(centres[through].min()))
+            if float((y - margin).max()) > enough:
+                return _Found(first, False, True)
+        curvature = full.acceleration if exact else acceleration
+        safe = y + np.abs(speed) * half + 0.5 * curvature * half**2 + margin < 0.0
+        left = centres[~safe & (centres - half < first)]
+        half *= 0.5
+        centres = np.sort(np.concatenate([left - half, left + half]))
+    return _Found(float(first), bool(not centres.size or half <= _NARROWEST * period), False)
+
+
+def _depth(motion: Flown) -> float:
+    """Greatest y of the flight, by branch and bound: cells that cannot beat the best value found are dropped."""
+    modes = motion.truncation.some
+    acceleration = _bounds(motion, modes).acceleration
+    cells = 64 * motion.periods
+    half = 0.5 * motion.period / cells
+    centres: Array = np.asarray(half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    best, when, work = 0.0, 0.0, 0
+    while centres.size and half > _NARROWEST * motion.period and work < _MOST_WORK:
+        work += centres.size * max(modes, 1)
+        y, speed = motion.end_motion(centres, modes)
+        if float(y.max()) > best:
+            best, when = float(y.max()), float(centres[np.argmax(y)])
+        reach = y + np.abs(speed) * half + 0.5 * acceleration * half**2
+        left = centres[reach > best + _DEPTH * best + _TOUCH * motion.rigid_stroke]
+        half *= 0.5
+        centres = np.sort(np.concatenate([left - half, left + half]))
+    return float(motion.end_motion(np.array([when]), motion.modes)[0][0]) if when > 0.0 else best
+
+
+def tops(motion: Flown, low: float, high: float) -> tuple[Array, float]:
+    """The cells of time between two times in which y may be greatest: their centres, and half their width.
+
+    By branch and bound, ever more modes the narrower the cells: in the end all of a second look, and cells in which y
+    bends by less than the modes after them could add, or by a millionth of the stroke.
+    """
+    most = motion.truncation.some
+    modes, cells = motion.truncation.few, 64 * motion.periods
+    half = 0.5 * (high - low) / cells
+    centres: Array = np.asarray(low + half * (2.0 * np.arange(cells) + 1.0), dtype=float)
+    while True:
+        acceleration, rest = _bounds(motion, modes).acceleration, 2.0 * _added_beyond(motion, modes)[0]
+        bend = max(rest if modes < most else 0.0, _MOST_DOUBT * motion.rigid_stroke)
+        while True:
+            y, speed = motion.end_motion(centres, modes)
+            reach = y + np.abs(speed) * half + 0.5 * acceleration * half**2
+            centres = centres[reach + 2.0 * rest >= float(y.max())]
+            if 0.5 * acceleration * half**2 < bend or half < _NARROWEST * motion.period:
+                break
+            half *= 0.5
+            centres = np.sort(np.concatenate([centres - half, centres + half]))
+        if modes >= most:
+            return centres, half
+        modes = min(4 * modes, most)
+
+
+def _safe_ends(motion: Flown, bounds: _Bounds) -> tuple[float | None, float]:
+    """Times up to which, and from which on, the speeds at the impacts alone keep the bar off the wall."""
+    speed = motion.impact_velocity
+    start = 0.0 if motion.start_gap else _quotient(-2.0 * motion.rebound_velocity, bounds.acceleration)
+    if not motion.system.contact.rebounds and not motion.start_gap:  # it starts from rest: its acceleration decides
+        begin = start_acceleration(motion)
+        if begin >= 0.0:
+            return None, motion.period
+        start = max(start, min(_quotient(-3.0 * begin, bounds.jerk), _next_break(motion)))
+    stop = motion.period - _quotient(2.0 * speed, bounds.acceleration)
+    return min(start, 0.5 * motion.period), max(stop, 0.5 * motion.period)
+
+
+def _quotient(speed: float, rate: float) -> float:
+    """How long a positive speed lasts against a rate of change that bounds its loss; 0 for none."""
+    if speed <= 0.0:
+        return 0.0
+    return speed / rate if rate > 0.0 else np.inf
+
+
+def start_acceleration(motion: Flown) -> float:
+    """y''(0⁺) of the modes kept, when the bar starts from rest (R = 0)."""
+    force = float(motion.system.load.value(motion.phase))
+    modes, state = motion.system.body.modes(motion.modes, motion.system.load.at), motion.state
+    rigid = force if motion.system.body.is_free else 0.0
+    return rigid + float(modes.gamma @ (force - state.omega**2 * state.rebound))
+
+
+def _next_break(motion: Flown) -> float:
+    breaks = np.asarray(motion.system.load.breaks)
+    if not breaks.size:
+        return np.inf
+    ahead = np.mod(breaks - motion.phase, 2.0 * np.pi)
+    return float(ahead[ahead > 1e-12].min(initial=2.0 * np.pi))
+
+
+def _bounds(motion: Flown, modes: int) -> _Bounds:
+    d, push = motion.system.d, motion.system.push
+    speed, force = motion.response.rigid_bounds()
+    fastest = speed + push * motion.period + abs(motion.rigid_rebound) + speed
+    rigid = force + push + d * fastest
+    known = motion.system.body.modes(modes, motion.system.load.at)
+    omega, damping = known.omega, known.damping
+    swing = np.abs(known.gamma) * ringing(motion, motion.state.amplitude[:modes]) * (omega**2 + damping * omega)
+    forced = motion.response.end_rates(modes, cut=motion.cut)
+    acceleration = rigid + float(swing.sum()) + forced[0]
+    return _Bounds(acceleration, d * rigid + float((swing * (omega + damping)).sum()) + forced[1])
+
+
+def _added_beyond(motion: Flown, few: int) -> tuple[float, float]:
+    """Bounds of the position and the speed that the modes after the first `few` add at the striking end."""
+    known = motion.system.body.modes(motion.modes, motion.system.load.at)
+    rest = (np.abs(known.gamma) * ringing(motion, motion.state.amplitude))[few:]
+    return float(rest.sum()), float(rest @ known.omega[few:])
+
+
+# ---- Energy over one impact period, term by term in closed form, so that the balance checks the orbit (theory §4)
+#
+# Input ∮ p u_t(x_p, t) dt, damping Σ d_n ∮ u_n'² dt, and what the contact law takes of kinetic and strain energy at
+# the impact. The velocity is split into the forced part f' and the free part z' (for the mean motion: v_f and r); δ =
+# z(T) − z(0). What the forced part alone loses is what the load puts into it.
+
+
+@dataclass(frozen=True)
+class Energy(Shown):
+    """Energy over one impact period, dimensionless.
+
+    Parameters
+    ----------
+    input
+        Put in by the load.
+    damping
+        Taken by the damping.
+    impact
+        Taken by the impact.
+    """
+
+    input: float
+    damping: float
+    impact: float
+
+    @property
+    def imbalance(self) -> float:
+        """input − damping − impact; rounding alone makes it differ from 0."""
+        return self.input - self.damping - self.impact
+
+
+def exchange(motion: Flown) -> tuple[float, float]:
+    """Energy put in by the load, and taken by the damping, over a flight that takes whole load periods."""
+    response = motion.response
+    if isinstance(response, PiecewiseResponse):
+        return _under_steps(motion, response)
+    rigid, elastic = _rigid(motion, response.by_harmonics), _elastic(motion, response.by_harmonics)
+    return rigid[0] + elastic[0], rigid[1] + elastic[1]
+
+
+def _rigid(motion: Flown, response: HarmonicResponse) -> tuple[float, float]:
+    d, p0, period = motion.system.d, motion.system.push, motion.period
+    k, p, v = response.k, response.p, response.rigid_factor
+    if not motion.system.body.is_free:
+        return 0.0, 0.0
+    turn = np.exp(1j * k * motion.phase)
+    v_phi = float((v * turn).real.sum())
+    start = motion.rigid_rebound - v_phi
+    once, twice = period * float(phi1(d * period)), period**2 * float(phi2(d * period))
+    fade = once / (d - 1j * k) * (d * start - p0)  # ∮ exp(ikt) r(t) dt
+    half_turns = 0.5 * period
+    put_in = half_turns * float((np.conj(p) * v).real.sum()) + float((p * turn * fade).real.sum())
+    put_in += p0 * float(motion.rigid_motion(np.array([period]))[0][0])
+    end = p0 * once + start * math.exp(-d * period)
+    free = p0 * (p0 * twice + start * once) - 0.5 * (end**2 - start**2)
+    damped = d * half_turns * float(np.sum(np.abs(v) ** 2)) + 2.0 * d * float((v * turn * fade).real.sum())
+    return put_in, damped + free if d > 0.0 else 0.0
+
+
+def _elastic(motion: Flown, response: HarmonicResponse) -> tuple[float, float]:
+    k, p, state, system = response.k, response.p, motion.state, motion.system
+    modes, gain = system.body.modes(state.omega.size, system.load.at), response.gains(state.omega.size)
+    driven = modes.weight @ gain if motion.cut else response.driven_shape()
+    square, weight = state.omega**2, modes.weight
+    end, end_velocity = (a[:, 0] for a in motion.transient(np.array([motion.period])))
+    jump, jump_velocity = end - state.z, end_velocity - state.z_velocity
+    turned = p * np.exp(1j * k * motion.phase)
+    work = np.conj(gain) * (square[:, None] * jump[:, None] + 1j * k * jump_velocity[:, None])  # ∮ exp(ikt) z'(t) dt
+    put_in = float(weight @ ((work @ turned).real + system.load.mean * jump))
+    free = 0.5 * (state.z_velocity**2 - end_velocity**2 + square * (state.z**2 - end**2))
+    cross = 2.0 * modes.damping * ((gain * work) @ (1j * k * turned)).real
+    damped = float(weight @ np.where(modes.damping > 0.0, free + cross, 0.0))
+    forced = float(np.sum(0.5 * motion.period * np.abs(p) ** 2 * (1j * k * driven).real))
+    return put_in + forced, damped + forced if np.any(modes.damping) else 0.0
+
+
+def _under_steps(motion: Flown, response: PiecewiseResponse) -> tuple[float, float]:
+    """Between its breaks a piecewise load is constant: every mode is a free oscillator about its static place."""
+    ahead = np.mod(response.starts[None, :] - motion.phase, 2.0 * math.pi)
+    ahead = (ahead + 2.0 * math.pi * np.arange(motion.periods)[:, None]).reshape(-1)
+    knots = np.unique(np.concatenate([[0.0], ahead, [motion.period]]))
+    knots = knots[np.append(True, np.diff(knots) > 1e-13)]
+    knots[-1] = motion.period
+    system, lengths = motion.system, np.diff(knots)
+    force = system.load.value(motion.phase + 0.5 * (knots[1:] + knots[:-1]))
+    u, v = motion.rigid_motion(knots)
+    put_in = float(force @ np.diff(u))
+    damped = put_in - 0.5 * float(v[-1] ** 2 - v[0] ** 2) if system.d > 0.0 else 0.0
+    f, f_velocity = response.modal(motion.modes, motion.phase + knots)
+    f[:, -1], f_velocity[:, -1] = f[:, 0], f_velocity[:, 0]  # a whole number of turns, to the last digit
+    z, z_velocity = motion.transient(knots)
+    w, w_velocity = f + z, f_velocity + z_velocity
+    modes = system.body.modes(motion.modes, system.load.at)
+    omega, damping = modes.omega[:, None], modes.damping[:, None]
+    put_in += float(modes.weight @ (np.diff(w, axis=1) @ force))
+    away = w[:, :-1] - force[None, :] / omega**2
+    lost = _dissipated(omega, damping, (away, w_velocity[:, :-1]), lengths[None, :])
+    return put_in, damped + float(modes.weight @ lost.sum(axis=1))
+
+
+def _dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: Array) -> Array:
+    """d ∫₀ᵗ z'² of free oscillators from (z, z'), from z' = Re Z exp((−d/2 + iλ)t); overdamped ones by their loss."""
+    z, v = start
+    d = one_for_all(d)
+    if not np.any(d):
+        return np.zeros(np.broadcast_shapes(np.shape(omega), np.shape(z), np.shape(t)))
+    ringing = omega > 0.5 * d * (1.0 + 1e-3)
+    rate = np.sqrt(np.where(ringing, omega**2 - 0.25 * d**2, 1.0))
+    exponent = -0.5 * d + 1j * rate
+    amplitude = exponent * (z - 1j * (v + 0.5 * d * z) / rate)
+    swing = (amplitude**2 * np.expm1(2.0 * exponent * t) / (2.0 * exponent)).real
+    lost = 0.5 * (np.abs(amplitude) ** 2 * -np.expm1(-d * t) + d * swing)
+    step = propagator(omega, d, t)
+    end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
+    fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
+    return np.asarray(np.where(ringing, lost, fallen))
+
+
+# ---- What damping takes in flights of any duration, which quadrature gives to rounding
+
+_NODES = 12  # of Gauss's rule, in half a period of the fastest that moves
+
+
+class Stretch(NamedTuple):
+    """A flight: the phase of the load at its start, how long it takes, and velocities of the modes 0 … N in it."""
+
+    phase: float
+    duration: float
+    rates: Callable[[Array], Array]
+
+
+def damped(system: System, modes: int, flights: Iterable[Stretch]) -> float:
+    """Energy that the damping of the body with modes 0 … N takes in flights."""
+    known, load = system.body.modes(modes, system.load.at), system.load
+    share = np.append(system.d, known.damping * known.weight)
+    if not share.any():
+        return 0.0
+    fastest = max(1.0, *known.omega[-1:].tolist(), *load.harmonics[-1:].tolist())
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    found = []
+    for phase, duration, rates in flights:
+        ahead = np.mod(np.asarray(load.breaks) - phase, 2.0 * math.pi)
+        ahead = (ahead[:, None] + 2.0 * math.pi * np.arange(duration // (2.0 * math.pi) + 1)).reshape(-1)
+        even = np.linspace(0.0, duration, math.ceil(duration * fastest / math.pi) + 1)
+        edges = np.unique(np.concatenate([even, ahead[ahead < duration]]))
+        half = 0.5 * np.diff(edges)[:, None]
+        t = (edges[:-1, None] + half * (nodes + 1.0)).reshape(-1)
+        found.append(float(share @ rates(t) ** 2 @ (half * weights).reshape(-1)))
+    return math.fsum(found)

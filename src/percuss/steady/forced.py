@@ -397,10 +397,7 @@ class PiecewiseResponse:
         jumps = static - np.roll(static, -1, axis=0)  # change of the departure at the end of each piece
         shift_u, shift_v = np.zeros_like(omega), np.zeros_like(omega)
         for step, jump in zip(steps, jumps, strict=True):
-            shift_u, shift_v = (
-                step.a * shift_u + step.b * shift_v + jump,
-                step.c * shift_u + step.e * shift_v,
-            )
+            shift_u, shift_v = (step.a * shift_u + step.b * shift_v + jump, step.c * shift_u + step.e * shift_v)
         whole = propagator(omega, d, TURN)
         # (I − Φ)⁻¹, with det(I − Φ) = (1 − h)² + 2 h(1 − cos λT), h = exp(−dT/2)
         loss = -np.expm1(-0.5 * d * TURN)

@@ -12,9 +12,7 @@ import numpy.typing as npt
 from percuss.model import HeldBody, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, choice, count
 from percuss.model.load import Side
-from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.energy import Energy, exchange
-from percuss.steady.flight import Flown
+from percuss.steady.flight import Contactless, Energy, Flown, Violation, exchange, flight_check
 from percuss.steady.forced import Field
 from percuss.steady.multipliers import (
     MAX_MODES,

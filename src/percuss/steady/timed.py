@@ -16,8 +16,7 @@ from percuss.model import System, Timed
 from percuss.model.checks import Array, count, instance, numbers
 from percuss.model.contact import impedance_ratio
 from percuss.shown import Shown
-from percuss.steady.admissible import Violation, flight_check
-from percuss.steady.flight import Flight
+from percuss.steady.flight import Flight, Violation, flight_check
 from percuss.steady.forced import HarmonicResponse, forced_response
 from percuss.steady.multipliers import Reason
 from percuss.steady.orbit import Orbit

@@ -12,14 +12,14 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.case import MACHINES, steady_answer
+from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
-from percuss.case.file_format.plain_tables import without_files
 from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
-from percuss.html_report import report_html
 from percuss.palette import palette_dict
+from percuss.plot.html_report import report_html
 from percuss.web.motion_routes import simulated
 from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
 from percuss.web.requests import bounded_body, refused

@@ -34,7 +34,7 @@ from percuss.case.answers.exploring.orbits_answer import (
 from percuss.case.answers.exploring.playback import Frames, branch_frames
 from percuss.case.answers.exploring.point_curves_answer import watched_curves
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
-from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.case import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
 from percuss.web.questions import (

@@ -22,8 +22,8 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from percuss.case.answers.exploring.playback import Frames
+from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import is_sample, load_case
-from percuss.case.file_format.plain_tables import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError, PercussError
 from percuss.halting import halting

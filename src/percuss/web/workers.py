@@ -330,9 +330,14 @@ def _use_blows() -> None:
 
 def _use_machines() -> None:
     from percuss.case import load_case, simulation_answer, sweep_job_of
+    from percuss.explore import follow
     from percuss.explore.family import Axis
+    from percuss.steady import self_excited_motion
 
     case = load_case("valve-drifter")
+    cycle = self_excited_motion(case.machine(), modes=1).cycle
+    if cycle is not None:
+        follow(cycle, "restitution", (0.0, 0.6), most=2)
     simulation_answer(case.changed(simulation={"impacts": 2, "modes": 2}))
     sweep_job_of(case, [Axis.linear("load.scale", 0.9, 1.1, 2)], ["stall"], modes=0).compute(0, 2, lambda: False)
 

@@ -167,10 +167,7 @@ def _blocks(lattice: Lattice, size: int) -> tuple[np.typing.NDArray[np.int64], A
 
 
 def _modes(mass: Array, half: Array, step: float) -> tuple[Array, Array]:
-    """Frequencies of the elastic modes, and all shapes, of masses that springs of their own half widths join.
-
-    Leapfrog with one step for each mass moves a chain of equal ones as waves move: λ = (2/Δt)² sin² ωΔt/2.
-    """
+    """Frequencies and shapes of masses on springs: equal ones leap as waves do, λ = (2/Δt)² sin² ωΔt/2."""
     spring = 1.0 / (half[:-1] + half[1:])
     stiffness = np.diag(np.append(spring, 0.0) + np.append(0.0, spring)) - np.diag(spring, 1) - np.diag(spring, -1)
     root = np.sqrt(mass)

@@ -21,13 +21,18 @@ from percuss.case.answers.facts import (
     Report,
     ReportSection,
     Teller,
+    counted,
     figures,
     grid_of,
+    number,
+    percent,
+    picked,
+    plain,
     plain_of,
+    quantity,
     rows_of,
     said,
 )
-from percuss.case.answers.numerals import counted, number, percent, picked, plain, quantity
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
@@ -42,7 +47,7 @@ if TYPE_CHECKING:
     from percuss.blow.gauges import RecordFit
     from percuss.blow.striking import Field
     from percuss.case.case import Case
-    from percuss.case.file_format.target import BlowQuestion
+    from percuss.case.file_format.contact import BlowQuestion
     from percuss.recordings import Recording
     from percuss.steady import Orbit
 

@@ -8,8 +8,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal
 
-from percuss.case.answers.facts import ReportSection, Teller
-from percuss.case.answers.numerals import counted, json_number, number, numbers, ordinal, percent, plain, quantity
+from percuss.case.answers.facts import (
+    ReportSection,
+    Teller,
+    counted,
+    json_number,
+    number,
+    numbers,
+    ordinal,
+    percent,
+    plain,
+    quantity,
+)
 from percuss.model.machine import switching_of
 
 if TYPE_CHECKING:

@@ -17,8 +17,16 @@ from percuss.case.answers.facts import (
     Report,
     ReportSection,
     Teller,
+    counted,
     grid_of,
+    json_number,
+    number,
+    numbers,
+    percent,
+    picked,
+    plain,
     plain_of,
+    plain_value,
     rows_of,
     said,
 )
@@ -34,16 +42,6 @@ from percuss.case.answers.machine_figures import (
     pressure_curve,
     sensitivities,
     told_blank,
-)
-from percuss.case.answers.numerals import (
-    counted,
-    json_number,
-    number,
-    numbers,
-    percent,
-    picked,
-    plain,
-    plain_value,
 )
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, json_of, rows_of, si_of
-from percuss.case.answers.numerals import json_number, number, table_text
+from percuss.case.answers.facts import Fact, Teller, json_number, json_of, number, rows_of, si_of, table_text
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
@@ -227,11 +226,7 @@ def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class CycleCurve:
-    """A cycle over time, in the units of the machine: each change of the state stands there twice.
-
-    Displacements are 0 at the wall and negative behind it, the force has that of the chamber and is positive toward the
-    wall; the pressure is that of a supply that follows the piston, a multiple of that of the states, else None.
-    """
+    """A cycle over time in the machine's units, each change of state twice; places behind the wall are negative."""
 
     times: Array
     striking_end: Array

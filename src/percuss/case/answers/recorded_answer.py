@@ -10,9 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, Teller
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    Grid,
+    Report,
+    ReportSection,
+    Teller,
+    counted,
+    json_number,
+    number,
+    numbers,
+    percent,
+    picked,
+)
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
-from percuss.case.answers.numerals import counted, json_number, number, numbers, percent, picked
 from percuss.case.case import checked_case
 from percuss.model.checks import DEFAULT_MODES, count, finite, positive
 from percuss.shown import Shown

@@ -12,7 +12,25 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Fact, Grid, Report, ReportSection, Teller, flat_of, grid_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    PLAIN,
+    Fact,
+    Grid,
+    Report,
+    ReportSection,
+    Teller,
+    counted,
+    flat_of,
+    grid_of,
+    json_number,
+    number,
+    numbers,
+    picked,
+    plain,
+    rhythm,
+)
 from percuss.case.answers.heading import (
     clock_in_short,
     figures_in_short,
@@ -21,7 +39,6 @@ from percuss.case.answers.heading import (
     supply_pressure,
     system_section,
 )
-from percuss.case.answers.numerals import counted, json_number, number, numbers, picked, plain, rhythm
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, positive

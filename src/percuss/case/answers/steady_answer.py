@@ -10,9 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, figures, json_of, plain_of
+from percuss.case.answers.facts import (
+    Fact,
+    Teller,
+    figures,
+    json_number,
+    json_of,
+    number,
+    picked,
+    plain,
+    plain_of,
+    plain_value,
+)
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
-from percuss.case.answers.numerals import json_number, number, picked, plain, plain_value
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free

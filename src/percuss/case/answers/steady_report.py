@@ -7,9 +7,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.facts import BAD, GOOD, Fact, Report, ReportSection, Teller, rows_of
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    Fact,
+    Report,
+    ReportSection,
+    Teller,
+    as_typed,
+    counted,
+    every,
+    measured,
+    number,
+    percent,
+    rhythm,
+    rows_of,
+)
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
-from percuss.case.answers.numerals import as_typed, counted, every, measured, number, percent, rhythm
 from percuss.case.answers.steady_answer import rest_note
 from percuss.steady.figures import FIGURES
 from percuss.steady.multipliers import Reason
@@ -106,14 +120,7 @@ class FirstLines:
 
 
 def summary_of(answer: SteadyAnswer) -> FirstLines:
-    """The summary of an answer.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case, steady_answer
-    >>> print(summary_of(steady_answer(load_case("mini-breaker"))).headline.split(":")[0])
-    The hammer can run with one blow every load period
-    """
+    """The first lines of an answer."""
     running = answer.running
     labels = {f"z=1/{found.orbit.periods}" for found in running}
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED

@@ -19,15 +19,12 @@ from percuss.case.answers.facts import (
     Report,
     ReportSection,
     Teller,
+    counted,
     figures,
     flat_of,
     grid_of,
-    json_of,
-)
-from percuss.case.answers.heading import heading_dict, system_section
-from percuss.case.answers.numerals import (
-    counted,
     json_number,
+    json_of,
     number,
     percent,
     picked,
@@ -35,6 +32,7 @@ from percuss.case.answers.numerals import (
     quantity,
     rhythm,
 )
+from percuss.case.answers.heading import heading_dict, system_section
 from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion, last_of, rates, told_of
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
@@ -266,11 +264,7 @@ def _last(motion: WaveMotion, last: int | None) -> list[Impacts]:
 
 
 def waves_answer(
-    case: Case,
-    progress: Callable[[Progress], object] | None = None,
-    *,
-    quiet: bool = False,
-    cells: int = 400,
+    case: Case, progress: Callable[[Progress], object] | None = None, *, quiet: bool = False, cells: int = 400
 ) -> WavesAnswer:
     """The motion of a case from its start, every contact resolved by waves, beside that of its contact law.
 

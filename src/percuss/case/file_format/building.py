@@ -22,26 +22,25 @@ from percuss.case.file_format.bodies import (
     plain_damping,
     sized_body,
 )
-from percuss.case.file_format.contact import check_body, contact_of, law_of, restitution_of, timed_law
+from percuss.case.file_format.contact import (
+    NO_BIT,
+    BlowQuestion,
+    blow_question,
+    check_body,
+    contact_of,
+    law_of,
+    restitution_of,
+    rock_of,
+    sized_target,
+    timed_law,
+)
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, valve_of
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
-from percuss.case.file_format.target import NO_BIT, BlowQuestion, blow_question, rock_of, sized_target
 from percuss.case.file_format.values import above_zero, given_in, keyed
 from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
-from percuss.model import (
-    Bar,
-    Contact,
-    HeldBody,
-    Load,
-    Machine,
-    ModalBody,
-    Mounted,
-    SizedBody,
-    System,
-    Valve,
-)
+from percuss.model import Bar, Contact, HeldBody, Load, Machine, ModalBody, Mounted, SizedBody, System, Valve
 from percuss.model.body import Body, SizedModes, SizedMounted
 from percuss.model.contact import Timed
 

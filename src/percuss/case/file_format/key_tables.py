@@ -13,7 +13,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from percuss.case.file_format import bodies, contact, loads, start_and_simulation, target
+from percuss.case.file_format import bodies, contact, loads, start_and_simulation
 from percuss.case.file_format.plain_form import plain_form
 from percuss.case.file_format.values import CaseTable, Kind, hints_of
 from percuss.errors import ParameterError
@@ -29,7 +29,7 @@ _LOADS: dict[str, type[CaseTable]] = {
         loads.ValveLoad,
     )
 }
-_STRUCK: dict[str, type[CaseTable]] = {"tool": target.ToolTable, "blow": target.BlowTable}
+_STRUCK: dict[str, type[CaseTable]] = {"tool": contact.ToolTable, "blow": contact.BlowTable}
 
 TABLES: dict[str, type[CaseTable]] = {
     "bar": bodies.BarTable,
@@ -44,8 +44,8 @@ TABLES: dict[str, type[CaseTable]] = {
     "load.cushion": loads.CushionTable,
     "load.supply": loads.SupplyTable,
     **_STRUCK,
-    "tool.sections": target.ToolSectionTable,
-    "rock": target.RockTable,
+    "tool.sections": contact.ToolSectionTable,
+    "rock": contact.RockTable,
     "start": start_and_simulation.StartTable,
     "simulation": start_and_simulation.SimulationTable,
     "system": bodies.SystemTable,

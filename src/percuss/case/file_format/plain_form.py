@@ -6,10 +6,10 @@ from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
 from percuss.case.file_format.bodies import BodyTable, SystemTable
+from percuss.case.file_format.contact import BlowTable, ToolTable
 from percuss.case.file_format.loads import AnyLoad, HistoryLoad
 from percuss.case.file_format.schema import StruckCase
 from percuss.case.file_format.start_and_simulation import SimulationTable, StartTable
-from percuss.case.file_format.target import BlowTable, ToolTable
 from percuss.case.file_format.values import CaseTable, Force, Kind, PlainNumber, hints_of
 from percuss.errors import ParameterError
 from percuss.model import SteppedBar

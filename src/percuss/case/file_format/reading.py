@@ -50,13 +50,7 @@ def text_of(path: str) -> str:
         reason = getattr(error, "strerror", None) or str(error)
         raise CaseError(path, "", None, f"cannot be read: {reason}") from None
     if len(data) > MAX_BYTES:
-        raise CaseError(
-            path,
-            "",
-            None,
-            f"larger than {MAX_BYTES // 1_000_000} MB, too large for a case file",
-            _DATA,
-        )
+        raise CaseError(path, "", None, f"larger than {MAX_BYTES // 1_000_000} MB, too large for a case file", _DATA)
     if b"\0" in data:
         raise CaseError(path, "", None, "is a binary file", "a case is TOML text; see 'percuss new' for a sample")
     try:

@@ -14,10 +14,9 @@ from typing import Any, ClassVar, get_args
 from pydantic import Field
 
 from percuss.case.file_format.bodies import BarTable, BodyTable, SystemTable
-from percuss.case.file_format.contact import ContactTable
+from percuss.case.file_format.contact import BlowTable, ContactTable, RockTable, ToolTable
 from percuss.case.file_format.loads import AnyLoad
 from percuss.case.file_format.start_and_simulation import SimulationTable, StartTable
-from percuss.case.file_format.target import BlowTable, RockTable, ToolTable
 from percuss.case.file_format.values import CaseTable, hints_of, keys_of, tables_in
 from percuss.errors import did_you_mean
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.case import Case, checked_case
+from percuss.case.case import Case, checked_case, json_tables
 from percuss.case.file_format.loads import HistoryLoad
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.reading import value_at
 from percuss.case.file_format.start_and_simulation import start_of
 from percuss.case.parameters.case_keys import (

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.case import json_tables
 from percuss.case.file_format.bodies import SectionTable
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad
-from percuss.case.file_format.plain_tables import json_tables
 from percuss.case.file_format.schema import PhysicalCase, table_fields
 from percuss.case.file_format.values import keys_of
 from percuss.errors import ParameterError, did_you_mean
@@ -108,21 +108,10 @@ _NO_NUMBERS |= {"omega", "contact", "drive"}
 class Key:
     """One key of a case.
 
-    Attributes
-    ----------
-    label
-        What stands on an axis or beside a slider, in a few words that begin small; empty for the key itself.
-    meaning
-        What it is, where the label does not say it.
-    sets
-        The word of what it sets, when a dimensionless parameter or another key sets the same; see
-        `percuss.model.parameter.Parameter`.
-    instead_of
-        The keys that it takes the place of.
-    whole
-        Whether it holds whole numbers only.
-    slides
-        Whether the page has a slider for it.
+    `label` stands on an axis or beside a slider, in a few words that begin small ("" for the key itself); `meaning`
+    says what the label does not. `sets` is the word of what it sets, when a dimensionless parameter or another key sets
+    the same (`percuss.model.parameter.Parameter`); `instead_of` are the keys it takes the place of. `whole`: it holds
+    whole numbers only; `slides`: the page has a slider for it.
     """
 
     label: str = ""

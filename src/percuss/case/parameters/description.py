@@ -6,11 +6,11 @@ import math
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.facts import json_number as number
+from percuss.case.answers.facts import numbers, plain
 from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
-from percuss.case.answers.numerals import json_number as number
-from percuss.case.answers.numerals import numbers, plain
+from percuss.case.case import fourier_table, json_tables, system_table
 from percuss.case.file_format.loads import HistoryLoad
-from percuss.case.file_format.plain_tables import fourier_table, json_tables, system_table
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_keys import (
     FREQUENCY,
@@ -144,11 +144,7 @@ _SCALES = {
 
 
 def case_dict(case: Case) -> dict[str, Any]:
-    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary.
-
-    A machine that switches itself has the same keys, and no system; a second is the unit of time of its dimensionless
-    form. A structure that is held has no form in plain numbers.
-    """
+    """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary."""
     hammer = case.machine() if case.is_machine else case.system()
     body, bar, report = hammer.body, hammer.bar, case.history_report
     scales: dict[str, Any] = (

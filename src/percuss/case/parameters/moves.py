@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.file_format.plain_tables import case_of, json_tables, without_files
+from percuss.case.case import case_of, json_tables, without_files
 from percuss.case.file_format.reading import value_at, with_value
 from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
 from percuss.errors import ParameterError

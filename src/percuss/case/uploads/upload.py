@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from percuss.case.file_format.plain_tables import case_of
+from percuss.case.case import case_of
 from percuss.case.file_format.reading import parsed
 from percuss.case.parameters.description import case_dict
 from percuss.case.uploads.uploaded_file import FILE, PACKED, history_table, read_here

@@ -10,11 +10,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from percuss.case.answers.numerals import plain
+from percuss.case.answers.facts import plain
+from percuss.case.case import fourier_table
 from percuss.case.file_format.building import history_load
 from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.file_format.plain_form import PlainHistoryLoad
-from percuss.case.file_format.plain_tables import fourier_table
 from percuss.case.file_format.reading import from_validation, raise_all
 from percuss.case.file_format.values import keys_of
 from percuss.errors import CaseError, HistoryError

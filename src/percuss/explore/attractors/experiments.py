@@ -51,11 +51,7 @@ _MOST_STARTS = 10**12
 
 @dataclass(frozen=True, eq=False)
 class StartsJob(ABC):
-    """Starts, each followed by itself. The numbers do not depend on the `threads` of one portion.
-
-    `amplitudes`: how many modal displacements and velocities a start has. `asked`: the kind of the job, and what its
-    starts depend on.
-    """
+    """Starts, each followed by itself, on any number of `threads`; `asked`: kind of job, and what they depend on."""
 
     system: System | Machine
     modes: int
@@ -240,11 +236,7 @@ class Share(Shown):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StartsFollowed(OfColumns):
-    """Starts that were followed, and what they settle on.
-
-    `columns` has one row for each start; those that are not done have the code −1. `distance` tells attractors of one
-    label apart; see `percuss.explore.attractors.hammers.Hammer.matched`.
-    """
+    """Starts followed, a row of `columns` each (code −1: not done), and what they settle on, apart by `distance`."""
 
     system: System | Machine
     modes: int

@@ -24,7 +24,7 @@ from percuss.explore.boundary_curves.plane_lines import (
 from percuss.halting import look
 from percuss.model.checks import Array
 from percuss.steady import Orbit
-from percuss.steady.admissible import a_passage, start_acceleration, stays_off, tops
+from percuss.steady.flight import a_passage, start_acceleration, stays_off, tops
 from percuss.steady.multipliers import LinearMap
 
 FLIP, SPIRAL = "flip", "neimark-sacker"

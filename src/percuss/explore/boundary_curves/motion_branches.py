@@ -218,11 +218,7 @@ def heights_of(line: Line) -> Heights | None:
         return Heights(lambda y: c * unit / y, lambda h: c * unit / h, constant(mean), constant(r), lambda y: y / unit)
     scale = unit if line.name == "load_factor" else 1.0
     return Heights(
-        lambda y: y * scale * factor,
-        lambda h: h / (scale * factor),
-        lambda y: y * scale,
-        constant(r),
-        constant(1.0),
+        lambda y: y * scale * factor, lambda h: h / (scale * factor), lambda y: y * scale, constant(r), constant(1.0)
     )
 
 

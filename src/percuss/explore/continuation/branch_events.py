@@ -22,7 +22,7 @@ from percuss.explore.continuation.orbit_curve import (
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, CurveSegment, LocatedEvent, Number
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady import PeriodicOrbit
-from percuss.steady.admissible import start_acceleration
+from percuss.steady.flight import start_acceleration
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 
 # ---- What is looked at on every point of a branch, to see what happens between two of them
@@ -187,11 +187,7 @@ _NEAR_ZERO = 0.25  # share of the least of three values
 
 
 def double_zero(segment: CurveSegment) -> bool:
-    """Whether the speed of an impact, det K(1) or det K(−1) may vanish twice in a step.
-
-    They are smooth, and looked at in the middle, too. They do if that has the other sign; they may where the three
-    values let an extremum between the ends be expected that is beyond 0, or nearer to it than they are by far.
-    """
+    """Whether the speed of an impact, det K(1) or det K(−1) may vanish twice in a step, as its middle tells."""
     orbits = [segment.curve.motion(segment.at(share * segment.length).x) for share in (0.0, 0.5, 1.0)]
     low, half, high = (np.append(orbit.speeds, orbit.singular()) for orbit in orbits)
     side = np.sign(low)

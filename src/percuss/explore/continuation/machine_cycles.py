@@ -16,9 +16,11 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem, unit_tangent
+from percuss.explore.continuation.orbit_curve import ParameterRows
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem
 from percuss.explore.family import SwitchingFamily
 from percuss.halting import look
+from percuss.mechanics.cycle import Cycle, closure_kernels
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
@@ -29,6 +31,7 @@ from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reo
 
 _KEPT = 64  # motions
 _MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
+_MOST_ROWS, _RATE_WITHIN, _ROW_WITHIN = 8, 1e-4, 1e-9  # of the unit of the parameter
 _STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
 _ROUNDED, _INSTANT = 1e-8, 1e-7  # of a flight, before its end; of the period: nothing is met in a shorter flight
 
@@ -141,26 +144,39 @@ class MachineCurve(Problem):
 
         return np.stack([slope(moved(place), _STEP, CorrectorFailed) for place in self.places], axis=1)
 
+    @cached_property
+    def rows(self) -> ParameterRows[Cycle]:
+        """The numbers of the cycle for compiled functions, over its one parameter."""
+        return ParameterRows(self._posed, self.units[0])
+
+    def _posed(self, value: float) -> Cycle:
+        return self.sequence.posed(self.system(value), self.modes)
+
+    @cached_property
+    def _rooms(self) -> dict[int, Any]:
+        return {}
+
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
-        """As of other curves, with the exact derivatives by the times at every step."""
+        """As of other curves, over one parameter, by compiled functions."""
         look()
-        x, m = np.array(start), self.impacts
+        x, m, unit, steps = np.array(start), self.impacts, self.units[0], 0
+        matrix, tangent = np.empty((m, m + 1)), np.empty(m + 1)
         try:
-            beside = self._by_parameters(x) if near.matrix is None else near.matrix[:, m:]
-            for step in range(1, _MOST_STEPS + 1):
-                closed = self._closed(x)
-                whole = np.vstack([np.hstack([closed.slope * self.tick, beside]), normal])
-                moved = np.linalg.solve(whole, -np.append(closed.error, normal @ (x - start)))
-                size = float(np.abs(moved).max())
-                if not size <= _LONGEST:
-                    raise CorrectorFailed("a step too long")
-                x = np.where(normal == 1.0, start, x + moved)
-                if size <= _CLOSE:
-                    matrix, error = self.linearised(x)
-                    rest = np.linalg.solve(np.vstack([matrix, normal]), -np.append(error, normal @ (x - start)))
-                    x = np.where(normal == 1.0, start, x + rest)
-                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix, self)
-        except (PercussError, np.linalg.LinAlgError, FloatingPointError) as error:
+            for _ in range(_MOST_ROWS):
+                base, posed, rate = self.rows.near(self.value(x), _RATE_WITHIN * unit)
+                room = self._rooms.get(posed.row.size) or self._rooms.setdefault(posed.row.size, posed.room)
+                ended, taken = closure_kernels().corrected(
+                    posed.row, rate, base, unit, self.tick, room, x, normal, along,
+                    (_MOST_STEPS, _CLOSE, _LONGEST), matrix, tangent,
+                )  # fmt: skip
+                if ended:
+                    raise CorrectorFailed("no convergence, or a step too long")
+                steps = steps or taken
+                x = np.where(normal == 1.0, start, x)
+                near_it = abs(self.value(x) - base) <= _ROW_WITHIN * unit
+                if near_it or self.rows.fits(base, rate, self.value(x)):
+                    return CurvePoint(x, tangent, steps, matrix, self)
+        except PercussError as error:
             raise CorrectorFailed(str(error)) from error
         raise CorrectorFailed("no convergence")
 

@@ -150,10 +150,7 @@ def _pairs(segment: CurveSegment, start: float, stop: float) -> list[LocatedEven
 
 
 def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
-    """Where the pair is on the circle that is clearly outside it at one of two places, and not at the other.
-
-    One that crosses slowly is on the circle further back; if not within the step, it is told where it is clearly off.
-    """
+    """Where the pair is on the circle that is clearly outside at one of two places; a slow one further back."""
     curve = segment.curve
     both = [multipliers(curve.motion(segment.at(place).x)) for place in (low, high)]
     outer = max(both, key=outside)
@@ -514,10 +511,7 @@ def resonant_points(segment: CurveSegment, skip: bool) -> list[Place]:
 
 
 def _points(segment: CurveSegment, maps: ModeMaps, one: _Least) -> list[Place]:
-    """The point of a least value, or those on both sides of it.
-
-    The way beside the curve is not the curve: the place is sought again along the tangent of each point found.
-    """
+    """The point of a least value, or both beside it, each sought again along the tangent."""
     place, length, found = float(one.place[0]), segment.length, []
     if one.value[0] > _NARROW_RESONANCE:
         return [(place, segment.at(place))] if 0.0 < place < length else []
@@ -584,11 +578,7 @@ def sheet_jump(segment: CurveSegment) -> bool:
 
 
 def hidden_crossing(segment: CurveSegment, points: Sequence[Place]) -> bool:
-    """Whether det K(1) or det K(−1) at points inside a step is so far from what the ends let expect that more may be.
-
-    Beside a place where a mode comes back the curve may turn to and fro, and which of its sheets is met there is by
-    chance; but both numbers fall, or rise, long before.
-    """
+    """Whether det K(±1) inside a step is so far from what its ends let expect that more may happen there."""
     if not points:
         return False
     low, high = (np.array(segment.curve.motion(point.x).singular()) for point in (segment.start, segment.stop))

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -33,40 +33,54 @@ _WIDE, _NARROW = 2.0**-6, 1e-6  # differences, of the unit of the parameter and 
 _EVEN = 32.0 * np.finfo(float).eps  # of a number, by which it may be beside a straight line
 
 
-class ParameterRows:
-    """The rows of numbers that compiled functions take for systems.
+class Numbered(Protocol):
+    """What has a row of numbers."""
+
+    @property
+    def row(self) -> Array: ...
+
+
+N = TypeVar("N", bound=Numbered)
+
+
+class ParameterRows(Generic[N]):
+    """The rows of numbers that compiled functions take for systems, or for the cycles of machines.
 
     Most parameters move these numbers evenly: then a row and one rate tell all systems near, to rounding, and Newton's
     method need not make a system at each of its steps. Whether it is so is looked at again wherever it ends.
     To find out, the parameter is changed by its `unit`.
     """
 
-    def __init__(self, system: Callable[[float], System], modes: int, unit: float) -> None:
-        self._system, self._modes, self._unit = system, modes, unit
-        self._rows: dict[float, Numbers] = {}
-        self._last: tuple[float, Numbers] | None = None
+    def __init__(self, numbers: Callable[[float], N], unit: float) -> None:
+        self._numbers, self._unit = numbers, unit
+        self._rows: dict[float, N] = {}
+        self._last: tuple[float, N] | None = None
         self._rate: tuple[float, Array, bool] | None = None
 
-    def at(self, value: float) -> Numbers:
+    def at(self, value: float) -> N:
         """The row at a value; PercussError where there is no system."""
         if value not in self._rows:
             if len(self._rows) >= _ROWS_KEPT:
                 self._rows.clear()
-            self._rows[value] = numbers_of(self._system(value), self._modes)
+            self._rows[value] = self._numbers(value)
         self._last = value, self._rows[value]
         return self._rows[value]
 
-    def near(self, value: float) -> tuple[float, Numbers, Array]:
-        """A value, its row, and the rate of that, from which the rows near a value follow; or PercussError."""
+    def near(self, value: float, within: float = 0.0) -> tuple[float, N, Array]:
+        """A value, its row, and the rate of that, from which the rows near a value follow; or PercussError.
+
+        A rate that changes may be that of a value so near.
+        """
         if self._last is not None and self._rate is not None and self._rate[2]:
             return (*self._last, self._rate[1])
+        known = self._rate is not None and abs(self._rate[0] - value) <= within
         row = self.at(value)
-        return value, row, self.rate(value)
+        return value, row, self._rate[1] if known and self._rate is not None else self.rate(value)
 
     def rate(self, value: float) -> Array:
         """How the numbers change with the parameter; shape of a row."""
         if self._rate is None or not (self._rate[2] or self._rate[0] == value):
-            wide = self._difference(value, _WIDE * self._unit)
+            wide = self._difference(value, _WIDE * self._unit) if self._rate is None else None
             if wide is not None and wide[1]:
                 self._rate = value, wide[0], True
             else:
@@ -181,9 +195,12 @@ class SolutionCurve(OrbitProblem):
         return (self.unit,)
 
     @cached_property
-    def rows(self) -> ParameterRows:
+    def rows(self) -> ParameterRows[Numbers]:
         """The numbers of the systems for compiled functions."""
-        return ParameterRows(self.system, self.modes, self.unit)
+        return ParameterRows(self._numbers, self.unit)
+
+    def _numbers(self, value: float) -> Numbers:
+        return numbers_of(self.system(value), self.modes)
 
     @cached_property
     def _rooms(self) -> dict[tuple[int, int], Any]:

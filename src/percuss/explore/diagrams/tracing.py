@@ -10,12 +10,7 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import Branch
 from percuss.explore.continuation.following import follow
-from percuss.explore.diagrams.diagram_lines import (
-    beyond_the_ends,
-    goes_through,
-    line_of,
-    with_new,
-)
+from percuss.explore.diagrams.diagram_lines import beyond_the_ends, goes_through, line_of, with_new
 from percuss.explore.family import Family
 from percuss.explore.orbit_starts import orbit_at, orbit_seeds
 from percuss.halting import halting

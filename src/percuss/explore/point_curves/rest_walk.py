@@ -64,10 +64,7 @@ class Unlike(CorrectorFailed):
 
 
 class PushedRebound:
-    """What an impact leaves: the time, the speed of the rebound, the push, and how fast that falls.
-
-    The push is the acceleration of a striking end without velocity; it falls as the load does while the strain stays.
-    """
+    """What an impact leaves: time, rebound, push (acceleration of an end at rest), and how fast that falls."""
 
     def __init__(self, leg: ReleasedFlight) -> None:
         swing, load = leg.swing, leg.swing.system.load
@@ -162,10 +159,7 @@ class RestCondition(ABC):
 
 @dataclass(frozen=True)
 class Grazing(RestCondition):
-    """The bar just reaches the wall in the flight after the impacts of the way: a touch, or an impact without speed.
-
-    `time` is when it does, after the release.
-    """
+    """The bar just reaches the wall at `time` after the release: a touch, or an impact without speed."""
 
     way: RestWay
     kind: BranchEvent
@@ -336,10 +330,7 @@ def _followed(
 
 @dataclass(frozen=True)
 class Late(RestCondition):
-    """A bar that comes to rest just as the load lets go, still pressed on the wall by its strain, or by a step.
-
-    The number is the time from the rest to the release.
-    """
+    """A bar that rests just as the load lets go, still pressed by strain or a step: the time from rest to release."""
 
     way: RestWay
     kind = BranchEvent.ONSET

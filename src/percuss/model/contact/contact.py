@@ -113,11 +113,7 @@ class Contact(ABC):
     restitution: float
 
     def __init__(
-        self,
-        restitution: float | None = None,
-        *,
-        receiving_area: float | None = None,
-        area: float | None = None,
+        self, restitution: float | None = None, *, receiving_area: float | None = None, area: float | None = None
     ) -> None:
         if restitution is not None and receiving_area is not None:
             raise ParameterError("receiving_area", receiving_area, "either restitution or receiving_area, not both")

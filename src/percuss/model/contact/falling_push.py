@@ -17,14 +17,7 @@ _NEAR = 1e-9  # share of c within which the map is its derivative
 
 @dataclass(frozen=True)
 class FallingPush:
-    """What happens under a push that falls to 0, for a restitution R in [0, 1).
-
-    Examples
-    --------
-    >>> push = FallingPush(0.5)
-    >>> round(push.critical, 9), round(push.growth, 6)
-    (0.150562298, 1.9896)
-    """
+    """What happens under a push that falls to 0, for a restitution R in [0, 1)."""
 
     restitution: float
 

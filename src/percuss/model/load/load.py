@@ -265,12 +265,7 @@ class Load(Shown):
 
     @classmethod
     def steps(
-        cls,
-        breaks: Sequence[float],
-        values: Sequence[float],
-        harmonics: int = 64,
-        *,
-        frequency: float | None = None,
+        cls, breaks: Sequence[float], values: Sequence[float], harmonics: int = 64, *, frequency: float | None = None
     ) -> Load:
         """A piecewise-constant load: `values[i]` from phase `breaks[i]` (rad, in [0, 2π)) to the next."""
         b, v = numbers("breaks", breaks, "increasing phases in [0, 2π)"), numbers("values", values)

@@ -16,9 +16,7 @@ from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
-from percuss.steady.admissible import Contactless, Violation, flight_check
-from percuss.steady.energy import Energy, Stretch, damped
-from percuss.steady.flight import Flight
+from percuss.steady.flight import Contactless, Energy, Flight, Stretch, Violation, damped, flight_check
 from percuss.steady.multipliers import CycleMap, Multipliers, Reason, Repeating, blocks, multipliers_of
 from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import ModalState

@@ -1,32 +1,287 @@
-"""A recorded force blow by blow: its cycles, their blows, and when it switches in each of them."""
+"""A recorded force blow by blow: the motion that it implies, its cycles and blows, and when it switches in each."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import LoadError, ParameterError
+from percuss.mechanics.flow import phi1
 from percuss.model import System
 from percuss.model.checks import Array, finite, numbers
 from percuss.recordings.cycle_fit import recorded_phases
 from percuss.shown import Shown
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import phase_condition
-from percuss.steady.recorded.implied import (
-    WINDOW,
-    Implied,
-    Levels,
-    changes,
-    edge_times,
-    implied_by_orbit,
-    implied_by_record,
-    sought_blows,
-)
 from percuss.steady.states import SteadyStates
+
+# ---- The motion of the piston that a recorded force implies: from the mean cycle, or blow by blow through a record
+#
+# The piston is taken to be rigid, as its centre of mass is whatever the blow does to the elastic modes. With p the
+# force per mass towards the wall and u = −x, u″ + d u′ = p, so that with V(t) = ∫ e^{−d(t−s)} p(s) ds and X = ∫ V u =
+# X(t) − X(B) + (u′(B) − V(B)) (1 − e^{−d(t−B)})/d after a blow at the time B. That u is 0 at the next blow gives the
+# speed u′(B) just after the first one, when the times of the blows are known; where they are not, they follow from
+# the restitution, all at once (theory, "From a record to the valve").
+
+_POINTS = 4096
+_STEPS = 40
+_CLOSED = 1e-10
+_MOST_FADING = 30.0  # d t within which exponentials are summed
+_LONGEST_STEP = 0.02  # of a period, of a blow in a step of Newton's method
+
+
+@dataclass(frozen=True)
+class Implied:
+    """A rigid piston from blow to blow, (n,): two times at each inner blow, force per mass, place and rate; blows."""
+
+    time: Array
+    force: Array
+    behind: Array
+    velocity: Array
+    blows: Array
+
+    @property
+    def speeds(self) -> Array:
+        """Speed before each blow but the first."""
+        return np.asarray(-self.velocity[np.searchsorted(self.time, self.blows[1:], side="left")])
+
+    @property
+    def rebounds(self) -> Array:
+        """Speed after each blow but the last."""
+        return np.asarray(self.velocity[np.searchsorted(self.time, self.blows[:-1], side="right") - 1])
+
+    def at(self, time: npt.ArrayLike) -> tuple[Array, Array]:
+        """Distance behind the wall and velocity away from it at any times within; cubic between the samples."""
+        t = np.asarray(time, dtype=float)
+        right = np.clip(np.searchsorted(self.time, t, side="right"), 1, self.time.size - 1)
+        left = right - 1
+        h = self.time[right] - self.time[left]
+        h = np.where(h > 0.0, h, 1.0)
+        s = np.clip((t - self.time[left]) / h, 0.0, 1.0)
+        x, y, v, w = self.behind[left], self.behind[right], h * self.velocity[left], h * self.velocity[right]
+        rise = y - x
+        c2, c3 = 3.0 * rise - 2.0 * v - w, v + w - 2.0 * rise
+        return x + s * (v + s * (c2 + s * c3)), (v + s * (2.0 * c2 + 3.0 * s * c3)) / h
+
+
+def implied_by_orbit(orbit: Orbit) -> Implied:
+    """One period from blow to blow of a steady motion under a clocked load, in the units of its system."""
+    t = np.linspace(0.0, orbit.period, _POINTS + 1)
+    moved, velocity = orbit.rigid_motion(t)
+    force = np.asarray(orbit.system.load.value(orbit.phase + t))
+    return Implied(t, force, -moved, -velocity, np.array([0.0, orbit.period]))
+
+
+def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> Implied:
+    """The motion from the first blow to the last (force per mass toward the wall), with rebounds that lead on."""
+    through = _Through(time, force, drag)
+    parts = []
+    for before, after in pairwise(blows.tolist()):
+        inside = time[(time > before) & (time < after)]
+        t = np.concatenate([[before], inside, [after]])
+        start = -through.moved(before, after) / float(_faded(drag, after - before))
+        u, v = through.from_blow(t, before, start)
+        parts.append((t, np.interp(t, time, force), -u, -v))
+    t, p, x, v = (np.concatenate(rows) for rows in zip(*parts, strict=True))
+    return Implied(t, p, x, v, np.asarray(blows, dtype=float))
+
+
+def sought_blows(time: Array, force: Array, blows: Array, drag: float, factor: float) -> Array | None:
+    """The times of blows near given ones whose velocity is multiplied by a known factor, −R, or None.
+
+    The first and the last of them stay where they are. With n flights there are 2n conditions, that each ends at the
+    wall and begins with the rebound of the one before it, for the n − 1 other times and the n + 1 speeds.
+    """
+    through, n = _Through(time, force, drag), blows.size - 1
+    found, period = blows.astype(float).copy(), float(np.mean(np.diff(blows)))
+    motion = implied_by_record(time, force, blows, drag)
+    speeds = np.concatenate([motion.speeds[:1], motion.speeds])
+    scale = float(np.mean(speeds))
+    for _ in range(_STEPS):
+        gap = np.diff(found)
+        fade, ease = np.exp(-drag * gap), _faded(drag, gap)
+        begin, end = through.velocity(found[:-1]), through.velocity(found[1:])
+        start = factor * speeds[:-1] - begin  # u′ − V just after each blow
+        closed = through.place(found[1:]) - through.place(found[:-1]) + start * ease
+        struck = end + start * fade - speeds[1:]
+        if max(np.abs(closed).max() / period, np.abs(struck).max()) <= _CLOSED * scale:
+            return found
+        pb, pe = np.interp(found[:-1], time, force), np.interp(found[1:], time, force)
+        begun, ended = pb - drag * begin, pe - drag * end  # V′
+        matrix, i = np.zeros((2 * n, 2 * n + 2)), np.arange(n)
+        matrix[i, i], matrix[i, i + 1] = -begin - begun * ease - start * fade, end + start * fade
+        matrix[i, n + 1 + i] = factor * ease
+        matrix[n + i, i] = -begun * fade + drag * start * fade
+        matrix[n + i, i + 1] = ended - drag * start * fade
+        matrix[n + i, n + 1 + i], matrix[n + i, n + 2 + i] = factor * fade, -1.0
+        free = np.delete(matrix, [0, n], axis=1)
+        step = np.linalg.lstsq(free, -np.concatenate([closed, struck]), rcond=None)[0]
+        longest = float(np.abs(step[: n - 1]).max(initial=0.0)) / (_LONGEST_STEP * period)
+        step /= max(1.0, longest)
+        found[1:-1] += step[: n - 1]
+        speeds = speeds + step[n - 1 :]
+        if np.any(np.diff(found) <= 0.0):
+            return None
+    return None
+
+
+class _Through:
+    """V and X of a sampled force, at any time; between the samples the force is linear."""
+
+    def __init__(self, time: Array, force: Array, drag: float) -> None:
+        self.time, self.force, self.drag = time, force, drag
+        h = np.diff(time)
+        gained = 0.5 * _faded(drag, h) * (force[1:] + force[:-1])
+        self._velocity = _summed(time, gained, drag)
+        bent = 0.5 * (force[:-1] - drag * self._velocity[:-1]) + np.diff(force) / 6.0
+        self._place = np.concatenate([[0.0], np.cumsum(h * (self._velocity[:-1] + h * bent))])
+
+    def velocity(self, t: npt.ArrayLike) -> Array:
+        return self._at(t)[1]
+
+    def place(self, t: npt.ArrayLike) -> Array:
+        return self._at(t)[0]
+
+    def moved(self, begin: float, end: float) -> float:
+        """u at the end of a flight that begins at rest at the wall."""
+        ease = float(_faded(self.drag, end - begin))
+        return float(self.place(end) - self.place(begin) - self.velocity(begin) * ease)
+
+    def from_blow(self, t: Array, begin: float, start: float) -> tuple[Array, Array]:
+        """u and u′ after a blow at `begin`, with the velocity `start` just after it."""
+        place, velocity = self._at(t)
+        before, rate = self._at(begin)
+        left = start - rate
+        return place - before + left * _faded(self.drag, t - begin), velocity + left * np.exp(-self.drag * (t - begin))
+
+    def _at(self, t: npt.ArrayLike) -> tuple[Array, Array]:
+        t = np.asarray(t, dtype=float)
+        left = np.clip(np.searchsorted(self.time, t, side="right") - 1, 0, self.time.size - 2)
+        s, h = t - self.time[left], self.time[left + 1] - self.time[left]
+        p, slope = self.force[left], (self.force[left + 1] - self.force[left]) / h
+        v = self._velocity[left]
+        acceleration = p - self.drag * v
+        return (
+            self._place[left] + s * (v + s * (0.5 * acceleration + s * slope / 6.0)),
+            v + s * (acceleration + 0.5 * s * (slope - self.drag * acceleration)),
+        )
+
+
+def _summed(time: Array, gained: Array, drag: float) -> Array:
+    """V at the samples: what is gained in each step, faded since; in blocks, so that no exponential is too large."""
+    velocity = np.zeros(time.size)
+    blocks = max(1, int(np.ceil(drag * (time[-1] - time[0]) / _MOST_FADING)))
+    edges = np.unique(np.linspace(0, time.size - 1, blocks + 1).astype(int))
+    for a, b in pairwise(edges.tolist()):
+        grown = np.exp(drag * (time[a + 1 : b + 1] - time[a]))
+        velocity[a + 1 : b + 1] = (velocity[a] + np.cumsum(grown * gained[a:b])) / grown
+    return velocity
+
+
+def _faded(drag: float, t: npt.ArrayLike) -> Array:
+    """(1 − e^{−dt})/d."""
+    t = np.asarray(t, dtype=float)
+    return np.asarray(t * phi1(drag * t))
+
+
+# ---- Where a recorded force switches: its edges, the levels between them, and how it grows with the distance behind
+#
+# An edge is where the mean force after a moment differs most from that before it. Its time is that of the step with the
+# same momentum: ringing, noise and a gradual rise do not move it. The levels and the slope against the distance, which
+# is the stiffness of a gas chamber, are those of least squares of the force between the edges.
+
+WINDOW = 1.0 / 32.0
+"""Of the period: over how long the force is averaged before and after an edge."""
+
+_LEAST = 0.2  # of the range of the force, of a jump
+_SAME = 0.12  # of the range, between levels of one state
+_ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class Levels:
+    """What a force that switches is between edges, at the wall, plus `stiffness` per distance, and `scatter`."""
+
+    at_wall: Array
+    stiffness: float
+    error: float
+    scatter: float
+
+    @property
+    def states(self) -> tuple[list[int], list[float]]:
+        """To which state each stretch belongs, and the forces of the states at the wall, in rising order."""
+        order = np.argsort(self.at_wall)
+        groups: list[list[int]] = [[int(order[0])]]
+        least = _SAME * float(np.ptp(self.at_wall))
+        for i in order[1:].tolist():
+            if self.at_wall[i] - self.at_wall[groups[-1][-1]] > least:
+                groups.append([])
+            groups[-1].append(i)
+        number = {i: n for n, group in enumerate(groups) for i in group}
+        return [number[i] for i in range(self.at_wall.size)], [float(self.at_wall[group].mean()) for group in groups]
+
+
+def changes(force: Array) -> Array:
+    """By how much the mean force after each moment of one period at even distances is above that before it."""
+    n, w = force.size, _samples(force)
+    sums = np.concatenate([[0.0], np.cumsum(np.concatenate([force, force, force]))])
+    i = np.arange(n, 2 * n)
+    return np.asarray((sums[i + w] - 2.0 * sums[i] + sums[i - w]) / w)
+
+
+def rough_edges(force: Array) -> npt.NDArray[np.intp]:
+    """The edges of one period of a force at even distances, as indices of its samples, increasing."""
+    w, change = _samples(force), changes(force)
+    least = _LEAST * float(np.subtract(*np.percentile(force, [98.0, 2.0])))
+    around = np.lib.stride_tricks.sliding_window_view(np.concatenate([change[-w:], change, change[:w]]), 2 * w + 1)
+    size = np.abs(change)
+    return np.flatnonzero((size >= np.abs(around).max(axis=1)) & (size > least))
+
+
+def levels_between(motion: Implied, edges: Array, period: float, told: float, sloped: bool = True) -> Levels:
+    """The levels of the stretches after each edge, and the slope against the distance; 0 unless `sloped`."""
+    since = np.searchsorted(motion.blows, motion.time, side="right") - 1
+    t = motion.time - motion.blows[np.clip(since, 0, motion.blows.size - 2)]
+    stretch = (np.searchsorted(edges, t, side="right") - 1) % edges.size
+    away = np.abs((t[:, None] - edges + 0.5 * period) % period - 0.5 * period).min(axis=1)
+    kept = away > 0.5 * WINDOW * period
+    size = edges.size
+    rows = np.zeros((int(kept.sum()), size + 1))
+    rows[np.arange(rows.shape[0]), stretch[kept]] = 1.0
+    x, p = motion.behind[kept], motion.force[kept]
+    scale = float(np.abs(x).max()) or 1.0
+    rows[:, size] = x / scale if sloped else 0.0
+    found, *_ = np.linalg.lstsq(rows, p, rcond=None)
+    rest = p - rows @ found
+    scatter = float(np.sqrt(np.mean(rest**2)))
+    share = float(np.sqrt(np.linalg.pinv(rows.T @ rows)[size, size] * max(1.0, t.size / told)))
+    return Levels(found[:size], float(found[size]) / scale, scatter * share / scale, scatter)
+
+
+def edge_times(time: Array, force: Array, rough: Array, levels: tuple[Array, Array], window: float) -> Array:
+    """The times of steps with the momentum of the force, less its slope, near each rough edge; NaN outside."""
+    momentum = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
+    before, after = levels
+    now = rough.astype(float)
+    for _ in range(_ROUNDS):
+        a, b = now - window, now + window
+        gained = np.interp(b, time, momentum) - np.interp(a, time, momentum)
+        step = (before * (now - a) + after * (b - now) - gained) / (after - before)
+        now = now + np.clip(step, -0.5 * window, 0.5 * window)
+    now[(now - window < time[0]) | (now + window > time[-1])] = np.nan
+    return now
+
+
+def _samples(force: Array) -> int:
+    return max(2, round(WINDOW * force.size))
+
+
+# ---- A recorded force blow by blow: its cycles, their blows, and when it switches in each of them
 
 Known = Literal["measured", "restitution", "phase"]
 

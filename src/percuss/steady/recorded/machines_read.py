@@ -13,7 +13,7 @@ from percuss.model import Chamber, Contact, Machine, Port, System, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
-from percuss.steady.recorded.implied import Implied
+from percuss.steady.recorded.force_record import Implied
 from percuss.steady.self_excited.piston import cycle_near
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 

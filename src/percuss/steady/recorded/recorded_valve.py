@@ -13,15 +13,20 @@ from percuss.model.checks import Array, instance, positive
 from percuss.shown import Shown
 from percuss.steady.phases import level_factor
 from percuss.steady.recorded.force_record import (
+    WINDOW,
     Cycles,
     ForceRecord,
+    Implied,
+    Levels,
     MeanCycle,
+    edge_times,
+    levels_between,
     load_phases,
     mean_cycle,
     measured_phase,
     recorded_cycles,
+    rough_edges,
 )
-from percuss.steady.recorded.implied import WINDOW, Implied, Levels, edge_times, levels_between, rough_edges
 from percuss.steady.recorded.machines_read import (
     Doubt,
     Interval,
@@ -193,11 +198,7 @@ class RecordedValve(Shown):
 
 
 def recorded_valve(
-    system: System,
-    *,
-    blow: float | None = None,
-    record: ForceRecord | None = None,
-    longest_delay: float | None = None,
+    system: System, *, blow: float | None = None, record: ForceRecord | None = None, longest_delay: float | None = None
 ) -> RecordedValve:
     """Read a recorded load as that of a machine whose valve the piston works.
 

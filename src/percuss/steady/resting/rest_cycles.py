@@ -14,8 +14,7 @@ from percuss.model import HeldBody, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, count, instance, text
 from percuss.model.load import Side
 from percuss.model.system import set_at_wall
-from percuss.steady.energy import Energy, Stretch, damped
-from percuss.steady.flight import deepest
+from percuss.steady.flight import Energy, Stretch, damped, deepest
 from percuss.steady.multipliers import FoundMotions, Multipliers, Repeating
 from percuss.steady.resting.flight_chain import (
     GapState,

@@ -192,7 +192,7 @@ class EventSequence:
             happened.append((flight.time + flight.duration, _KINDS[event.kind], detail, *posed.parts(state)))
         guarded, delays = [0.0, *(times[i] for i in posed.guards)], [port.delay for port in machine.valve.ports]
         pending = tuple((guarded[one.source + 1] + delays[one.port] - times[-1], one.state) for one in self.waiting)
-        slope = posed.slope(unknowns, closed)
+        slope = posed.slope(unknowns)
         if modes == 0:  # the piston is at the wall just after the blow
             slope = slope[1:, 1:]
         return cycle_told(machine, modes, self.state, Orders(self.last, pending), flights, happened, slope)

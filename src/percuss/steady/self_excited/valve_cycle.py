@@ -20,7 +20,7 @@ from percuss.model.checks import Array, numbers, unit_interval
 from percuss.model.load import Side
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
-from percuss.steady.energy import Energy
+from percuss.steady.flight import Energy
 from percuss.steady.multipliers import CycleMap, Multipliers, Repeating
 from percuss.steady.self_excited.piston_flight import PistonFlight, extremes
 from percuss.steady.self_excited.rhythm import Rhythm

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 from percuss.blow.best import OBJECTIVES
 from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
-from percuss.case.answers.numerals import number, percent
-from percuss.case.case import checked_case
-from percuss.case.file_format.plain_tables import json_tables
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent
+from percuss.case.case import checked_case, json_tables
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, held, with_generic_places

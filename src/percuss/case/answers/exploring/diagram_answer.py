@@ -10,8 +10,7 @@ import numpy as np
 
 from percuss.case.answers.exploring.exploration import stop_when_found
 from percuss.case.answers.exploring.orbits_answer import branch_section, parsed_label
-from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
-from percuss.case.answers.numerals import counted, json_number, picked, plain_value
+from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection, counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.explore.diagrams.diagram import carried_diagram

@@ -11,10 +11,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    PLAIN,
+    Grid,
+    Report,
+    ReportSection,
+    counted,
+    json_number,
+    number,
+    percent,
+)
+from percuss.case.answers.facts import counted as _counted
 from percuss.case.answers.heading import clock_in_short, clock_note
-from percuss.case.answers.numerals import counted, json_number, number, percent
-from percuss.case.answers.numerals import counted as _counted
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -243,12 +253,7 @@ def basins_dict(case: Case, found: Basins) -> dict[str, Any]:
         "si": _scales(found.system),
         "image": found.image.tolist(),
         "attractors": [
-            {
-                "label": share.label,
-                "share": share.share,
-                **share.attractor.figures,
-            }
-            for share in found.shares
+            {"label": share.label, "share": share.share, **share.attractor.figures} for share in found.shares
         ],
     }
 

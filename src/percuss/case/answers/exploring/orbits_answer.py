@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection
-from percuss.case.answers.numerals import counted, picked, plain_value, table_text
+from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection, counted, picked, plain_value, table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
@@ -97,18 +96,7 @@ _REST_CHOICE = "chatter/N:NUMBER or rest/N:NUMBER"
 
 
 def parsed_label(label: str) -> tuple[int, int]:
-    """p and n of a label such as 3/2.
-
-    Raises
-    ------
-    ParameterError
-        For anything else.
-
-    Examples
-    --------
-    >>> parsed_label("2/1"), parsed_label("z=3/2")
-    ((2, 1), (3, 2))
-    """
+    """p and n of a label such as 3/2 or z=3/2."""
     found = _LABEL.fullmatch(text("label", label, "P/N: impacts and load periods of a cycle"))
     if found is None:
         raise ParameterError("label", label, "P/N: impacts and load periods of a cycle", "for example 2/1")

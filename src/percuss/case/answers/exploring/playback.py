@@ -12,10 +12,9 @@ import numpy.typing as npt
 
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
-from percuss.case.answers.facts import Fact, Teller, flat_of
+from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
-from percuss.case.answers.numerals import counted, json_number, plain
 from percuss.case.answers.simulation_answer import from_this_start
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -98,11 +97,7 @@ class PlayedStretch:
 
 
 def stretch_of(motion: Trajectory, settled: bool, cycles: int) -> PlayedStretch:
-    """The first load periods of a motion (`cycles`), or what it settles on.
-
-    A periodic motion is shown from an impact on, in whole cycles and never with anything of the way there: where it was
-    followed for fewer cycles than are wanted, the last one is told again.
-    """
+    """The first load periods of a motion (`cycles`), or what it settles on: whole cycles, the last told again."""
     first, last = motion.begin_time, motion.end_time
     length = cycles * _TURN
     if not settled:
@@ -233,11 +228,7 @@ def orbit_frames(
 
 
 def motion_frames(motion: Trajectory, *, settled: bool = True, cycles: int = 1, **sizes: Any) -> Frames:
-    """The first or the last load periods of a simulated motion; of a periodic one whole cycles, from an impact on.
-
-    Of what a motion settles on nothing of the way there is shown: a cycle that was followed only a few times is told
-    again. The window counts from the beginning of the stretch; `sizes` are those of `stretch_frames`.
-    """
+    """The first or last load periods of a simulated motion, or whole cycles; `sizes` as of `stretch_frames`."""
     period = None if motion.cycle is None else motion.cycle.periods * _TURN
     about: dict[str, Any] = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
     about["summary"] = plain(asdict(motion.summary))
@@ -398,11 +389,7 @@ def branch_frames(
 
 
 def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
-    """The cycle of a machine that switches itself, in SI or in the units of the machine, with its answer.
-
-    At every change of the state there are two more `points`. `whole`: also margins, sensitivities, the curve over the
-    pressure and whether it starts from rest, which take longer than the cycle.
-    """
+    """A machine's cycle in its units; `whole`: with margins and the curve over the pressure, which take longer."""
     answer = machine_answer(case, modes)
     machine = answer.machine
     told = answer.to_json_dict() if whole else cycle_dict(answer)
@@ -539,11 +526,7 @@ def blow_frames(
     whole: bool = True,
     most_pieces: int | None = None,
 ) -> Frames:
-    """The blow of a case, in SI or in the scales of a dimensionless bar; about so many instants, and places of a body.
-
-    Without `whole` the start of a blow is followed no further than it is shown, and has no answer. Lengths of a
-    dimensionless rod are those of one with the wave speed of the striking end.
-    """
+    """A blow over time and place; without `whole` its start as far as it is shown, and no answer."""
     from percuss.blow.bodies import rod_sections, striker_sections
 
     until = None if whole or show != "start" else _shortened(case)
@@ -625,11 +608,7 @@ def _end(blow: Blow, show: Part, sections: Sections) -> float:
 def _body(name: str, cells: CellsOverTime, sections: Sections) -> dict[str, npt.NDArray[Any]]:
     """Stress (force where no areas are known), tension positive, and velocity."""
     area = np.ones(cells.section.size) if sections.area is None else sections.area[cells.section]
-    return {
-        f"{name}_edges": cells.edges,
-        f"{name}_stress": -cells.force / area,
-        f"{name}_velocity": cells.velocity,
-    }
+    return {f"{name}_edges": cells.edges, f"{name}_stress": -cells.force / area, f"{name}_velocity": cells.velocity}
 
 
 def _sections(sections: Sections, reach: float) -> dict[str, Any]:

@@ -11,12 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.exploring.orbits_answer import (
-    branch_answer,
-    followed,
-    value_of,
-)
-from percuss.case.answers.numerals import table_text
+from percuss.case.answers.exploring.orbits_answer import branch_answer, followed, value_of
+from percuss.case.answers.facts import table_text
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
@@ -38,13 +34,7 @@ _REST_NAMES = {**{kind.value: kind for kind in REST_FOLLOWED}, **_SHORT}
 
 
 def point_curves_answer(
-    case: Case,
-    branch: Branch,
-    which: str,
-    along: str,
-    over: str,
-    *,
-    halt: Callable[[], bool] | None = None,
+    case: Case, branch: Branch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
 ) -> tuple[PointCurve, ...]:
     """Points of a branch followed through its parameter and a second one; see `percuss.explore.follow_point`.
 
@@ -231,10 +221,7 @@ def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
 
 
 def _is_on(
-    curve: PointCurve,
-    point: BranchPoint,
-    place: dict[str, float],
-    spans: dict[str, tuple[float, float]],
+    curve: PointCurve, point: BranchPoint, place: dict[str, float], spans: dict[str, tuple[float, float]]
 ) -> bool:
     assert point.motion is not None
     if (curve.event, curve.label) != (point.kind, point.motion.label) or len(curve.values) < 2:

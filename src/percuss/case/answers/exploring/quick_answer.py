@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.facts import plain_of
+from percuss.case.answers.facts import json_number, numbers, picked, plain, plain_of
 from percuss.case.answers.heading import CLOCKED, clocked_because
-from percuss.case.answers.numerals import json_number, numbers, picked, plain
 from percuss.case.answers.steady_answer import (
     WAVEFORM,
     StructureMotion,

@@ -13,7 +13,7 @@ from percuss._version import __version__
 from percuss.case.answers.facts import Grid, ReportSection
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_report import name_of, steady_report
-from percuss.neutral import neutral
+from percuss.shown import neutral
 from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
@@ -39,17 +39,7 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 
 
 def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer | None = None) -> str:
-    """A report on a case, as the text of one HTML file without scripts.
-
-    Parameters
-    ----------
-    case
-        What was asked about; its text is at the end of the report.
-    answer
-        Its steady motions.
-    simulation
-        A simulated motion, when one is wanted.
-    """
+    """A case, its steady motions and a simulated one, as the text of one HTML file without scripts."""
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline
 

@@ -14,8 +14,7 @@ from percuss.model import Load, System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, ComplexArray, instance
 from percuss.shown import Shown
-from percuss.steady.oscillator import held_resonance
-from percuss.steady.small_divisors import PI, convergents
+from percuss.steady.oscillator import PI, convergents, held_resonance
 from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 
 # ---- How a resting bar rings near resonance with the harmonics of a load of steps: weak damping, exactly (theory §4)
@@ -285,10 +284,7 @@ def _transfer(q: ComplexArray) -> ComplexArray:
 def _behind_the_jumps(
     load: Load, places: Array, sizes: Array, s: float, d: float, ringing: DampingForce
 ) -> tuple[float, float]:
-    """The fronts of the first two echoes after each jump: what follows until the next one is their decaying repetition.
-
-    So many fronts are alive that damping, d/s < 1e-4, bends nothing.
-    """
+    """The fronts of the first two echoes after each jump, which then repeat and decay (d/s < 1e-4 bends none)."""
     tau = 1.0 / s
     g = math.exp(-0.5 * d * tau)
     settled = 2.0 * g / (1.0 + g * g)
