@@ -78,6 +78,12 @@ NO_DOORS = {
     "explore.Basins.from_archive explore.Diagram.from_archive explore.Diagram.of "
     "explore.Experiment.from_archive "
     "explore.Sweep.from_archive explore.Sweep.shaped",
+    "the same as explore.follow": "steady.Orbit.follow steady.PeriodicOrbit.follow steady.RestCycle.follow "
+    "steady.ValveCycle.follow",
+    "what a file holds: the doors are save and load": "explore.Branch.from_json "
+    "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json "
+    "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
+    "explore.PointCurve.save explore.PointCurve.load",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
@@ -324,6 +330,10 @@ class Arguments:
             "model.Timed": {"duration": 0.1, "force_centroid": 0.04, "advance_per_impulse": 0.01},
             "model.Supply": {"start": 1.0},
             "model.*.natural_frequencies": {"modes": 1},
+            "stability.stability_of": {"orbit": of["Orbit"]},
+            "stability.floquet_multipliers": {"orbit": of["Orbit"]},
+            "steady.*.multipliers": {"modes": None},
+            "steady.*.judged": {"modes": None},
             "model.Supply.of_oil": {"start": None, "flow": 2e-3, "compliance": 1e-8, "pressure": 1e7},
             "model.Port": {"to": "power", "side": "back", "delay": 0.1, "reads": 0.5, "behind": 1.0},
             "model.Valve": {"ports": VALVE.ports, "start": "power", "supply": of["Supply"], "cushion": Cushion()},

@@ -25,7 +25,7 @@ from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import phi1
 from percuss.model import Body, Machine, System
-from percuss.model.checks import Array, ComplexArray
+from percuss.model.checks import Array, ComplexArray, choice
 from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.figures import figures_of
@@ -480,6 +480,7 @@ class Repeating(Shown):
         """
         if modes not in (None, self.modes):
             raise ParameterError("modes", modes, f"{self.modes}, the modes of the motion")
+        choice("side", side, "left", "right")
         return self._multipliers(side)
 
     def judged(self, modes: int | None = None) -> Multipliers:

@@ -552,7 +552,7 @@ class ValveCycle(Repeating):
 
     def motion(self, t: npt.ArrayLike) -> Array:
         """Gap function y(t), the position of the striking end: 0 at blows, negative between; the shape of `t`."""
-        return self.position(t)
+        return self.position(numbers("t", t))
 
     def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
         """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
