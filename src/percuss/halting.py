@@ -7,16 +7,17 @@ from call to call but holds for a block, and only for the thread that the block 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import TypeVar
 
 from percuss.errors import Interrupted
 
-__all__ = ["halting", "interruptible", "look"]
+__all__ = ["halting", "interruptible", "look", "on_threads"]
 
 Answer = TypeVar("Answer")
+Item = TypeVar("Item")
 
 _asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
 
@@ -47,6 +48,27 @@ def look() -> None:
     halt = _asked.get()
     if halt is not None and halt():
         raise Interrupted(0, 1, None)
+
+
+def on_threads(work: Callable[[Item], Answer], items: Sequence[Item], threads: int) -> list[Answer]:
+    """What comes of each item, on so many threads; between them it is looked whether to stop."""
+    found = []
+    if threads == 1 or len(items) < 2:
+        for item in items:
+            look()
+            found.append(work(item))
+        return found
+    from concurrent.futures import ThreadPoolExecutor  # most calls do without
+
+    with ThreadPoolExecutor(max_workers=min(threads, len(items)), thread_name_prefix="percuss") as pool:
+        try:
+            for one in pool.map(work, items):
+                look()
+                found.append(one)
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return found
 
 
 def interruptible(work: Callable[[], Answer]) -> Answer:

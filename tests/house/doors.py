@@ -83,7 +83,7 @@ NO_DOORS = {
     "what a file holds: the doors are save and load": "explore.Branch.from_json "
     "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json "
     "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
-    "explore.PointCurve.save explore.PointCurve.load",
+    "explore.PointCurve.save",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "

@@ -19,7 +19,7 @@ HOUSE = str(Path(percuss.__file__).parent)
 
 @pytest.mark.parametrize(
     ("command", "most"),
-    [("steady hydraulic-drifter", 88), ("simulate hydraulic-drifter", 88), ("machine valve-breaker", 66)],
+    [("steady hydraulic-drifter", 84), ("simulate hydraulic-drifter", 82), ("machine valve-breaker", 64)],
 )
 def test_a_command_runs_through_no_more_files(command: str, most: int) -> None:
     files: set[str] = set()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
+from percuss.halting import on_threads
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, count, flag, instance, several
+from percuss.model.checks import DEFAULT_MODES, Array, count, flag, instance, several, workers
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
-from percuss.simulate.ensemble import cores
 
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", "stalls")
 """How the computation of an exponent ends.
@@ -207,7 +206,7 @@ def lyapunov_many(
     if {len(whole), len(begins)} - {1, members} or not whole:
         told = f"{len(whole)} systems and {len(begins)} starts"
         raise ParameterError("starts", told, "as many starts as systems, or one of either")
-    workers = cores() if threads is None else count("threads", threads, most=1024)
+    number = workers(threads)
     stop = Stop(impacts=used + before + 1, periodic=False)
 
     def one(i: int) -> Lyapunov:
@@ -217,15 +216,7 @@ def lyapunov_many(
             return Lyapunov(*_NONE, 0, "resonance")
         return _of(motion, used, before, all_of_them)
 
-    if workers == 1:
-        found = [one(i) for i in range(members)]
-    else:
-        with ThreadPoolExecutor(max_workers=min(workers, members), thread_name_prefix="percuss") as pool:
-            try:
-                found = list(pool.map(one, range(members)))
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+    found = on_threads(one, range(members), number)
     figures = {name: np.array([getattr(one, name) for one in found]) for name in _FIGURES}
     code = np.array([LYAPUNOV_OUTCOMES.index(one.outcome) for one in found], dtype=np.int8)
     return LyapunovMany(**figures, code=code, spectrum=tuple(one.spectrum for one in found) if every else ())

@@ -199,6 +199,19 @@ def array(name: str, values: object, low: float, high: float) -> Array:
     return found
 
 
+def cores() -> int:
+    """Cores that this process may use."""
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not on every system
+        return os.cpu_count() or 1
+
+
+def workers(threads: object) -> int:
+    """So many threads, by default as many as cores."""
+    return cores() if threads is None else count("threads", threads, most=1024)
+
+
 def count(name: str, value: object, least: int = 1, most: int | None = None) -> int:
     """`value` as an int between `least` and `most`."""
     accepted = f"a whole number, {least} or greater" if most is None else f"a whole number from {least} to {most}"

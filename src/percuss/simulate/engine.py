@@ -468,8 +468,7 @@ class Clocked:
     @classmethod
     def begun(cls, system: System, modes: int, start: Start) -> tuple[Clocked, Anchor, bool]:
         """A motion put at a start, the state there, and whether it rests on the wall."""
-        body = system.body
-        spectrum, table = prepared(system, body.chosen(modes) if isinstance(body, HeldBody) else modes)
+        spectrum, table = prepared(system, system.body.chosen(modes))
         snapshot = begin(spectrum, table, start)
         now, count = snapshot.now[0], snapshot.count[0]
         row = np.concatenate([[now["gap"], now["rigid_rate"]], snapshot.z.reshape(-1)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from abc import ABC, abstractmethod
 from collections import Counter
@@ -17,7 +16,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance, several
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance, several, workers
 from percuss.model.system import rests
 from percuss.shown import Shown, watched
 from percuss.simulate.engine import (
@@ -272,18 +271,9 @@ def simulate_many(
         job = _Machines(hammers, starts, modes, stop)
     else:
         job = _Systems(hammers, starts, modes, stop, keep, discard, work)
-    workers = cores() if threads is None else count("threads", threads, least=1, most=1024)
     with watched(progress) as watch:
-        job.work_off(workers, watch)
+        job.work_off(workers(threads), watch)
     return job.result()
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
 
 
 class _Job(ABC):
@@ -295,7 +285,7 @@ class _Job(ABC):
         for hammer in hammers:
             instance("systems", hammer, kind)
         self.hammers, self.stop, modes = hammers, stop, count("modes", modes, least=0, most=MAX_MODES)
-        self.modes = min((h.body.chosen(modes) for h in hammers if isinstance(h.body, HeldBody)), default=modes)
+        self.modes = min((h.body.chosen(modes) for h in hammers), default=modes)
         self.starts = self._given(starts)
         self.members = max(len(hammers), len(self.starts))
         if {len(hammers), len(self.starts)} - {1, self.members} or not hammers or not len(self.starts):

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
-from percuss.halting import look
+from percuss.halting import look, on_threads
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
-from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, count, instance, numbers
+from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, count, instance, numbers, workers
 from percuss.model.contact import restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -287,21 +285,13 @@ def exact_plane(
     """
     instance("system", system, System)
     n, m = count("modes", modes, least=0, most=MAX_PLANE_MODES), count("periods", periods)
-    workers = _cores() if threads is None else count("threads", threads, most=1024)
     known = stability_plane(system, restitution, load_factor, m) if plane is None else instance("plane", plane, Plane)
     r, factor = np.broadcast_arrays(np.asarray(restitution, dtype=float), np.asarray(load_factor, dtype=float))
     if known.phase.shape[1:] != r.shape:
         raise ParameterError("plane", f"shape {known.phase.shape[1:]}", f"a plane of the shape {r.shape} asked for")
     job = _Job(system, m, n, known, np.asarray(r), np.asarray(factor))
-    job.work_off(workers)
+    job.work_off(workers(threads))
     return job.result()
-
-
-def _cores() -> int:
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
 
 
 class _Job:
@@ -326,22 +316,11 @@ class _Job:
         self.velocity_factor = system.contact.velocity_factors(self.r)
         self.strain_factor = system.contact.strain_factors(self.r)
 
-    def work_off(self, workers: int) -> None:
+    def work_off(self, threads: int) -> None:
         """All roots on the threads, each portion by itself."""
         size = min(_EXACT_CHUNK, max(1, _WORK // (self.modes + 1)))
         portions = [slice(i, i + size) for i in range(0, self.where.size, size)]
-        if workers == 1 or len(portions) < 2:
-            for portion in portions:
-                look()
-                self._portion(portion)
-            return
-        with ThreadPoolExecutor(max_workers=min(workers, len(portions)), thread_name_prefix="percuss") as pool:
-            try:
-                for _ in pool.map(self._portion, portions):
-                    look()
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+        on_threads(self._portion, portions, threads)
 
     def _portion(self, part: slice) -> None:
         """One portion: the right side of a jump for all, the left side besides for those on one."""

@@ -451,9 +451,6 @@ def _secular(matrix: LinearMap) -> ComplexArray:
 class Repeating(Shown):
     """A motion that repeats: what all of them are asked alike."""
 
-    rests: bool = False
-    """Whether the striking end lies on the wall for some time of every cycle, which erases all disturbances."""
-
     if TYPE_CHECKING:
 
         @property
@@ -467,6 +464,11 @@ class Repeating(Shown):
         @property
         def blow_energy(self) -> float: ...
         def _multipliers(self, side: Side) -> Multipliers: ...
+
+    @property
+    def rests(self) -> bool:
+        """Whether the striking end lies on the wall for some time of every cycle, which erases all disturbances."""
+        return False
 
     def multipliers(self, modes: int | None = None, *, side: Side = "right") -> Multipliers:
         """All multipliers over the cycle, exact for the body with the modes that the motion has.

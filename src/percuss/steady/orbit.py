@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model import HeldBody, System
+from percuss.model import System
 from percuss.model.checks import DEFAULT_MODES, Array, array, choice, count
 from percuss.model.load import Side
 from percuss.steady.flight import Contactless, Energy, Flown, Violation, exchange, flight_check
@@ -251,12 +251,11 @@ class Orbit(Flown, Repeating):
         """All multipliers, exact for the bar with modes 0 … N; see `percuss.stability.floquet_multipliers`."""
         n = DEFAULT_MODES if modes is None and self.requested_modes is None else modes
         n = count("modes", self.requested_modes if n is None else n, least=0, most=MAX_MODES)
-        n = self.system.body.chosen(n) if isinstance(self.system.body, HeldBody) else n
 
         def fewer(few: int) -> Multipliers:
             return self.multipliers(few, side=side)
 
-        return multipliers_of(self.label, self.system, self.linear_map(n, side), fewer)
+        return multipliers_of(self.label, self.system, self.linear_map(self.system.body.chosen(n), side), fewer)
 
     @property
     def verdict(self) -> Reason:

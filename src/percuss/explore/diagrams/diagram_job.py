@@ -457,8 +457,7 @@ def diagram_job(
     made = next((system for system in job.systems if system is not None), None)
     if made is None:
         job.system(float(axis.values[0]))  # which says why there is none
-    held = made.body if isinstance(made, System) and isinstance(made.body, HeldBody) else None
-    return job if held is None else replace(job, modes=held.chosen(job.modes))
+    return job if made is None else replace(job, modes=made.body.chosen(job.modes))
 
 
 def _label(up_to: tuple[int, int]) -> tuple[int, int]:

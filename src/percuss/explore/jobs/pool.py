@@ -24,6 +24,7 @@ from typing import Any, Protocol
 
 from percuss.errors import PercussError
 from percuss.explore.jobs.job import Columns, Job
+from percuss.model.checks import cores
 
 # ---- A few moments in which Ctrl-C waits
 
@@ -150,14 +151,6 @@ class Pool(Protocol):
     def close(self) -> None:
         """Let the workers go."""
         ...
-
-
-def cores() -> int:
-    """How many this process may use."""
-    try:
-        return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on every system
-        return os.cpu_count() or 1
 
 
 def packed(job: Job) -> bytes:

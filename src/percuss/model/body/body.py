@@ -233,6 +233,10 @@ class Body(ABC):
         """How many of so many modes it has: all of them, unless a table ends before."""
         return modes
 
+    def chosen(self, modes: int) -> int:
+        """The same where so many are asked for; ParameterError for none of a body that is held."""
+        return self.kept(modes)
+
     @property
     def transit_time(self) -> float:
         """Time of a wave from one end to the other, 1/s."""
@@ -378,10 +382,7 @@ class HeldBody(Body):
         """How many modes it has, or as many as are taken unless more are asked for."""
 
     def chosen(self, modes: int | None) -> int:
-        """N, the modes that are taken where so many are asked for; None for `most_modes`.
-
-        ParameterError for none: its modes are all that moves.
-        """
+        """As of any body; None for `most_modes`."""
         if modes == 0:
             raise ParameterError("modes", 0, "1 or more: a body that is held has no rigid motion beside its modes")
         return self.most_modes if modes is None else self.kept(modes)

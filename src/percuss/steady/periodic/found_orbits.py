@@ -72,6 +72,8 @@ class FoundOrbits(FoundMotions):
         From how many tries `unseen` is estimated; it is worth little where these are few.
     halted
         Whether the search was told to end before all of its tries.
+    rest
+        Of cycles of a machine with a rest on the wall "chatter" or "rest", the word before n in their label; else "".
     """
 
     system: System
@@ -87,6 +89,7 @@ class FoundOrbits(FoundMotions):
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
     ended: int = 0
     halted: bool = False
+    rest: str = ""
 
     @property
     def possible(self) -> tuple[PeriodicOrbit, ...]:
@@ -95,8 +98,8 @@ class FoundOrbits(FoundMotions):
 
     @property
     def label(self) -> str:
-        """z=p/n; of a machine without a clock p/n, blows and cycles of its valve."""
-        return f"{'z=' if isinstance(self.system, System) else ''}{self.impacts}/{self.periods}"
+        """z=p/n; of a machine without a clock p/n, blows and cycles of its valve, or with rest chatter/n or rest/n."""
+        return f"{'z=' if isinstance(self.system, System) else ''}{self.rest or self.impacts}/{self.periods}"
 
     @property
     def unseen_in_words(self) -> str:

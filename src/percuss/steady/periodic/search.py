@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
-from percuss.model import HeldBody, Machine, System
+from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, count, instance, numbers
 from percuss.steady.multipliers import Reason
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
@@ -347,9 +347,7 @@ def orbit_near(
 
 
 def _kept(system: System, modes: int) -> int:
-    """How many of so many modes the system has."""
-    wanted, body = count("modes", modes, least=0, most=_MOST_MODES), system.body
-    return body.chosen(wanted) if isinstance(body, HeldBody) else wanted
+    return system.body.chosen(count("modes", modes, least=0, most=_MOST_MODES))
 
 
 def _with_one_impact(system: System, periods: int, modes: int) -> FoundOrbits:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.model import HeldBody, System
+from percuss.model import System
 from percuss.model.checks import DEFAULT_MODES, Array, array, count, instance, text
 from percuss.model.load import Side
 from percuss.model.system import set_at_wall
@@ -122,7 +122,10 @@ class RestCycle(Repeating):
         ends = np.array([*(chain.release for chain in self.chains[1:]), first + self.period])
         return np.asarray(ends - self._rests)
 
-    rests = True
+    @property
+    def rests(self) -> bool:
+        """Always."""
+        return True
 
     # -- the motion between release and rest, followed again --
 
@@ -366,8 +369,7 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
     chatter/1 2.498091545 6.018157846
     """
     instance("system", system, System)
-    kept = count("modes", modes, least=0, most=_MOST_MODES)
-    kept = system.body.chosen(kept) if isinstance(system.body, HeldBody) else kept
+    kept = system.body.chosen(count("modes", modes, least=0, most=_MOST_MODES))
     longest = count("most", most, most=MOST_PERIODS)
     swing = Swing(set_at_wall(system, kept), kept)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))

@@ -11,7 +11,6 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.following import reach
-from percuss.model import HeldBody
 from percuss.model.checks import DEFAULT_MODES, callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
@@ -82,8 +81,7 @@ ceases to exist (then chatter/1)
 def _with_modes(orbit: Orbit, modes: int | None) -> PeriodicOrbit:
     """A steady motion with the modes that are asked for."""
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
-    body = orbit.system.body
-    kept = body.chosen(kept) if isinstance(body, HeldBody) else kept
+    kept = orbit.system.body.chosen(kept)
     start = PeriodicOrbit(orbit.system, orbit.periods, (orbit.phase,), kept)
     return orbit_near(orbit.system, start.times, orbit.periods, modes=kept) or start  # fewer modes, another phase
 
