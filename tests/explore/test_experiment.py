@@ -462,7 +462,7 @@ def test_the_ask_tells_all_that_matters():
     ]
     texts = [json.dumps(ask, sort_keys=True) for ask in asks]
     assert len(set(texts)) == len(texts)
-    assert experiment_job(PNEUMATIC, 10, threads=2, modes=0).ask == asks[0]
+    assert experiment_job(PNEUMATIC, 10, threads=2).ask == asks[0]
 
 
 def test_motions_that_do_not_repeat_have_no_phases():
@@ -582,7 +582,7 @@ def test_what_is_not_done_has_no_number():
 
 def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
     plane, place = (("position", -1.5, -0.1, 5), ("velocity", -2.0, 2.0, 4)), tmp_path / "b.zarr"
-    found = basins(GAS, *plane, at={"state": "power"}, workers=1, archive=place)
+    found = basins(GAS, *plane, at={"state": "power"}, workers=1, archive=place, modes=0)
     for i, j in np.ndindex(4, 5):
         start = Start.rigid(found.x[1][j], found.y[1][i]).with_valve("power")
         assert found.label[i, j] == run(GAS, start, modes=0).label
