@@ -47,6 +47,8 @@ _Pass: Any = compiler_machinery.FunctionPass
 _registered: Any = compiler_machinery.register_pass
 _ir: Any = ir
 _guarded: Any = ir_utils.guard
+_Function: Any = types.Function
+_asked: Any = _Function.get_call_type
 
 _IDLE = {
     "with_lifting", "inline_closure_likes", "rewrite_dynamic_raises", "make_function_op_code_to_jit_function",
@@ -207,19 +209,31 @@ class _WholePipeline(_Pipeline):
     library = _Whole
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
-        with _seldom_collected():
+        with _swiftly():
             return super().compile_extra(func)
 
 
 @contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Python's search for cycles among its objects, of which a compilation makes many, seldom."""
+def _swiftly() -> Iterator[None]:
+    """Python looks for cycles among its objects, of which a compilation makes many, seldom; types are found once."""
     before = gc.get_threshold()
     gc.set_threshold(100_000, 50, 100)
+    _Function.get_call_type = _remembered
     try:
         yield
     finally:
+        _Function.get_call_type = _asked
         gc.set_threshold(*before)
+
+
+def _remembered(function: Any, context: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+    """The types of a call of an operator or a function of mathematics, for which numba tries all that it has anew."""
+    if kws:
+        return _asked(function, context, args, kws)
+    known = function.__dict__.setdefault("_known_calls", {})
+    if args not in known:
+        known[args] = _asked(function, context, args, kws)
+    return known[args]
 
 
 def pipelines() -> tuple[dict[str, Any], dict[str, Any]]:

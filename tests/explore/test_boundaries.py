@@ -13,8 +13,7 @@ from mpmath import mp
 import naive
 from percuss import Load, Start, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError
-from percuss.explore.boundary_curves.boundary import KINDS, Boundaries, BoundaryCurve, boundaries
-from percuss.explore.boundary_curves.crossings import exact_crossings
+from percuss.explore.boundary_curves.boundary import KINDS, Boundaries, BoundaryCurve, boundaries, exact_crossings
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
 from percuss.explore.boundary_curves.plane_lines import Line, bracketed_roots, orbit_on, roots_on
 from percuss.explore.family import Axis, SystemFamily

@@ -9,12 +9,13 @@ import pytest
 
 from machine_maps import beginning, differences, landed
 from percuss.errors import ParameterError
-from percuss.explore import orbit_seeds
+from percuss.explore import BranchEvent, follow, orbit_seeds
 from percuss.explore.attractors.drawn_starts import named
 from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
-from percuss.simulate import Stop, run
+from percuss.simulate import Start, Stop, run
 from percuss.steady import ValveCycle, orbits, pressure_over, self_excited_motion, slow_pressure
 from percuss.steady.self_excited.event_sequence import sequence_of
+from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 
 MODES = (0, 1, 4)
 
@@ -128,13 +129,53 @@ def test_where_an_order_of_events_ends_is_told() -> None:
         before = apart
 
 
-def test_a_cycle_with_rest_is_refused() -> None:
-    ports = (Port("power", 1.0, "back"), Port("return", on="impact", delay=0.4))
-    machine = Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, ports), Kept(0.0))
-    cycle = self_excited_motion(machine, modes=0).cycle
-    assert cycle.rests
-    with pytest.raises(ParameterError, match="rest"):
-        sequence_of(cycle)
+@pytest.mark.parametrize(("R", "late", "modes"), [(0.0, 0.4, 0), (0.0, 0.4, 4), (0.2, 1.2, 0), (0.2, 1.2, 3)])
+def test_a_cycle_with_rest_is_an_order_of_events(R: float, late: float, modes: int) -> None:
+    """Its blows are those of the simulator, but for the last ones of its chatter; nothing of a disturbance is left."""
+    machine = late_return(R, 0.3, late, modes)
+    motion = run(machine, Start.rigid(0.0, 0.8), modes=modes, stop=Stop(impacts=300))
+    (cycle,) = valve_rest_cycles(machine, "chatter" if R else "rest", modes=modes)
+    sequence = sequence_of(cycle)
+    assert cycle.rests and sequence.fault(cycle) is None and sequence.label == cycle.label
+    assert cycle.period == pytest.approx(motion.cycle.period, rel=1e-10)
+    struck = motion.events.of("impact")
+    begin = np.flatnonzero(np.asarray(struck.impact_velocity) > 0.9 * cycle.blow_speed)[-2]
+    seen = np.asarray(struck.time)[begin : begin + cycle.blows], np.asarray(struck.impact_velocity)[begin:]
+    assert np.diff(cycle.blow_times) == pytest.approx(np.diff(seen[0]), abs=1e-10)
+    assert cycle.blow_speeds == pytest.approx(seen[1][: cycle.blows], rel=1e-9)
+    assert np.abs(cycle.multipliers).max() < 1e-12
+    if R:
+        rests = motion.events.of("rest").time
+        after = float(rests[rests > struck.time[begin]][0] - struck.time[begin])
+        left = sequence.tests(cycle)["rest 0"]
+        assert cycle.flights[0].duration - left + np.ptp(cycle.blow_times) == pytest.approx(after, abs=1e-10)
+
+
+@pytest.mark.parametrize("modes", [0, 2])
+def test_rest_begins_where_the_chatter_meets_the_release(modes: int) -> None:
+    (cycle,) = valve_rest_cycles(late_return(0.2, 0.3, 1.2, modes), "chatter", modes=modes)
+    onset = follow(cycle, "restitution", (0.19, 0.4), value=0.2).ends[1]
+    assert onset.kind is BranchEvent.ONSET
+    sequence = sequence_of(cycle)
+    at = sequence.solved(late_return(onset.value, 0.3, 1.2, modes), modes, sequence.unknowns(onset.valve_cycle))
+    assert at is not None and abs(sequence.tests(at)["rest 0"]) < 1e-10
+    if modes == 0:  # by hand: the chatter of a constant force ends 2 R v/((1 − R) a) after its first blow
+        assert 2.0 * onset.value * at.blow_speed / (1.0 - onset.value) == pytest.approx(1.2, abs=1e-10)
+
+
+def test_without_restitution_rest_begins_at_a_value_that_both_sides_tell() -> None:
+    """The return comes before the blow, or after it, and the piston waits for it on the wall."""
+    ports = [Port("power", 1.0, "back"), Port("return", 0.4, "front", delay=0.3)]
+    machine = Machine(UniformBar(20.0), Valve({"return": -0.3, "power": 1.0}, ports), Kept(0.0))
+    found = []
+    for late in (0.1, 0.6):
+        ports[1] = replace(ports[1], delay=late)
+        cycle = self_excited_motion(machine.with_valve(replace(machine.valve, ports=tuple(ports))), modes=0).cycle
+        assert cycle is not None
+        branch = follow(cycle, "ports[1].delay", (0.0, 1.0), value=late)
+        found += [point.value for point in branch.ends if point.kind is BranchEvent.ONSET]
+        assert branch.label == ("1/1" if late == 0.1 else "rest/1")
+    assert len(found) == 2 and found[0] == pytest.approx(found[1], abs=1e-10)
 
 
 # -- all of them: searched for by orders of events --

@@ -259,7 +259,7 @@ class Case:
 
     def simulation(self) -> Simulation:
         """Modes and stop rule of the table [simulation]; what it leaves out has the defaults of `percuss.run`."""
-        return simulation_of(self.tables.simulation, self._moving)
+        return simulation_of(self.tables.simulation, self.hammer)
 
     def start(self, modes: int | None = None) -> Start:
         """The start that the table [start] describes: by default at rest one bar length off the wall.
@@ -278,10 +278,11 @@ class Case:
         from percuss.simulate.stop import MAX_MODES
 
         kept = self.simulation().modes if modes is None else count("modes", modes, least=0, most=MAX_MODES)
-        return start_of(self.tables.start, self._moving, kept, self.file)
+        return start_of(self.tables.start, self.hammer, kept, self.file)
 
     @property
-    def _moving(self) -> System | Machine:
+    def hammer(self) -> System | Machine:
+        """What moves: the machine of a case whose piston switches the load, else the system."""
         return self.machine() if self.is_machine else self.system()
 
     def changed(self, start: Mapping[str, Any] | None = None, simulation: Mapping[str, Any] | None = None) -> Case:

@@ -92,20 +92,21 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.halting import halting
 
     case = named_case(options.case)
-    if any(is_rest_label(label) for label in (options.label, options.up_to or "")):
-        if options.up_to is not None:
-            parser.error(
-                "argument --up-to: give the label of cycles with rest alone; up to an orbit P/N they are listed, too"
-            )
+    if any(is_rest_label(label) for label in (options.label, options.up_to or "")) and options.up_to is not None:
+        parser.error(
+            "argument --up-to: give the label of cycles with rest alone; up to an orbit P/N they are listed, too"
+        )
+    if is_rest_label(options.label) and not case.is_machine:
         cycles, label = rest_cycles_answer(case, modes=options.modes), options.label
         return answered(
             options, lambda: rest_cycles_dict(cycles, label), lambda: rest_report(case.title, cycles, label), indent=1
         )
-    first = parsed_label(options.label)
-    last = first if options.up_to is None else parsed_label(options.up_to)
-    if last[0] < first[0] or last[1] < first[1]:
-        parser.error(f"argument --up-to: '{options.up_to}': at least the impacts and periods of --label")
-    labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
+    labels, last = [options.label], (0, 0)
+    if options.up_to is not None:
+        first, last = parsed_label(options.label), parsed_label(options.up_to)
+        if last[0] < first[0] or last[1] < first[1]:
+            parser.error(f"argument --up-to: '{options.up_to}': at least the impacts and periods of --label")
+        labels = [f"{p}/{n}" for n in range(first[1], last[1] + 1) for p in range(first[0], last[0] + 1)]
     asked = {name: getattr(options, name) for name in ("modes", "tries", "seed", "motions", "switch")}
     found: list[FoundOrbits] = []
     resting = None
@@ -121,7 +122,11 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
                 resting = rest_cycles_answer(case, modes=options.modes, most=last[1])
     if not found:
         raise KeyboardInterrupt
-    rests = [] if resting is None else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= first[1]})
+    rests = (
+        []
+        if resting is None
+        else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= parsed_label(options.label)[1]})
+    )
 
     def data() -> Any:
         answers = [orbits_dict(one) for one in found]

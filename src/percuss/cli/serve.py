@@ -94,7 +94,7 @@ def serve(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.case.case import without_files
 
         case = named_case(options.case)
-        _ = case.machine() if case.is_machine else case.system()  # refused here, not first by the page
+        _ = case.hammer  # refused here, not first by the page
         text = without_files(case).to_toml()
     settings = settings_room.Settings(
         host=options.host, port=options.port, token=token, names=tuple(options.name), case=text

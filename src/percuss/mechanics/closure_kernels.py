@@ -20,6 +20,7 @@ response = twin(flow.response)
 OMEGA, DAMPING, DRIVEN = range(3)
 HELD, DRAW, SUPPLIED, SOFT = range(4)
 KIND, SOURCE, DUE, GUARD, BLOW = range(5)
+STRIKES = 1
 
 
 class ClosureRoom(NamedTuple):
@@ -30,7 +31,7 @@ class ClosureRoom(NamedTuple):
     the state after the blow, (E + 1, n, 2). `levels`, `later`: (E,). `law`: α, β. `turned`: from the coordinates of a
     flight to those of the next, (E, n, n), and (0, n, n) without a supply, whose coordinates are the same throughout.
     `order`: of each event the kind of its flight, its source, its number among those that wait for the cycle before,
-    and among the guarded, −1 for none, and whether it is a blow, (E, 5).
+    and among the guarded, −1 for none, and whether it is a blow, 2 for one that lays the bar down, (E, 5).
 
     `times`, `spans`: of the guarded events, of the flights. `responses`: of the coordinates in them, (E, 4, n).
     `columns`: (n, 2, C), the last one of a motion; `seen`: as they were before each event. `states`: before each event,
@@ -169,10 +170,11 @@ def turned(room, i, first, stop):
                 for m in range(n):
                     columns[m, part, c] = room.right[m]
     if order[i, BLOW] != 0:
+        left = 1.0 if order[i, BLOW] == STRIKES else 0.0
         for c in range(first, stop):
             for m in range(n):
-                columns[m, 0, c] *= room.law[0]
-                columns[m, 1, c] *= room.law[1]
+                columns[m, 0, c] *= left * room.law[0]
+                columns[m, 1, c] *= left * room.law[1]
 
 
 @inner

@@ -91,7 +91,7 @@ class Timing(NamedTuple):
     """When an event of a cycle is: `later` than that with the number `source` among those whose times are unknown.
 
     It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `wrapped`: its source is that of the
-    cycle before.
+    cycle before. `lies`: the bar is laid down undeformed, as by a blow after which it rests on the wall.
     """
 
     source: int
@@ -99,6 +99,7 @@ class Timing(NamedTuple):
     wrapped: bool
     guarded: bool
     blow: bool
+    lies: bool = False
 
 
 class Closed(NamedTuple):
@@ -149,7 +150,7 @@ class Cycle:
         number, wrapped = {key: i for i, key in enumerate(kinds)}, [i for i, one in enumerate(timings) if one.wrapped]
         self.order = np.full((len(timings), 5), -1)
         for i, one in enumerate(timings):
-            self.order[i, [0, 1, 4]] = number[id(flows[i])], one.source, one.blow
+            self.order[i, [0, 1, 4]] = number[id(flows[i])], one.source, one.blow + one.lies
         self.order[wrapped, 2], self.order[self.guards, 3] = np.arange(len(wrapped)), np.arange(len(self.guards))
         self.kinds, self.wrapped = len(kinds), len(wrapped)
         modal = [(flow.modes.omega, flow.modes.damping, flow.modes.driven) for flow in kinds.values()]
@@ -181,7 +182,7 @@ class Cycle:
         if self.supplied:
             bar = self._turned(number) @ bar
         if self.timings[number].blow:
-            bar = bar * self.turn
+            bar = bar * self.turn * (not self.timings[number].lies)
         return np.append(bar, pressure) if self.supplied else bar
 
     def _turned(self, number: int) -> Array:

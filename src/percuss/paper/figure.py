@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.boundary_curves.crossings import admissible_on
+from percuss.explore.boundary_curves.boundary import admissible_on
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
 from percuss.explore.boundary_curves.plane_lines import Line, MotionArc
 from percuss.explore.family import SystemFamily

@@ -18,8 +18,15 @@ if TYPE_CHECKING:
     from percuss.steady.periodic.search import orbit_near, orbits
     from percuss.steady.phases import grows, level
     from percuss.steady.recorded.force_record import ForceRecord
-    from percuss.steady.recorded.machines_read import Interval, PortAndDelay, Reading, RecordedSwitch
-    from percuss.steady.recorded.recorded_valve import RecordedValve, recorded_together, recorded_valve
+    from percuss.steady.recorded.recorded_valve import (
+        Interval,
+        PortAndDelay,
+        Reading,
+        RecordedSwitch,
+        RecordedValve,
+        recorded_together,
+        recorded_valve,
+    )
     from percuss.steady.resting.rest_cycles import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.resting.rest_on_wall import Rest, rest_on_wall
     from percuss.steady.self_excited import (

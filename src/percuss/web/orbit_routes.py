@@ -238,7 +238,7 @@ _SHARE = 0.7
 @router.answer("/api/orbits", "What percuss orbits --json answers, of one label", kernels="orbits")
 def orbits(case: Case, asked: OrbitsAsked, terms: Terms) -> dict[str, Any]:
     """All orbits z=p/n that a search finds, with what may be missing."""
-    if is_rest_label(asked.label):
+    if is_rest_label(asked.label) and not case.is_machine:
         return rest_cycles_dict(rest_cycles_answer(case, modes=asked.modes), asked.label)
     return orbits_dict(orbits_answer(case, asked.label, modes=asked.modes, tries=asked.tries, seed=asked.seed))
 

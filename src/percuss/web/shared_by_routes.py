@@ -133,7 +133,7 @@ def _made(asked: CaseAsked, harmonics: int) -> Case:
     if table is not None and len(table.omega or ()) > MOST_MODES:
         remedy = "leave out the highest, or use the command line"
         raise CaseError(case.file, "body.omega", len(table.omega or ()), f"more than {MOST_MODES} modes", remedy)
-    case.machine() if case.is_machine else case.system()
+    _ = case.hammer
     return case
 
 

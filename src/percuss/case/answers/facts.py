@@ -211,6 +211,13 @@ class Teller:
         return f"{number(value * self.scale(dimension) * factor)} {name}"
 
 
+def scales_of(hammer: System | Machine, keys: str) -> dict[str, Any] | None:
+    """What dimensionless numbers are multiplied by for SI, by keys such as ``speed_m_s``; None without scales."""
+    if not hammer.is_si:
+        return None
+    return {key: float(getattr(hammer, f"{key.partition('_')[0]}_scale")) for key in keys.split()}
+
+
 class Fact(NamedTuple, Generic[S]):
     """A figure of an answer.
 

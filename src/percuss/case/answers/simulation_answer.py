@@ -245,7 +245,7 @@ def simulation_answer(case: Case, progress: Callable[[Progress], object] | None 
 
     checked_case(case)
     callback("progress", progress)
-    hammer, simulation = case.machine() if case.is_machine else case.system(), case.simulation()
+    hammer, simulation = case.hammer, case.simulation()
     start = case.start(simulation.modes)
     motion = run(hammer, start, modes=simulation.modes, stop=simulation.stop, progress=progress)
     return SimulationAnswer(case.file, case.title, motion, case.notes)

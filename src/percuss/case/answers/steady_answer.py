@@ -755,8 +755,7 @@ class StructureAnswer(Shown):
         """The answer in plain values."""
         periods = [
             {
-                "periods": states.periods,
-                "modes": states.modes,
+                **picked(states, "periods modes"),
                 "gap": json_number(states.level),
                 "greatest_place": json_number(states.level_max),
                 "note": states.note,

@@ -115,7 +115,7 @@ class CaseFamily:
                 raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
             key = self.key(name)
             if not key:
-                self._plain[name].check(self.case.machine() if self.is_machine else self.case.system())
+                self._plain[name].check(self.case.hammer)
             elif key == LOAD_SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
             elif key_of(key).sets == DAMPING:

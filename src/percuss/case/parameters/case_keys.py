@@ -257,7 +257,7 @@ _LAWS = {"damping_ratio": Ratio, "drag": External, "d": External}
 def check_same_law(case: Case, name: str, key: str) -> None:
     """Refuse a key of damping as an axis where its law would take the place of the one that the case names."""
     table, _, word = key.partition(".")
-    tables, law = json_tables(case)[table], (case.machine() if case.is_machine else case.system()).body.damping
+    tables, law = json_tables(case)[table], case.hammer.body.damping
     held = [f"{table}.{other}" for other in (DAMPING, *_LAWS) if other in tables]
     if isinstance(law, Table):
         remedy = "a table of dampings has no single number to vary"

@@ -145,7 +145,7 @@ _SCALES = {
 
 def case_dict(case: Case) -> dict[str, Any]:
     """A checked case as JSON: its tables and text, the system, scales and bar, and what of it a map may vary."""
-    hammer = case.machine() if case.is_machine else case.system()
+    hammer = case.hammer
     body, bar, report = hammer.body, hammer.bar, case.history_report
     scales: dict[str, Any] = (
         {name: number(getattr(hammer, key)) for name, key in _SCALES.items()} if hammer.is_si else {}

@@ -54,7 +54,7 @@ class BranchEvent(Enum):
     DEATH = "grazing_impact_dies", "an impact has no speed"
     STICKING = "sticking", "the striking end would rest on the wall after an impact (R = 0)"
     RESONANCE = "resonance", "a mode comes back after a cycle by itself, so that its amplitude is free"
-    ONSET = "onset", "the end of a chatter, or an impact before a rest, meets the next release"
+    ONSET = "onset", "rest begins: the end of a chatter, or an impact before a rest, meets the next release"
     RELEASE_LOST = "release_lost", "the load no longer lets go"
     CHANGE = "label_changes", "the bar comes back to its release otherwise"
 
@@ -265,13 +265,13 @@ class Branch(Shown):
 
     @property
     def has_rest(self) -> bool:
-        """Whether it is of cycles with rest."""
-        return self.label.startswith(("chatter", "rest"))
+        """Whether it is of cycles with rest, of a hammer under a clock."""
+        return not self.is_machine and self.label.startswith(("chatter", "rest"))
 
     @property
     def is_machine(self) -> bool:
         """Whether it is of machines that switch their own valve: labels are blows and valve cycles then."""
-        return self.label[:1].isdecimal()
+        return self.cycle_times.size > 0
 
     @property
     def impacts(self) -> int:

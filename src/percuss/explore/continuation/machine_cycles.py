@@ -242,7 +242,7 @@ class MachineCurve(Problem):
         cycle = self.motion(x)
         rhythm = reordered(cycle.machine.valve, cycle.rhythm)
         sequence = None if rhythm is None else sequence_in(cycle.machine.valve, rhythm)
-        if rhythm is None or sequence is None or sequence == self.sequence or sequence.label != self.label:
+        if rhythm is None or sequence is None or sequence == self.sequence:
             return None
         times = np.array([time for time, _ in rhythm.guarded]) / self.tick
         return self.of(sequence), np.append(times, x[self.impacts :])
@@ -279,6 +279,7 @@ def kind_of(test: str) -> tuple[BranchEvent, int]:
 _KINDS = {
     "blow": BranchEvent.DEATH, "port": BranchEvent.PORT_LOST, "order": BranchEvent.CORNER,
     "wall": BranchEvent.TOUCH, "edge": BranchEvent.PORT_TOUCH, "pressure": BranchEvent.PRESSURE_GONE,
+    "rest": BranchEvent.ONSET,
 }  # fmt: skip
 OF_FAULTS = {
     "order": BranchEvent.CORNER, "direction": BranchEvent.PORT_LOST, "wall": BranchEvent.TOUCH,

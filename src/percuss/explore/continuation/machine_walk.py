@@ -142,11 +142,13 @@ _PAST = (1e-2, 1e-4)  # of a step, beyond the place where two events change plac
 _ASIDE_OF_IT = (1e-4, 1e-6)  # rad, in which the other order is looked at
 
 
-def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | None:
+def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | BranchEvent:
     """The point at which two events change places on the curve of their other order, with the tangent beyond it.
 
-    Where that changes nothing for the bar both curves go through the point. None where beyond it no machine does this.
+    Where that changes nothing for the bar both curves go through the point. Else what the end of the curve is called:
+    beyond it no machine does this, or it has another label.
     """
+    ended = BranchEvent.ORDER_LOST
     for past in _PAST:
         try:
             place = min(one.place + past * segment.length, segment.length)
@@ -154,6 +156,10 @@ def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | None:
             if found is None:
                 continue
             curve, x = found
+            if curve.label != segment.curve.label:
+                rests = len(curve.sequence.lying) - len(segment.curve.sequence.lying)
+                ended = BranchEvent.ONSET if rests else BranchEvent.CHANGE
+                continue
             x[-1:] = one.point.x[-1:]
             level = np.eye(x.size)[-1]
             corner: CurvePoint = curve.corrected(x, level, level, one.point._replace(matrix=None))
@@ -167,7 +173,7 @@ def other_order(one: LocatedEvent, segment: CurveSegment) -> CurvePoint | None:
                     return corner._replace(tangent=tangent)
             except CorrectorFailed:
                 continue
-    return None
+    return ended
 
 
 _ONE, _HALVED, _NEAR_HALVED = 1e-8, 0.01, 3.0  # rad, between the halves of a cycle: they are one, or nearly
@@ -257,8 +263,8 @@ class MachineWalk(Walk):
             super().at_last(one, look)
             return
         beyond = other_order(one, look.segment)
-        if beyond is None:
-            super().at_last(one._replace(kind=BranchEvent.ORDER_LOST), look)
+        if isinstance(beyond, BranchEvent):
+            super().at_last(one._replace(kind=beyond), look)
             return
         turned = beyond.tangent[-1] * one.point.tangent[-1] < 0.0
         self.keep(one.point, self.marks[-1])
@@ -328,6 +334,13 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     elif one.kind in (BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD):
         way = "goes on" if one.kind is BranchEvent.CORNER else "turns back"
         beyond = f"two events of the valve exchange their order; the branch {way} with a corner"
+    elif one.kind is BranchEvent.ONSET:
+        told = "the valve lets go as soon as the bar has come to rest: beyond, it does not"
+        beyond = told if motion.lying else "the valve presses the bar on the wall after a blow: beyond, it rests there"
+    elif one.kind is BranchEvent.CHANGE:
+        beyond = (
+            "an order of the valve is replaced before it is due, or no longer: the cycle goes on with another label"
+        )
     elif one.kind is BranchEvent.TOUCH:
         beyond = "the striking end touches the wall between two blows: double blow"
     elif one.kind is BranchEvent.NO_SYSTEM and walk.refusal is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady import orbits
+from percuss.steady.self_excited.settling import rest_cycles_of
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop, Trajectory
@@ -47,7 +48,8 @@ def machine_branches(
         try:
             machine = family.machine({name: value})
             near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
-            known = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
+            known: Sequence[Any] = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
+            known = (*known, *rest_cycles_of(machine, modes)) if label == (1, 1) else known
         except PercussError:  # there is no such machine
             continue
         for cycle in cast("tuple[ValveCycle, ...]", known):

@@ -73,6 +73,8 @@ class FoundOrbits(Shown):
         From how many tries `unseen` is estimated; it is worth little where these are few.
     halted
         Whether the search was told to end before all of its tries.
+    rest
+        Of cycles of a machine with a rest on the wall "chatter" or "rest", the word before n in their label; else "".
     """
 
     system: System
@@ -88,6 +90,7 @@ class FoundOrbits(Shown):
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
     ended: int = 0
     halted: bool = False
+    rest: str = ""
 
     def __len__(self) -> int:
         return len(self.orbits)
@@ -105,8 +108,8 @@ class FoundOrbits(Shown):
 
     @property
     def label(self) -> str:
-        """z=p/n; of a machine without a clock p/n, blows and cycles of its valve."""
-        return f"{'z=' if isinstance(self.system, System) else ''}{self.impacts}/{self.periods}"
+        """z=p/n; of a machine without a clock p/n, blows and cycles of its valve, or with rest chatter/n or rest/n."""
+        return f"{'z=' if isinstance(self.system, System) else ''}{self.rest or self.impacts}/{self.periods}"
 
     @property
     def unseen_in_words(self) -> str:

@@ -318,7 +318,7 @@ def _behind_the_jumps(
 
 # ---- Rest: the bar lying on the wall for all time, a steady state of its own (theory §4)
 
-_SMOOTHED, _PLACES = 1024, 1 << 16  # harmonics of steps, and phases looked at, where their waves are not followed
+_SMOOTHED, _LOOKED = 1024, 1 << 16  # harmonics of steps, and phases looked at, where their waves are not followed
 _EPS = np.finfo(float).eps
 
 
@@ -416,13 +416,13 @@ def _smoothed(system: System) -> tuple[float, float | None]:
     p, transfer = step_harmonics(places, sizes, k), system.body.held_transfer(k, system.load.at)
     if np.any(~np.isfinite(transfer) & (p != 0.0)):
         return -math.inf, None
-    spectrum = np.zeros(_PLACES // 2 + 1, dtype=complex)
+    spectrum = np.zeros(_LOOKED // 2 + 1, dtype=complex)
     felt = p != 0.0
     weights = (1.0 - k / (_SMOOTHED + 1.0))[felt]
-    spectrum[1 : _SMOOTHED + 1][felt] = 0.5 * _PLACES * weights * p[felt] * transfer[felt]
-    force = np.fft.irfft(spectrum, _PLACES) + system.load.mean
+    spectrum[1 : _SMOOTHED + 1][felt] = 0.5 * _LOOKED * weights * p[felt] * transfer[felt]
+    force = np.fft.irfft(spectrum, _LOOKED) + system.load.mean
     best = int(np.argmin(force))
-    return float(force[best]), 2.0 * math.pi * best / _PLACES
+    return float(force[best]), 2.0 * math.pi * best / _LOOKED
 
 
 def _least(k: np.typing.NDArray[np.float64], p: ComplexArray, mean: float) -> tuple[float, float | None]:

@@ -30,13 +30,21 @@ from percuss.errors import ParameterError
 from percuss.mechanics.crossing import Regions, clearances, first_entering
 from percuss.mechanics.cycle import Closed, Cycle, Timing
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
-from percuss.model import Machine, Valve
+from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.rhythm import Rhythm, followed, valve_after
-from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, cycle_told, place_row
+from percuss.steady.self_excited.valve_cycle import (
+    ValveCycle,
+    ValveFlight,
+    cycle_label,
+    cycle_told,
+    place_row,
+    strain_of,
+)
 
 _TOGETHER = 1e-12  # of the period: simultaneous events
+_SHORT = 1e-4  # of the period: flights of a chatter that are not looked into
 _KINDS = {"blow": "impact", "due": "valve", "port": "port"}
 
 FaultKind = Literal["order", "direction", "wall", "port", "pressure"]
@@ -56,7 +64,7 @@ class SequenceEvent(NamedTuple):
 
     `port` is the one passed, or for an order the one that demanded it, −1 for a blow. `source` is the number of the
     event, among ports and blows, at which an order was demanded, −1 for the blow at time 0, and of itself for others;
-    `wrapped`: in the cycle before.
+    `wrapped`: in the cycle before. `laid`: a blow lays the bar down, undeformed; `lies`: it stays on the wall after it.
     """
 
     kind: Literal["port", "due", "blow"]
@@ -65,6 +73,8 @@ class SequenceEvent(NamedTuple):
     wrapped: bool
     state: str
     last: str
+    laid: bool = False
+    lies: bool = False
 
 
 class Waiting(NamedTuple):
@@ -158,7 +168,12 @@ class EventSequence:
     @property
     def label(self) -> str:
         """Blows and valve cycles in a cycle: "1/1"."""
-        return f"{self.blows}/{self.valve_cycles}"
+        return cycle_label(self.blows, self.valve_cycles, len(self.lying))
+
+    @property
+    def lying(self) -> tuple[int, ...]:
+        """Numbers of the blows after which the bar lies on the wall."""
+        return tuple(i for i, blow in enumerate(one for one in self.events if one.kind == "blow") if blow.laid)
 
     @property
     def drops(self) -> bool:
@@ -185,7 +200,7 @@ class EventSequence:
         """The motion with given times, which is a cycle where it closes; `fault` tells whether a machine does this."""
         posed = self.posed(machine, modes)
         closed = posed.closed(unknowns) if closed is None else closed
-        flights, times = self._flights(posed, unknowns, closed), posed.times(unknowns)
+        flights, times = self._flights(machine, posed, unknowns, closed), posed.times(unknowns)
         happened = []
         for event, flight, state in zip(self.events, flights, closed.states, strict=True):
             detail = event.state if event.kind == "due" else event.port
@@ -195,17 +210,29 @@ class EventSequence:
         slope = posed.slope(unknowns)
         if modes == 0:  # the piston is at the wall just after the blow
             slope = slope[1:, 1:]
-        return cycle_told(machine, modes, self.state, Orders(self.last, pending), flights, happened, slope)
+        taken = 0.0
+        for i, event in enumerate(self.events):
+            if event.laid:
+                bar = posed.turn * posed.parts(closed.states[i])[0]
+                taken += 0.5 * float(bar[:, 1] @ bar[:, 1]) + strain_of(posed.flows[i], bar)
+        orders = Orders(self.last, pending)
+        return cycle_told(machine, modes, self.state, orders, flights, happened, slope, self.lying, taken)
 
     def solved(self, machine: Machine, modes: int, unknowns: Array) -> ValveCycle | None:
         """The motion to which Newton's method leads from given times; None where it leads nowhere."""
         found = self.posed(machine, modes).root(unknowns)
         return None if found is None else self.cycle(machine, modes, *found)
 
-    def _flights(self, posed: Cycle, unknowns: Array, closed: Closed) -> tuple[ValveFlight, ...]:
+    def _flights(self, machine: Machine, posed: Cycle, unknowns: Array, closed: Closed) -> tuple[ValveFlight, ...]:
         found, state, last, time, begin = [], self.state, self.last, 0.0, closed.start
+        wave = hold = -np.inf
         for i, (event, end) in enumerate(zip(self.events, posed.times(unknowns).tolist(), strict=True)):
             flow, (start, pressure) = posed.flows[i], posed.parts(begin)
+            before = self.events[i - 1]
+            if not before.lies and (before.laid or (before.kind == "due" and self.events[i - 2].lies)):
+                wave, hold = (time + one for one in hold_after_release(machine, flow.modes))
+            elif before.kind == "due" and machine.valve.force(state) > 0.0:
+                hold = min(hold, wave)
             found.append(
                 ValveFlight(
                     modes=flow.modes,
@@ -216,6 +243,7 @@ class EventSequence:
                     state=state,
                     last=last,
                     time=time,
+                    held=max(min(hold, end) - time, 0.0),
                     pressure=pressure,
                 )
             )
@@ -235,14 +263,26 @@ class EventSequence:
         if (slow := self._slow(cycle)) is not None:
             return Fault("direction", slow)
         flows = state_flows(machine, cycle.modes)
-        for flight in flights:
+        for i, flight in enumerate(flights):
             if flight.pressure < 0.0:
                 return Fault("pressure", flight.time)
-            time, which = first_met(machine, flows[flight.state], flight)
-            if time < np.inf:
-                kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]
-                return Fault(kind, flight.time + time)
+            if flight.lies:
+                if not flows[flight.state].force(flight.begin[:, 0], flight.pressure) > 0.0:
+                    return Fault("order", flight.time)
+                continue
+            if self._ends_a_chatter(i, flight, times[-1]):
+                continue
+            for part, wall in parts(flight, flows[flight.state]):
+                time, which = first_met(machine, flows[flight.state], part, wall)
+                if time < np.inf:
+                    kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]
+                    return Fault(kind, part.time + time)
         return None
+
+    def _ends_a_chatter(self, number: int, flight: ValveFlight, period: float) -> bool:
+        """Whether a flight is one of the last of a chatter, in which rounding would decide whether it is one."""
+        bounces = self.events[number].kind == self.events[number - 1].kind == "blow"
+        return bounces and bool(self.lying) and flight.duration < _SHORT * period
 
     def _slow(self, cycle: ValveCycle) -> float | None:
         """When the wall or the edge of a port is not met in the way that counts."""
@@ -276,6 +316,8 @@ class EventSequence:
             or a demand more.
         "pressure i"
             The same of the pressure of a supply and 0, as a way of the driven place.
+        "rest i"
+            How long a bar that lies down after a chatter rests before event i, which lets it go.
         """
         found = {name: speed for name, (_, speed) in self._speeds(cycle).items()}
         flows = state_flows(cycle.machine, cycle.modes)
@@ -283,13 +325,114 @@ class EventSequence:
             at_once = event.kind == "due" and cycle.machine.valve.ports[event.port].delay == 0.0
             if not at_once:
                 found[f"order {i}"] = flight.duration
+            if self._ends_a_chatter(i, flight, cycle.period):
+                continue
+            if flight.lies:
+                if self.events[i - 1].laid and cycle.contact.velocity_factor < 0.0:
+                    del found[f"order {i}"]
+                    found[f"rest {i}"] = flight.duration - self._chatter(cycle, i - 1)
+                continue
+            flow = flows[flight.state]
             met = -1 if event.kind == "blow" else event.port if event.kind == "port" else None
-            for one, regions, which in watched(cycle.machine, flows[flight.state], flight):
+            looked = [one for part, wall in parts(flight, flow) for one in watched(cycle.machine, flow, part, wall)]
+            for one, regions, which in looked:
                 apart = clearances(one, regions, which.index(met) if met in which else -1)
                 for number, far in zip(which, apart.tolist(), strict=True):
                     name = {-1: f"wall {i}", -2: f"pressure {i}"}.get(number, f"edge {i}.{number}")
-                    found[name] = far
+                    found[name] = min(far, found.get(name, np.inf))
         return found
+
+    def _chatter(self, cycle: ValveCycle, number: int) -> float:
+        """How long a chatter goes on after a blow after which the bar is laid down."""
+        flight, contact = cycle.flights[number], cycle.contact
+        bar = np.array([contact.strain_factor, contact.velocity_factor]) * flight.end
+        flow = state_flows(cycle.machine, cycle.modes)[flight.state]
+        pressure = cycle.flights[(number + 1) % len(cycle.flights)].pressure
+        left = chatter_time(cycle.machine, flow, bar, pressure)
+        return left if left < np.inf else cycle.period  # of none, the bar flies on
+
+
+_QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
+
+
+def hold_after_release(machine: Machine, modes: MachineModes) -> tuple[float, float]:
+    """How long no contact is looked for when a bar leaves the wall at rest: at least, and while the valve pulls.
+
+    The striking end of finitely many modes moves at once, not after the time of a wave.
+    """
+    slowest, wave = float(modes.omega[0]), (1.0 + 0.5 / max(modes.size, 1)) * machine.body.transit_time
+    return wave, np.inf if slowest == 0.0 else max(wave, _QUARTER / slowest)
+
+
+def chatter_left(machine: Machine, flow: StateFlow, bar: Array, pressure: float) -> tuple[float, float]:
+    """How long the chatter of a bar that has just struck goes on, and the error of that, as far as it is known.
+
+    Infinite where it is none.
+    """
+    end, R = flow.modes.end, -machine.contact.velocity_factor
+    force, drag = flow.force(bar[:, 0], pressure), float(flow.modes.damping[0])
+    acceleration, rebound = flow.rates(bar, pressure)[0][:, 1], -float(end @ bar[:, 1])
+    push = float(end @ acceleration) - drag * rebound
+    if not 0.0 < R < 1.0 or push <= 0.0:
+        return np.inf, np.inf
+    left, omega = 2.0 * rebound / ((1.0 - R) * push), flow.modes.omega[1:]
+    bent = omega**2 * bar[1:, 0] - force * flow.modes.driven[1:]  # ω² times the displacement of the free motion
+    jerk = float((np.abs(end[1:]) * omega) @ np.hypot(omega * bar[1:, 1], bent))
+    otherwise = float(np.abs(end * (flow.modes.damping - drag)) @ np.abs(bar[:, 1]))  # damped than the whole
+    known = drag * left * (1.0 + abs(float(end[0] * acceleration[0])) / push)
+    unknown = (jerk * left + otherwise) / push + (float(flow.modes.omega[0]) * left) ** 2
+    error = (known * known + unknown) * left if known + unknown <= 0.1 else np.inf
+    return left * (1.0 - drag * left / 6.0), error
+
+
+_MOST_BOUNCES, _SOLVED = 400, 12
+_EXACT = 1e-13  # of the valve's unit of time
+
+
+def chatter_time(machine: Machine, flow: StateFlow, bar: Array, pressure: float) -> float:
+    """How long a bar that has just struck bounces until it lies on the wall; infinite where it leaves it instead."""
+    contact, end, gone = machine.contact, flow.modes.end, 0.0
+    for _ in range(_MOST_BOUNCES):
+        left, error = chatter_left(machine, flow, bar, pressure)
+        if left == np.inf or error <= _EXACT * machine.valve.time_unit:
+            return gone + left
+        flight = ModalFlight(
+            modes=flow.modes, begin=bar, force=flow.force(bar[:, 0], pressure), ramp=flow.ramp, duration=0.0
+        )
+        t = left * (1.0 + contact.velocity_factor)  # the first flight of those of a chatter
+        for _ in range(_SOLVED):
+            moved, speeds = flight.moved(np.array([t]))
+            step = float(end @ moved[:, 0]) / float(end @ speeds[:, 0])
+            t -= step
+            if abs(step) <= 1e-14 * abs(t):
+                break
+        if not 0.0 < t < np.inf:
+            return np.inf
+        gone += t
+        bar = np.array([contact.strain_factor, contact.velocity_factor]) * replace(flight, duration=t).end
+        bar[0, 0] -= float(end @ bar[:, 0]) / float(end[0])
+    return np.inf
+
+
+def parts(flight: ValveFlight, flow: StateFlow) -> list[tuple[ValveFlight, bool]]:
+    """A flight, with whether contact is looked for in it: in two where it is not at first."""
+    if flight.held == 0.0:
+        return [(flight, True)]
+    first = replace(flight, duration=min(flight.held, flight.duration))
+    if flight.held >= flight.duration:
+        return [(first, False)]
+    begin, later = first.end, first.duration
+    drawn = flow.draw * float(flow.modes.driven @ (begin - flight.begin)[:, 0])
+    then = replace(
+        flight,
+        begin=begin,
+        force=flight.force + flight.ramp * later,
+        duration=flight.duration - later,
+        held=0.0,
+        time=flight.time + later,
+        pressure=flight.pressure + (flow.supplied * later - drawn) / flow.compliance,
+    )
+    return [(first, False), (then, True)]
 
 
 def sequence_of(cycle: ValveCycle) -> EventSequence:
@@ -298,11 +441,11 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
     Raises
     ------
     ParameterError
-        When it rests on the wall: it is no problem for times then.
+        When an order waits longer than the cycle.
     """
-    found = None if cycle.rests else sequence_in(cycle.machine.valve, cycle.rhythm)
+    found = sequence_in(cycle.machine.valve, cycle.rhythm)
     if found is None:
-        raise ParameterError("cycle", str(cycle), "a cycle without a rest on the wall")
+        raise ParameterError("cycle", str(cycle), "a cycle whose orders wait no longer than itself")
     return found
 
 
@@ -324,7 +467,38 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
             source, port = traced[source]
         events.append(SequenceEvent(kind, port, source, wrapped, state, last))
     waiting = tuple(Waiting(to, *one) for (_, to), one in zip(ends.pending, traced, strict=True))
-    return EventSequence(rhythm.state, begins.last, waiting, tuple(events))
+    laid = _laid(valve, rhythm, events)
+    return None if laid is None else EventSequence(rhythm.state, begins.last, waiting, laid)
+
+
+def _laid(valve: Valve, rhythm: Rhythm, events: list[SequenceEvent]) -> tuple[SequenceEvent, ...] | None:
+    """The events, with where the bar lies on the wall: for as long as the valve presses.
+
+    None where the valve does not, and the end of the chatter lets go: when that is the times of the blows do not tell.
+    """
+    if not rhythm.lying and not rhythm.sticking:
+        return tuple(events)
+    guarded = [i for i, event in enumerate(events) if event.kind != "due"]
+    struck = [i for i in guarded if events[i].kind == "blow"]
+    found = list(events)
+    for number, at in enumerate(struck):
+        state, following = events[at].state, [*range(at + 1, len(events)), *range(at)]
+        source = -1 if at == struck[-1] else guarded.index(at)
+        for i in following:  # what the blow demands at once
+            one = events[i]
+            if one.kind != "due" or one.source != source or one.wrapped or valve.ports[one.port].delay > 0.0:
+                break
+            state = one.state
+        pressed = valve.force(state) > 0.0
+        laid = number in rhythm.lying or (rhythm.sticking and pressed)
+        if laid and not pressed and not rhythm.sticking:
+            return None
+        found[at] = found[at]._replace(laid=laid, lies=laid and pressed)
+        for i in following if laid and pressed else ():
+            if events[i].kind != "due" or not valve.force(events[i].state) > 0.0:
+                break
+            found[i] = found[i]._replace(lies=True)
+    return tuple(found)
 
 
 _REPEATS = 4  # of a cycle, until its valve begins as it ends
@@ -358,7 +532,12 @@ def _posed(sequence: EventSequence, machine: Machine, modes: int) -> Cycle:
         rows.append(row[:, None] * np.eye(2)[part])
         levels.append(met.level if met else 0.0)
         later = port.delay if port and event.kind == "due" else 0.0
-        timings.append(Timing(event.source, later, event.wrapped, event.kind != "due", event.kind == "blow"))
+        blow = event.kind == "blow"
+        timings.append(Timing(event.source, later, event.wrapped, event.kind != "due", blow, event.laid))
         states.append(event.state)
+    passed = [flows[state] for state in states[:-1]]
+    for i, flow in enumerate(passed):
+        if sequence.events[i - 1].lies:
+            passed[i] = flow._replace(held=0.0, draw=0.0)
     turn = np.array([contact.strain_factor, contact.velocity_factor])
-    return Cycle([flows[state] for state in states[:-1]], turn, timings, rows, np.array(levels))
+    return Cycle(passed, turn, timings, rows, np.array(levels))

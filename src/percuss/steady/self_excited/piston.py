@@ -162,7 +162,9 @@ class Piston:
             switches=all_of("switches"),
             uncoverings=all_of("uncoverings"),
             slope=np.array([line[:size] for line in work.matrices[kn.ALL][:size]]),
-            rests=any(one.force == 0.0 and not one.begin.any() for leg in legs for one in leg.flights),
+            lying=tuple(
+                sorted((i - 1) % len(legs) for i, leg in enumerate(legs) if any(one.lies for one in leg.flights))
+            ),
         )
 
 

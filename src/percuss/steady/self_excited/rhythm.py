@@ -60,6 +60,11 @@ class Rhythm:
         Time and number of each port that demands, in order of time; blows that do are not among them.
     state, orders
         Of the valve just after the blow at time 0, before that blow demands anything.
+    lying
+        Numbers of the blows after which the bar lies on the wall, undeformed, for as long as the valve presses it
+        there; the last one is that at time 0.
+    sticking
+        Whether it does so after all blows at which the valve presses: without restitution.
 
     Examples
     --------
@@ -76,6 +81,8 @@ class Rhythm:
     passages: tuple[tuple[float, int], ...]
     state: str
     orders: Orders
+    lying: tuple[int, ...] = ()
+    sticking: bool = False
 
     def __post_init__(self) -> None:
         times = numbers("blow_times", self.blow_times, "times after 0, in order").reshape(-1)
@@ -106,8 +113,8 @@ class Rhythm:
         valve
             Which the motion switched.
         events
-            All from the start on, in order: the time, what happened ("port", "valve" or "impact"; others are passed
-            over), and the number of the port or the new state.
+            All from the start on, in order: the time, what happened ("port", "valve", "impact" or "rest"; others are
+            passed over), and the number of the port or the new state.
         blows
             In a cycle.
 
@@ -125,11 +132,14 @@ def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows
     """As `Rhythm.of_events`, of a motion that began with any state and orders of the valve."""
     heard = _events(now.valve, events)
     struck: list[tuple[int, float, str, Orders]] = []
+    lying = set[int]()
     for i, (time, kind, detail) in enumerate(heard):
         while now.due < time:  # one that changed nothing may not be told
             now.carry_out()
         if kind == "impact":
             struck.append((i, time, now.state, now.pending_after(time)))
+        elif kind == "rest":
+            lying.add(len(struck) - 1)
         elif kind == "port":
             now.demand(time, cast("int", detail))
         elif kind == "valve" and now.state != detail:
@@ -142,7 +152,11 @@ def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows
         for time, kind, detail in heard[first : struck[-1][0]]
         if kind == "port" and isinstance(detail, int) and now.valve.ports[detail].on == "entering"
     )
-    return Rhythm(tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders)
+    rests = {number - len(struck) + blows for number in lying if number >= len(struck) - blows}
+    rests |= {blows - 1} if len(struck) - 1 - blows in lying else set()
+    return Rhythm(
+        tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders, tuple(sorted(rests))
+    )
 
 
 _EVENT = "a time, what happened, and a port's number or a state"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from percuss.halting import look
 from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
-from percuss.steady.self_excited.event_sequence import first_met, sequence_in
+from percuss.model.load.valve import Orders
+from percuss.steady.self_excited.event_sequence import chatter_left, first_met, hold_after_release, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
 from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
@@ -30,7 +31,6 @@ _NO_SPEED = 1e-13  # of the speeds that occur: a slower rebound is none
 _CHATTER = 1e-5  # of the valve's unit of time: a chatter is completed when so little of it is left …
 _CHATTER_ERROR = 1e-13  # … and its end is known to this
 _MOST_EVENTS, _MOST_SUPPLIED_EVENTS = 60, 400  # from blow to blow; a pressure may grow until there is one
-_QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
 _LATELY = 40  # events that tell what a machine without a cycle does
 _LONGEST = 16.0  # flights without an event, in periods of the rigid piston
 
@@ -66,8 +66,7 @@ class Following:
         self.states: list[tuple[Array, float]] = []  # just before each event, with the pressure
         self.blows = 0
         self.rests: list[Laid] = []
-        self.losses: list[float] = []  # energy that the bar had whenever it lay down …
-        self.laid: list[float] = []  # … and the pressure of a supply
+        self.losses: list[float] = []  # energy that the bar had whenever it lay down
         self._flown = math.inf  # since the blow before, if there was one after the last rest
         self._last: float | None = None  # when the last blow was
         self._turn = np.array([machine.contact.strain_factor, machine.contact.velocity_factor])
@@ -95,7 +94,7 @@ class Following:
             due, held = self.valve.due, self._hold > self.time
             until = due - self.time if due < math.inf else self.span
             until = min(until, self._hold - self.time) if held else until
-            flight = self._flight(until, held)
+            flight = self._flight(until, until if held else 0.0)
             time, which = first_met(self.machine, self.flow, flight, wall=not held)
             if math.isinf(time) and due == math.inf and until == self.span and flight.ramp == 0.0:
                 self.ending = "nothing follows"
@@ -131,7 +130,7 @@ class Following:
         """On the modes now."""
         return self.flow.force(self.now[:, 0], self.pressure)
 
-    def _flight(self, duration: float, held: bool = False) -> ValveFlight:
+    def _flight(self, duration: float, held: float = 0.0) -> ValveFlight:
         return ValveFlight(
             modes=self.modes,
             begin=self.now,
@@ -190,28 +189,16 @@ class Following:
         """
         machine, end, now = self.machine, self.modes.end, self.now
         force, R = self.force, -machine.contact.velocity_factor
-        acceleration = self.flow.rates(now, self.pressure)[0][:, 1]
-        rebound, push = -float(end @ now[:, 1]), float(end @ acceleration)
+        push = float(end @ self.flow.rates(now, self.pressure)[0][:, 1])
+        rebound = -float(end @ now[:, 1])
         if rebound <= _NO_SPEED * float(np.abs(end) @ np.abs(now[:, 1])):
             forgets = machine.contact.strain_factor == 0.0 and self.modes.size > 0
             return 0.0 if push >= 0.0 or (R == 0.0 and (force > 0.0 or forgets)) else None
         if self._held(force):
             return 0.0
-        drag = float(self.modes.damping[0])
-        push -= drag * rebound
-        if not 0.0 < R < 1.0 or push <= 0.0:
-            return None
-        left, unit = 2.0 * rebound / ((1.0 - R) * push), machine.valve.time_unit
-        if left > _CHATTER * unit or 2.0 * left > self.valve.due - self.time:
-            return None
-        omega = self.modes.omega[1:]
-        bent = omega**2 * now[1:, 0] - force * self.modes.driven[1:]  # ω² times the displacement of the free motion
-        jerk = float((np.abs(end[1:]) * omega) @ np.hypot(omega * now[1:, 1], bent))
-        otherwise = float(np.abs(end * (self.modes.damping - drag)) @ np.abs(now[:, 1]))  # damped than the whole
-        known = drag * left * (1.0 + abs(float(end[0] * acceleration[0])) / push)
-        unknown = (jerk * left + otherwise) / push + (float(self.modes.omega[0]) * left) ** 2
-        certain = known + unknown <= 0.1 and (known * known + unknown) * left <= _CHATTER_ERROR * unit
-        return left * (1.0 - drag * left / 6.0) if certain else None
+        (left, error), unit = chatter_left(machine, self.flow, now, self.pressure), machine.valve.time_unit
+        ends = left <= _CHATTER * unit and 2.0 * left <= self.valve.due - self.time
+        return left if ends and error <= _CHATTER_ERROR * unit else None
 
     def _held(self, force: float) -> bool:
         """Whether the valve turns the rebound within the time of a contact, by a law that turns the strain over."""
@@ -246,14 +233,13 @@ class Following:
     def _rest(self, wait: float) -> None:
         """Lies on the wall, after the end of its chatter, until the valve pulls, and leaves it undeformed.
 
-        The striking end of finitely many modes moves at once, not after the time of a wave; so no contact is looked for
-        while the valve pulls, or, against a chamber, for a part of its time.
+        No contact is looked for at first: see `hold_after_release`.
         """
         since = self.rests[-1].events if self.rests else 0
         if any(kind == "valve" for _, kind, _ in self.events[since:]):
             self.rests.append(Laid(self.time, len(self.flights), len(self.events), len(self.losses) + 1))
+        self._happened("rest", None)
         self.losses.append(self.energy)
-        self.laid.append(self.pressure)
         self.now, self._last = 0.0 * self.now, None
         if wait > 0.0:
             self._lie(wait)
@@ -271,9 +257,7 @@ class Following:
                 break
             self.time = due
             self._carry_out()
-        slowest, N = float(self.modes.omega[0]), self.modes.size
-        self._wave = self.time + (1.0 + 0.5 / max(N, 1)) * self.machine.body.transit_time
-        self._hold = math.inf if slowest == 0.0 else max(self._wave, self.time + _QUARTER / slowest)
+        self._wave, self._hold = (self.time + one for one in hold_after_release(self.machine, self.modes))
 
     def _lie(self, duration: float) -> None:
         self.flights.append(replace(self._flight(duration), force=0.0, ramp=0.0))
@@ -283,9 +267,10 @@ class Following:
         self.events.append((self.time, kind, detail))
         self.states.append((self.now, self.pressure))
 
-    def rhythm(self, blows: int) -> Rhythm:
-        """That of the last blows."""
-        return rhythm_of(Switching(self.machine.valve, self.start.state, self.start.orders), self.events, blows)
+    def rhythm(self, blows: int, events: list[tuple[float, str, object]] | None = None) -> Rhythm:
+        """That of the last blows, or of the last ones among some events."""
+        begin = Switching(self.machine.valve, self.start.state, self.start.orders)
+        return rhythm_of(begin, self.events if events is None else events, blows)
 
     @property
     def strikes_twice(self) -> bool:
@@ -318,22 +303,55 @@ def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
 # pulls: all other multipliers are 0.
 
 _MOST_RESTS = 4  # in a cycle
-_SAME = 1e-9  # of the period: what the last blows before a rest, which are left out, may move
-_PRESSURE_STEP = 1e-5
+_SLOW = 1e-3  # of the greatest speed: blows of a chatter that are left out
+_SAME, _NEARLY = 1e-9, 1e-2  # of the period: what the last blows before a rest may move, and a pressure that settles
 
 
-def rest_cycle(motion: Following) -> ValveCycle | None:
+def rest_cycles_of(machine: Machine, count: int) -> tuple[ValveCycle, ...]:
+    """The cycles with rest to which a machine comes that is let go at rest in a state of its valve."""
+    found, valve = list[ValveCycle](), machine.valve
+    for state, _ in valve.pairs:
+        if valve.force(state) > 0.0:
+            continue
+        begin = Rebound(0.0, state, Orders(state), None if valve.supply is None else valve.supply.start)
+        motion, cycle = Following(machine, count, begin, valve.time_unit), None
+        for blows in _BLOWS:
+            motion.go_on(blows)
+            cycle = rest_cycle(motion, _SAME if valve.supply is None else _NEARLY)
+            if cycle is not None or motion.ending is not None:
+                break
+        if cycle is not None and all(abs(cycle.period - one.period) > _SAME * one.period for one in found):
+            found.append(cycle)
+    return tuple(found)
+
+
+def rest_cycle(motion: Following, near: float = _SAME) -> ValveCycle | None:
     """The cycle of one or a few rests with which a motion has been repeating itself; None for none."""
     times = [rest.time for rest in motion.rests]
     for count in range(1, _MOST_RESTS + 1):
         if len(times) > 2 * count:
             now, before = times[-1] - times[-1 - count], times[-1 - count] - times[-1 - 2 * count]
-            if abs(now - before) <= _SAME * now:
-                return _between(motion, motion.rests[-1 - count], motion.rests[-1])
+            if abs(now - before) <= near * now:
+                first, last = motion.rests[-1 - count], motion.rests[-1]
+                cycle = _by_times(motion, first, last)
+                return cycle if cycle is not None or near > _SAME else _as_followed(motion, first, last)
     return None
 
 
-def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
+def _by_times(motion: Following, first: Laid, last: Laid) -> ValveCycle | None:
+    """The cycle between two rests as a solution for its times; None where the end of a chatter lets go."""
+    events = _without_slow_bounces(motion.events[: last.events + 1])
+    after = sum(kind == "rest" for _, kind, _ in motion.events[: first.events + 1])
+    begin = [i for i, (_, kind, _) in enumerate(events) if kind == "rest"][after - 1]
+    rhythm = motion.rhythm(sum(kind == "impact" for _, kind, _ in events[begin:]), events)
+    sticking = motion.machine.contact.velocity_factor == 0.0
+    return solved(motion.machine, motion.count, replace(rhythm, sticking=sticking))
+
+
+def _as_followed(motion: Following, first: Laid, last: Laid) -> ValveCycle | None:
+    """… where ringing presses a bar on the wall that the valve pulls: when it leaves is known to rounding only."""
+    if motion.machine.valve.supply is not None:
+        return None
     events, size = slice(first.events, last.events), 2 * motion.modes.omega.size if motion.count else 1
     happened = [
         (time - first.time, kind, detail, *before)
@@ -342,26 +360,28 @@ def _between(motion: Following, first: Laid, last: Laid) -> ValveCycle:
     flights = tuple(
         replace(flight, time=flight.time - first.time) for flight in motion.flights[first.flights : last.flights]
     )
-    rhythm = motion.rhythm(sum(kind == "impact" for _, kind, *_ in happened))
-    slope = np.zeros((size, size))
-    if motion.machine.valve.supply is not None:
-        slope = np.zeros((size + 1 + len(rhythm.orders.pending), size + 1 + len(rhythm.orders.pending)))
-        slope[size, size] = _of_pressure(motion, rhythm, flights[0].pressure, last.losses - first.losses)
-    told = cycle_told(motion.machine, motion.count, rhythm.state, rhythm.orders, flights, happened, slope)
-    return replace(told, rests=True, taken_by_rest=math.fsum(motion.losses[first.losses : last.losses]))
+    struck = [kind for _, kind, *_ in happened if kind in ("impact", "rest")]
+    lying = [sum(kind == "impact" for kind in struck[:i]) - 1 for i, kind in enumerate(struck) if kind == "rest"]
+    blows = struck.count("impact")
+    rhythm = motion.rhythm(blows, motion.events[: last.events])
+    return cycle_told(
+        motion.machine, motion.count, rhythm.state, rhythm.orders, flights, happened, np.zeros((size, size)),
+        tuple(sorted({number % blows for number in lying})), math.fsum(motion.losses[first.losses : last.losses]),
+    )  # fmt: skip
 
 
-def _of_pressure(motion: Following, rhythm: Rhythm, pressure: float, rests: int) -> float:
-    """What is left of a change of the pressure at a rest, some rests later: by central differences."""
-    ends = []
-    for changed in (pressure * (1.0 - _PRESSURE_STEP), pressure * (1.0 + _PRESSURE_STEP)):
-        again = Following(
-            motion.machine, motion.count, Rebound(0.0, rhythm.state, rhythm.orders, changed), rhythm.period
-        )
-        while again.ending is None and len(again.losses) <= rests and again.blows <= _BLOWS[-1]:
-            again.go_on(1)
-        ends.append(again.laid[min(rests, len(again.laid) - 1)])
-    return (ends[1] - ends[0]) / (2.0 * _PRESSURE_STEP * pressure)
+def _without_slow_bounces(events: list[tuple[float, str, object]]) -> list[tuple[float, str, object]]:
+    """Events in which a bar lies down after a few blows of a chatter: those that are left out move nothing else."""
+    found, greatest = list[tuple[float, str, object]](), 0.0
+    for event in events:
+        if event[1] == "impact":
+            greatest = max(greatest, float(cast("float", event[2])))
+        if event[1] == "rest" and found:
+            while [kind for _, kind, _ in found[-2:]] == ["impact", "impact"] and found[-1][2] < _SLOW * greatest:  # type: ignore[operator]
+                found.pop()
+            event = (found[-1][0], *event[1:]) if found[-1][1] == "impact" else event
+        found.append(event)
+    return found
 
 
 # ---- The cycle in which a machine ends: in a rhythm that is known, or in the one it is followed to

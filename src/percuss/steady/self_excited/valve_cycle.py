@@ -123,14 +123,19 @@ Place = Literal["centre"] | float
 class ValveFlight(ModalFlight):
     """A flight from `time` on, with the valve's state and last demand, and the pressure of a supply at its start.
 
-    `held`: the bar has just left the wall at rest, so that no contact is looked for.
+    `held`: the bar has left the wall at rest, so that no contact is looked for so long after the start.
     """
 
     state: str
     last: str
     time: float
-    held: bool = False
+    held: float = 0.0
     pressure: float = 1.0
+
+    @property
+    def lies(self) -> bool:
+        """Whether it is none: the bar lies on the wall."""
+        return self.force == 0.0 and not self.begin.any()
 
     @property
     def rigid(self) -> PistonFlight:
@@ -280,8 +285,8 @@ class ValveCycle(Shown):
         Derivative of the map from cycle to cycle: of the numbers of the rebound of a rigid piston, or of displacement
         and velocity of every coordinate, one coordinate after the other, of the pressure of a supply, and of the times
         of the pending orders.
-    rests
-        Whether the striking end lies on the wall for some time.
+    lying
+        Numbers of the blows after which the bar lies on the wall, if only for a moment; the last one is that at time 0.
     taken_by_rest
         Energy lost on lying down: what the last blow left, for a body at rest on the wall is undeformed.
     """
@@ -295,8 +300,13 @@ class ValveCycle(Shown):
     switches: tuple[Switch, ...]
     uncoverings: tuple[Uncovering, ...]
     slope: Array
-    rests: bool
+    lying: tuple[int, ...] = ()
     taken_by_rest: float = 0.0
+
+    @property
+    def rests(self) -> bool:
+        """Whether the striking end lies on the wall for some time."""
+        return bool(self.lying)
 
     @property
     def valve(self) -> Valve:
@@ -312,7 +322,10 @@ class ValveCycle(Shown):
     def rhythm(self) -> Rhythm:
         """When it strikes and passes ports, and the valve at time 0."""
         passages = tuple((one.time, one.port) for one in self.uncoverings)
-        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders)
+        sticks = self.contact.velocity_factor == 0.0
+        pressed = {flight.time for flight in self.flights if flight.lies}
+        lying = tuple(i for i in self.lying if not sticks or np.append(self.blow_times[:-1], 0.0)[i] not in pressed)
+        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders, lying, sticks)
 
     @property
     def rebound(self) -> Rebound:
@@ -330,7 +343,8 @@ class ValveCycle(Shown):
     def keeps_before_the_wall(self) -> bool:
         """Whether the striking end is nowhere found beyond the wall, wherever it is looked at in flight."""
         looks = np.linspace(0.0, 1.0, _LOOKS)
-        seen = [one.modes.end @ one.at(looks * one.duration)[0] for one in self.flights if not one.held]
+        free = [one for one in self.flights if one.held < one.duration]
+        seen = [one.modes.end @ one.at(one.held + looks * (one.duration - one.held))[0] for one in free]
         return max(float(y.max()) for y in seen) <= -_BEYOND * min(float(y.min()) for y in seen)
 
     @cached_property
@@ -417,8 +431,8 @@ class ValveCycle(Shown):
 
     @property
     def label(self) -> str:
-        """Blows and valve cycles in a cycle: "1/1"."""
-        return f"{self.blows}/{self.valve_cycles}"
+        """Blows and valve cycles in a cycle: "1/1"; "chatter/1" or "rest/1" of one that rests."""
+        return cycle_label(self.blows, self.valve_cycles, len(self.lying))
 
     @property
     def resonant_modes(self) -> tuple[int, ...]:
@@ -520,6 +534,13 @@ class ValveCycle(Shown):
         )
 
 
+def cycle_label(blows: int, valve_cycles: int, rests: int) -> str:
+    """What a cycle is called, with rests after so many of its blows."""
+    if not rests:
+        return f"{blows}/{valve_cycles}"
+    return f"{'chatter' if blows > rests else 'rest'}/{valve_cycles}"
+
+
 def flights_at(cycle: ValveCycle, within: Array) -> npt.NDArray[np.intp]:
     """The number of the flight at times of a cycle."""
     begins = np.array([flight.time for flight in cycle.flights])
@@ -539,6 +560,8 @@ def cycle_told(
     flights: tuple[ValveFlight, ...],
     happened: Iterable[Happened],
     slope: Array,
+    lying: tuple[int, ...] = (),
+    taken_by_rest: float = 0.0,
 ) -> ValveCycle:
     """The cycle of these flights and events, of a machine with so many elastic modes."""
     valve, now, forces, flows = machine.valve, state, dict(machine.valve.pairs), state_flows(machine, modes)
@@ -555,5 +578,6 @@ def cycle_told(
         elif isinstance(detail, int) and (port := valve.ports[detail]).on == "entering":
             passed.append(Uncovering(detail, time, -float(place_row(machine, own, port.reads) @ speed)))
     return ValveCycle(
-        machine, modes, state, orders, flights, tuple(struck), tuple(changed), tuple(passed), slope, False
-    )
+        machine, modes, state, orders, flights, tuple(struck), tuple(changed), tuple(passed), slope, lying,
+        taken_by_rest,
+    )  # fmt: skip

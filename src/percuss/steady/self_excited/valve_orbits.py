@@ -24,11 +24,13 @@ from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Dro
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
 from percuss.steady.self_excited.rhythm import Rhythm, valve_after
-from percuss.steady.self_excited.settling import under_pressure
+from percuss.steady.self_excited.settling import rest_cycles_of, under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
 RANDOM = "random rebounds"
 """What starts are called that nobody gave."""
+
+RELEASED = "releases from rest"
 
 _MOST_MODES = 4096
 _MOST_TRIES = 10**7
@@ -76,6 +78,22 @@ def valve_orbits(
                 raise
             halted = True
     return search.result(halted)
+
+
+def valve_rest_cycles(machine: Machine, rest: str, valve_cycles: int = 1, *, modes: int = 32) -> FoundOrbits:
+    """The cycles of a machine in which it rests on the wall, of the label chatter/n or rest/n: `rest` is the word.
+
+    A bar at rest has forgotten what was before, so that there is one at most for each state in which the valve lets go.
+    """
+    kept, wanted = count("modes", modes, least=0, most=_MOST_MODES), count("periods", valve_cycles, most=MOST_PERIODS)
+    every = rest_cycles_of(instance("machine", machine, Machine), kept)
+    found = tuple(cycle for cycle in every if cycle.label == f"{rest}/{wanted}")
+    tries = sum(machine.valve.force(state) <= 0.0 for state, _ in machine.valve.pairs)
+    impacts = max((cycle.blows for cycle in found), default=0)
+    tallies = {RELEASED: Tally(tries, len(found))}
+    return FoundOrbits(
+        cast("Any", machine), impacts, wanted, kept, cast("Any", found), (), tries, {}, None, False, tallies, rest=rest
+    )
 
 
 class _ValveSearch:
@@ -175,7 +193,7 @@ def _stretch(piston: Piston, begin: Rebound, blows: int) -> Rhythm | None:
     while now is not None and len(legs) < blows:
         legs.append(piston.leg(now))
         now = legs[-1].rebound
-    if now is None or any(one.force == 0.0 and not one.begin.any() for leg in legs for one in leg.flights):
+    if now is None or any(one.lies for leg in legs for one in leg.flights):
         return None
     ends = np.cumsum([leg.duration for leg in legs])
     if not np.all(np.diff(ends, prepend=0.0) > 0.0):

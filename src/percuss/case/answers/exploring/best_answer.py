@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from percuss.blow.best import OBJECTIVES
 from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent, picked
 from percuss.case.case import checked_case, json_tables
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_family import CaseFamily
@@ -124,12 +124,7 @@ class BestAnswer(Shown):
         return {
             "case": self.own.name,
             "title": self.own.title,
-            "objective": self.objective,
-            "below": self.below,
-            "allowed": self.allowed,
-            "blows": self.blows,
-            "seed": self.seed,
-            "complete": self.complete,
+            **picked(self, "objective below allowed blows seed complete"),
             "varied": [
                 {"name": s.name, "unit": s.unit, "low": s.low, "high": s.high, "own": own, "best": best}
                 for s, own, best in together

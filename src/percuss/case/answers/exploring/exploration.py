@@ -22,16 +22,16 @@ from percuss.case.answers.facts import (
     json_number,
     number,
     percent,
+    scales_of,
 )
-from percuss.case.answers.facts import counted as _counted
 from percuss.case.answers.heading import clock_in_short, clock_note
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore.family import Axis
 from percuss.explore.quantities import CELL_OUTCOMES, MACHINE_QUANTITIES, QUANTITIES, checked, known_quantities, needs
-from percuss.model import HeldBody, Machine
-from percuss.model.checks import instance, mapping, several
+from percuss.model import Machine
+from percuss.model.checks import count, instance, mapping, several
 from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
@@ -113,10 +113,11 @@ def experiment_job_of(
     simulation = case.simulation()
     kept = simulation.modes if modes is None else modes
     stop = stop_when_found(simulation.stop, impacts)
-    hammer = _hammer(case)
+    hammer = case.hammer
     if distribution is None:
-        distribution = "wall" if _held(hammer) is None else "field"
-    return experiment_job(hammer, starts, distribution, seed, modes=_had(hammer, kept), stop=stop)
+        distribution = "wall" if hammer.body.is_free else "field"
+    kept = hammer.body.chosen(count("modes", kept, least=0))
+    return experiment_job(hammer, starts, distribution, seed, modes=kept, stop=stop)
 
 
 def basins_job_of(
@@ -142,27 +143,13 @@ def basins_job_of(
 
     checked_case(case)
     instance("x", x, Axis), instance("y", y, Axis)
-    simulation, system = case.simulation(), _hammer(case)
+    simulation, system = case.simulation(), case.hammer
     kept = simulation.modes if modes is None else modes
     x, y = (Axis(a.name, a.values / _scale(system, a.name, a.unit)) if a.unit else a for a in (x, y))
     held = {} if at is None else mapping("at", at, "what all starts have in common, by name")
     fixed = {name: _plain(system, name, value) for name, value in held.items()}
-    return basins_job(system, x, y, at=fixed, modes=_had(system, kept), stop=stop_when_found(simulation.stop, impacts))
-
-
-def _hammer(case: Case) -> System | Machine:
-    """What the starts of a case are starts of."""
-    return case.machine() if case.is_machine else case.system()
-
-
-def _held(hammer: System | Machine) -> HeldBody | None:
-    return hammer.body if not isinstance(hammer, Machine) and isinstance(hammer.body, HeldBody) else None
-
-
-def _had(hammer: System | Machine, modes: int) -> int:
-    """As many of so many modes as a structure has."""
-    body = _held(hammer)
-    return modes if body is None or not isinstance(modes, int) or modes < 1 else body.chosen(modes)
+    kept = system.body.chosen(count("modes", kept, least=0))
+    return basins_job(system, x, y, at=fixed, modes=kept, stop=stop_when_found(simulation.stop, impacts))
 
 
 _START_SCALES = {
@@ -269,17 +256,10 @@ def _known(found: Sweep, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return shown
 
 
-def _scales(system: System | Machine) -> dict[str, float | None] | None:
+def _scales(system: System | Machine) -> dict[str, Any] | None:
     """What the dimensionless numbers are multiplied by for SI, and the frequency of a clock; None without scales."""
-    if not system.is_si:
-        return None
-    return {
-        "length_m": system.length_scale,
-        "speed_m_s": system.speed_scale,
-        "time_s": system.time_scale,
-        "energy_J": system.energy_scale,
-        **({} if isinstance(system, Machine) else {"frequency_Hz": system.frequency}),
-    }
+    scales = scales_of(system, "length_m speed_m_s time_s energy_J")
+    return scales if scales is None or isinstance(system, Machine) else scales | {"frequency_Hz": system.frequency}
 
 
 def _nested(values: np.ndarray[Any, Any]) -> Any:
@@ -388,7 +368,7 @@ def sweep_report(
         sections.append(ReportSection("Boundaries", _curve_rows(curves)))
     if len(found.axes) == 1:
         sections.append(_table(found))
-    return Report(title, f"{_counted(cells, 'cell')} over {over}.", PLAIN, tuple(sections))
+    return Report(title, f"{counted(cells, 'cell')} over {over}.", PLAIN, tuple(sections))
 
 
 def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
@@ -396,7 +376,7 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     of_machines = bool(found.ask.get("machines"))
     asked = needs(found.ask["quantities"], MACHINE_QUANTITIES if of_machines else QUANTITIES)
     of_orbits = asked & {"orbits", "exact"} and all(axis.name != "m" for axis in found.axes)
-    per_impact = f"{_counted(found.ask['periods'], 'load period')} per impact" if of_orbits else ""
+    per_impact = f"{counted(found.ask['periods'], 'load period')} per impact" if of_orbits else ""
     if asked & {"exact", "simulation", "lyapunov"}:
         told = str(found.ask["modes"])
         if "simulated" in found.ask:
@@ -418,7 +398,7 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
 
 def bar_in_words(modes: int) -> str:
     """What is kept of the bar."""
-    return "rigid" if modes == 0 else _counted(modes, "elastic mode")
+    return "rigid" if modes == 0 else counted(modes, "elastic mode")
 
 
 def _axis(axis: Axis) -> str:
@@ -438,13 +418,13 @@ def _quantity(found: Sweep, name: str) -> str:
         return f"in {percent(float(values[answered].mean()))} of {whose}" if answered.any() else "nowhere"
     there = values[np.isfinite(values)] if values.dtype.kind == "f" else values[values >= 0]
     at_rest = int(np.isneginf(values).sum()) if name == "lyapunov" else 0
-    resting = f"comes to rest (−∞) in {_counted(at_rest, 'cell')}"
+    resting = f"comes to rest (−∞) in {counted(at_rest, 'cell')}"
     if not there.size:
         return resting if at_rest else "nowhere"
     unit = found.columns[name].unit
     span = f"{number(float(there.min()))} to {number(float(there.max()))}{' ' + unit if unit else ''}"
     if there.size < values.size and values.ndim == len(found.axes):
-        span += f", in {_counted(there.size, 'cell')}"
+        span += f", in {counted(there.size, 'cell')}"
     return f"{span}; {resting}" if at_rest else span
 
 
@@ -457,7 +437,7 @@ def _answered(found: Sweep) -> tuple[np.ndarray[Any, Any], str]:
     without = np.unique(outcome[~answered]).tolist() == [CELL_OUTCOMES.index("no system")]
     n = int(answered.sum())
     one = "has" if n == 1 else "have"
-    return answered, f"the {_counted(n, 'cell')} that {one} {'a system' if without else 'an answer'}"
+    return answered, f"the {counted(n, 'cell')} that {one} {'a system' if without else 'an answer'}"
 
 
 def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: str) -> str:
@@ -465,7 +445,7 @@ def _words(values: np.ndarray[Any, Any], answered: np.ndarray[Any, Any], whose: 
     order = np.argsort(-counts, kind="stable")
     told = [f"{kinds[i]} {percent(counts[i] / answered.sum())}" for i in order[:_MOST_LABELS]]
     if len(kinds) > _MOST_LABELS:
-        told.append(_counted(len(kinds) - _MOST_LABELS, "other"))
+        told.append(counted(len(kinds) - _MOST_LABELS, "other"))
     return (", ".join(told) + ("" if answered.all() else f", of {whose}")) if told else "nowhere"
 
 
@@ -519,7 +499,7 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
         there = curve.y[~np.isnan(curve.y)]
         if there.size:
             span = f"{curves.y_name} from {number(float(there.min()))} to {number(float(there.max()))}"
-            rows.append((curve.kind, f"{span}, {_counted(int(there.size), 'point')}"))
+            rows.append((curve.kind, f"{span}, {counted(int(there.size), 'point')}"))
     return tuple(rows) or (("none", "no boundary crosses the plane"),)
 
 

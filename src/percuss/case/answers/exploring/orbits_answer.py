@@ -27,6 +27,7 @@ from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_
 from percuss.steady.multipliers import NEUTRAL
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, free_amplitude
 from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
@@ -142,8 +143,7 @@ def orbits_answer(
     """
     checked_case(case)
     asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
-    hammer = case.machine() if case.is_machine else case.system()
-    return _searched(hammer, label, _modes(case, modes), **asked)
+    return _searched(case.hammer, label, _modes(case, modes), **asked)
 
 
 def _searched(
@@ -157,6 +157,9 @@ def _searched(
     switch: bool = False,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
+    if isinstance(system, Machine) and is_rest_label(label):
+        word, _, number = re.sub(r"\s", "", label).partition("/")
+        return valve_rest_cycles(system, word, int(number), modes=kept)
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if isinstance(system, Machine):
         near: dict[str, Any] = (
@@ -272,7 +275,7 @@ def value_of(case: Case, family: CaseFamily, name: str, ends: tuple[float, float
 def _value(case: Case, family: CaseFamily, name: str) -> float:
     key = family.key(name)
     if not key:
-        hammer: Any = case.machine() if case.is_machine else case.system()
+        hammer: Any = case.hammer
         parameter = parameters_of(hammer)[name]
         found = parameter.get(hammer)
         if found is None or not math.isfinite(found):  # of a structure s
@@ -291,9 +294,8 @@ def _value(case: Case, family: CaseFamily, name: str) -> float:
 
 def _chosen(system: System | Machine, orbit: str, modes: int) -> Any:
     label, _, which = orbit.partition(":")
-    impacts, periods = parsed_label(label)
     if which.strip().startswith("phases") and isinstance(system, System):
-        return _near(system, orbit, (impacts, periods), which.partition("=")[2], modes)
+        return _near(system, orbit, parsed_label(label), which.partition("=")[2], modes)
     if which.strip() and not re.fullmatch(r"\s*\d{1,4}\s*", which, re.ASCII):
         raise ParameterError("orbit", orbit, _CHOICE)
     found = _searched(system, label, modes)

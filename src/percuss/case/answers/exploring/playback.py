@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
-from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain
+from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.simulation_answer import from_this_start
@@ -413,7 +413,7 @@ def of_machine(machine: Machine) -> dict[str, Any]:
     pairs, scale = machine.valve.pairs, Teller.of(machine).scale
     return {
         "units": "SI" if machine.is_si else "dimensionless",
-        "scales": _scales(machine),
+        "scales": scales_of(machine, "length_m time_s speed_m_s force_N energy_J"),
         "states": [name for name, _ in pairs],
         "forces": [json_number(machine.valve.force(name) * scale("force")) for name, _ in pairs],
         "stiffness": json_number(machine.valve.chamber.stiffness * (scale("force") / scale("length"))),
@@ -437,14 +437,6 @@ def course_arrays(machine: Machine, course: CycleCurve, blows: Array) -> dict[st
         "velocity_t": 0.5 * (course.times[1:] + course.times[:-1])[goes] * time,
         "velocity": np.diff(course.centre)[goes] / steps[goes] * length / time,
     }
-
-
-def _scales(machine: Machine) -> dict[str, float] | None:
-    """What a unit of the answer is in SI."""
-    if not machine.is_si:
-        return None
-    units = {"length": "m", "time": "s", "speed": "m_s", "force": "N", "energy": "J"}
-    return {f"{kind}_{unit}": float(getattr(machine, f"{kind}_scale")) for kind, unit in units.items()}
 
 
 # ---- A machine that switches itself from a start, as pictures in time: its first blows, in the form of a cycle

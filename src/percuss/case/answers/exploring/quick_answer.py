@@ -219,8 +219,7 @@ def curves_dict(
         "load": numbers(load.value(phase, "left")),
         "load_right": numbers(right),
         "force_N": numbers(system.force_scale * right) if system.is_si else None,
-        "level": json_number(states.level),
-        "level_max": json_number(states.level_max),
+        **picked(states, "level level_max"),
         "waveform": _waveform(system, states.orbits),
         "branches": _branches(system, periods, branches, load_factor, modes, states.level_max, states.level),
     }
