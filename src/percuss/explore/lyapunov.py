@@ -259,9 +259,11 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
     weight = np.exp(-1.0 / (t * (1.0 - t)))
     weight /= weight.sum()
     mean, turn = float(weight @ used[:, 0]), _TURN if motion.is_clocked else 1.0
-    dies = ~np.isfinite(used).all(axis=0)
-    means = np.where(dies, -np.inf, weight @ np.where(dies, 0.0, used))
-    spectrum = tuple(sorted(means.tolist(), reverse=True)) if every else ()
+    spectrum: tuple[float, ...] = ()
+    if every:
+        dies = ~np.isfinite(used).all(axis=0)
+        means = np.where(dies, -np.inf, weight @ np.where(dies, 0.0, used))
+        spectrum = tuple(sorted(means.tolist(), reverse=True))
     rate = turn * mean / float(weight @ times)
     return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, spectrum)
 
