@@ -18,13 +18,18 @@ import numpy as np
 
 from percuss import Load, Start, Stop, System, run
 from percuss.case import load_case
-from percuss.explore import sweep
+from percuss.explore import follow, sweep
+from percuss.explore.continuation.machine_cycles import MachineCurve
+from percuss.explore.continuation.walk import CurvePoint
+from percuss.explore.family import SystemFamily
 from percuss.model import Chamber, External, Kept, Machine, Port, UniformBar, Valve
-from percuss.steady import self_excited_motion
+from percuss.steady import ValveCycle, self_excited_motion
+from percuss.steady.self_excited.event_sequence import sequence_of
 
 Row = tuple[str, str, str, str]
 IMPACTS = 2000
 ROUNDS = 11
+STEPS, STEP = 40, 2e-3  # along a branch
 BAR = UniformBar(5.0, External(0.0048))
 
 
@@ -97,6 +102,34 @@ def cycles() -> list[Row]:
     return rows
 
 
+def followed() -> list[Row]:
+    """A continued cycle of a machine without proofs, and a branch with them; systems are made anew at every point."""
+    rows: list[Row] = []
+    for modes, goal in ((0, "0.2 ms"), (16, "1 ms")):
+        cycle = self_excited_motion(load_case("valve-breaker").machine(), modes=modes).cycle
+        assert cycle is not None
+        tick, sequence = cycle.period / (2.0 * np.pi), sequence_of(cycle)
+        family, here = SystemFamily(cycle.machine), (cycle.contact.restitution,)
+        begin = MachineCurve(family, ("restitution",), (0.0625,), sequence, modes, tick)
+        point = begin.settled(begin.unknowns(cycle, *here))
+
+        def walked(begin: MachineCurve = begin, point: CurvePoint = point) -> None:
+            curve, now = begin.of(begin.sequence), point
+            for _ in range(STEPS):
+                now = curve.corrected(now.x + STEP * now.tangent, now.tangent, now.tangent, now)
+
+        def branch(cycle: ValveCycle = cycle) -> int:
+            return int(follow(cycle, "restitution", (0.05, 0.4)).values.size)
+
+        walked()
+        number = branch()
+        point_of = 1e3 * float(np.median([spent(walked, 1) for _ in range(ROUNDS)])) / STEPS
+        whole = 1e3 * float(np.median([spent(branch, 1) for _ in range(3)])) / number
+        beside = f"with proofs, events and multipliers {whole:.2f} ms for each of {number} points"
+        rows.append((f"a continued cycle, valve-breaker, N = {modes}", f"{point_of:.3f} ms", goal, beside))
+    return rows
+
+
 def maps(cells: int = 100) -> list[Row]:
     """A plane of rigid machines."""
     axes, what = (
@@ -149,4 +182,4 @@ def first_use() -> list[Row]:
 
 def machines() -> list[Row]:
     """All rows of machines."""
-    return [*motions(), *cycles(), *maps(), *first_use()]
+    return [*motions(), *cycles(), *followed(), *maps(), *first_use()]

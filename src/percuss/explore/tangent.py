@@ -96,10 +96,11 @@ def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
     mean = steps[e.piece] if steps.size else np.full(len(e), load.mean)
     z = motion.states[first:, 2:].reshape(len(e), 2, motion.modes)
     k = spectrum.k
-    turned = np.exp(1j * np.outer(e.phase, k))
+    angles = np.outer(e.phase, k)
     shapes = np.hstack([spectrum.rigid[:, None], spectrum.response])[:, begin:]
     moved = np.hstack([1j * k[:, None] * shapes, -((k**2)[:, None]) * shapes])
-    waves = (turned @ moved).real.reshape(len(e), 2, -1) if k.size else np.zeros((1, 2, omega.size))
+    turned = np.hstack([np.cos(angles), np.sin(angles)]) @ np.vstack([moved.real, -moved.imag])
+    waves = turned.reshape(len(e), 2, -1) if k.size else np.zeros((1, 2, omega.size))
     speed = np.hstack([motion.states[first:, 1:2], spectrum.free_rate(z)])[:, begin:]
     if not begin and k.size:
         speed[:, 0] -= waves[:, 0, 0]
@@ -257,10 +258,11 @@ def flown(own, k, gone, force, now, more, motion, charge):
     for m in range(motion.shape[0]):
         square, drag, lift = own.stiffness[k, m], own.drag[k, m], gain[m] * slope
         u, v = motion[m, 0], motion[m, 1]
-        if slope == 0.0 and square > 0.0:  # about its place at rest
+        if slope == 0.0:  # about its place at rest; of what has none only the velocity is asked for
             ds, s = free(gone, square, drag)
-            rest, q = gain[m] * force / square, 0.0
-            motion[m, 0], motion[m, 1] = rest + (u - rest) * (ds + drag * s) + v * s, v * ds - square * (u - rest) * s
+            q, rest = 0.0, gain[m] * force / square if square > 0.0 else u
+            motion[m, 0] = rest + (u - rest) * (ds + drag * s) + v * s
+            motion[m, 1] = v * ds + (gain[m] * force - square * u) * s
         else:
             ds, s, q, w = response(gone, square, drag)
             pull, climb = gain[m] * force - square * u, gain[m] * ramp

@@ -45,6 +45,9 @@ def response(t: float, stiffness: float, drag: float) -> tuple[float, float, flo
 
 def free(t: float, stiffness: float, drag: float) -> tuple[float, float]:
     """s′ and s alone, of what no force moves: at half the cost."""
+    if stiffness == 0.0:
+        s = -math.expm1(-drag * t) / drag if drag > 0.0 else t
+        return 1.0 - drag * s, s
     square = stiffness - 0.25 * drag * drag
     if not (stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t):
         slope, s, _, _ = series(t, t, stiffness, drag)

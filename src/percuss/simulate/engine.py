@@ -52,7 +52,7 @@ from percuss.simulate.kernels.motion_records import (
     Rules,
     StartRows,
 )
-from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum
+from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum, spectrum_of
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
 
@@ -66,7 +66,7 @@ _RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked a
 @lru_cache(maxsize=16)
 def prepared(system: System, modes: int) -> tuple[Spectrum, MotionTable]:
     """Spectrum and table of a system, kept for the next motion of it; ResonanceError at a resonance (B77 16)."""
-    return Spectrum(system, modes), table_of(system, modes)
+    return spectrum_of(system, modes), table_of(system, modes)
 
 
 def table_of(system: System, modes: int) -> MotionTable:

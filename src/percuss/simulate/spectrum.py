@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -196,6 +196,12 @@ class Spectrum(DampedModes):
         first = np.asarray(gap) - q.sum(axis=-1)
         displacement = np.concatenate([first[..., None], q / self.unit], axis=-1)
         return displacement, np.concatenate([np.asarray(rigid_rate)[..., None], w / self.unit], axis=-1)
+
+
+@lru_cache(maxsize=16)
+def spectrum_of(system: System, modes: int) -> Spectrum:
+    """That of a system, kept for its next motion."""
+    return Spectrum(system, modes)
 
 
 def units(modes: Modes) -> Array:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.model import Machine, System
-from percuss.model.checks import Array, array, callback, choice, count, finite, instance
+from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance
 from percuss.shown import Shown, watched
 from percuss.simulate.events import (
     CHATTER,
@@ -29,7 +29,7 @@ from percuss.simulate.events import (
     summary_of,
     unresolved,
 )
-from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels
+from percuss.simulate.spectrum import Anchor, ClockedFlights, ModalMotion, Moment, Spectrum, panels, spectrum_of
 from percuss.simulate.start import Start, still
 from percuss.simulate.stop import MAX_MODES, Stop, further
 
@@ -152,7 +152,7 @@ class Trajectory(Shown):
     @cached_property
     def spectrum(self) -> Spectrum:
         """Frequencies and forced response of the modes; of a machine, of its bar without a load."""
-        return Spectrum(still(self.hammer), self.modes)
+        return spectrum_of(still(self.hammer), self.modes)
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -220,7 +220,7 @@ class Trajectory(Shown):
     def lies(self) -> npt.NDArray[np.bool_]:
         """Whether the bar rests on the wall after the start and each event; a valve may change while it does."""
         codes = np.concatenate([[REST if self.resting else RELEASE], self.events.code])
-        told = np.where(np.isin(codes, (REST, RELEASE, IMPACT)), np.arange(codes.size), 0)
+        told = np.where((codes == REST) | (codes == RELEASE) | (codes == IMPACT), np.arange(codes.size), 0)
         return np.asarray(codes[np.maximum.accumulate(told)] == REST)
 
     def _last(self, times: Array, side: Side = "right") -> npt.NDArray[np.intp]:
@@ -505,7 +505,7 @@ def run(
     system: System | Machine,
     start: Start | None = None,
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> Trajectory:

@@ -124,7 +124,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     curve, aside = segment.curve, _ASIDE * segment.length
 
     def values(place: float) -> ComplexArray:
-        return np.asarray(curve.motion(segment.at(place).x).multipliers)
+        return np.asarray(curve.motion(segment.at(place).x).multipliers().values)
 
     low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
     if low >= high:
@@ -147,7 +147,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     first, stop = max(low - 1e-6 * segment.length, 0.0), min(high + 1e-6 * segment.length, segment.length)
 
     def modulus(point: CurvePoint) -> float:
-        return abs(nearest(curve.motion(point.x).multipliers, pair)) - 1.0
+        return abs(nearest(curve.motion(point.x).multipliers().values, pair)) - 1.0
 
     return [segment.event(BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, stop))]
 
@@ -228,7 +228,7 @@ class MachineWalk(Walk):
             self.size = _FRESH * self.scale
 
     def mark(self) -> int:
-        return outside(self.curve.motion(self.here.x).multipliers)
+        return outside(self.curve.motion(self.here.x).multipliers().values)
 
     def look(self, target: Target) -> Look:
         segment = CurveSegment(self.curve, self.here, target.point)
@@ -335,7 +335,7 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
         assert halves is not None
         x = halves[0]
     motion = cycle.motion(x)
-    values = motion.multipliers if np.all(np.isfinite(motion.slope)) else None
+    values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
     beyond = one.kind.words
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
@@ -383,7 +383,7 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> str:
             continue
         if found.x[-1] != start.x[-1]:
             towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
-            unstable = outside(wide.motion(found.x).multipliers)
+            unstable = outside(wide.motion(found.x).multipliers().values)
             told = "unstable" if unstable else "stable"
             return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
     return f"{wide.label} begins, to which side and whether it is stable is not resolved"
@@ -480,5 +480,5 @@ def _branch(
         speeds=np.array([motion.blow_speeds for motion in motions]),
         cycle_times=np.array([motion.period for motion in motions]),
         energies=np.array([float(motion.blow_energies.mean()) for motion in motions]),
-        unstable=np.array(marks, dtype=np.int64), points=found, switched=tuple(switched),
+        unstable=np.array(marks, dtype=np.int64), points=found, motions=tuple(motions), switched=tuple(switched),
     )  # fmt: skip
