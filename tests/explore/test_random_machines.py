@@ -84,6 +84,18 @@ def check_events(machine: Machine, name: str, branch: Branch) -> None:
             assert min(abs(v) for test, v in tests if OF_TESTS[test.partition(" ")[0]] in kinds) < 1e-9, point
 
 
+def events_of(branch: Branch, here: float) -> list[tuple[str, float]]:
+    """What happens, in order; two folds within 1e-5 may be passed in one step, and are left out."""
+    found: list[tuple[str, float]] = []
+    for point in branch.points:
+        one = point.kind.value, round(point.value, 7)
+        if found and one[0] == found[-1][0] == "fold" and abs(one[1] - found[-1][1]) < 1e-5 * here:
+            found.pop()
+        else:
+            found.append(one)
+    return sorted(found)
+
+
 def check_branch(cycle: ValveCycle, machine: Machine) -> Counter[str]:
     """± 30 % of the pressure or the flow: its events hold, and from an end of it everything is the same."""
     supply = machine.valve.supply
@@ -91,11 +103,11 @@ def check_branch(cycle: ValveCycle, machine: Machine) -> Counter[str]:
     bounds = 0.7 * here, 1.3 * here
     branch = follow(cycle, name, bounds, value=here)
     check_events(machine, name, branch)
-    told = sorted((point.kind.value, round(point.value, 7)) for point in branch.points)
+    told = events_of(branch, here)
     for end in branch.ends:
         if end.kind is BranchEvent.LIMIT:
             again = follow(end.valve_cycle, name, bounds, family=SystemFamily(machine), value=end.value)
-            assert sorted((point.kind.value, round(point.value, 7)) for point in again.points) == told
+            assert events_of(again, here) == told
             break
     return Counter(kind for kind, _ in told)
 
