@@ -57,7 +57,7 @@ def check_against_simulator(cycle: ValveCycle) -> None:
     solved = sequence.solved(cycle.machine, cycle.modes, sequence.unknowns(cycle))
     assert solved is not None and sequence.fault(solved) is None
     step = min(max(1e-4 * min(sequence.tests(solved).values()), 1e-7), 1e-5)  # nothing else may happen beside it
-    own, theirs = np.poly(cycle.multipliers), np.poly(np.linalg.eigvals(differences(cycle, step)))
+    own, theirs = np.poly(cycle.multipliers().values), np.poly(np.linalg.eigvals(differences(cycle, step)))
     assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * max(1.0, float(np.abs(theirs).max())))
 
 
