@@ -78,6 +78,8 @@ class Lyapunov(Shown):
         return self.interval[0] > 0.0
 
     def __str__(self) -> str:
+        if math.isnan(self.exponent) and self.outcome == "rest":
+            return "no Lyapunov exponent: the structure rests on its stop, where its other modes move on and remember"
         if not math.isfinite(self.exponent):
             return f"Lyapunov exponent {self.exponent} ({self.outcome})"
         return (

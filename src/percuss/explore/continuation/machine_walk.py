@@ -42,6 +42,7 @@ _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another on
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
+_SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
 _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
 
@@ -72,6 +73,19 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if last <= 0.0:
             break
     return found
+
+
+def turns_twice(segment: CurveSegment) -> bool:
+    """Whether the cubic through the ends of a step and their tangents has two turns of the parameter, or nearly."""
+    start, stop, length = segment.start, segment.stop, segment.length
+    if length == 0.0:
+        return False
+    first, last = float(start.tangent[-1]), float(stop.tangent[-1] / (stop.tangent @ start.tangent))
+    if first * last <= 0.0:
+        return False
+    mean, u = float(stop.x[-1] - start.x[-1]) / length, np.linspace(0.0, 1.0, _SEEN)
+    slopes = first * (1.0 - u) * (1.0 - 3.0 * u) + last * u * (3.0 * u - 2.0) + 6.0 * mean * u * (1.0 - u)
+    return bool(np.min(slopes / first) < _LEVEL * min(1.0, last / first))
 
 
 def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
@@ -221,6 +235,8 @@ class MachineWalk(Walk):
         halving = None if self.fresh else self._halving(segment)
         if halving is not None:
             return Look(segment, [], None, halving)
+        if self.size > _REFINED * self.scale and turns_twice(segment):
+            raise CorrectorFailed("the branch may turn back twice in the step")
         last = end_of(segment)
         length = segment.length if last is None else last.place
         found = changes_of_stability(segment, length, self.fresh)
