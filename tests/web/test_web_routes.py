@@ -255,7 +255,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     *((path, {"case": BUDD_DUX}, "") for path in ("blow", "report", "curves")),
     *((path, {"machine": "valve-drifter", **more}, "load.kind") for path, more in [
         ("quick", {}), ("steady", {}), ("curves", {}), ("motion", {}), ("report", {}),
-        ("orbits", {"label": "chatter/1"}), ("follow/motion", {"name": "scale", "value": 1.0, "times": [0.016]}),
+        ("follow/motion", {"name": "scale", "value": 1.0, "times": [0.016]}),
         ("place", {"values": {"restitution": 0.2}})]),
     *((path, {"machine": "valve-drifter", "along": MEAN}, "parameter") for path in ("follow", "diagram")),
 ]  # fmt: skip
