@@ -92,7 +92,7 @@ class Made:
 
 def only(system: System, modes: int = 0) -> RestCycle:
     """The one cycle with rest."""
-    (cycle,) = rest_cycles(system, modes=modes).cycles
+    (cycle,) = rest_cycles(system, modes=modes).orbits
     return cycle
 
 

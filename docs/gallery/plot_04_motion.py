@@ -21,7 +21,7 @@ after = phase - orbit.phase  # the orbit counts from its impact
 blows = 1e3 * system.time_scale * (orbit.phase + np.array([0.0, 2.0 * np.pi]))
 
 fig, (above, below) = plt.subplots(2, sharex=True, height_ratios=[2, 1], layout="constrained")
-above.plot(time, 1e3 * system.length_scale * orbit.end_point(after), color="C0", linewidth=2)
+above.plot(time, 1e3 * system.length_scale * orbit.motion(after), color="C0", linewidth=2)
 above.axhline(0.0, color="0.3", linewidth=4, alpha=0.4)
 above.annotate("the bit", (time[-1], 0.0), xytext=(-4, 6), textcoords="offset points", ha="right", color="0.3")
 above.plot(blows, [0.0, 0.0], "o", color="C1", label="blow")

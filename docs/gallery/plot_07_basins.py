@@ -16,7 +16,7 @@ from percuss.explore import basins
 from percuss.palette import FAMILIES, family_of
 
 system = System(s=20.0, d=0.0, restitution=0.8, load=Load.harmonic(mean=1.2, amplitude=1.0))
-found = basins(system, ("time", 0.0, 2.0 * np.pi, 240), ("velocity", -14.0, -0.05, 160), workers=1)
+found = basins(system, ("time", 0.0, 2.0 * np.pi, 240), ("velocity", -14.0, -0.05, 160), workers=1, modes=0)
 
 number = len(found.shares)
 colours = ListedColormap([FAMILIES[family_of(share.label)].colour.light for share in found.shares])

@@ -19,7 +19,7 @@ ports = [Port("power", behind=1.0, side="back"), Port("return", on="impact")]
 stiffness, back = 1.2, 0.3
 valve = Valve({"return": -back, "power": 1.0}, ports, chamber=Chamber(stiffness=stiffness))
 machine = Machine(UniformBar(20.0), valve, Kept(0.5))
-found = basins(machine, ("position", -1.4, -0.004, 160), ("velocity", -2.5, 2.5, 140), workers=1)
+found = basins(machine, ("position", -1.4, -0.004, 160), ("velocity", -2.5, 2.5, 140), workers=1, modes=0)
 
 fig, ax = plt.subplots(layout="constrained")
 runs = np.char.startswith(found.label, "runs")

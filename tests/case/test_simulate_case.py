@@ -15,8 +15,8 @@ from case_texts import FOURIER, plain_case, si_case
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, CaseErrors, load_case, resumed_answer, simulation_answer, steady_answer
 from percuss.case.answers.simulation_answer import held_down_in_words, motion_report
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import CaseError, ParameterError, PercussError, ResonanceError
+from percuss.model.checks import DEFAULT_MODES
 from percuss.simulate import DISTRIBUTIONS
 from percuss.stability import floquet_multipliers
 

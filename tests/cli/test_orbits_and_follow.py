@@ -18,7 +18,7 @@ from percuss.case.answers.exploring.orbits_answer import branch_report, orbit_at
 from percuss.cli.long_commands import JobWatch
 from percuss.cli.report_printing import show
 from percuss.errors import ParameterError
-from percuss.explore import follow_rest_cycle
+from percuss.explore import follow
 from percuss.steady import orbits, rest_cycles
 from random_hammers import random_hammer
 
@@ -196,8 +196,8 @@ def test_a_cycle_with_rest_followed(percuss):
 
 
 def test_the_onset_of_chatter_is_told(capsys):
-    (cycle,) = rest_cycles(System(s=5.0, d=0.0, restitution=0.2, load=Load.harmonic(0.46, 1.0)), modes=0).cycles
-    show(branch_report("hammer", follow_rest_cycle(cycle, "mean", (0.45, 0.46), points=2)))
+    (cycle,) = rest_cycles(System(s=5.0, d=0.0, restitution=0.2, load=Load.harmonic(0.46, 1.0)), modes=0).orbits
+    show(branch_report("hammer", follow(cycle, "mean", (0.45, 0.46), points=2)))
     told = " ".join(capsys.readouterr().out.split())
     assert re.search(r"onset 0\.4578252\d*: the end of the chatter meets the next release", told) is not None
     assert "multipliers all 0" in told

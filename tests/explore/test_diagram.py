@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from percuss import Load, System
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore import Archive, Axis, Diagram, diagram, follow
-from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.branch import Branch, BranchEvent
 from percuss.explore.diagrams.diagram_job import diagram_job
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, lines_from, packed, with_new
+from percuss.explore.diagrams.diagram_lines import line_of, lines_from, packed, with_new
 from percuss.explore.diagrams.tracing import labels_up_to
 from percuss.model import Kept, ModalBody
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
@@ -149,12 +149,12 @@ def test_beyond_an_end_there_are_roots_and_no_motions(found: Diagram) -> None:
 
 
 @pytest.fixture(scope="module")
-def line() -> DiagramBranch:
+def line() -> Branch:
     branch = follow(orbit_near(RIGID, [2.3], modes=0), "mean", (0.6, 0.9))
     return line_of(branch, lambda mean: System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(mean, 1.0)))
 
 
-def test_bytes_give_the_branches_back_to_the_bit(line: DiagramBranch) -> None:
+def test_bytes_give_the_branches_back_to_the_bit(line: Branch) -> None:
     data, kept = packed([line, line], 1 << 20)
     first, second = lines_from(data)
     assert kept == 2
@@ -163,7 +163,7 @@ def test_bytes_give_the_branches_back_to_the_bit(line: DiagramBranch) -> None:
     assert [str(point) for point in second.points] == [str(point) for point in line.points]
 
 
-def test_what_does_not_fit_is_left_out_and_counted(line: DiagramBranch) -> None:
+def test_what_does_not_fit_is_left_out_and_counted(line: Branch) -> None:
     one, _ = packed([line], 1 << 20)
     data, kept = packed([line] * 9 + [line], len(one))
     assert kept < 10
@@ -171,7 +171,7 @@ def test_what_does_not_fit_is_left_out_and_counted(line: DiagramBranch) -> None:
     assert packed([line], 20) == packed([], 20)
 
 
-def test_a_branch_told_from_another_impact_or_period_is_the_same(line: DiagramBranch) -> None:
+def test_a_branch_told_from_another_impact_or_period_is_the_same(line: Branch) -> None:
     columns = ("values", "times", "speeds", "energies", "unstable", "points")
     back = replace(line, **{name: getattr(line, name)[::-1] for name in columns})
     shifted = replace(back, times=back.times + 2.0 * np.pi)
@@ -236,9 +236,9 @@ def test_what_cannot_be_asked_is_refused(asked: dict[str, Any], told: str) -> No
 
 def test_one_value_or_an_unknown_parameter_is_refused() -> None:
     with pytest.raises(ParameterError, match="two values"):
-        diagram_job(RIGID, Axis("mean", np.array([0.5])))
+        diagram_job(RIGID, Axis("mean", np.array([0.5])), modes=0)
     with pytest.raises(PercussError, match="restitution"):
-        diagram_job(RIGID, Axis.linear("nothing", 0.0, 1.0, 3))
+        diagram_job(RIGID, Axis.linear("nothing", 0.0, 1.0, 3), modes=0)
 
 
 @pytest.mark.parametrize(("up_to", "modes"), [((1, 1), 0), ((2, 2), 0), ((1, 1), 1)])

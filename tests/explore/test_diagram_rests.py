@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from percuss import Load, System, plot
-from percuss.explore import BranchEvent, Diagram, diagram, follow_rest_cycle
+from percuss.explore import BranchEvent, Diagram, diagram, follow
+from percuss.explore.continuation.branch import Branch
 from percuss.explore.continuation.rest_following import KEPT_IMPACTS
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, line_of, lines_from, packed
+from percuss.explore.diagrams.diagram_lines import line_of, lines_from, packed
 from percuss.explore.diagrams.tracing import rests_traced
 from percuss.explore.family import family_of
 from percuss.model import Kept, ModalBody
@@ -29,12 +30,12 @@ def found() -> Diagram:
 
 
 @pytest.fixture(scope="module")
-def line(found: Diagram) -> DiagramBranch:
+def line(found: Diagram) -> Branch:
     (only,) = found.rest_branches
     return only
 
 
-def test_it_ends_at_the_onset_of_the_chatter(line: DiagramBranch) -> None:
+def test_it_ends_at_the_onset_of_the_chatter(line: Branch) -> None:
     first, last = line.points
     assert (line.label, first.kind, last.kind) == ("chatter/1", BranchEvent.ONSET, BranchEvent.LIMIT)
     assert first.value == pytest.approx(0.457825216970, abs=1e-10)
@@ -45,7 +46,7 @@ def test_it_ends_at_the_onset_of_the_chatter(line: DiagramBranch) -> None:
     assert again.has_rest and packed([again], 1 << 20) == packed([line], 1 << 20)
 
 
-def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramBranch) -> None:
+def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: Branch) -> None:
     """Load x + cos t: at arccos(-x); from there it flies for longer than the load pulls."""
     release = np.arccos(-line.values)
     assert line.release_phases[:, 0] == pytest.approx(release, abs=1e-12)
@@ -57,7 +58,7 @@ def test_the_bar_is_let_go_where_the_load_begins_to_pull(line: DiagramBranch) ->
     assert line.stable.all()
 
 
-def test_simulations_settle_on_it(found: Diagram, line: DiagramBranch) -> None:
+def test_simulations_settle_on_it(found: Diagram, line: Branch) -> None:
     """The main blow and its energy, within what a straight line between two points is off."""
     settled = [one for one in found.settled if one.label == "chatter/1"]
     assert len(settled) == 4
@@ -70,7 +71,7 @@ def test_simulations_settle_on_it(found: Diagram, line: DiagramBranch) -> None:
         assert np.isfinite(one.energy) == (one.label not in ("rest", "departed"))
 
 
-def test_the_dataset_tells_when_the_bar_is_let_go(found: Diagram, line: DiagramBranch) -> None:
+def test_the_dataset_tells_when_the_bar_is_let_go(found: Diagram, line: Branch) -> None:
     dataset = found.to_xarray()
     resting = dataset.isel(row=np.isfinite(dataset["release_phase"].values))
     assert set(resting["label"].values.tolist()) == {"chatter/1"}
@@ -116,8 +117,8 @@ def test_nothing_is_traced_for_nobody() -> None:
 def test_impacts_are_told_by_release_with_one_rest_and_with_two() -> None:
     """R = 0: one impact while the load pushes ends in rest; of a load with two dips the bar is let go twice."""
     system = replace(RIGID, contact=Kept(0.0)).with_load(Load.fourier([0.9, 0.2, 0.9]))
-    (cycle,) = rest_cycles(system, modes=0).cycles
-    line = line_of(follow_rest_cycle(cycle, "mean", (0.89, 0.91), points=3), lambda mean: system)
+    (cycle,) = rest_cycles(system, modes=0).orbits
+    line = line_of(follow(cycle, "mean", (0.89, 0.91), points=3), lambda mean: system)
     rests = cycle.release_phases.size
     assert rests == 2
     assert line.releases.shape == line.rests.shape == (line.values.size, rests)

@@ -126,8 +126,8 @@ def test_a_portion_of_very_many_starts_is_made_alone():
     """10¹² of them would take 30 TB, a plane of 10¹⁰ 400 GB."""
     n, stop = 10**12, Stop(impacts=50)
     for job in (
-        experiment_job(PNEUMATIC, n, "wall", 1, stop=stop),
-        experiment_job(PNEUMATIC, n, Starts.rigid(-1.0, 0.0, [0.0, 1.0, 2.0]), 1, stop=stop),
+        experiment_job(PNEUMATIC, n, "wall", 1, stop=stop, modes=0),
+        experiment_job(PNEUMATIC, n, Starts.rigid(-1.0, 0.0, [0.0, 1.0, 2.0]), 1, stop=stop, modes=0),
     ):
         last = job.compute(n - 5, n, lambda: False)
         same(job.compute(n - 2, n, lambda: False), {name: values[3:] for name, values in last.items()})
@@ -167,12 +167,12 @@ def test_files_of_starts(tmp_path):
     modal = own(PNEUMATIC, tmp_path / "m.npz")
     assert modal.displacement.shape == modal.velocity.shape == (2, 3)
     assert np.allclose(modal.gap, [-0.8, -1.0]) and np.array_equal(modal.velocity[:, 1], [0.2, 0.3])
-    found = experiment(PNEUMATIC, None, tmp_path / "a.csv", workers=1)
+    found = experiment(PNEUMATIC, None, tmp_path / "a.csv", workers=1, modes=0)
     assert len(found) == 3 and found.distribution == "a.csv"
     assert np.array_equal(found.columns["position"], table[:, 0])
-    many = experiment(PNEUMATIC, 40, str(tmp_path / "a.csv"), seed=2, workers=1)
+    many = experiment(PNEUMATIC, 40, str(tmp_path / "a.csv"), seed=2, workers=1, modes=0)
     assert set(many.columns["position"]) == {-1.0, 0.0, -2.0} and len(many) == 40
-    two = experiment(PNEUMATIC, 2, str(tmp_path / "a.csv"), workers=1)
+    two = experiment(PNEUMATIC, 2, str(tmp_path / "a.csv"), workers=1, modes=0)
     assert np.array_equal(two.columns["position"], table[:2, 0])
     ringing = experiment(PNEUMATIC, None, tmp_path / "m.npz", modes=3, workers=1)
     assert ringing.columns["start_displacement"].shape == (2, 3) and len(ringing.shares) >= 1
@@ -191,7 +191,7 @@ def test_files_of_starts_of_machines(tmp_path):
     usual = own(GAS, Starts.rigid([-0.5, -0.1]), 0)
     assert usual.state.tolist() == [0, 0]
     assert own(GAS, lambda seed: starts, 0) is starts
-    many = experiment(GAS, 50, tmp_path / "a.csv", seed=1, workers=1)
+    many = experiment(GAS, 50, tmp_path / "a.csv", seed=1, workers=1, modes=0)
     assert set(many.columns["position"]) == {-0.5, -0.2, 0.0} and many.distribution == "a.csv"
 
 
@@ -220,14 +220,14 @@ def test_files_of_starts_of_machines(tmp_path):
 def test_tables_that_are_no_starts(tmp_path, hammer, text, word):
     (tmp_path / "starts.csv").write_text(text)
     with pytest.raises(ParameterError, match=word):
-        experiment_job(hammer, None, tmp_path / "starts.csv")
+        experiment_job(hammer, None, tmp_path / "starts.csv", modes=0)
 
 
 def test_a_function_of_the_seed():
     def close(seed):
         return Starts.rigid(0.0, -0.01 * (1 + np.arange(5)), float(seed))
 
-    found = experiment(PNEUMATIC, None, close, seed=3, workers=1)
+    found = experiment(PNEUMATIC, None, close, seed=3, workers=1, modes=0)
     assert len(found) == 5 and set(found.columns["time"]) == {3.0} and "close" in found.distribution
     same = drawn(close(3), 100, 8)
     assert np.array_equal(same.velocity, drawn(close(3), 100, 8).velocity)
@@ -268,11 +268,11 @@ def test_experiments_that_are_none(hammer, asked, word):
 
 
 def test_what_has_no_wall_may_have_a_field():
-    assert len(named(PULLED, "field", 10)) == experiment_job(LEVEL, 10, "field").size == 10
+    assert len(named(PULLED, "field", 10)) == experiment_job(LEVEL, 10, "field", modes=0).size == 10
     assert experiment_job(RESONANT, 10, modes=0).size == 10
     assert experiment_job(PNEUMATIC, None, RINGING, modes=4).size == 5
     with pytest.raises(ParameterError):
-        experiment(PNEUMATIC, 10, distance="x", workers=1)
+        experiment(PNEUMATIC, 10, distance="x", workers=1, modes=0)
     for state in (2, -1, 0.5, [0, 1]):
         with pytest.raises(ParameterError):
             Starts.rigid(-1.0).with_valve(state, ("return", "power"))
@@ -319,7 +319,7 @@ def test_planes_that_are_none(hammer, asked, word):
 
 def test_two_motions_of_one_label_are_told_apart():
     stable = [o for o in steady_states(TWINS, modes=0).orbits if o.admissible and stability_of(o, modes=0).stable]
-    found = experiment(TWINS, 1500, "wall", 1, workers=1)
+    found = experiment(TWINS, 1500, "wall", 1, workers=1, modes=0)
     twins = [share for share in found.shares if share.label == "z=1/1"]
     assert len(stable) == len(twins) == 2
     assert sorted(share.phases[0] for share in twins) == pytest.approx([o.phase for o in stable], abs=1e-7)
@@ -394,7 +394,7 @@ def test_a_motion_shifted_by_a_load_period_is_the_same_attractor():
     system = System(s=1e6, d=0.0, restitution=0.8, load=Load.harmonic(1.2, 1.0))
     orbit = steady_states(system, 2, modes=0).orbits[1]
     starts = Starts.rigid(0.0, orbit.rebound_velocity * 1.001, orbit.phase + TURN * np.array([0.0, 1.0, 2.0, 7.0]))
-    found = experiment(system, None, starts, workers=1)
+    found = experiment(system, None, starts, workers=1, modes=0)
     assert [share.label for share in found.shares] == ["z=1/2"]
     assert found.shares[0].phases == pytest.approx((orbit.phase,), abs=1e-6)
 
@@ -402,13 +402,13 @@ def test_a_motion_shifted_by_a_load_period_is_the_same_attractor():
 def test_the_true_period_of_the_load_counts():
     once = System(s=1e6, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
     twice = System(s=1e6, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0, harmonic=2))
-    counts = [len(experiment(system, 400, "wall", 1, workers=1).shares) for system in (once, twice)]
+    counts = [len(experiment(system, 400, "wall", 1, workers=1, modes=0).shares) for system in (once, twice)]
     assert counts == [2, 2]
 
 
 def test_long_cycles_are_told_with_all_their_impacts():
     system = System(s=1e6, d=0.0, restitution=0.97, load=Load.harmonic(0.99, 1.0))
-    found = experiment(system, 12, "gentle", 1, stop=Stop(impacts=20_000), workers=1)
+    found = experiment(system, 12, "gentle", 1, stop=Stop(impacts=20_000), workers=1, modes=0)
     share = next(share for share in found.shares if share.label == "chatter/1")
     p = found.columns["cycle_impacts"][share.attractor.first]
     assert p > 256 and len(share.phases) == len(share.impact_velocities) == p
@@ -418,7 +418,7 @@ def test_long_cycles_are_told_with_all_their_impacts():
 
 
 def test_the_numbers_of_an_attractor_are_those_of_its_motion():
-    found = experiment(PNEUMATIC, 300, "wall", 1, workers=1)
+    found = experiment(PNEUMATIC, 300, "wall", 1, workers=1, modes=0)
     assert [share.label for share in found.shares] == ["chatter/1", "z=2/2"]
     for share in found.shares:
         motion = run(PNEUMATIC, found.starts[share.attractor.first], modes=0)
@@ -433,7 +433,7 @@ def test_the_numbers_of_an_attractor_are_those_of_its_motion():
 
 
 def test_what_is_no_longer_wanted_ends_early():
-    job = experiment_job(PNEUMATIC, 200_000, "wall", 1, stop=Stop(impacts=10**6, periodic=False))
+    job = experiment_job(PNEUMATIC, 200_000, "wall", 1, stop=Stop(impacts=10**6, periodic=False), modes=0)
     calls = []
 
     def stopped():
@@ -467,11 +467,11 @@ def test_the_ask_tells_all_that_matters():
 
 def test_motions_that_do_not_repeat_have_no_phases():
     resting = System(s=1e6, d=0.0, restitution=0.5, load=Load.harmonic(1.2, 1.0))
-    found = experiment(resting, 50, "gentle", 1, workers=1)
+    found = experiment(resting, 50, "gentle", 1, workers=1, modes=0)
     assert found.to_json_dict()["shares"][0]["label"] == "rest"
     assert found.shares[0].phases == () and found.shares[0].share == 1.0
     steps = System(s=1e6, d=0.0, restitution=0.8, load=Load.square(1.0, 1.3))
-    lost = experiment(steps, 20, "field", 1, stop=Stop(impacts=200), workers=1)
+    lost = experiment(steps, 20, "field", 1, stop=Stop(impacts=200), workers=1, modes=0)
     assert {"aperiodic"} <= set(lost.label) and lost.shares[0].phases == ()
 
 
@@ -493,7 +493,7 @@ def test_starts_on_the_wall_run_when_their_energy_takes_them_to_the_port(stiffne
     What has reached the port once gets (a_r + a_p)S there and runs on, if the machine can run at all: at the blow of
     its cycle, w = 2 (a_r + a_p)S/(1 − R²), the same must hold of R²w.
     """
-    found = experiment(machine(stiffness), 2000, "wall", seed=3, workers=1)
+    found = experiment(machine(stiffness), 2000, "wall", seed=3, workers=1, modes=0)
     speed, state = found.columns["velocity"], found.columns["state"]
     left = speed**2 * np.where(state == 0, 1.0, 0.25)
     can = stiffness < 0.25 * 2.6 / 0.75 + 0.6
@@ -516,7 +516,7 @@ def test_members_of_an_attractor_have_its_label_and_its_period():
     """A machine with long delays has several motions beside each other."""
     late = (Port("power", behind=1.0, side="back", delay=0.9), Port("return", behind=0.1, side="front", delay=0.9))
     twin = Machine(UniformBar(20.0), Valve({"return": -0.3, "power": 1.0}, late), Kept(0.8))
-    found = experiment(twin, 300, "field", seed=1, workers=1)
+    found = experiment(twin, 300, "field", seed=1, workers=1, modes=0)
     for attractor in found.attractors:
         members = found.attractor == attractor.number
         assert len(set(found.label[members].tolist())) == 1 and members.sum() == attractor.members
@@ -545,13 +545,14 @@ def test_the_shares_of_a_box_are_those_of_random_starts_in_it():
         ("time", TURN / (2 * n), TURN * (1 - 1 / (2 * n)), n),
         ("velocity", -5.0 * (1 - 1 / (2 * n)), -5.0 / (2 * n), n),
         workers=1,
+        modes=0,
     )
 
     def uniform(seed):
         draw = np.random.default_rng(seed)
         return Starts.rigid(0.0, -5.0 * draw.random(n * n), TURN * draw.random(n * n))
 
-    random = experiment(TWINS, None, uniform, seed=1, workers=1)
+    random = experiment(TWINS, None, uniform, seed=1, workers=1, modes=0)
     assert [a.label for a in grid.attractors[:2]] == ["z=1/1", "z=1/1"]
     for share in grid.shares[:2]:
         twin = min((s for s in random.shares if s.label == "z=1/1"), key=lambda s: abs(s.phases[0] - share.phases[0]))
@@ -572,7 +573,7 @@ def test_modal_amplitudes():
 
 
 def test_what_is_not_done_has_no_number():
-    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1)
+    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), workers=1, modes=0)
     found.columns["code"][:7] = -1
     part = replace(found)
     assert (part.image.reshape(-1)[:7] == -1).all() and (part.image.reshape(-1)[7:] >= 0).all()
@@ -581,14 +582,14 @@ def test_what_is_not_done_has_no_number():
 
 def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
     plane, place = (("position", -1.5, -0.1, 5), ("velocity", -2.0, 2.0, 4)), tmp_path / "b.zarr"
-    found = basins(GAS, *plane, at={"state": "power"}, workers=1, archive=place)
+    found = basins(GAS, *plane, at={"state": "power"}, workers=1, archive=place, modes=0)
     for i, j in np.ndindex(4, 5):
         start = Start.rigid(found.x[1][j], found.y[1][i]).with_valve("power")
         assert found.label[i, j] == run(GAS, start, modes=0).label
     again = Basins.from_archive(Archive.open(place))
     assert again.at == (("state", 1.0),) and np.array_equal(again.image, found.image)
     assert found.to_xarray()["state"].values.tolist() == np.ones((4, 5), dtype=int).tolist()
-    usual = basins(GAS, ("position", [-0.9]), ("velocity", [0.0]), workers=1)
+    usual = basins(GAS, ("position", [-0.9]), ("velocity", [0.0]), workers=1, modes=0)
     assert usual.columns["state"].tolist() == [0]
 
 
@@ -596,7 +597,7 @@ def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
 
 
 def test_json():
-    found = experiment(PNEUMATIC, 200, "wall", 7, workers=1)
+    found = experiment(PNEUMATIC, 200, "wall", 7, workers=1, modes=0)
     tree = json.loads(json.dumps(found.to_json_dict(), allow_nan=False))
     assert tree.keys() == {"starts", "seed", "distribution", "modes", "shares"}
     assert (tree["starts"], tree["seed"], tree["distribution"]) == (200, 7, "wall")
@@ -609,7 +610,7 @@ def test_json():
 
 
 def test_dataset_of_a_plane():
-    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1)
+    found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1, modes=0)
     data = found.to_xarray()
     assert data["attractor_number"].dims == ("velocity", "time") and data["attractor_number"].shape == (4, 5)
     assert data["time"].attrs["units"] == "rad" and data.attrs["at_position"] == -0.1
@@ -619,7 +620,7 @@ def test_dataset_of_a_plane():
 
 
 def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
-    experiment(IN_SI, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr")
+    experiment(IN_SI, 30, "wall", 1, workers=1, archive=tmp_path / "e.zarr", modes=0)
     data = Experiment.from_archive(Archive.open(tmp_path / "e.zarr")).to_xarray()
     for name, scale, unit in (
         ("impact_velocity", IN_SI.speed_scale, "m/s"),
@@ -631,7 +632,7 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     assert data["impact_velocity"].attrs["units"] == "1"
     assert data["impact_velocity"].attrs["comment"] == "dimensionless" and "comment" not in data["code"].attrs
     assert data.attrs["frequency_Hz"] == 60.0 and data.attrs["scaling"].startswith("dimensionless")
-    found = experiment(PNEUMATIC, 30, "wall", 1, workers=1)
+    found = experiment(PNEUMATIC, 30, "wall", 1, workers=1, modes=0)
     plain = found.to_xarray()
     assert plain.sizes["start"] == 30 and plain["attractor_label"].values.tolist() == [
         one.label for one in found.shares
@@ -641,7 +642,7 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
     assert np.array_equal(plain["attractor_number"], found.attractor) and "Experiment: 30 starts" in str(found)
     assert plain["blow_energy"].attrs["comment"] == "dimensionless" and "si_scale" not in plain["blow_energy"].attrs
     assert "frequency_Hz" not in plain.attrs
-    data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1).to_xarray()
+    data = basins(IN_SI, ("time", 0.0, 6.0, 3), ("velocity", -4.0, -0.5, 3), workers=1, modes=0).to_xarray()
     assert data["time"].attrs == {"units": "rad", "si_scale": IN_SI.time_scale, "si_units": "s"}
     assert data["velocity"].attrs["si_scale"] == IN_SI.speed_scale
     assert data.attrs["scaling"].startswith("dimensionless")
@@ -650,7 +651,9 @@ def test_a_dataset_says_that_it_is_dimensionless_and_has_the_scales(tmp_path):
 def test_the_table_has_words_units_and_scales():
     from percuss.case import load_case
 
-    found = experiment(load_case("valve-drifter").machine(), 20, "wall", seed=1, stop=Stop(impacts=100), workers=1)
+    found = experiment(
+        load_case("valve-drifter").machine(), 20, "wall", seed=1, stop=Stop(impacts=100), workers=1, modes=0
+    )
     data = found.to_xarray()
     assert set(MACHINE_COLUMNS) <= set(data) and data.attrs["machine"].startswith("Machine")
     assert data["state"].attrs["words"] == "return, power" and data["stall"].attrs["words"] == ", ".join(STALLS)

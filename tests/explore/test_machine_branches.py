@@ -77,7 +77,7 @@ def test_points_hold_what_they_are_called(seed):
     names |= {"port": BranchEvent.PORT_LOST, "blow": BranchEvent.DEATH, "pressure": BranchEvent.PRESSURE_GONE}
     for line in branch.family():
         for point in line.points:
-            values = point.valve_cycle.multipliers
+            values = point.valve_cycle.multipliers().values
             if point.kind in (BranchEvent.FOLD, BranchEvent.FLIP):
                 assert np.abs(values - (1.0 if point.kind is BranchEvent.FOLD else -1.0)).min() < 1e-6, point
             if point.kind is BranchEvent.NEIMARK_SACKER:

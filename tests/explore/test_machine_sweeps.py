@@ -49,7 +49,7 @@ def test_a_cell_is_the_motion_of_its_machine(modes):
             if motion.runs:
                 cycle = motion.cycle
                 wanted = {
-                    "blow_energy": cycle.blow_energy,
+                    "blow_energy": cycle.main_energy,
                     "rate": 1.0 / cycle.period,
                     "speed": cycle.blow_speed,
                     "stroke": cycle.stroke,
@@ -123,7 +123,7 @@ def test_a_key_of_the_case_is_that_of_another_file(axis, key, text):
     motion = self_excited_motion(other.machine(), modes=0, room=other.room())
     assert motion.runs and not found["stall"].any()
     machine = other.machine()
-    assert found["blow_energy"][1] == pytest.approx(motion.cycle.blow_energy * machine.energy_scale, rel=1e-10)
+    assert found["blow_energy"][1] == pytest.approx(motion.cycle.main_energy * machine.energy_scale, rel=1e-10)
     assert found["rate"][1] == pytest.approx(1.0 / motion.cycle.period, rel=1e-10)
     assert found["stroke"][1] == pytest.approx(motion.cycle.stroke * machine.length_scale, rel=1e-10)
 

@@ -224,6 +224,6 @@ def test_a_loop_of_touches_goes_round_its_corners_and_closes() -> None:
         beside = family.system(dict(zip(curve.parameters, curve.values[i].tolist(), strict=True)))
         orbit = PeriodicOrbit(beside, 2, tuple(curve.times[i].tolist()), 1)
         assert orbit.residual < 1e-9
-        y = orbit.end_point(np.linspace(0.0, orbit.period, 40001)[:-1])
+        y = orbit.motion(np.linspace(0.0, orbit.period, 40001)[:-1])
         tops = y[1:-1][(y[1:-1] >= y[:-2]) & (y[1:-1] > y[2:])]
         assert np.abs(tops).min() < 1e-6  # the samples are 3e-4 apart

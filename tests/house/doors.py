@@ -78,13 +78,18 @@ NO_DOORS = {
     "explore.Basins.from_archive explore.Diagram.from_archive explore.Diagram.of "
     "explore.Experiment.from_archive "
     "explore.Sweep.from_archive explore.Sweep.shaped",
+    "the same as explore.follow": "steady.Orbit.follow steady.PeriodicOrbit.follow steady.RestCycle.follow "
+    "steady.ValveCycle.follow",
+    "what a file holds: the doors are save and load": "explore.Branch.from_json "
+    "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json "
+    "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
+    "explore.PointCurve.save",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at explore.Branch.speeds_at explore.PointCurve.speeds_at "
     "steady.Orbit.mean_range "
-    "explore.DiagramBranch.times_at explore.DiagramBranch.speeds_at explore.DiagramBranch.at "
-    "explore.DiagramBranch.release_at "
+    "explore.Branch.release_at "
     "steady.ModalState.first steady.PeriodicOrbit.outside steady.LinearMap.dense steady.LinearMap.participation "
     "steady.LinearMap.secular steady.LinearMap.shares steady.CycleMap.dense steady.CycleMap.participation "
     "steady.CycleMap.shares",
@@ -263,7 +268,7 @@ class Arguments:
             Reversed(0.5), timed, SYSTEM.load, SYSTEM, Chamber(), Cushion(force=1.0), VALVE.ports[0], Supply(0.7, 9.0),
             VALVE, VALVE.orders, MACHINE, MACHINE.modes(2), states, states.orbits[1],
             steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2), steady.timed_states(SYSTEM, timed),
-            steady.timed_states(SYSTEM, timed).orbits[1], rests, rests.cycles[0],
+            steady.timed_states(SYSTEM, timed).orbits[1], rests, rests.orbits[0],
             steady.self_excited_motion(MACHINE, modes=0), steady.self_excited_motion(MACHINE, modes=1).cycle,
             steady.self_excited_motion(MACHINE, modes=0).cycle, Start.rigid(), Starts.rigid([-0.2, -0.5]), SHORT,
             run(SYSTEM, modes=0, stop=SHORT), run(SYSTEM, modes=0, stop=SHORT).events,
@@ -275,7 +280,7 @@ class Arguments:
             explore.basins(SYSTEM, ("time", 0.0, 1.0, 2), ("velocity", -1.0, -0.5, 2), **few),
             explore.boundaries(SYSTEM, ("restitution", [0.3]), ("load_factor", 0.1, 1.0), kinds=("fold",)),
             explore.follow(one_impact, "mean", (0.89, 0.91), most=2),
-            explore.follow_rest_cycle(rests.cycles[0], "mean", (0.89, 0.91), points=2),
+            explore.follow(rests.orbits[0], "mean", (0.89, 0.91), points=2),
             explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, **few),
             explore.experiment(SYSTEM, 4, **few), explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
@@ -325,6 +330,10 @@ class Arguments:
             "model.Timed": {"duration": 0.1, "force_centroid": 0.04, "advance_per_impulse": 0.01},
             "model.Supply": {"start": 1.0},
             "model.*.natural_frequencies": {"modes": 1},
+            "stability.stability_of": {"orbit": of["Orbit"]},
+            "stability.floquet_multipliers": {"orbit": of["Orbit"]},
+            "steady.*.multipliers": {"modes": None},
+            "steady.*.judged": {"modes": None},
             "model.Supply.of_oil": {"start": None, "flow": 2e-3, "compliance": 1e-8, "pressure": 1e7},
             "model.Port": {"to": "power", "side": "back", "delay": 0.1, "reads": 0.5, "behind": 1.0},
             "model.Valve": {"ports": VALVE.ports, "start": "power", "supply": of["Supply"], "cushion": Cushion()},

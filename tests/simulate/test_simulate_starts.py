@@ -79,7 +79,7 @@ def test_orbit_and_perturbation():
         x = np.linspace(0.0, 1.0, 9)
         shape = np.where(np.arange(7) == 0, 1.0, 2.0) * np.cos(np.pi * np.outer(x, np.arange(7)))
         # up to where the bar stands: the wall is at the striking end
-        there = orbit.displacement(x, [0.0])[:, 0]
+        there = orbit.position(x, [0.0])[:, 0]
         assert shape @ u == pytest.approx(there - there[-1], abs=1e-12)
         du, dv = [-0.01, 0.002], [0.03, 0.0, -0.02]
         u1, v1, gap1 = Start.orbit(orbit, du, dv).state(6)

@@ -54,7 +54,7 @@ def integrated(omega, damping, spring, restitution, release):
 )
 def test_the_integrated_motion_chatters_as_it_does(omega, damping, spring, restitution):
     system = oscillator(omega, damping, spring, restitution)
-    (cycle,) = rest_cycles(system).cycles
+    (cycle,) = rest_cycles(system).orbits
     assert cycle.label == "chatter/1"
     assert math.cos(cycle.release_phase) == pytest.approx(spring, abs=1e-13)
     impacts, end = integrated(omega, damping, spring, restitution, cycle.release_phase)
@@ -77,12 +77,12 @@ def test_the_integrated_motion_chatters_as_it_does(omega, damping, spring, resti
 def test_a_mass_on_a_spring_and_its_mode_rest_alike():
     mode = oscillator(2.5, 0.1, -0.1, 0.5)
     mass = System(Mounted(6.25, 0.1, gap=-0.1 / 6.25), COSINE, Kept(0.5))
-    one, other = (rest_cycles(system).cycles[0] for system in (mode, mass))
+    one, other = (rest_cycles(system).orbits[0] for system in (mode, mass))
     assert other.times == pytest.approx(one.times, abs=1e-13) and other.rest_phase == pytest.approx(one.rest_phase)
 
 
 def test_a_load_that_pushes_the_other_way_is_half_a_period_late():
-    one, other = (rest_cycles(oscillator(2.5, 0.1, -0.1, 0.5, drive=sign)).cycles[0] for sign in (1.0, -1.0))
+    one, other = (rest_cycles(oscillator(2.5, 0.1, -0.1, 0.5, drive=sign)).orbits[0] for sign in (1.0, -1.0))
     late = np.mod(other.release_phase - one.release_phase, TURN)
     assert late == pytest.approx(math.pi, abs=1e-12) and other.speeds == pytest.approx(one.speeds, abs=1e-12)
     motion = run(oscillator(2.5, 0.1, -0.1, 0.5, drive=-1.0))
@@ -94,7 +94,7 @@ def test_a_hardly_held_mass_chatters_as_a_free_one():
     soft = 1e-5
     held = oscillator(soft, 0.0, -0.8, 0.5)
     free = System(5.0, 0.0, 0.5, Load.harmonic(0.8, 1.0))
-    one, other = rest_cycles(held).cycles[0], rest_cycles(free, modes=0).cycles[0]
+    one, other = rest_cycles(held).orbits[0], rest_cycles(free, modes=0).orbits[0]
     assert one.release_phase == pytest.approx(other.release_phase, abs=1e-9)
     assert one.rest_phase == pytest.approx(other.rest_phase, abs=1e-8)
 
@@ -114,8 +114,8 @@ def test_what_rests_in_simulation_is_a_cycle_that_is_found(omega, damping, sprin
         return
     found = rest_cycles(system, most=16)
     phases = motion.events.of("release").phase
-    off = [np.abs(np.exp(1j * phases[-1]) - np.exp(1j * cycle.release_phases)).min() for cycle in found.cycles]
-    near = [cycle for cycle, distance in zip(found.cycles, off, strict=True) if distance < 1e-9]
+    off = [np.abs(np.exp(1j * phases[-1]) - np.exp(1j * cycle.release_phases)).min() for cycle in found.orbits]
+    near = [cycle for cycle, distance in zip(found.orbits, off, strict=True) if distance < 1e-9]
     assert [cycle.label for cycle in near] == [motion.label]
     rests = motion.events.of("rest").phase[-1]
     assert np.abs(np.exp(1j * rests) - np.exp(1j * near[0].rest_phases)).min() < 1e-8
@@ -142,7 +142,7 @@ def test_rest_goes_on_where_it_was_stopped():
 def test_a_mode_that_the_wall_holds_for_good_rests():
     motion = run(oscillator(0.8, 0.1, -1.5, 0.5), Start.rigid(-0.1))
     assert motion.label == "rest" and motion.gap([motion.end_time])[0] == pytest.approx(0.0, abs=1e-14)
-    assert rest_cycles(motion.system).cycles == ()
+    assert rest_cycles(motion.system).orbits == ()
 
 
 TWO = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
@@ -199,7 +199,7 @@ def test_rests_of_several_modes_go_on_and_are_members_of_ensembles():
 def test_cycles_with_rest_are_searched_for_of_one_mode():
     with pytest.raises(ParameterError, match="several"):
         rest_cycles(System(TWO, COSINE, Kept(0.4)))
-    assert rest_cycles(System(TWO, COSINE, Kept(0.4)), modes=1).cycles
+    assert rest_cycles(System(TWO, COSINE, Kept(0.4)), modes=1).orbits
 
 
 def test_without_rebound_several_modes_leave_under_steps_when_they_are_pulled():

@@ -85,5 +85,5 @@ def test_an_orbit_that_is_not_physical_says_why() -> None:
                 assert orbit.admissible == (orbit.obstacle is None)
                 assert (orbit.obstacle is Reason.NO_BLOW) == (orbit.impact_velocity <= 0.0)
                 if orbit.obstacle is Reason.THROUGH_WALL:
-                    assert orbit.end_point(np.linspace(0.0, orbit.period, 4001)).max() > 0.0
+                    assert orbit.motion(np.linspace(0.0, orbit.period, 4001)).max() > 0.0
     assert seen == {None, Reason.NO_BLOW, Reason.THROUGH_WALL}

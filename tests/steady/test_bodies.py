@@ -236,7 +236,7 @@ def test_a_turned_bar_strikes_alike(impedances: list[float], s: float, ratio: fl
         assert other.phase == pytest.approx(one.phase, abs=1e-12)
         assert other.impact_velocity == pytest.approx(one.impact_velocity, rel=1e-8, abs=1e-9)
         t = np.linspace(0.0, one.period, 7)
-        assert other.end_point(t) == pytest.approx(one.end_point(t), abs=1e-8 * one.rigid_stroke)
+        assert other.motion(t) == pytest.approx(one.motion(t), abs=1e-8 * one.rigid_stroke)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
@@ -273,7 +273,7 @@ def test_the_sums_of_all_modes_are_the_limit_of_many() -> None:
         system = System(stepped(law), SMOOTH, Kept(0.5))
         whole = steady_states(system).orbits[-1]
         t = np.linspace(0.0, whole.period, 9)
-        few, many = (steady_states(system, modes=n).orbits[-1].end_point(t) - whole.end_point(t) for n in (50, 400))
+        few, many = (steady_states(system, modes=n).orbits[-1].motion(t) - whole.motion(t) for n in (50, 400))
         assert np.abs(many).max() < 0.2 * np.abs(few).max() < 1e-3
         assert whole.error_bound <= 1e-10
 
@@ -295,7 +295,7 @@ def test_the_gap_is_closed_at_both_ends_of_a_flight() -> None:
             for load in (SMOOTH, STEPS):
                 found = steady_states(System(UniformBar(6.0, law), load, Reversed(0.5)), modes=modes)
                 for orbit in found.orbits:
-                    assert orbit.end_point([0.0, orbit.period]) == pytest.approx([0.0, 0.0], abs=1e-12)
+                    assert orbit.motion([0.0, orbit.period]) == pytest.approx([0.0, 0.0], abs=1e-12)
                     assert found.rigid_velocity(orbit.phase) == pytest.approx(found.level, abs=1e-2)
 
 

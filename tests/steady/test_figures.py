@@ -33,7 +33,7 @@ def defined(orbit: Orbit) -> dict[str, float | None]:
     phases = (np.arange(20_000 * orbit.periods) + 0.5) * orbit.period / (20_000 * orbit.periods)
     force = system.load.value(orbit.phase + phases) * mass * bar.length * omega**2
     driven = orbit.velocity(0.0, phases)[0] * bar.length * omega
-    gap = orbit.end_point(phases) * bar.length
+    gap = orbit.motion(phases) * bar.length
     put_in = float(np.mean(force * driven))
     wave = piece.density * math.sqrt(piece.youngs_modulus / piece.density) * speed / 2.0
     drag = system.d * mass * omega

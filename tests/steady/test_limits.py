@@ -93,7 +93,7 @@ def test_order_in_the_wave_speed(d: float) -> None:
         t = np.linspace(0, orbit.period, 400)
         errors["speed"].append(abs(orbit.impact_velocity - rigid.impact_velocity))
         errors["energy"].append(abs(orbit.blow_energy - rigid.blow_energy))
-        errors["place"].append(float(np.abs(orbit.end_point(t) - rigid.end_point(t)).max()))
+        errors["place"].append(float(np.abs(orbit.motion(t) - rigid.motion(t)).max()))
         errors["sigma"].append(abs(reduced_criterion(orbit).sigma))
     assert slope_of(speeds, errors["speed"]) < -1.8
     assert slope_of(speeds, errors["energy"]) < -1.8
@@ -158,7 +158,7 @@ def test_no_damping_is_the_limit_of_little_damping(kind: str, m: int) -> None:
                 *reduced.a,
                 multipliers.largest,
             ]
-            row += [orbit.energy.input, *orbit.end_point(t)]
+            row += [orbit.energy.input, *orbit.motion(t)]
         return np.array(row)
 
     still = numbers(0.0)
@@ -216,7 +216,7 @@ def test_a_shifted_load_shifts_the_phase_and_nothing_else(drawn: Drawn, shift: f
         assert twin.impact_velocity == pytest.approx(orbit.impact_velocity, abs=1e-8 * speed)
         t = np.linspace(0, orbit.period, 9)
         size = orbit.stroke + speed
-        assert twin.end_point(t) == pytest.approx(orbit.end_point(t), abs=1e-8 * size)
+        assert twin.motion(t) == pytest.approx(orbit.motion(t), abs=1e-8 * size)
         assert twin.blow_energy == pytest.approx(orbit.blow_energy, rel=1e-7)
 
 
@@ -256,7 +256,7 @@ def test_fourier_square_flies_like_the_piecewise_one(modes: int) -> None:
         for n in range(K, K + 10):
             load = Load.fourier(Load.square(1.0, 1.2, n).coefficients)
             near = steady_states(System(s=2.3, d=0.05, restitution=0.5, load=load), modes=modes).orbits[1]
-            worst = max(worst, float(np.abs(near.end_point(t) - exact.end_point(t)).max()))
+            worst = max(worst, float(np.abs(near.motion(t) - exact.motion(t)).max()))
         errors.append(worst)
         ours, theirs = floquet_multipliers(near, 3).values, floquet_multipliers(exact, 3).values
         assert np.abs(np.sort(np.abs(ours)) - np.sort(np.abs(theirs))).max() < 30 / K
@@ -326,7 +326,7 @@ def test_the_clock_of_b77(drawn: Drawn, stretch: int) -> None:
         assume(float(np.abs(omega**2 / (omega**2 - k * (k - 1j * system.d))).max()) < 1e3)
         assert copy.impact_velocity == pytest.approx(f * orbit.impact_velocity, abs=1e-7 * scale / steep)
         t = np.linspace(0, orbit.period, 9)
-        assert copy.end_point(t / f) == pytest.approx(orbit.end_point(t), abs=1e-7 * (orbit.stroke + scale) / steep)
+        assert copy.motion(t / f) == pytest.approx(orbit.motion(t), abs=1e-7 * (orbit.stroke + scale) / steep)
         ours, theirs = floquet_multipliers(copy, 0).values, floquet_multipliers(orbit, 0).values
         assert np.abs(ours - theirs).max() <= 1e-6 * max(1.0, float(np.abs(theirs).max())) / steep
         assert reduced_criterion(copy).sigma == pytest.approx(reduced_criterion(orbit).sigma, rel=1e-6, abs=1e-9)
@@ -379,8 +379,8 @@ def test_resonance_by_a_hair_keeps_its_energy_finite() -> None:
         (lambda: si_report("orbit"), "orbit"),
         (lambda: System.from_si(1, 2, 3), "bar"),
         (lambda: stability_plane(System(1.0, 0.0, 0.5, Load.harmonic(1, 1)), [0.1, 0.2, 0.3], [1, 2]), "load_factor"),
-        (lambda: one_orbit().displacement(2.0, 0.0), "x"),
-        (lambda: one_orbit().displacement([[0.5]], 0.0), "x"),
+        (lambda: one_orbit().position(2.0, 0.0), "x"),
+        (lambda: one_orbit().position([[0.5]], 0.0), "x"),
         (lambda: one_orbit().velocity(0.5, math.nan), "t"),
         (lambda: Bar(1e300, 1e300), "length"),
         (lambda: System(1.0, 0.0, 0.5, Load.harmonic(1e300, 1.0)), "load"),
@@ -416,5 +416,5 @@ def test_the_bound_of_a_cut_bar_holds_also_at_a_resonance_left_out(
     system = System(s=s, d=d, restitution=r, load=Load.fourier(coefficients))
     for cut, fine in zip(*(steady_states(system, m, modes=n).orbits[:2] for n in (modes, 1000)), strict=True):
         t = np.linspace(0.0, cut.period, 301)
-        gap = float(np.abs(cut.end_point(t) - fine.end_point(t)).max())
+        gap = float(np.abs(cut.motion(t) - fine.motion(t)).max())
         assert 0.0 < gap <= cut.error_bound * cut.rigid_stroke

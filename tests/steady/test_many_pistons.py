@@ -64,7 +64,7 @@ def test_each_is_what_the_closed_form_of_it_says():
         if cycle is None or cycle.blows > 1:
             continue
         wanted = (
-            cycle.period, cycle.blow_speed, cycle.blow_energy, cycle.stroke, cycle.work, cycle.taken, cycle.duty,
+            cycle.period, cycle.blow_speed, cycle.main_energy, cycle.stroke, cycle.work, cycle.taken, cycle.duty,
             abs(cycle.multiplier),
         )  # fmt: skip
         numbers = (

@@ -190,7 +190,7 @@ def test_a_complete_list_has_no_tries() -> None:
     found = orbits(System(s=5.0, d=0.0, restitution=0.5, load=COSINE), 2, 2, modes=0)
     assert found.complete
     assert (found.tries, found.unseen) == (0, 0.0)
-    assert str(found).startswith("z=2/2: 1 orbit, complete (proved)")
+    assert str(found).startswith("z=2/2: 1 orbit with 0 modes, complete (proved)")
     assert {reason.value: number for reason, number in found.dropped.items()} == {"repeats a shorter orbit": 2}
 
 

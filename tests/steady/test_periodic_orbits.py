@@ -45,9 +45,9 @@ def test_orbits_of_the_figures(name: str) -> None:
     assert found.proven
     assert found.residual < 1e-12
     t = np.linspace(0.0, found.period, 4001)
-    y, starts = found.end_point(t), found.flight_times.cumsum()
+    y, starts = found.motion(t), found.flight_times.cumsum()
     assert y.max() <= 1e-12
-    assert found.end_point(np.append(0.0, starts[:-1])) == pytest.approx(0.0, abs=1e-12)
+    assert found.motion(np.append(0.0, starts[:-1])) == pytest.approx(0.0, abs=1e-12)
     if (greatest := entry["greatest_gap_between_impacts"]) is not None:
         tops = y[1:-1][(y[1:-1] > y[:-2]) & (y[1:-1] > y[2:]) & (y[1:-1] < -1e-3)]
         assert tops.max() == pytest.approx(greatest, abs=1e-4)
@@ -70,7 +70,7 @@ def test_special_points_of_the_figures(name: str, i: int) -> None:
         assert values[-1] < 1e-9 * orbit.speeds.max()
     if point["type"] == "grazing_touch":
         touch = float(point["touch_phase"]) - orbit.times[0]
-        assert orbit.end_point(touch) == pytest.approx(0.0, abs=1e-12)
+        assert orbit.motion(touch) == pytest.approx(0.0, abs=1e-12)
     if point["type"] == "grazing_impact_dies":
         assert orbit.speeds.min() == pytest.approx(0.0, abs=1e-11)
 
@@ -94,7 +94,7 @@ def test_what_lies_beyond_the_ends_of_a_branch_is_no_orbit(name: str) -> None:
                 near = np.linspace(0.0, found.flight_times[0], 20001)[1:-1]
                 later = found.flight_times[0] + np.linspace(0.0, found.flight_times[1], 20001)[1:-1]
                 passed = np.concatenate([near, later])
-                assert found.end_point(passed).max() == pytest.approx(found.violation.depth, rel=1e-3)
+                assert found.motion(passed).max() == pytest.approx(found.violation.depth, rel=1e-3)
 
 
 # -- one impact is the closed form ------------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def test_one_impact_to_thirteen_digits() -> None:
         assert orbit.modal_state(8).z_velocity == pytest.approx(motion.modal_state(8).z_velocity, abs=1e-13)
         assert orbit.admissible is motion.admissible
         t = np.linspace(0.01, orbit.period - 0.01, 200)
-        assert orbit.end_point(t) == pytest.approx(motion.end_point(t), abs=1e-13)
+        assert orbit.motion(t) == pytest.approx(motion.motion(t), abs=1e-13)
 
 
 # -- invariants -------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ TURN = 2.0 * math.pi
 
 
 def labels(system: System, modes: int = 0) -> list[str]:
-    return [cycle.label for cycle in rest_cycles(system, modes=modes).cycles]
+    return [cycle.label for cycle in rest_cycles(system, modes=modes).orbits]
 
 
 def cosine(mean: float, restitution: float) -> System:
@@ -26,7 +26,7 @@ def cosine(mean: float, restitution: float) -> System:
 
 
 def only(system: System, modes: int = 0) -> RestCycle:
-    (cycle,) = rest_cycles(system, modes=modes).cycles
+    (cycle,) = rest_cycles(system, modes=modes).orbits
     return cycle
 
 
@@ -90,20 +90,20 @@ def test_without_restitution_one_equation_tells_the_blow(mean: float) -> None:
 )
 def test_chatter_begins_where_its_end_meets_the_next_release(restitution: float, onset: float) -> None:
     above, below = (rest_cycles(cosine(onset + by, restitution), modes=0, most=1) for by in (4e-11, -4e-11))
-    assert ([cycle.label for cycle in above.cycles], below.cycles) == (["chatter/1"], ())
+    assert ([cycle.label for cycle in above.orbits], below.orbits) == (["chatter/1"], ())
 
 
 def test_a_load_that_never_pulls_lets_nothing_go() -> None:
     assert labels(cosine(0.999, 0.5)) == ["chatter/1"]
     for mean in (1.0, 1.2):
         found = rest_cycles(cosine(mean, 0.5), modes=0)
-        assert (found.cycles, found.releases, found.leads_to) == ((), (), ())
+        assert (found.orbits, found.releases, found.leads_to) == ((), (), ())
 
 
 def test_a_bar_that_is_never_laid_down_has_no_such_cycle() -> None:
     for system in (cosine(0.8, 1.0), cosine(0.3, 0.8), cosine(-0.2, 0.5)):
         found = rest_cycles(system, modes=0, most=8)
-        assert found.cycles == () and set(found.leads_to) == {-1}
+        assert found.orbits == () and set(found.leads_to) == {-1}
 
 
 def test_bounces_followed_one_by_one_end_where_the_sum_says() -> None:
@@ -121,7 +121,7 @@ def test_several_releases_in_a_period() -> None:
     load = Load.fourier([0.6, 0.1, 1.0])  # pulls twice in a period, not quite alike
     found = rest_cycles(System(s=5.0, d=0.0, restitution=0.2, load=load), modes=0)
     assert len(found.releases) == 2 and found.leads_to == (0, 0)
-    (cycle,) = found.cycles
+    (cycle,) = found.orbits
     assert (cycle.label, cycle.release_phases.size) == ("chatter/1", 2)
     assert cycle.rest_times.min() > 0.0
     whole = cycle.rest_times.sum() + sum(chain.rest - chain.release for chain in cycle.chains)

@@ -437,7 +437,7 @@ def compare_fields(orbit: Orbit, case: naive.Case, modes: int, tolerance: float 
     scales = (speed * orbit.period, speed * max(1.0, modes), speed * max(1.0, modes))
     for ours, theirs, scale in zip(field, np.moveaxis(expected, 2, 0), scales, strict=True):
         assert np.abs(ours - theirs).max() <= tolerance * scale
-    assert orbit.displacement(x, t) == pytest.approx(field.displacement, abs=1e-300)
+    assert orbit.position(x, t) == pytest.approx(field.displacement, abs=1e-300)
     assert orbit.impact_velocity == pytest.approx(float(naive.striking_speed(twin)), abs=tolerance * speed)
     assert orbit.blow_energy == pytest.approx(float(naive.blow_energy(twin)), rel=tolerance)
     assert orbit.impact_field(x) == pytest.approx(field.velocity[:, -1], abs=tolerance * speed * max(1, modes))
@@ -478,8 +478,8 @@ def test_velocity_and_strain_are_slopes(drawn: Drawn, x: float, share: float) ->
     orbit = orbits[0]
     t = share * orbit.period
     h = 1e-4 / (6 * math.pi * max(1.0, drawn.system.s, 20 / 6))
-    along = orbit.displacement([x - h, x, x + h], t)[:, 0]
-    ahead = orbit.displacement(x, [t - h, t, t + h])[0]
+    along = orbit.position([x - h, x, x + h], t)[:, 0]
+    ahead = orbit.position(x, [t - h, t, t + h])[0]
     size = 2.0 * float(orbit.state.amplitude.sum()) + float(np.abs(ahead).max()) + float(np.abs(along).max())
     slack = 1e-8 * size / 1e-4 * 6 * math.pi * max(1.0, drawn.system.s, 20 / 6)
     assert (along[2] - along[0]) / (2 * h) == pytest.approx(float(orbit.strain(x, t)[0, 0]), abs=slack)
@@ -495,7 +495,7 @@ def test_the_impact(drawn: Drawn, modes: int) -> None:
         assume(ringing(orbit) < 1e5)
         u, v, _ = orbit.field(x, ends)
         size = orbit.stroke + float(orbit.state.amplitude.sum())
-        assert np.abs(orbit.end_point(ends)).max() <= 1e-11 * size
+        assert np.abs(orbit.motion(ends)).max() <= 1e-11 * size
         assert np.abs(u[:, 0] - u[:, 1]).max() <= 1e-10 * size
         speed = float(np.abs(v).max()) + orbit.rigid_velocity
         assert np.abs(v[:, 0] + drawn.system.restitution * v[:, 1]).max() <= 1e-9 * speed
@@ -503,17 +503,17 @@ def test_the_impact(drawn: Drawn, modes: int) -> None:
         assert orbit.impact_velocity == pytest.approx(v[-1, 1], abs=1e-9 * speed)
         mean = drawn.system.load.mean * orbit.period / (1 + drawn.system.restitution)
         assert orbit.rigid_velocity == pytest.approx(mean, rel=1e-14)
-        later = orbit.end_point(0.3 * orbit.period + orbit.period)  # the motion goes on
-        assert later == pytest.approx(orbit.end_point(0.3 * orbit.period), abs=1e-9 * size)
+        later = orbit.motion(0.3 * orbit.period + orbit.period)  # the motion goes on
+        assert later == pytest.approx(orbit.motion(0.3 * orbit.period), abs=1e-9 * size)
 
 
 def test_shapes_of_the_fields() -> None:
     orbit = steady_states(System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))).orbits[1]
-    assert orbit.displacement([0.1, 0.2, 0.3], [1.0, 2.0]).shape == (3, 2)
+    assert orbit.position([0.1, 0.2, 0.3], [1.0, 2.0]).shape == (3, 2)
     assert orbit.velocity(0.5, 1.0).shape == orbit.strain(0.5, 1.0).shape == (1, 1)
-    assert orbit.end_point([1.0, 2.0, 3.0]).shape == orbit.driven_end([1.0, 2.0, 3.0]).shape == (3,)
+    assert orbit.motion([1.0, 2.0, 3.0]).shape == orbit.driven_end([1.0, 2.0, 3.0]).shape == (3,)
     assert orbit.impact_field([0.0, 1.0]).shape == (2,)
-    assert orbit.driven_end(1.0)[0] == orbit.displacement(0.0, 1.0)[0, 0]
+    assert orbit.driven_end(1.0)[0] == orbit.position(0.0, 1.0)[0, 0]
 
 
 @pytest.mark.parametrize(("s", "d"), [(20.0, 0.0048), (3.0, 0.3), (1.3, 1.0)])
@@ -541,7 +541,7 @@ def test_error_bound_bounds(s: float, d: float, r: float, tolerance: float) -> N
     for orbit in steady_states(system, tolerance=tolerance).orbits:
         best = Orbit(system, 1, orbit.phase, tolerance=1e-13)
         t = np.linspace(0.0, orbit.period, 301)[1:-1]
-        error = np.abs(orbit.end_point(t) - best.end_point(t)).max()
+        error = np.abs(orbit.motion(t) - best.motion(t)).max()
         stroke = np.ptp(orbit.rigid_motion(np.linspace(0, orbit.period, 500))[0])
         assert error <= (orbit.error_bound + best.error_bound) * stroke + 1e-13
         assert orbit.error_bound <= tolerance or orbit.warnings
@@ -554,7 +554,7 @@ def test_error_bound_of_fixed_modes(drawn: Drawn, modes: int) -> None:
     for orbit in steady_states(drawn.system, drawn.periods, modes=modes).orbits[:1]:
         best = Orbit(drawn.system, drawn.periods, orbit.phase, requested_modes=600)
         t = np.linspace(0.0, orbit.period, 200)
-        error = float(np.abs(orbit.end_point(t) - best.end_point(t)).max())
+        error = float(np.abs(orbit.motion(t) - best.motion(t)).max())
         stroke = float(np.ptp(orbit.rigid_motion(np.linspace(0, orbit.period, 64 * drawn.periods + 1))[0]))
         assert error <= 2.0 * (orbit.error_bound + best.error_bound) * stroke * (1 + 1e-9) + 1e-12 * stroke
 
@@ -593,7 +593,7 @@ def looked(orbit: Orbit, samples: int = 4_001) -> tuple[float | None, float]:
 
     def y(t: NDArray[np.float64]) -> NDArray[np.float64]:
         if orbit.requested_modes is None:
-            return orbit.end_point(t)
+            return orbit.motion(t)
         rigid = orbit.rigid_motion(t)[0]
         forced = signs @ orbit.response.modal(orbit.modes, orbit.phase + t)[0]
         free = signs @ orbit.transient(t)[0]
@@ -633,7 +633,7 @@ def agrees_with_a_look(drawn: Drawn, modes: int | None) -> None:
             assert violation.time <= time + 1e-6, "first passage seen by looking is earlier"
             assert violation.depth <= depth + 0.02 * abs(depth) + 1e-6 * orbit.stroke
             if violation.time < time - 1e-6:  # a passage between two looks: there it is
-                assert time <= 2 * step or float(orbit.end_point(violation.time)[0]) > -1e-12 * orbit.stroke
+                assert time <= 2 * step or float(orbit.motion(violation.time)[0]) > -1e-12 * orbit.stroke
         else:
             assert violation.time <= step or violation.depth < 1e-3 * orbit.stroke
 
@@ -660,7 +660,7 @@ def test_depth_is_the_greatest_of_the_flight(s: float, kappa: float, m: int) -> 
     system = System(s=s, d=0.0, restitution=0.0, load=Load.square(1.0, kappa))
     for orbit in steady_states(system, m, modes=12).orbits:
         t = np.concatenate([np.linspace(0, 0.05, 40_001), np.linspace(0, orbit.period, 100_001)])
-        seen = float(orbit.end_point(t).max())
+        seen = float(orbit.motion(t).max())
         if seen > 1e-9:
             assert orbit.violation is not None
             assert orbit.violation.depth == pytest.approx(seen, rel=1e-3)
@@ -686,7 +686,7 @@ def test_rigid_bar_against_its_parabola_and_cosine(r: float) -> None:
                 w = p0 * orbit.period / (1 + r)
                 t = np.linspace(0, orbit.period, 200_001)
                 y = p0 * t**2 / 2 - (np.cos(phi + t) - math.cos(phi)) - (r * w + math.sin(phi)) * t
-                assert orbit.end_point(t[::1000]) == pytest.approx(y[::1000], abs=1e-10)
+                assert orbit.motion(t[::1000]) == pytest.approx(y[::1000], abs=1e-10)
                 bad = np.flatnonzero(y[1:-1] > 1e-11) + 1
                 if bad.size:
                     assert orbit.violation is not None
@@ -720,12 +720,12 @@ def test_a_short_touch_is_not_missed() -> None:
         system = System(s=30.0, d=0.0, restitution=0.6, load=Load.harmonic(factor, 1.0))
         orbit = steady_states(system, 3, modes=0).orbits[0]
         t = np.linspace(0.05, 0.95, 2001) * orbit.period
-        y = orbit.end_point(t)
+        y = orbit.motion(t)
         inner = [y[i] for i in range(1, y.size - 1) if y[i] >= y[i - 1] and y[i] >= y[i + 1]]
         if not inner:
             return -1.0, orbit
         fine = t[int(np.flatnonzero(y == max(inner))[0])] + np.linspace(-1, 1, 4001) * t[1]
-        return float(orbit.end_point(fine).max()), orbit
+        return float(orbit.motion(fine).max()), orbit
 
     factors = np.linspace(0.05, 0.3, 60)
     depths = [deepest(float(f))[0] for f in factors]

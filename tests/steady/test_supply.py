@@ -64,7 +64,7 @@ def test_cycle_and_multipliers_are_those_of_a_second_program(compliance: float, 
         aside[i] = step
         columns.append((after(begins.numbers + aside) - after(begins.numbers - aside)) / (2.0 * step))
     found = np.linalg.eigvals(np.array(columns).T)
-    assert np.sort_complex(found) == pytest.approx(np.sort_complex(cycle.multipliers), abs=1e-6)
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(cycle.multipliers().values), abs=1e-6)
 
 
 def test_a_great_accumulator_holds_the_pressure() -> None:

@@ -125,7 +125,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     rests = (
         []
         if resting is None
-        else sorted({cycle.label for cycle in resting.cycles if cycle.periods >= parsed_label(options.label)[1]})
+        else sorted({cycle.label for cycle in resting if cycle.periods >= parsed_label(options.label)[1]})
     )
 
     def data() -> Any:
@@ -279,7 +279,7 @@ grazings, as lines; what happens on them, as marks. After Ctrl-C the answer is w
         whole(),
         default=6,
     ),
-    modes_option("default: the case's, or 8"),
+    modes_option("default: the case's, or 32"),
     _SEED,
     option("--json", "print the diagram as JSON"),
     csv_option("write points and branches as a table, a line for each impact"),

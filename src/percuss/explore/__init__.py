@@ -1,11 +1,10 @@
 """Maps, boundaries, basins and numerical experiments: any function of a system over any parameters.
 
 `sweep` computes quantities over a parameter curve or plane, `boundaries` solves for the curves themselves, `follow`
-goes along a branch of orbits round folds and past flips to its ends, `follow_rest_cycle` along one of cycles with rest,
-`follow_point` follows a point of a branch through a plane of two parameters, `diagram` shows all branches and what
-simulations settle on over one parameter, `experiment` and `basins` count where starts end.
-What is long is carried out by many workers, kept chunk by chunk in an archive, and resumed (`carry_out`). The names are
-imported when first used.
+goes along a branch of orbits, cycles with rest or of machines, round folds and past flips to its ends, `follow_point`
+follows a point of a branch through a plane of two parameters, `diagram` shows all branches and what simulations settle
+on over one parameter, `experiment` and `basins` count where starts end. What is long is carried out by many workers,
+kept chunk by chunk in an archive, and resumed (`carry_out`). The names are imported when first used.
 """
 
 from __future__ import annotations
@@ -20,9 +19,8 @@ if TYPE_CHECKING:
     from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
     from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, Doubling, PlainMotion, PointCurve
     from percuss.explore.continuation.following import Reach, ReachEnd, follow, reach
-    from percuss.explore.continuation.rest_following import follow_rest_cycle
     from percuss.explore.diagrams.diagram import Diagram, diagram
-    from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion
+    from percuss.explore.diagrams.diagram_lines import SettledMotion
     from percuss.explore.family import Axis, Family, SystemFamily
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.carrying_out import carry_out, estimate

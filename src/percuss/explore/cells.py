@@ -29,14 +29,13 @@ from percuss.explore.quantities import (
     needs,
 )
 from percuss.model import Machine, System
-from percuss.model.checks import Array
+from percuss.model.checks import DEFAULT_MODES, Array
 from percuss.stability import stability_plane
 from percuss.stability.verdict import moduli_of
 from percuss.steady import rest_on_wall, steady_states
 from percuss.steady.figures import FIGURES
 from percuss.steady.forced import forced_response
 from percuss.steady.multipliers import NEUTRAL, VERDICTS
-from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.phases import Arcs
 from percuss.steady.self_excited import Obstacle, self_excited_motion
 from percuss.steady.self_excited.many_pistons import rigid_cycles
@@ -455,7 +454,7 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
             numbers: tuple[float, ...] | None = None
             if cycle is not None and cycle.blows == 1:
                 numbers = tuple(getattr(cycle, name) for name in _OF_CYCLES[:5])
-                numbers = (*numbers, cycle.blow_speed, cycle.blow_energy, abs(cycle.multiplier))
+                numbers = (*numbers, cycle.blow_speed, cycle.main_energy, abs(cycle.multiplier))
             _put(job, out, i, machine, motion.obstacle, "starts" in out and motion.starts_from_rest, numbers)
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = failure(error)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, ResonanceError
 from percuss.halting import on_threads
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import Array, count, flag, instance, several, workers
+from percuss.model.checks import DEFAULT_MODES, Array, count, flag, instance, several, workers
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
 
@@ -78,6 +78,8 @@ class Lyapunov(Shown):
         return self.interval[0] > 0.0
 
     def __str__(self) -> str:
+        if math.isnan(self.exponent) and self.outcome == "rest":
+            return "no Lyapunov exponent: the structure rests on its stop, where its other modes move on and remember"
         if not math.isfinite(self.exponent):
             return f"Lyapunov exponent {self.exponent} ({self.outcome})"
         return (
@@ -114,7 +116,7 @@ def lyapunov_exponent(
     system: System | Machine,
     start: Start | None = None,
     *,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     impacts: int = 2000,
     discard: int = 500,
     every: bool = False,
@@ -162,7 +164,7 @@ def lyapunov_exponent(
     >>> from percuss.explore.lyapunov import lyapunov_exponent
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.77, 1.0))
     >>> _, orbit = steady_states(system).orbits
-    >>> print(lyapunov_exponent(system, Start.orbit(orbit, velocity=[0.01])))
+    >>> print(lyapunov_exponent(system, Start.orbit(orbit, velocity=[0.01]), modes=0))
     Lyapunov exponent -0.130572 ± ... per impact, -0.130572 per load period (2000 impacts)
     """
     used, before = _numbers(impacts, discard)
@@ -176,7 +178,7 @@ def lyapunov_many(
     systems: System | Machine | Sequence[System | Machine],
     starts: Start | Starts | Sequence[Start] | None = None,
     *,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     impacts: int = 2000,
     discard: int = 500,
     every: bool = False,

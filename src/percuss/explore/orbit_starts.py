@@ -11,7 +11,7 @@ import numpy as np
 from percuss.errors import PercussError
 from percuss.halting import halting, look
 from percuss.model import Machine, System
-from percuss.model.checks import Array, callback, count, having, instance, unit_interval
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, having, instance, unit_interval
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 from percuss.steady.states import MAX_MODES
@@ -29,7 +29,7 @@ _AROUND = 0.2  # of the pressure or the flow, on either side, where flips of mac
 
 
 def switched_seeds(
-    system: System, impacts: int, periods: int = 1, *, modes: int = 32, reach: float = 0.2, tries: int = 100
+    system: System, impacts: int, periods: int = 1, *, modes: int = DEFAULT_MODES, reach: float = 0.2, tries: int = 100
 ) -> dict[str, Array]:
     """Where `percuss.steady.orbits` is to start: orbits that begin at a flip or a grazing of a shorter one.
 
@@ -121,7 +121,7 @@ def orbit_seeds(
     impacts: int,
     periods: int = 1,
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     motions: int = 64,
     seed: int = 0,
     halt: Callable[[], bool] | None = None,

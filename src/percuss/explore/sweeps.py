@@ -13,7 +13,7 @@ from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.explore.attractors.hammers import CYCLE_KINDS
 from percuss.explore.cells import StrikingFamily, SweepJob, SystemFunction, label_text
 from percuss.explore.family import Axis, Family, drives_itself, family_of
-from percuss.explore.jobs.archive_export import HandedOver, variables_of
+from percuss.explore.jobs.archive_export import OfColumns, variables_of
 from percuss.explore.jobs.job import Column, Columns
 from percuss.explore.parameters import PERIODS
 from percuss.explore.quantities import (
@@ -29,9 +29,8 @@ from percuss.explore.quantities import (
     known_quantities,
 )
 from percuss.model import HeldBody, Machine, ModalBody, System
-from percuss.model.checks import count, instance, mapping
+from percuss.model.checks import DEFAULT_MODES, count, instance, mapping
 from percuss.simulate import OUTCOMES
-from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
 if TYPE_CHECKING:
@@ -144,7 +143,7 @@ def _check_axes(family: Family, axes: tuple[Axis, ...]) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep(HandedOver):
+class Sweep(OfColumns):
     """A map: the columns of all cells.
 
     Attributes
@@ -169,7 +168,8 @@ class Sweep(HandedOver):
 
     def __str__(self) -> str:
         over = " × ".join(f"{len(axis)} values of {axis.name}" for axis in self.axes)
-        return f"Sweep: {over}; {', '.join(self.quantities)}"
+        modes = "continuous bar" if self.ask["modes"] is None else f"{self.ask['modes']} modes"
+        return f"Sweep: {over}; {', '.join(self.quantities)}; {modes}"
 
     @classmethod
     def from_archive(cls, archive: Any) -> Sweep:

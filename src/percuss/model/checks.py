@@ -17,6 +17,9 @@ from percuss.errors import ParameterError
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 
+DEFAULT_MODES = 32
+"""Elastic modes where nobody names a number: of simulations and orbits, and of the multipliers of a continuous bar."""
+
 _NO_NUMBERS = (bool, str, bytes, bytearray, np.bool_, np.complexfloating)  # though `float` takes them
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from percuss.explore import Branch, BranchPoint, Diagram, DiagramBranch, PointCurve, SettledMotion
+    from percuss.explore import Branch, BranchPoint, Diagram, PointCurve, SettledMotion
     from percuss.model.checks import Array
 
 EVENT_MARKS = {
@@ -36,7 +36,7 @@ _RESTS = {"release_phases": ("is let go", "-."), "rest_phases": ("comes to rest"
 
 
 def _draw(
-    ax: Axes, line: Branch | DiagramBranch, quantity: str, colour: str, widths: tuple[float, float] = (1.2, 1.2),
+    ax: Axes, line: Branch, quantity: str, colour: str, widths: tuple[float, float] = (1.2, 1.2),
     label: str = "_",
 ) -> None:  # fmt: skip
     """A line for each impact, solid where stable and dashed elsewhere; among phases those of releases and rests."""
@@ -52,7 +52,7 @@ def _draw(
                 ax.plot(*_cut(line.values, row, quantity), dashes, color=colour, lw=1.0, label=words, zorder=2)
 
 
-def _rows(line: Branch | DiagramBranch, quantity: str) -> Array:
+def _rows(line: Branch, quantity: str) -> Array:
     """What is drawn of a branch; shape (m, lines)."""
     size = line.values.size
     if quantity == "phase":
@@ -68,7 +68,7 @@ def _cut(x: Array, y: Array, quantity: str) -> tuple[Array, Array]:
     return np.insert(x, gone, np.nan), np.insert(y, gone, np.nan)
 
 
-def _mark(ax: Axes, line: Branch | DiagramBranch, quantity: str, size: float = 4.0) -> None:
+def _mark(ax: Axes, line: Branch, quantity: str, size: float = 4.0) -> None:
     """What happens at the points of a branch, where it is something to be marked."""
     for point in line.points:
         mark = EVENT_MARKS.get(point.kind.value)
@@ -79,7 +79,7 @@ def _mark(ax: Axes, line: Branch | DiagramBranch, quantity: str, size: float = 4
             ax.plot(np.full(len(heights), point.value), heights, mark, color=INK, label=word, **look)
 
 
-def _point_heights(line: Branch | DiagramBranch, point: BranchPoint, quantity: str) -> list[float]:
+def _point_heights(line: Branch, point: BranchPoint, quantity: str) -> list[float]:
     motion: Any = point.motion
     drawn, scales = line.phases[0].size, getattr(line, "scales", None)
     if quantity == "phase":
@@ -287,7 +287,7 @@ def _diagram_legend(figure: Figure, ax: Axes, found: Diagram) -> None:
         figure.legend(drawn, names, loc="outside right upper", frameon=False, markerscale=1.8)
 
 
-def _labels(lines: Sequence[DiagramBranch]) -> list[str]:
+def _labels(lines: Sequence[Branch]) -> list[str]:
     """Each label once, in the order in which they come."""
     return list(dict.fromkeys(line.label for line in lines))
 

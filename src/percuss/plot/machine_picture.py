@@ -167,7 +167,7 @@ def _pressures(axes: Any, answer: MachineAnswer) -> None:
     energy = np.array([1.0 + (one.energy or 0.0) for one in running])
     rate = np.array([1.0 + (one.rate or 0.0) for one in running])
     if machine.is_si:
-        energy, rate = energy * cycle.blow_energy * machine.energy_scale, rate * 60.0 * cycle.blows / cycle.period
+        energy, rate = energy * cycle.main_energy * machine.energy_scale, rate * 60.0 * cycle.blows / cycle.period
     axes.set_ylabel("blow energy [J]" if machine.is_si else "blow energy, relative", color=COLOURS[1])
     axes.tick_params(axis="y", colors=COLOURS[1])
     other = _second_axis(axes, "blows/min" if machine.is_si else "rate, relative", COLOURS[0])

@@ -556,7 +556,7 @@ def experiment(found: Experiment, title: str = "") -> Figure:
     >>> from percuss.explore import experiment
     >>> from percuss.plot import experiment as picture
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
-    >>> len(picture(experiment(system, 200, workers=1)).axes)
+    >>> len(picture(experiment(system, 200, modes=0, workers=1)).axes)
     2
     """
     having("found", found, ("shares", "attractor", "columns"), "what percuss.explore.experiment gives")
@@ -576,7 +576,7 @@ def basins(found: Basins, title: str = "") -> Figure:
     >>> from percuss.explore import basins
     >>> from percuss.plot import basins as picture
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
-    >>> found = basins(system, ("time", 0.0, 6.2, 16), ("velocity", -6.0, -0.1, 10), workers=1)
+    >>> found = basins(system, ("time", 0.0, 6.2, 16), ("velocity", -6.0, -0.1, 10), modes=0, workers=1)
     >>> picture(found).axes[0].get_xlabel()
     'load phase of the start [rad]'
     """

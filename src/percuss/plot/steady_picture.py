@@ -260,7 +260,7 @@ def _gap(axes: Any, answer: _Motions, units: Units) -> None:
         t = np.linspace(0.0, found.orbit.period, POINTS * found.orbit.periods)
         line = "-" if found.runs else (0, (4, 2)) if found.orbit.admissible else ":"
         label = f"φ = {found.orbit.phase:.3f}{_timed_phase(answer, found.orbit)}" if len(shown) <= 8 else None
-        axes.plot(t * units.time, found.orbit.end_point(t) * units.length, color=colour, linestyle=line, label=label)
+        axes.plot(t * units.time, found.orbit.motion(t) * units.length, color=colour, linestyle=line, label=label)
     if not shown:
         _none(axes)
         return

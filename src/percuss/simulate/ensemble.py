@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import Array, callback, count, instance, several, workers
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance, several, workers
 from percuss.model.system import rests
 from percuss.shown import Shown, watched
 from percuss.simulate.engine import (
@@ -206,7 +206,7 @@ def simulate_many(
     systems: System | Machine | Sequence[System] | Sequence[Machine],
     starts: Start | Starts | Sequence[Start],
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     keep: Keep = "statistics",
     discard: int | None = None,

@@ -390,6 +390,9 @@ class Start:
         if self.profile is not None:
             u, v = (modal_parts(profile, body, unit) for profile in self.profile)
         if self.source is not None:
+            own = getattr(self.source, "requested_modes", getattr(self.source, "modes", None))
+            if own not in (None, modes):  # that of a continuous bar has as many as are wanted
+                raise ParameterError("modes", modes, f"{own}, the modes of the orbit from which the motion starts")
             at = self.source.modal_state(size - 1)
             driven = elastic.gamma / unit  # 1, and next to nothing where the load acts at a node of the mode
             v[1:] += (at.z_velocity + at.forced_velocity) * driven

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.model import Machine, System
-from percuss.model.checks import Array, array, callback, choice, count, finite, instance
+from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance
 from percuss.shown import Shown, watched
 from percuss.simulate.events import (
     CHATTER,
@@ -505,7 +505,7 @@ def run(
     system: System | Machine,
     start: Start | None = None,
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> Trajectory:

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.halting import look, on_threads
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
-from percuss.model.checks import Array, ComplexArray, count, instance, numbers, workers
+from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, count, instance, numbers, workers
 from percuss.model.contact import restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -248,7 +248,7 @@ def exact_plane(
     restitution: npt.ArrayLike,
     load_factor: npt.ArrayLike,
     periods: int = 1,
-    modes: int = 16,
+    modes: int = DEFAULT_MODES,
     *,
     plane: Plane | None = None,
     threads: int | None = None,

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TypeVar
 
 import numpy as np
 
-from percuss.errors import ParameterError
 from percuss.mechanics.flow import phi1
 from percuss.model import System
 from percuss.model.body import need_free
@@ -18,11 +17,8 @@ from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady import Orbit, Reason, TimedOrbit
 from percuss.steady.forced import forced_response
-from percuss.steady.multipliers import NEUTRAL, TURNING, Multipliers, reason_of, worse_side
+from percuss.steady.multipliers import NEUTRAL, TURNING, Multipliers, Repeating, reason_of
 from percuss.steady.trigonometric import harmonic_sums
-
-if TYPE_CHECKING:
-    from percuss.steady import PeriodicOrbit, RestCycle
 
 # ---- The waveform criterion for designers (theory §11): only the force at the moment of impact matters
 
@@ -218,9 +214,7 @@ def moduli_of(a_0: Array, a_1: Array, a_2: Array) -> tuple[Array, Array]:
 # ---- The verdict on an orbit: stable or not, why, and by what margin
 
 
-def floquet_multipliers(
-    orbit: Orbit | PeriodicOrbit | RestCycle, modes: int | None = None, *, side: Side = "right"
-) -> Multipliers:
+def floquet_multipliers(orbit: Repeating, modes: int | None = None, *, side: Side = "right") -> Multipliers:
     """All multipliers of an orbit over its cycle, exact for the bar with modes 0 … `modes`.
 
     Parameters
@@ -247,22 +241,9 @@ def floquet_multipliers(
     >>> from percuss.steady import orbit_near
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.665, 1.0))
     >>> print(floquet_multipliers(orbit_near(system, [0.33, 2.07], modes=0)))
-    z=2/1: stable, largest modulus 0.34302
+    z=2/1: stable, largest modulus 0.34302, 0 modes
     """
-    if isinstance(orbit, Orbit):
-        return orbit.multipliers(modes, side=side)
-    if rests(orbit) is None:
-        instance("orbit", orbit, Orbit)
-    if modes not in (None, orbit.modes):
-        raise ParameterError("modes", modes, f"{orbit.modes}, the modes of the orbit")
-    return orbit.multipliers() if rests(orbit) else cast("PeriodicOrbit", orbit).multipliers(side=side)
-
-
-def rests(orbit: object) -> bool | None:
-    """Whether it is a cycle with rest, or an orbit with several impacts; None of what is neither."""
-    from percuss.steady import PeriodicOrbit, RestCycle  # not for the verdict on a steady motion
-
-    return isinstance(orbit, RestCycle) if isinstance(orbit, PeriodicOrbit | RestCycle) else None
+    return instance("orbit", orbit, Repeating).multipliers(modes, side=side)
 
 
 @dataclass(frozen=True)
@@ -328,7 +309,7 @@ class Stability(Shown):
         return f"Stability: {first}, margin {self.margin:.4g} ({self.reason}){also}"
 
 
-def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None = None) -> Stability:
+def stability_of(orbit: Repeating, *, modes: int | None = None) -> Stability:
     """Judge an orbit by its exact multipliers, beside B77's reduced criterion and the waveform criterion.
 
     The multipliers are exact for the contact law of the system. Under the law that keeps the strain (B77) an elastic
@@ -338,7 +319,7 @@ def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None 
     Parameters
     ----------
     orbit
-        An orbit of `steady_states`, of `orbits`, or a cycle with rest.
+        Any periodic motion: of `steady_states` or `orbits`, a cycle with rest, the cycle of a machine.
     modes
         Elastic modes of the exact multipliers, as `floquet_multipliers` takes them.
 
@@ -351,14 +332,8 @@ def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None 
     unstable, beyond the fold: multiplier 3.180
     stable: elastic mode 3 dies out slowest, by a factor of 0.9848 per impact
     """
+    multipliers = instance("orbit", orbit, Repeating).judged(modes)
     of_one = orbit if isinstance(orbit, Orbit) else None
-    if of_one is None and rests(orbit) is None:
-        instance("orbit", orbit, Orbit)
-
-    def found(side: Side = "right") -> Multipliers:
-        return floquet_multipliers(orbit, modes, side=side)
-
-    multipliers = worse_side(found, orbit.system.load, orbit.times)
     margin, n, disagreement, criteria = 1.0 - multipliers.largest, multipliers.modes, None, None
     if of_one is not None and of_one.system.body.is_free:
         criteria = (reduced_criterion(of_one), waveform_criterion(of_one))
@@ -374,14 +349,15 @@ def stability_of(orbit: Orbit | PeriodicOrbit | RestCycle, *, modes: int | None 
     return Stability(stable, kind, _in_words(kind, orbit, multipliers), margin, criteria, multipliers, disagreement)
 
 
-def _in_words(kind: Reason, orbit: Orbit | PeriodicOrbit | RestCycle, multipliers: Multipliers) -> str:
-    if not isinstance(orbit, Orbit) and rests(orbit):
+def _in_words(kind: Reason, orbit: Repeating, multipliers: Multipliers) -> str:
+    if orbit.rests:
         return "stable: a rest on the wall in every cycle erases all disturbances"
-    first, load = complex(multipliers.values[0]), orbit.system.load
+    first = complex(multipliers.values[0])
     modulus, mode, free = multipliers.largest, multipliers.dominant_mode, orbit.system.body.is_free
     what = "the rigid motion" if mode == 0 else f"elastic mode {mode}" if free else f"mode {mode}"
     if not isinstance(orbit, Orbit):
-        return _in_short(kind, first, what, "cycle", cast("PeriodicOrbit", orbit))
+        return _in_short(kind, first, what, "cycle", orbit)
+    load = orbit.system.load
     if orbit.continuum is not None:
         start, stop = orbit.continuum
         grows = f", and besides {what} grows by a factor of {modulus:.4f} per impact"
@@ -400,7 +376,7 @@ def _in_words(kind: Reason, orbit: Orbit | PeriodicOrbit | RestCycle, multiplier
     return _in_short(kind, first, what, "impact", orbit)
 
 
-def _in_short(kind: Reason, first: complex, what: str, per: str, orbit: Orbit | PeriodicOrbit) -> str:
+def _in_short(kind: Reason, first: complex, what: str, per: str, orbit: Repeating) -> str:
     modulus = abs(first)
     if kind is Reason.STABLE:
         return f"stable: {what} dies out slowest, by a factor of {modulus:.4f} per {per}"

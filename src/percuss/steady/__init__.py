@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from percuss.steady.resting.rest_cycles import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.resting.rest_on_wall import Rest, rest_on_wall
     from percuss.steady.self_excited import (
-        BlankBlow,
         Obstacle,
         Rhythm,
         SelfExcited,
@@ -38,13 +37,13 @@ if TYPE_CHECKING:
         SlowPressure,
         ValveCycle,
         ValveMargins,
-        blank_blow,
         pressure_over,
         self_excited_motion,
         sensitivities,
         slow_pressure,
         valve_margins,
     )
+    from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
     from percuss.steady.states import Drag, Nearest, SteadyStates, drag_of, greatest_drag, steady_states
     from percuss.steady.timed import TimedOrbit, TimedStates, timed_states
 

@@ -23,12 +23,15 @@ _NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an i
 
 
 class Striking(Protocol):
-    """What an orbit must have for its figures: of several impacts speeds of the strongest, energies as means."""
+    """What an orbit must have for its figures: of several impacts speeds of the strongest, energies as means.
+
+    The bounces of a chatter are no blows.
+    """
 
     @property
-    def system(self) -> System: ...
+    def system(self) -> Any: ...
     @property
-    def periods(self) -> int: ...
+    def periods(self) -> float: ...
     @property
     def impacts(self) -> int: ...
     @property
@@ -47,6 +50,8 @@ class Striking(Protocol):
     def energy(self) -> Energy | None: ...
     @property
     def stroke(self) -> float | None: ...
+    @property
+    def rests(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -89,13 +94,13 @@ def _efficiency(orbit: Striking) -> float | None:
     put_in = orbit.energy.input
     if put_in <= _NOTHING * orbit.blow_energy or not math.isfinite(put_in):
         return None
-    return orbit.delivered_energy / put_in
+    return orbit.impacts * orbit.delivered_energy / put_in
 
 
 def _peak_stress(orbit: Striking) -> float | None:
     """At first contact, with R read as a ratio of impedances: over E (theory §10)."""
     speed = orbit.impact_velocity
-    return 0.5 * orbit.system.contact.impulse * speed / orbit.system.s if speed > 0.0 else None
+    return 0.5 * orbit.system.contact.impulse * speed / orbit.system.body.s if speed > 0.0 else None
 
 
 def _receiving_stress(orbit: Striking) -> float | None:
@@ -113,8 +118,12 @@ def _stress_scale(system: System) -> float:
     return struck.impedance / struck.area * system.speed_scale * system.s
 
 
-def _mean_force(orbit: Striking) -> float:
-    return orbit.impacts * orbit.system.contact.impulse * orbit.rigid_velocity / orbit.period
+def _mean_force(orbit: Striking) -> float | None:
+    """Of several impacts by all of them; with a rest, under a clock, that of the load, as nothing else pushes."""
+    if orbit.rests:
+        return orbit.system.push if hasattr(orbit.system, "push") else None
+    whole = np.sum(getattr(orbit, "rigid_velocities", orbit.impacts * orbit.rigid_velocity))
+    return float(orbit.system.contact.impulse * whole / orbit.period)
 
 
 def _frequency(system: System) -> float:
@@ -188,12 +197,12 @@ FIGURES = {
         lambda o: o.system.contact.impulse * o.rigid_velocity, lambda s: s.force_scale * s.time_scale, line=True,
     ),
     "drag": Figure(
-        "drag coefficient", "force of the damping on the whole bar, over its speed", "N·s/m", lambda o: o.system.d,
-        lambda s: s.force_scale / s.speed_scale,
+        "drag coefficient", "force of the damping on the whole bar, over its speed", "N·s/m",
+        lambda o: o.system.body.rigid_drag, lambda s: s.force_scale / s.speed_scale,
     ),
     "drag_force": Figure(
-        "drag at the striking speed", "of the damping on the whole bar", "N", lambda o: o.system.d * o.rigid_velocity,
-        _force,
+        "drag at the striking speed", "of the damping on the whole bar", "N",
+        lambda o: o.system.body.rigid_drag * o.rigid_velocity, _force,
     ),
 }  # fmt: skip
 """Every figure by the name that maps and programs have for it."""

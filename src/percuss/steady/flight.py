@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -202,6 +203,34 @@ class Flight(Flown):
     def modal_state(self, modes: int) -> ModalState:
         """The first elastic modes at the impact that it starts from."""
         return self.start.first(modes)
+
+    def rates(self, t: Array) -> Array:
+        """Velocities of the modes 0 … N, shape (N + 1, len(t))."""
+        elastic = self.response.modal(self.modes, self.phase + t)[1] + self.transient(t)[1]
+        return np.vstack([self.rigid_motion(t)[1], elastic])
+
+    @property
+    def depth(self) -> float:
+        """How far the striking end goes from the wall, at most."""
+        fastest = max(1.0, *self.state.omega[-1:].tolist(), *self.system.load.harmonics[-1:].tolist())
+        return deepest(lambda t: self.end_motion(t, self.modes), self.period, fastest)
+
+
+_LOOKS_PER_WAVE, _HALVINGS = 8, 50
+
+
+def deepest(gap: Callable[[Array], tuple[Array, Array]], duration: float, fastest: float) -> float:
+    """How far a flight goes from the wall, at most: from its gap and velocity, looked at for each wave of a mode."""
+    t = np.linspace(0.0, duration, math.ceil(_LOOKS_PER_WAVE * (duration * fastest / math.pi + 1.0)))
+    y, v = gap(t)
+    turns = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))
+    low, high = t[turns], t[turns + 1]
+    for _ in range(_HALVINGS if turns.size else 0):
+        middle = 0.5 * (low + high)
+        falls = gap(middle)[1] < 0.0
+        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    least = float(gap(high)[0].min()) if turns.size else math.inf
+    return -min(least, float(y.min()))
 
 
 # ---- How many elastic modes the sums need, and how much the omitted ones can contribute
@@ -620,3 +649,36 @@ def _dissipated(omega: Array, d: npt.ArrayLike, start: tuple[Array, Array], t: A
     end, end_v = step.a * z + step.b * v, step.c * z + step.e * v
     fallen = 0.5 * (v**2 - end_v**2 + omega**2 * (z**2 - end**2))
     return np.asarray(np.where(ringing, lost, fallen))
+
+
+# ---- What damping takes in flights of any duration, which quadrature gives to rounding
+
+_NODES = 12  # of Gauss's rule, in half a period of the fastest that moves
+
+
+class Stretch(NamedTuple):
+    """A flight: the phase of the load at its start, how long it takes, and velocities of the modes 0 … N in it."""
+
+    phase: float
+    duration: float
+    rates: Callable[[Array], Array]
+
+
+def damped(system: System, modes: int, flights: Iterable[Stretch]) -> float:
+    """Energy that the damping of the body with modes 0 … N takes in flights."""
+    known, load = system.body.modes(modes, system.load.at), system.load
+    share = np.append(system.d, known.damping * known.weight)
+    if not share.any():
+        return 0.0
+    fastest = max(1.0, *known.omega[-1:].tolist(), *load.harmonics[-1:].tolist())
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    found = []
+    for phase, duration, rates in flights:
+        ahead = np.mod(np.asarray(load.breaks) - phase, 2.0 * math.pi)
+        ahead = (ahead[:, None] + 2.0 * math.pi * np.arange(duration // (2.0 * math.pi) + 1)).reshape(-1)
+        even = np.linspace(0.0, duration, math.ceil(duration * fastest / math.pi) + 1)
+        edges = np.unique(np.concatenate([even, ahead[ahead < duration]]))
+        half = 0.5 * np.diff(edges)[:, None]
+        t = (edges[:-1, None] + half * (nodes + 1.0)).reshape(-1)
+        found.append(float(share @ rates(t) ** 2 @ (half * weights).reshape(-1)))
+    return math.fsum(found)

@@ -11,21 +11,24 @@ the states enters. Over the modes the factors of one multiplier sum to 1, over t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, Self
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from percuss.errors import ConvergenceError
+from percuss.errors import ConvergenceError, ParameterError, extra_package
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import phi1
-from percuss.model import Body, Load, System
-from percuss.model.checks import Array, ComplexArray
+from percuss.model import Body, Machine, System
+from percuss.model.checks import Array, ComplexArray, choice
+from percuss.model.load import Side
 from percuss.shown import Shown
+from percuss.steady.figures import figures_of
 from percuss.steady.oscillator import flights
 
 # ---- Why a steady motion can be sustained or not: one list of words for verdicts, maps, tables and the page
@@ -218,9 +221,10 @@ def map_at_impact(system: System, period: float, force: float, displacement: Arr
 
 @dataclass(frozen=True)
 class CycleMap:
-    """The map of a cycle of several impacts as a full matrix, states ordered u_0, u_0', u_1, u_1', …
+    """The map of a cycle of several events as a full matrix, states ordered u_0, u_0', u_1, u_1', …
 
-    ω_n of the coordinates (0 for the rigid motion) and γ_n, (n,) each.
+    ω_n of the coordinates (0 for the rigid motion) and γ_n, (n,) each. What follows them, as the pressure of a supply
+    and the times of pending orders, belongs to the motion as a whole.
     """
 
     matrix: Array
@@ -235,13 +239,14 @@ class CycleMap:
         """As of `LinearMap`; those of eigenvectors that are not of their own are 0."""
         values, right = np.linalg.eig(self.matrix)
         left = np.linalg.pinv(right)
-        each = (left[:, :2].T * right[:2]).sum(axis=0)
+        whole = [0, 1, *range(2 * self.omega.size, len(values))]
+        each = (left[:, whole].T * right[whole]).sum(axis=0)
         return np.asarray(each[np.abs(multipliers[:, None] - values).argmin(axis=1)], dtype=complex)
 
     def shares(self, multiplier: complex) -> Array:
         """As of `LinearMap`."""
         values, right = np.linalg.eig(self.matrix)
-        u, v = right[:, np.abs(values - multiplier).argmin()].reshape(-1, 2).T
+        u, v = right[: 2 * self.omega.size, np.abs(values - multiplier).argmin()].reshape(-1, 2).T
         return energy_shares(self.omega, self.gamma, u, v)
 
 
@@ -279,13 +284,14 @@ class Multipliers(Shown):
         N: modes 0 … N were kept.
     values
         All 2N + 2 multipliers, of a body that is held 2N, largest modulus first; complex, dimensionless. Of a cycle
-        with rest, which forgets everything, two of 0.
+        with rest, which forgets everything, two of 0. Of a machine that switches its own valve those of its map from
+        cycle to cycle, without the neutral one, a shift in time.
     """
 
     label: str
     modes: int
     values: ComplexArray
-    system: System = field(repr=False, compare=False)
+    system: System | Machine = field(repr=False, compare=False)
     _map: LinearMap | CycleMap | None = field(repr=False, compare=False, default=None)
     _fewer: Callable[[int], Multipliers] | None = field(repr=False, compare=False, default=None)
 
@@ -322,15 +328,16 @@ class Multipliers(Shown):
         return self._first + int(np.argmax(self._shares(complex(self.values[0]))))
 
     @cached_property
-    def rigid(self) -> tuple[int, int]:
+    def rigid(self) -> tuple[int, ...]:
         """Places in `values` of the two that belong to the rigid motion: those in which it takes part most.
 
-        Of a body that is held those of its first mode.
+        Of a body that is held those of its first mode; of a machine with those of the pressure and the pending orders.
         """
-        if self._map is None or self.values.size == 2:
-            return 0, 1
+        own = self.values.size - 2 * (self.modes - self._first)  # of which the elastic modes are none
+        if self._map is None or own == self.values.size:
+            return tuple(range(self.values.size))
         if self._fewer is None or self.modes <= _DENSE_CHECK:
-            return _rigid_pair(self._map, self.values)
+            return _of_the_whole(self._map, self.values, own)
         return _matched(self._fewer(_DENSE), self._map, self.values)
 
     @cached_property
@@ -357,7 +364,7 @@ class Multipliers(Shown):
 
     def __str__(self) -> str:
         word = "stable" if self.stable else "unstable" if self.largest > 1.0 + NEUTRAL else "neutral"
-        return f"{self.label}: {word}, largest modulus {self.largest:.6g}"
+        return f"{self.label}: {word}, largest modulus {self.largest:.6g}, {self.modes} modes"
 
 
 def multipliers_of(
@@ -372,13 +379,6 @@ def multipliers_of(
         values = np.linalg.eigvals(matrix.dense()).astype(complex)
     order = np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))
     return Multipliers(label, modes, values[order], system, matrix, fewer)
-
-
-def worse_side(of: Callable[..., Multipliers], load: Load, times: Sequence[float]) -> Multipliers:
-    """Those of an orbit whose impacts are at given times; where the load jumps at one, of the worse side."""
-    found = of()
-    jumps = "left" in load.sides and any(load.value(t, "left") != load.value(t) for t in times)
-    return max(found, of(side="left"), key=lambda one: one.largest) if jumps else found
 
 
 def reason_of(first: complex, margin: float, fold: bool = False, unseen: bool = False) -> Reason:
@@ -396,28 +396,23 @@ def reason_of(first: complex, margin: float, fold: bool = False, unseen: bool = 
     return Reason.FOLD if first.real > 0.0 else Reason.FLIP
 
 
-def _rigid_pair(matrix: LinearMap | CycleMap, values: ComplexArray) -> tuple[int, int]:
-    """The two multipliers in which the rigid motion takes part most.
+def _of_the_whole(matrix: LinearMap | CycleMap, values: ComplexArray, own: int) -> tuple[int, ...]:
+    """The multipliers, `own` of them, in which the motion as a whole takes part most.
 
     By the real part: where two multipliers meet, their factors grow without bound with opposite signs. Multipliers of 0
-    (R = 0 has one in every block) have no eigenvectors of their own: together they have what the others leave of 2.
+    (R = 0 has one in every block) have no eigenvectors of their own: together they have what the others leave of `own`.
     """
     size = values.size
-    if size == 2:
-        return 0, 1
     alive = int(np.count_nonzero(np.abs(values) > _TINY * max(1.0, float(np.abs(values[0])))))
     part = matrix.participation(values[:alive]).real
-    found = np.argsort(-part, kind="stable")[:2].tolist()
-    left = 2.0 - float(part.sum()) if alive < size else 0.0
-    if left > 1.5:
-        found = [size - 2, size - 1]
-    elif alive < size and (len(found) < 2 or left > part[found[1]]):
-        found = [*found[:1], size - 1]
-    first, second = sorted(found)
-    return first, second
+    found = np.argsort(-part, kind="stable")[:own].tolist()
+    left, dead = own - float(part.sum()) if alive < size else 0.0, 0
+    while dead < min(own, size - alive) and (dead + len(found) < own or left > part[found[-1]]):
+        found, left, dead = found[: own - dead - 1], left - 1.0, dead + 1
+    return (*sorted(found), *range(size - dead, size))
 
 
-def _matched(few: Multipliers, matrix: LinearMap | CycleMap, values: ComplexArray) -> tuple[int, int]:
+def _matched(few: Multipliers, matrix: LinearMap | CycleMap, values: ComplexArray) -> tuple[int, ...]:
     """Positions of the two rigid multipliers among those of very many modes: nearest to where few modes have them."""
     found: list[int] = []
     for one in few.values[list(few.rigid)]:
@@ -426,8 +421,7 @@ def _matched(few: Multipliers, matrix: LinearMap | CycleMap, values: ComplexArra
         lost = abs(one) <= _TINY * max(1.0, few.largest)
         part = matrix.participation(values[near]).real
         found.append(int(near[np.argmin(np.abs(values[near]))] if lost else near[np.argmax(part)]))
-    first, second = sorted(found)
-    return first, second
+    return tuple(sorted(found))
 
 
 def _secular(matrix: LinearMap) -> ComplexArray:
@@ -449,3 +443,102 @@ def _secular(matrix: LinearMap) -> ComplexArray:
         "impact: they miss the trace of their map",
         f"ask for at most {_DENSE_CHECK - 1} modes",
     )
+
+
+# ---- What every periodic motion answers, whatever way it was found
+
+
+class Repeating(Shown):
+    """A motion that repeats: what all of them are asked alike."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def system(self) -> System | Machine: ...
+        @property
+        def label(self) -> str: ...
+        @property
+        def modes(self) -> int: ...
+        @property
+        def times(self) -> tuple[float, ...]: ...
+        @property
+        def blow_energy(self) -> float: ...
+        def _multipliers(self, side: Side) -> Multipliers: ...
+
+    @property
+    def rests(self) -> bool:
+        """Whether the striking end lies on the wall for some time of every cycle, which erases all disturbances."""
+        return False
+
+    def multipliers(self, modes: int | None = None, *, side: Side = "right") -> Multipliers:
+        """All multipliers over the cycle, exact for the body with the modes that the motion has.
+
+        Parameters
+        ----------
+        modes
+            None, or that number: others belong to another motion.
+        side
+            Which value of the load counts where it jumps at an impact.
+        """
+        if modes not in (None, self.modes):
+            raise ParameterError("modes", modes, f"{self.modes}, the modes of the motion")
+        choice("side", side, "left", "right")
+        return self._multipliers(side)
+
+    def judged(self, modes: int | None = None) -> Multipliers:
+        """`multipliers`; where the load jumps at an impact, of the worse side."""
+        found, load = self.multipliers(modes), self.system.load if isinstance(self.system, System) else None
+        if load is None or "left" not in load.sides:
+            return found
+        if all(load.value(t, "left") == load.value(t) for t in self.times):
+            return found
+        return max(found, self.multipliers(modes, side="left"), key=lambda one: one.largest)
+
+    @cached_property
+    def _judged(self) -> Multipliers:
+        return self.judged()
+
+    @property
+    def stable(self) -> bool:
+        """Whether small disturbances die out; `percuss.stability.stability_of` says why, and by what margin."""
+        return self.verdict is Reason.STABLE
+
+    @property
+    def verdict(self) -> Reason:
+        """What the multipliers say; the worse side of a jump of the load decides."""
+        return self._judged.verdict
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """The figures that maps and reports have, by name; dimensionless, None where there is none."""
+        return figures_of(self)  # type: ignore[arg-type]  # each kind has what they need
+
+    def follow(self, along: str, between: tuple[float, float] | None = None, **options: Any) -> Any:
+        """The branch that it lies on: `percuss.explore.follow`, of a room above, which takes any motion first."""
+        return import_module("percuss.explore").follow(self, along, between, **options)
+
+
+class FoundMotions(Shown):
+    """What a search found: length, number and iteration tell of its `orbits`, the motions."""
+
+    if TYPE_CHECKING:
+
+        @property
+        def orbits(self) -> tuple[Any, ...]: ...
+
+    def __len__(self) -> int:
+        return len(self.orbits)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self.orbits)
+
+    def __getitem__(self, number: int) -> Any:
+        return self.orbits[number]
+
+    def to_pandas(self) -> Any:
+        """A row for each: its label, whether it is possible and stable, its phases and speeds, and its figures."""
+        rows = [
+            {"label": one.label, "admissible": one.admissible, "stable": one.stable, "times": one.times, **one.figures}
+            for one in self
+        ]
+        return extra_package("pandas", "io").DataFrame(rows)

@@ -10,10 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.model import System
-from percuss.model.checks import Array, array, choice, count
+from percuss.model.checks import DEFAULT_MODES, Array, array, choice, count
 from percuss.model.load import Side
-from percuss.shown import Shown
-from percuss.steady.figures import figures_of
 from percuss.steady.flight import Contactless, Energy, Flown, Violation, exchange, flight_check
 from percuss.steady.forced import Field
 from percuss.steady.multipliers import (
@@ -21,18 +19,17 @@ from percuss.steady.multipliers import (
     LinearMap,
     Multipliers,
     Reason,
+    Repeating,
     map_at_impact,
     multipliers_of,
-    worse_side,
 )
 from percuss.steady.oscillator import ModalState, modal_state
 
 _MOST_IMPACTS = 10**7
-DEFAULT_MODES = 32  # of the multipliers of a continuous bar
 
 
 @dataclass(frozen=True)
-class Orbit(Flown, Shown):
+class Orbit(Flown, Repeating):
     """A steady motion with one impact every `periods` load periods; made by `steady_states`.
 
     Times are in radians of the load's fundamental **after the impact**, from 0 to `period`; positions are
@@ -99,11 +96,6 @@ class Orbit(Flown, Shown):
         """z=1/m."""
         return f"z=1/{self.periods}"
 
-    @property
-    def figures(self) -> dict[str, float | None]:
-        """The figures that maps and reports have, by name; dimensionless, None where there is none."""
-        return figures_of(self)
-
     # -- speeds and energies --
 
     @property
@@ -168,7 +160,7 @@ class Orbit(Flown, Shown):
 
     # -- motion --
 
-    def displacement(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
+    def position(self, x: npt.ArrayLike, t: npt.ArrayLike) -> Array:
         """u(x, t), with the wall at u = 0; shape (len(x), len(t))."""
         return self.field(x, t).displacement
 
@@ -180,13 +172,13 @@ class Orbit(Flown, Shown):
         """u_x(x, t), negative in compression; shape (len(x), len(t))."""
         return self.field(x, t).strain
 
-    def end_point(self, t: npt.ArrayLike) -> Array:
+    def motion(self, t: npt.ArrayLike) -> Array:
         """Gap function y(t) = u(1, t): 0 at the impacts, negative between them. Shape (len(t),)."""
-        return np.asarray(self.displacement(1.0, t)[0])
+        return np.asarray(self.position(1.0, t)[0])
 
     def driven_end(self, t: npt.ArrayLike) -> Array:
         """u(0, t), shape (len(t),)."""
-        return np.asarray(self.displacement(0.0, t)[0])
+        return np.asarray(self.position(0.0, t)[0])
 
     def impact_field(self, x: npt.ArrayLike) -> Array:
         """u_t(x, 0⁻), the velocity along the bar just before the impact; shape (len(x),)."""
@@ -265,19 +257,10 @@ class Orbit(Flown, Shown):
 
         return multipliers_of(self.label, self.system, self.linear_map(self.system.body.chosen(n), side), fewer)
 
-    @cached_property
-    def _judged(self) -> Multipliers:
-        return worse_side(self.multipliers, self.system.load, self.times)
-
-    @property
-    def stable(self) -> bool:
-        """Whether small disturbances die out; `percuss.stability.stability_of` says why, and by what margin."""
-        return self.verdict is Reason.STABLE
-
     @property
     def verdict(self) -> Reason:
         """What the multipliers say; the worse side of a jump of the load decides."""
-        return Reason.FOLD if self.fold else self._judged.verdict
+        return Reason.FOLD if self.fold else super().verdict
 
     # -- is it real --
 

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from percuss.errors import LoadError, ParameterError, ResonanceError
 from percuss.model import External, HeldBody, System
 from percuss.model.checks import Array, count, instance, numbers, positive
-from percuss.shown import Shown
 from percuss.steady.forced import forced_response
+from percuss.steady.multipliers import FoundMotions
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import (
     FREE_AMPLITUDE,
@@ -49,7 +49,7 @@ class Nearest:
 
 
 @dataclass(frozen=True)
-class SteadyStates(Shown):
+class SteadyStates(FoundMotions):
     """The steady motions with one impact every `periods` load periods.
 
     Parameters
@@ -113,7 +113,9 @@ class SteadyStates(Shown):
         return condition.value(phases)
 
     def __str__(self) -> str:
-        head = f"z=1/{self.periods}: level {self.level:.6g}, max {self.level_max:.6g}, {len(self.orbits)} orbits"
+        body = "continuous bar" if self.modes is None else f"{self.modes} modes"
+        levels = f"level {self.level:.6g}, max {self.level_max:.6g}"
+        head = f"z=1/{self.periods}: {levels}, {len(self.orbits)} orbits, {body}"
         return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
 
 

@@ -176,7 +176,7 @@ class OrbitsAsked(CaseAsked):
     """What ``percuss orbits --json`` answers, of one label."""
 
     label: Annotated[str, Field(max_length=16, examples=["1/1"], description="p/n, chatter/n or rest/n")]
-    modes: Modes = 8
+    modes: Modes = 32
     tries: Annotated[int, Field(ge=1, le=2000)] = 400
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
 
@@ -187,7 +187,7 @@ class FollowAsked(CaseAsked):
     along: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
     orbit: Annotated[str, Field(max_length=2000, description="2/1:3, 2/1:phases=1.2,4.5 or chatter/1:1")] = "1/1"
     switch: Annotated[int, Field(ge=0, le=16, description="how deep to go on at flips and grazings")] = 0
-    modes: Modes = 8
+    modes: Modes = 32
 
 
 class DiagramAsked(CaseAsked):
@@ -197,7 +197,7 @@ class DiagramAsked(CaseAsked):
     values: Annotated[int, Field(ge=2, le=400)] = 120
     starts: Annotated[int, Field(ge=0, le=32, description="random starts at each value")] = 4
     runs: Annotated[int, Field(ge=0, le=12, description="motions that are taken along the values")] = 3
-    modes: Modes = 8
+    modes: Modes = 32
     impacts: Annotated[int, Field(ge=1, le=20_000)] = 2000
     up_to: Annotated[str, Field(max_length=16)] | None = Field(
         None, description="the greatest label z=p/n whose branches are traced; null for no branches"
@@ -214,7 +214,7 @@ class PointCurvesAsked(CaseAsked):
     x: Annotated[AlongAsked, Field(examples=[_RESTITUTION_RANGE])]
     y: Annotated[AlongAsked, Field(examples=[_LOAD_FACTOR])]
     orbit: Annotated[str, Field(max_length=2000, description="2/1:3, 2/1:phases=1.2,4.5 or chatter/1:2")] = "1/1"
-    modes: Modes = 8
+    modes: Modes = 32
 
 
 class BranchMotionAsked(_FieldsAsked):
@@ -226,7 +226,7 @@ class BranchMotionAsked(_FieldsAsked):
     times: Annotated[list[float], Field(min_length=1, max_length=64)] | None = None
     release: float | None = Field(None, description="in place of times: when a cycle with rest is let go, rad")
     periods: Annotated[int, Field(ge=1, le=256, description="load periods of a cycle")] = 1
-    modes: Modes = 8
+    modes: Modes = 32
 
 
 class BlowAsked(CaseAsked):

@@ -44,9 +44,8 @@ from percuss.case.answers.machine_figures import (
     told_blank,
 )
 from percuss.case.case import checked_case
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
 from percuss.errors import ParameterError
-from percuss.model.checks import count
+from percuss.model.checks import DEFAULT_MODES, count
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
@@ -281,7 +280,7 @@ def _cycle_dict(motion: SelfExcited) -> dict[str, Any]:
         "valve": [
             {**picked(one, "time to behind work"), "speed": json_number(-one.velocity)} for one in cycle.switches
         ],
-        "multipliers": plain_value(cycle.multipliers[:SHOWN_MULTIPLIERS]),
+        "multipliers": plain_value(cycle.multipliers().values[:SHOWN_MULTIPLIERS]),
     }
 
 
@@ -298,7 +297,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     Parameters
     ----------
     modes
-        Elastic modes; 32 by default, 0 for a rigid piston, which a machine with a supply has by default.
+        Elastic modes; 32 by default, 0 for a rigid piston.
 
     Examples
     --------
@@ -309,8 +308,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     """
     checked_case(case)
     machine, room = case.machine(), case.room()
-    usual = DEFAULT_MODES if machine.valve.supply is None else 0
-    kept = usual if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
     return MachineAnswer(case.file, case.title, motion, rigid, case.notes)
@@ -341,7 +339,7 @@ def headline(answer: MachineAnswer) -> str:
 
 def cycle_in_short(machine: Machine, cycle: ValveCycle) -> str:
     """Energy, rate and striking speed of a cycle."""
-    return figures_in_short(machine, cycle.blow_energy, cycle.blow_speed, cycle.blows, cycle.period)
+    return figures_in_short(machine, cycle.main_energy, cycle.blow_speed, cycle.blows, cycle.period)
 
 
 _DECIDES = {
@@ -377,7 +375,7 @@ def decided_by_rigid(answer: MachineAnswer) -> str:
 
 
 def _multipliers(answer: Any, _: Teller) -> str:
-    found = answer.cycle.multipliers.tolist()
+    found = answer.cycle.multipliers().values.tolist()
     felt = [z for z in found if abs(z) > _NOTHING and z.imag >= 0.0] or [0.0]  # a pair once
     more = f", and {len(felt) - _FEW} smaller ones" if len(felt) > _FEW else ""
     return ", ".join(_complex(z) for z in felt[:_FEW]) + more
@@ -584,7 +582,7 @@ def _blows_section(answer: MachineAnswer, cycle: ValveCycle) -> ReportSection:
     machine, other = answer.machine, answer.rigid
     rows = rows_of(Running(machine, cycle), CYCLE, Teller.of(machine))
     if other is not answer.motion and other.cycle is not None:
-        told = "{cycle.blow_energy:energy}, {cycle.blow_speed:speed}, {rate:per_min}, stroke {cycle.stroke:length}"
+        told = "{cycle.main_energy:energy}, {cycle.blow_speed:speed}, {rate:per_min}, stroke {cycle.stroke:length}"
         told = told if machine.is_si else "speed {cycle.blow_speed}, period {cycle.period}"
         rows.append(("rigid piston", said(told, Running(machine, other.cycle), Teller.of(machine)) or ""))
     kind = f"{counted(answer.motion.modes, 'elastic mode')}" if answer.motion.modes else "rigid piston"

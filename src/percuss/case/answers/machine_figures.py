@@ -69,7 +69,7 @@ class Running(NamedTuple):
 
 CYCLE: tuple[Fact[Running], ...] = (
     Fact("blow_energy_J", "blow energy", "of the strongest blow of the cycle", "energy",
-         "cycle.blow_energy"),
+         "cycle.main_energy"),
     Fact("impact_velocity_m_s", "speed", "of the same blow", "speed", "cycle.blow_speed"),
     Fact("blow_rate_Hz blow_rate_per_min", "blow rate", "blows per second and per minute", "rate", "rate",
          "{rate:Hz}, {rate:per_min}"),
@@ -99,7 +99,7 @@ POWER: tuple[Fact[Running], ...] = (
          "the rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
          "0.55 to 0.75 of it"),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
-         "energy", "cycle.blow_energy"),
+         "energy", "cycle.main_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",
          "length", lambda one: _blank_distance(*one)),
     Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", "cycle.work"),
@@ -119,7 +119,7 @@ def _blank_distance(machine: Machine, cycle: ValveCycle) -> float | None:
     pull, back = max((-valve.force(name), name) for name, _ in valve.pairs)
     if not any(port.to == back and port.side == "front" for port in valve.ports):
         return None
-    energy = cycle.blow_energy
+    energy = cycle.main_energy
     reached: float = pull + (pull * pull + 2.0 * valve.chamber.stiffness * energy) ** 0.5
     return 2.0 * energy / reached if reached > 0.0 else None
 
@@ -218,7 +218,7 @@ def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
     """By how much the energy and the rate of another cycle differ, relative to that of the case."""
     now, then = motion.cycle, other.cycle
     assert now is not None and then is not None
-    return then.blow_energy / now.blow_energy - 1.0, (then.blows / then.period) / (now.blows / now.period) - 1.0
+    return then.main_energy / now.main_energy - 1.0, (then.blows / then.period) / (now.blows / now.period) - 1.0
 
 
 # ---- The course of a cycle of a machine that switches itself: where the bar is, and what acts on it, at any times
@@ -433,5 +433,5 @@ def told_blank(rigid: SelfExcited) -> ToldBlank | None:
     depth = _ASSUMED / machine.length_scale
     valve = machine.valve if machine.valve.supply is None else machine.valve.at_pressure(slow_pressure(cycle).mean)
     pushed = max(0.0, *(valve.force(name) for name, _ in valve.pairs))
-    assumed = Cushion(force=cycle.blow_energy / depth + pushed)
+    assumed = Cushion(force=cycle.main_energy / depth + pushed)
     return ToldBlank(machine, blank_blow(rigid, cushion=assumed), True)

@@ -26,8 +26,7 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.case import checked_case
-from percuss.case.file_format.start_and_simulation import DEFAULT_MODES
-from percuss.model.checks import count, finite, positive
+from percuss.model.checks import DEFAULT_MODES, count, finite, positive
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.stability import stability_of

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from percuss.case.file_format.values import CaseTable, NumberOrLength, NumberOrTime, NumberOrVelocity, Numbers
 from percuss.errors import CaseError, ParameterError
 from percuss.model import Machine, System
-from percuss.model.checks import count
+from percuss.model.checks import DEFAULT_MODES, count
 from percuss.units import si
 
 if TYPE_CHECKING:
@@ -60,9 +60,6 @@ class SimulationTable(CaseTable):
     """How closely a state must return to count as the same. Allowed: 1e-13 to 0.1. When left out: 1e-9."""
 
 
-DEFAULT_MODES = 32
-"""Elastic modes of a simulation that asks for no number of them."""
-
 _KINDS = {
     "rigid": ("position", "velocity"),
     "modal": ("modal_displacement", "modal_velocity"),
@@ -111,14 +108,13 @@ def checked_simulation(table: SimulationTable) -> Simulation:
 
 def simulation_of(table: SimulationTable | None, system: System | Machine) -> Simulation:
     """The table [simulation] of a case, and the defaults without it."""
-    fed = isinstance(system, Machine) and system.valve.supply is not None  # whose piston is rigid
-    return _simulation(table or SimulationTable(), _Scales.of(system), 0 if fed else DEFAULT_MODES)
+    return _simulation(table or SimulationTable(), _Scales.of(system))
 
 
-def _simulation(table: SimulationTable, scales: _Scales, usual: int = DEFAULT_MODES) -> Simulation:
+def _simulation(table: SimulationTable, scales: _Scales) -> Simulation:
     from percuss.simulate.stop import MAX_MODES, Stop  # a steady motion does without
 
-    modes = usual if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
+    modes = DEFAULT_MODES if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
     options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
     given = {name: value for name, value in options.items() if value is not None}
     time = None if table.time is None else scales.number(table.time, "time", "time")

@@ -16,7 +16,7 @@ from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, ch
 from percuss.explore.attractors.hammers import DISTANCE, Hammer
 from percuss.explore.family import Axis
 from percuss.model import Machine, System
-from percuss.model.checks import Array, mapping, non_negative, numbers
+from percuss.model.checks import DEFAULT_MODES, Array, mapping, non_negative, numbers
 
 if TYPE_CHECKING:
     import xarray
@@ -70,7 +70,7 @@ def basins_job(
     y: Line,
     *,
     at: Mapping[str, float | str] | None = None,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     threads: int | None = 1,
 ) -> BasinsJob:
@@ -176,7 +176,7 @@ def basins(
     y: Line,
     *,
     at: Mapping[str, float | str] | None = None,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     distance: float = DISTANCE,
     threads: int | None = 1,
@@ -205,7 +205,7 @@ def basins(
     --------
     >>> from percuss import Load, System
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
-    >>> found = basins(system, ("time", 0.0, 6.2, 32), ("velocity", -6.0, -0.1, 20), workers=1)
+    >>> found = basins(system, ("time", 0.0, 6.2, 32), ("velocity", -6.0, -0.1, 20), modes=0, workers=1)
     >>> found.image.shape, [attractor.label for attractor in found.attractors]
     ((20, 32), ['chatter/1', 'z=2/2'])
     """

@@ -30,10 +30,10 @@ from percuss.explore.attractors.drawn_starts import (
     starts_from,
 )
 from percuss.explore.attractors.hammers import DISTANCE, Attractor, Hammer, hammer_of, seconds_of_start
-from percuss.explore.jobs.archive_export import HandedOver, variables_of
+from percuss.explore.jobs.archive_export import OfColumns, variables_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
-from percuss.model.checks import count, finite, instance, non_negative
+from percuss.model.checks import DEFAULT_MODES, count, finite, instance, non_negative
 from percuss.model.described import machine_from, system_from
 from percuss.shown import Shown
 
@@ -150,7 +150,7 @@ def experiment_job(
     distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     threads: int | None = 1,
 ) -> ExperimentJob:
@@ -235,7 +235,7 @@ class Share(Shown):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class StartsFollowed(HandedOver):
+class StartsFollowed(OfColumns):
     """Starts followed, a row of `columns` each (code −1: not done), and what they settle on, apart by `distance`."""
 
     system: System | Machine
@@ -410,7 +410,7 @@ def experiment(
     distribution: str | os.PathLike[str] | Starts | Callable[[int], Starts] = "wall",
     seed: int = 0,
     *,
-    modes: int = 0,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     distance: float = DISTANCE,
     threads: int | None = 1,
@@ -460,7 +460,7 @@ def experiment(
     --------
     >>> from percuss import Load, System
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.7, 1.0))
-    >>> found = experiment(system, 500, "wall", seed=1, workers=1)
+    >>> found = experiment(system, 500, "wall", seed=1, modes=0, workers=1)
     >>> [share.label for share in found.shares]
     ['chatter/1', 'z=2/2']
     """

@@ -32,18 +32,18 @@ from percuss.explore.boundary_curves.plane_lines import (
     roots_on,
 )
 from percuss.explore.family import Axis, Family, family_of
+from percuss.explore.jobs.archive_export import OfValues
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.body import need_free
-from percuss.model.checks import Array, callback, count, finite, numbers, several
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, finite, numbers, several
 from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
 from percuss.steady.flight import a_passage, start_acceleration, stays_off, tops
 from percuss.steady.multipliers import LinearMap
-from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.states import MAX_MODES, MAX_PERIODS
 
 if TYPE_CHECKING:
@@ -417,7 +417,7 @@ class BoundaryCurve(Shown):
 
 
 @dataclass(frozen=True, eq=False)
-class Boundaries(Shown):
+class Boundaries(OfValues):
     """All boundaries of a plane.
 
     Parameters
@@ -475,13 +475,32 @@ class Boundaries(Shown):
         return np.asarray(reduce(choose, (curve.y for curve in self.of(kind)), np.full(self.x.shape, math.nan)))
 
     def to_xarray(self) -> Dataset:
-        """All curves, over the dimension ``curve`` and over x; their `to_dataframe` is a table."""
+        """All curves, over the dimension ``curve`` and over x."""
         over = {name: np.array([getattr(c, name) for c in self.curves]).reshape(-1, self.x.size) for name in _OVER_X}
         variables: dict[str, Any] = {name: (("curve", self.x_name), values) for name, values in over.items()}
-        variables |= {name: ("curve", [getattr(c, name) for c in self.curves]) for name in ("kind", "branch")}
+        about_each = {name: ("curve", [getattr(c, name) for c in self.curves]) for name in ("kind", "branch")}
         about = {"y": self.y_name, "low": self.low, "high": self.high}
-        made: Dataset = extra_package("xarray", "io").Dataset(variables, {self.x_name: self.x}, about)
+        made: Dataset = extra_package("xarray", "io").Dataset(variables, {self.x_name: self.x, **about_each}, about)
         return made
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values."""
+        curves = [
+            {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(curve).items()}
+            for curve in self.curves
+        ]
+        return {**vars(self), "x": self.x.tolist(), "curves": curves}
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Boundaries:
+        """`as_json` backwards."""
+
+        def made(one: Mapping[str, Any]) -> BoundaryCurve:
+            told: dict[str, Any] = {key: np.array(it) if isinstance(it, list) else it for key, it in one.items()}
+            return BoundaryCurve(**told)
+
+        failed = tuple((value, why) for value, why in row["failed"])
+        return cls(**{**row, "x": np.array(row["x"]), "curves": tuple(map(made, row["curves"])), "failed": failed})
 
     def __str__(self) -> str:
         head = f"{self.y_name} from {self.low:g} to {self.high:g} over {self.x.size} values of {self.x_name}"

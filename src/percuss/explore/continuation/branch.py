@@ -5,19 +5,26 @@ A branch goes over one parameter, a curve over two; either is of orbits z=p/n or
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from percuss.errors import ParameterError, extra_package
+from percuss.explore.jobs.archive_export import OfValues
 from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit, RestCycle
+from percuss.steady.multipliers import Repeating
 from percuss.steady.self_excited import ValveCycle
+
+if TYPE_CHECKING:
+    import xarray
 
 # ---- What may happen: the kinds of points, with their words
 
@@ -185,12 +192,54 @@ class BranchPoint(Shown):
         assert isinstance(self.motion, PlainMotion)
         return self.motion
 
+    @property
+    def plainly(self) -> BranchPoint:
+        """The same with its motion as plain numbers: of a cycle with rest the impacts that its branch has."""
+        motion, impact, touch = self.motion, self.impact, self.touch_phase
+        if motion is None or isinstance(motion, PlainMotion):
+            return self
+        phases, speeds = motion.phases, motion.speeds
+        if isinstance(motion, RestCycle):
+            first = [one for chain in motion.chains for one in chain.impacts[:KEPT_IMPACTS]]
+            phases, speeds = np.mod([one.time for one in first], _TURN), np.array([one.speed for one in first])
+            dies = self.kind is BranchEvent.DEATH
+            impact, touch = impact if dies else None, None if dies else touch
+        plain = PlainMotion(motion.label, phases, speeds, motion.blow_energy)
+        return replace(self, motion=plain, impact=impact, touch_phase=touch)
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values."""
+        one, motion = self.plainly, self.plainly.motion
+        found = {name: getattr(one, name) for name in _OF_POINT} | {"kind": one.kind.value, "motion": None}
+        if motion is not None:
+            found["motion"] = [motion.label, motion.phases.tolist(), motion.speeds.tolist(), one.plain.energy]
+        if one.multipliers is not None:
+            found["multipliers"] = [one.multipliers.real.tolist(), one.multipliers.imag.tolist()]
+        return found
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Self:
+        """`as_json` backwards."""
+        motion, values = row["motion"], row.get("multipliers")
+        if motion is not None:
+            motion = PlainMotion(motion[0], np.array(motion[1]), np.array(motion[2]), motion[3])
+        made = None if values is None else np.array(values[0]) + 1j * np.array(values[1])
+        plain = {name: row[name] for name in _OF_POINT if name != "values"}
+        return cls(event_of(row["kind"]), tuple(row["values"]), motion, multipliers=made, **plain)
+
     def __str__(self) -> str:
         of = "" if self.motion is None else f" of {self.motion.label}"
         return f"{self.kind.value}{of} at {', '.join(f'{value:.12g}' for value in self.values)}: {self.beyond}"
 
 
 # ---- Branches and curves
+
+
+KEPT_IMPACTS = 8
+"""Impacts after each release that a branch has, at most: those of a chatter have no last one."""
+
+_TURN = 2.0 * np.pi
+_OF_POINT = ("values", "beyond", "impact", "touch_phase", "side", "criticality")
 
 
 class Doubling(NamedTuple):
@@ -201,16 +250,13 @@ class Doubling(NamedTuple):
     ratio: float | None
 
 
-_TURN = 2.0 * np.pi
-
-
 def _nothing() -> Array:
     return np.empty(0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Branch(Shown):
-    """Motions of one label followed through a parameter; made by `follow` and `follow_rest_cycle`.
+class Branch(OfValues):
+    """Motions of one label followed through a parameter, each of them `branch[i]`; made by `follow`, and in diagrams.
 
     Parameters
     ----------
@@ -232,13 +278,19 @@ class Branch(Shown):
         How many multipliers are outside the unit circle, -1 where they grow without bound; shape (m,).
     releases, rests
         When the bar is let go, and when it comes to rest after that; shape (m, rests). Empty without rest.
-    cycles
-        The cycles with rest themselves; none of orbits.
+    motions
+        The motions themselves; none of a branch that was read, or of a diagram, whose motions are plain numbers.
     cycle_times
         Of machines that switch their own valve the duration of each cycle, whose `times` are those of the blows after
         the last one of the cycle before, in the unit of the machine; shape (m,). Empty of others.
     energies
         Mean kinetic energy just before a blow, of machines and in diagrams; NaN where it is not known. Shape (m,).
+    recorded
+        What was asked for by `record`, by name; each of shape (m,).
+    scales
+        Metres per second and joules of a speed and an energy of 1, in diagrams; shape (m, 2), None without units.
+    possible
+        Whether these are motions; if not, they are roots of the equations beyond an end of a branch.
     switched
         The branches that begin at its points, as far as they were asked for; the first point of each is that.
     """
@@ -253,10 +305,112 @@ class Branch(Shown):
     unstable: npt.NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64), repr=False)
     releases: Array = field(default_factory=_nothing, repr=False)
     rests: Array = field(default_factory=_nothing, repr=False)
-    cycles: tuple[RestCycle, ...] = field(default=(), repr=False)
+    motions: tuple[Repeating, ...] = field(default=(), repr=False)
     cycle_times: Array = field(default_factory=_nothing, repr=False)
     energies: Array = field(default_factory=_nothing, repr=False)
+    recorded: Mapping[str, Array] = field(default_factory=dict)
+    scales: Array | None = field(default=None, repr=False)
+    possible: bool = True
     switched: tuple[Branch, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, number: int) -> Repeating | PlainMotion:
+        if self.motions:
+            return self.motions[number]
+        energy = float(self.energies[number]) if self.energies.size else np.nan
+        return PlainMotion(self.label, self.phases[number], self.speeds[number], energy)
+
+    @cached_property
+    def multipliers(self) -> ComplexArray:
+        """Of each motion, largest modulus first, NaN where they grow without bound; shape (m, multipliers)."""
+        found = [_multipliers(motion) for motion in self.motions]
+        made = np.full((len(found), max((one.size for one in found), default=0)), np.nan, dtype=complex)
+        for row, values in zip(made, found, strict=True):
+            row[: values.size] = values
+        return made
+
+    # -- handed over --
+
+    _PLAIN: ClassVar[tuple[str, ...]] = ("label", "modes", "possible")
+    _ARRAYS: ClassVar[tuple[str, ...]] = (
+        "values",
+        "times",
+        "speeds",
+        "unstable",
+        "releases",
+        "rests",
+        "cycle_times",
+        "energies",
+    )
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values, its motions too."""
+        return {
+            **{name: getattr(self, name) for name in ("parameters", *self._PLAIN)},
+            **{name: getattr(self, name).tolist() for name in self._ARRAYS},
+            "scales": None if self.scales is None else self.scales.tolist(),
+            "recorded": {name: values.tolist() for name, values in self.recorded.items()},
+            "points": [point.as_json() for point in self.points],
+            "switched": [one.as_json() for one in self.switched],
+        }
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Self:
+        """`as_json` backwards."""
+        return cls(**cls._fields_of(row))
+
+    @classmethod
+    def _fields_of(cls, row: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            "parameters": tuple(row["parameters"]),
+            **{name: row[name] for name in cls._PLAIN},
+            **{name: np.array(row[name]) for name in cls._ARRAYS},
+            "scales": None if row["scales"] is None else np.array(row["scales"]),
+            "recorded": {name: np.array(values) for name, values in row["recorded"].items()},
+            "points": tuple(map(BranchPoint.from_json, row["points"])),
+            "switched": tuple(map(cls.from_json, row["switched"])),
+        }
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Its motions over the dimension ``point`` and what happens on it over ``event``; dimensionless."""
+        flights = ("point", "impact") if self.times.ndim == 2 else ("point", "rest", "impact")
+        columns = self.values.reshape(len(self), -1).T
+        made: dict[str, Any] = {
+            name: ("point", values, {"long_name": "the parameter"})
+            for name, values in zip(self.parameters, columns, strict=True)
+        }
+        of_each = {"unstable": "multipliers outside the unit circle", "energies": "mean kinetic energy before a blow"}
+        of_each |= {"cycle_times": "duration of the cycle"}
+        for name, meaning in of_each.items():
+            if len(values := getattr(self, name)) == len(self):
+                made[name] = ("point", values, {"long_name": meaning})
+        made |= {name: ("point", values) for name, values in self.recorded.items()}
+        for name, meaning in (
+            ("times", "of the impacts, rad of a load"),
+            ("speeds", "of the striking end just before them"),
+        ):
+            if len(values := getattr(self, name)) == len(self):
+                made[name] = (flights, values, {"long_name": meaning})
+        if self.motions:
+            about = {"long_name": "part of the multipliers, largest modulus first"}
+            made["multipliers_real"] = (("point", "multiplier"), self.multipliers.real, about)
+            made["multipliers_imag"] = (("point", "multiplier"), self.multipliers.imag, about)
+        for i, name in enumerate(self.parameters):
+            made[f"event_{name}"] = ("event", np.array([point.values[i] for point in self.points]))
+        made["event_type"] = ("event", np.array([point.kind.value for point in self.points], dtype=object))
+        made["event_beyond"] = ("event", np.array([point.beyond for point in self.points], dtype=object))
+        told = {"kind": "branch", "label": self.label, "modes": self.modes}
+        found: xarray.Dataset = extra_package("xarray", "io").Dataset(made, attrs=told)
+        return found
+
+    def recording(self, record: Mapping[str, Callable[[Any], float]]) -> Self:
+        """The same with the values of functions of the motion, by name, and so those switched to."""
+        if not record:
+            return self
+        kept = {name: np.array([told(one) for one in self.motions], dtype=float) for name, told in record.items()}
+        return replace(self, recorded=kept, switched=tuple(one.recording(record) for one in self.switched))
 
     @property
     def parameter(self) -> str:
@@ -304,6 +458,11 @@ class Branch(Shown):
         return np.array([cycle.rest_times.min() for cycle in self.cycles])
 
     @property
+    def cycles(self) -> tuple[RestCycle, ...]:
+        """Those of `motions` that are cycles with rest."""
+        return tuple(one for one in self.motions if isinstance(one, RestCycle))
+
+    @property
     def stable(self) -> npt.NDArray[np.bool_]:
         """Whether no multiplier is outside the unit circle; shape (m,)."""
         return np.asarray(self.unstable == 0)
@@ -317,6 +476,12 @@ class Branch(Shown):
         """The points of a kind, which may be told by its word; ParameterError for an unknown one."""
         wanted = kind if isinstance(kind, BranchEvent) else event_of(kind)
         return tuple(point for point in self.points if point.kind is wanted)
+
+    def release_at(self, value: float) -> float | None:
+        """The first release of a cycle with rest at a value, straight between the points; None beyond the ends."""
+        if not self.values[0] <= value <= self.values[-1]:
+            return None
+        return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
 
     def times_at(self, value: float) -> list[Array]:
         """The times of the impacts where it has a value of the parameter, straight between its points."""
@@ -356,7 +521,23 @@ class Branch(Shown):
         columns = self.values.reshape(len(self.values), -1).T
         pairs = zip(self.parameters, columns, strict=True)
         over = ", ".join(f"{name} {row.min():.9g} to {row.max():.9g}" for name, row in pairs)
-        return "\n".join([f"{self.label}: {len(self.values)} points, {over}", *(f"  {point}" for point in self.points)])
+        head = f"{self.label}: {len(self.values)} points, {over}, {self.modes} modes"
+        return "\n".join([head, *(f"  {point}" for point in self.points)])
+
+
+def recorded(record: object) -> dict[str, Callable[[Any], float]]:
+    """Functions of a motion by name, or an error."""
+    found = {} if record is None else record
+    if not isinstance(found, Mapping) or not all(isinstance(key, str) and callable(found[key]) for key in found):
+        raise ParameterError("record", str(record), "functions of the motion, by name")
+    return dict(found)
+
+
+def _multipliers(motion: Repeating) -> ComplexArray:
+    try:
+        return motion.judged().values
+    except (ParameterError, np.linalg.LinAlgError):  # an event without speed, or too many modes
+        return np.full(1, np.nan, dtype=complex)
 
 
 def _chain(branch: Branch) -> list[tuple[str, float]]:
@@ -397,6 +578,16 @@ class PointCurve(Branch):
     angles: Array = field(default_factory=_nothing, repr=False)
     event_phases: Array = field(default_factory=_nothing, repr=False)
     units: tuple[str, ...]
+
+    _ARRAYS = (*Branch._ARRAYS, "is_orbit", "angles", "event_phases")
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values, its motions too."""
+        return {**super().as_json(), "event": self.kind, "units": self.units}
+
+    @classmethod
+    def _fields_of(cls, row: Mapping[str, Any]) -> dict[str, Any]:
+        return {**super()._fields_of(row), "event": event_of(row["event"]), "units": tuple(row["units"])}
 
     @property
     def kind(self) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, recorded
 from percuss.explore.continuation.branch_events import (
     Partner,
     Side,
@@ -38,6 +39,7 @@ from percuss.explore.continuation.missed_events import (
     turning_back,
 )
 from percuss.explore.continuation.orbit_curve import SolutionCurve, beyond_corner, corner_ahead, steps_passed
+from percuss.explore.continuation.rest_following import follow_rest
 from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,
@@ -46,6 +48,7 @@ from percuss.explore.continuation.walk import (
     LocatedEvent,
     Look,
     Target,
+    Varied,
     Walk,
     both_ways,
     joined,
@@ -56,8 +59,8 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import callback, count, instance, text
 from percuss.shown import Shown
-from percuss.steady import PeriodicOrbit
-from percuss.steady.multipliers import TURNING
+from percuss.steady import Orbit, PeriodicOrbit, RestCycle
+from percuss.steady.multipliers import TURNING, Repeating
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
 from percuss.steady.self_excited import ValveCycle
 
@@ -332,7 +335,7 @@ _GIVEN_BACK = {BranchEvent.HALVING, BranchEvent.TOUCH, BranchEvent.DEATH}
 
 
 def follow(
-    orbit: PeriodicOrbit | ValveCycle,
+    orbit: Orbit | PeriodicOrbit | RestCycle | ValveCycle,
     along: str,
     between: tuple[float, float] | None = None,
     *,
@@ -340,9 +343,11 @@ def follow(
     value: float | None = None,
     switch: int = 0,
     most: int = 4000,
+    points: int = 65,
+    record: Mapping[str, Callable[[Any], float]] | None = None,
     halt: Callable[[], bool] | None = None,
 ) -> Branch:
-    """Follow an orbit through a parameter, both ways, round folds, until something ends it.
+    """Follow any periodic motion through a parameter, both ways, round folds, until something ends it.
 
     The branch is walked by its arclength in the times of its impacts, and everything that happens on it is located:
     folds, flips, pairs of multipliers on the unit circle, corners where an impact meets a step of the load, and what
@@ -351,11 +356,16 @@ def follow(
     What happens twice between two points of the walk, and leaves no trace in them, is not seen; a touch is looked for
     between them, too.
 
+    A cycle with rest, all of whose multipliers are 0, goes on for as long as the same impacts follow its releases.
+    Where it ends is located, too: the end of its chatter meets the next release (onset), the bar touches the wall in a
+    flight or an impact dies, the load no longer lets go.
+
     Parameters
     ----------
     orbit
-        Where to begin: an admissible orbit, of `percuss.steady.orbits` or `orbit_near`; or the cycle of a machine that
-        switches its own valve, of `percuss.steady.self_excited_motion`, without a rest.
+        Where to begin: an admissible orbit, of `percuss.steady.orbits` or `orbit_near`, or of `steady_states` with a
+        number of modes; a cycle of `percuss.steady.rest_cycles`; or that of a machine that switches its own valve, of
+        `percuss.steady.self_excited_motion`, without a rest.
     along
         Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family.
     between
@@ -369,6 +379,10 @@ def follow(
         grazings to the orbit with an impact more or less; 0 to 16.
     most
         Points of each way at most.
+    points
+        Cycles with rest over the whole range, at least, or over a stretch as long as the value; 2 to 10000.
+    record
+        Functions of the motion, by name, whose values are kept along the branch, and those switched to.
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
 
@@ -403,18 +417,41 @@ def follow(
     grazing_touch 0.527909682
     """
     name = text("along", along, "the name of a parameter")
-    hammer = orbit.machine if isinstance(orbit, ValveCycle) else instance("orbit", orbit, PeriodicOrbit).system
-    over = varied(hammer, family, [name], [between], [value])
-    (here,), (bounds,) = over.here, over.bounds
-    points, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
+    start = _with_modes(orbit) if isinstance(orbit, Orbit) else instance("orbit", orbit, Repeating)
+    over = varied(start.system, family, [name], [between], [value])
+    most, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
+    few, kept = count("points", points, least=2, most=10_000), recorded(record)
     callback("halt", halt)
-    if isinstance(orbit, ValveCycle):
-        return follow_cycle(orbit, over, switch=depth, most=points, halt=halt)
+    if isinstance(start, ValveCycle):
+        found = follow_cycle(start, over, switch=depth, most=most, halt=halt)
+    elif isinstance(start, RestCycle):
+        found = follow_rest(start, over, points=few, halt=halt)
+    else:
+        found = _follow_orbit(instance("orbit", start, PeriodicOrbit), over, between is None, depth, most, halt)
+    return found.recording(kept)
+
+
+def _with_modes(orbit: Orbit) -> PeriodicOrbit:
+    """A motion of `steady_states` as one that is followed."""
+    if orbit.requested_modes is None:
+        raise ParameterError(
+            "orbit",
+            str(orbit),
+            "a motion of the bar with a number of modes",
+            "as steady_states(system, modes=32) gives",
+        )
+    return PeriodicOrbit(orbit.system, orbit.periods, orbit.times, orbit.modes)
+
+
+def _follow_orbit(
+    orbit: PeriodicOrbit, over: Varied, endless: bool, depth: int, points: int, halt: Callable[[], bool] | None
+) -> Branch:
+    (name,), (here,), (bounds,) = over.names, over.here, over.bounds
     curve = SolutionCurve(over.family, name, orbit.impacts, orbit.periods, orbit.modes, *over.units)
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = beginning(curve, orbit, here, bounds)
-        if between is None and here == 0.0:  # its own size tells nothing of its scale
+        if endless and here == 0.0:  # its own size tells nothing of its scale
             curve = replace(curve, unit=unit_of_turn(curve, start))
             start = beginning(curve, orbit, here, bounds)
         ways = both_ways(lambda point: OrbitWalk(curve, point, bounds), start, points)
@@ -442,7 +479,7 @@ class _Tracer:
             values=np.array([curve.value(point.x) for point in points]),
             times=np.array([motion.times for motion in motions]),
             speeds=np.array([motion.speeds for motion in motions]),
-            unstable=np.array(marks, dtype=np.int64), points=tuple(found),
+            unstable=np.array(marks, dtype=np.int64), points=tuple(found), motions=tuple(map(replace, motions)),
             switched=self._switched(curve, [one for one, _ in happened], depth) if depth else (),
         )  # fmt: skip
 
@@ -592,8 +629,8 @@ def reach(
     """
     callback("halt", halt)
     machine = isinstance(orbit, ValveCycle)
-    hammer = orbit.machine if isinstance(orbit, ValveCycle) else instance("orbit", orbit, PeriodicOrbit).system
-    if not (orbit.stable if isinstance(orbit, ValveCycle) else orbit.multipliers().stable):
+    hammer = orbit.system if machine else instance("orbit", orbit, PeriodicOrbit).system
+    if not orbit.stable:
         raise ParameterError("orbit", str(orbit), "a stable orbit", "'follow' goes along unstable ones")
     branch = follow(orbit, along, between, family=family, value=value, halt=halt)
     systems = SystemFamily(hammer) if family is None else family_of(family)

@@ -42,6 +42,7 @@ _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another on
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
+_SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
 _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
 
@@ -72,6 +73,19 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if last <= 0.0:
             break
     return found
+
+
+def turns_twice(segment: CurveSegment) -> bool:
+    """Whether the cubic through the ends of a step and their tangents has two turns of the parameter, or nearly."""
+    start, stop, length = segment.start, segment.stop, segment.length
+    if length == 0.0:
+        return False
+    first, last = float(start.tangent[-1]), float(stop.tangent[-1] / (stop.tangent @ start.tangent))
+    if first * last <= 0.0:
+        return False
+    mean, u = float(stop.x[-1] - start.x[-1]) / length, np.linspace(0.0, 1.0, _SEEN)
+    slopes = first * (1.0 - u) * (1.0 - 3.0 * u) + last * u * (3.0 * u - 2.0) + 6.0 * mean * u * (1.0 - u)
+    return bool(np.min(slopes / first) < _LEVEL * min(1.0, last / first))
 
 
 def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
@@ -110,7 +124,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     curve, aside = segment.curve, _ASIDE * segment.length
 
     def values(place: float) -> ComplexArray:
-        return np.asarray(curve.motion(segment.at(place).x).multipliers)
+        return np.asarray(curve.motion(segment.at(place).x).multipliers().values)
 
     low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
     if low >= high:
@@ -133,7 +147,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     first, stop = max(low - 1e-6 * segment.length, 0.0), min(high + 1e-6 * segment.length, segment.length)
 
     def modulus(point: CurvePoint) -> float:
-        return abs(nearest(curve.motion(point.x).multipliers, pair)) - 1.0
+        return abs(nearest(curve.motion(point.x).multipliers().values, pair)) - 1.0
 
     return [segment.event(BranchEvent.NEIMARK_SACKER, segment.root(modulus, first, stop))]
 
@@ -214,13 +228,15 @@ class MachineWalk(Walk):
             self.size = _FRESH * self.scale
 
     def mark(self) -> int:
-        return outside(self.curve.motion(self.here.x).multipliers)
+        return outside(self.curve.motion(self.here.x).multipliers().values)
 
     def look(self, target: Target) -> Look:
         segment = CurveSegment(self.curve, self.here, target.point)
         halving = None if self.fresh else self._halving(segment)
         if halving is not None:
             return Look(segment, [], None, halving)
+        if self.size > _REFINED * self.scale and turns_twice(segment):
+            raise CorrectorFailed("the branch may turn back twice in the step")
         last = end_of(segment)
         length = segment.length if last is None else last.place
         found = changes_of_stability(segment, length, self.fresh)
@@ -319,7 +335,7 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
         assert halves is not None
         x = halves[0]
     motion = cycle.motion(x)
-    values = motion.multipliers if np.all(np.isfinite(motion.slope)) else None
+    values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
     beyond = one.kind.words
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
@@ -367,7 +383,7 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> str:
             continue
         if found.x[-1] != start.x[-1]:
             towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
-            unstable = outside(wide.motion(found.x).multipliers)
+            unstable = outside(wide.motion(found.x).multipliers().values)
             told = "unstable" if unstable else "stable"
             return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
     return f"{wide.label} begins, to which side and whether it is stable is not resolved"
@@ -464,5 +480,5 @@ def _branch(
         speeds=np.array([motion.blow_speeds for motion in motions]),
         cycle_times=np.array([motion.period for motion in motions]),
         energies=np.array([float(motion.blow_energies.mean()) for motion in motions]),
-        unstable=np.array(marks, dtype=np.int64), points=found, switched=tuple(switched),
+        unstable=np.array(marks, dtype=np.int64), points=found, motions=tuple(motions), switched=tuple(switched),
     )  # fmt: skip

@@ -10,12 +10,11 @@ from itertools import pairwise
 import numpy as np
 
 from percuss.errors import Interrupted, PercussError
-from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
-from percuss.explore.continuation.walk import varied
+from percuss.explore.continuation.branch import KEPT_IMPACTS, Branch, BranchEvent, BranchPoint
+from percuss.explore.continuation.walk import Varied
 from percuss.explore.family import Family
 from percuss.halting import halting, look
-from percuss.model import System
-from percuss.model.checks import Array, callback, count, instance, text
+from percuss.model.checks import Array
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import wall_load
 from percuss.steady import RestCycle
@@ -127,71 +126,20 @@ _NEARER, _MOST_OF = 0.45, 0.9  # of what is left to where a release is lost, and
 _BARELY = 1e-6  # of the parameter, before the last release, where pulls are too short for the chatter to be followed
 _NEXT = 2e-9  # of the parameter, before the last release, to where the last cycle is followed if it can be
 _ON = "the branch goes on"
-KEPT_IMPACTS = 8
-"""Impacts after each release that a branch has, at most: those of a chatter have no last one."""
-
 _FAR = 1e6  # times the value, or 1: the ends where no range is given
 
 
-def follow_rest_cycle(
-    cycle: RestCycle,
-    along: str,
-    between: tuple[float, float] | None = None,
-    *,
-    family: System | Family | None = None,
-    value: float | None = None,
-    points: int = 65,
-    halt: Callable[[], bool] | None = None,
-) -> Branch:
-    """Follow a cycle with rest through a parameter, both ways, until it ends.
+def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Callable[[], bool] | None = None) -> Branch:
+    """The branch of a cycle with rest; see `percuss.explore.follow`.
 
     All its multipliers are 0, so that it goes on for as long as the same impacts follow the release and the bar comes
-    to rest before the load pulls again. Where it ends is located to 1e-10 and said: the end of its chatter meets the
-    next release (onset), the bar touches the wall in a flight or an impact dies, the load no longer lets go.
-
-    Parameters
-    ----------
-    cycle
-        Where to begin.
-    along
-        Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family.
-    between
-        The range of the parameter, which must hold its value for the cycle; None to go on until the branch ends, or a
-        million times as far as where it began.
-    family
-        The systems; None for those that differ from that of the cycle in the parameter alone.
-    value
-        Of the parameter, for the cycle; None for what its system says, where it is a dimensionless one.
-    points
-        Cycles over the whole range, at least; without a range over a stretch as long as the value. 2 to 10000.
-    halt
-        Called again and again; once it returns true, what has been followed so far is the answer.
-
-    Returns
-    -------
-    Branch
-        The cycles, and what happens at its two ends.
-
-    Examples
-    --------
-    >>> from percuss import Load, System
-    >>> from percuss.steady import rest_cycles
-    >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0))
-    >>> (cycle,) = rest_cycles(system, modes=0).cycles
-    >>> branch = follow_rest_cycle(cycle, "mean", (0.3, 1.2), points=9)
-    >>> for point in branch.points:
-    ...     print(point.kind.value, round(point.value, 9))
-    onset 0.626037332
-    release_lost 1.0
+    to rest before the load pulls again.
     """
-    instance("cycle", cycle, RestCycle)
-    over = varied(cycle.system, family, [text("along", along, "the name of a parameter")], [between], [value])
-    (here,), share = over.here, 1.0 / (count("points", points, least=2, most=10_000) - 1)
-    far = _FAR * max(1.0, abs(here))
-    low, high = (here - far, here + far) if between is None else over.bounds[0]
-    step = share * (high - low) if between is not None else share * (abs(here) or 1.0)
-    walker = _Walker(over.family, over.names[0], cycle, step, 0.0 if between is not None else share)
-    callback("halt", halt)
+    (here,), ((low, high),), share = over.here, over.bounds, 1.0 / (points - 1)
+    bounded, far = math.isfinite(high - low), _FAR * max(1.0, abs(here))
+    low, high = (low, high) if bounded else (here - far, here + far)
+    step = share * (high - low) if bounded else share * (abs(here) or 1.0)
+    walker = _Walker(over.family, over.names[0], cycle, step, 0.0 if bounded else share)
     with halting(halt):
         ends, (below, above) = [], ([(here, cycle)], [(here, cycle)])
         for way, stop in ((below, low), (above, high)):
@@ -215,7 +163,7 @@ def _branch(name: str, values: Array, cycles: tuple[RestCycle, ...], points: tup
         parameters=(name,), label=cycles[0].label, modes=cycles[0].modes, values=values, points=points,
         times=times[..., :most], speeds=speeds[..., :most], unstable=np.zeros(len(cycles), dtype=np.int64),
         releases=np.array([[chain.release for chain in cycle.chains] for cycle in cycles]),
-        rests=np.array([[chain.rest for chain in cycle.chains] for cycle in cycles], dtype=float), cycles=cycles,
+        rests=np.array([[chain.rest for chain in cycle.chains] for cycle in cycles], dtype=float), motions=cycles,
     )  # fmt: skip
 
 

@@ -12,14 +12,16 @@ import numpy as np
 
 from percuss.errors import Interrupted, extra_package
 from percuss.explore.attractors.hammers import ClockedHammer
+from percuss.explore.continuation.branch import Branch
 from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion, lines_from, with_new
+from percuss.explore.diagrams.diagram_lines import SettledMotion, lines_from, with_new
 from percuss.explore.diagrams.machine_diagram import machine_settled_at
 from percuss.explore.family import Axis, Family
+from percuss.explore.jobs.archive_export import OfValues
+from percuss.explore.jobs.archive_layout import canonical, parsed
 from percuss.explore.jobs.job import Columns
 from percuss.model import Machine, System
-from percuss.model.checks import Array
-from percuss.shown import Shown
+from percuss.model.checks import DEFAULT_MODES, Array
 
 if TYPE_CHECKING:
     import xarray
@@ -56,9 +58,11 @@ def settled_at(passes: Columns, i: int, value: float, scales: Array, load_scale:
 
 # ---- The diagram of a hammer over one parameter: what simulations settle on, and the branches of all orbits found
 
+_LINES = ("branches", "impossible", "rest_branches")
+
 
 @dataclass(frozen=True, eq=False)
-class Diagram(Shown):
+class Diagram(OfValues):
     """Motions over one parameter; made by `diagram`.
 
     Parameters
@@ -84,12 +88,12 @@ class Diagram(Shown):
     axis: Axis
     modes: int
     settled: tuple[SettledMotion, ...] = field(repr=False)
-    branches: tuple[DiagramBranch, ...]
+    branches: tuple[Branch, ...]
     ask: Mapping[str, Any] = field(repr=False)
     done: float = 1.0
     left_out: int = 0
-    impossible: tuple[DiagramBranch, ...] = field(default=(), repr=False)
-    rest_branches: tuple[DiagramBranch, ...] = ()
+    impossible: tuple[Branch, ...] = field(default=(), repr=False)
+    rest_branches: tuple[Branch, ...] = ()
 
     @classmethod
     def of(cls, job: DiagramJob, columns: Columns) -> Diagram:
@@ -106,8 +110,8 @@ class Diagram(Shown):
         along = ask["along"]
         axis, labelled = Axis(along["name"], along["values"], along["unit"]), int(ask["traces"])
         known = columns["branch_bytes"] >= 0
-        lines: list[DiagramBranch] = []
-        rests: list[DiagramBranch] = []
+        lines: list[Branch] = []
+        rests: list[Branch] = []
         for i in np.flatnonzero(known[:labelled]).tolist():
             size = int(columns["branch_bytes"][i])
             new = lines_from(columns["branches"][i, :size].tobytes())
@@ -131,7 +135,7 @@ class Diagram(Shown):
     @property
     def is_si(self) -> bool:
         """Whether speeds and energies have units."""
-        every: tuple[SettledMotion | DiagramBranch, ...] = (*self.settled, *self.branches, *self.rest_branches)
+        every: tuple[SettledMotion | Branch, ...] = (*self.settled, *self.branches, *self.rest_branches)
         return any(one.scales is not None for one in every)
 
     @cached_property
@@ -147,12 +151,38 @@ class Diagram(Shown):
         about = {"kind": "diagram", "parameter": self.axis.name, "modes": self.modes}
         return dataset_of(self.axis, self.settled, (*self.branches, *self.rest_branches), self.is_si, about)
 
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values."""
+        lines = {name: [line.as_json() for line in getattr(self, name)] for name in _LINES}
+        settled = [{**vars(one), "phases": one.phases.tolist(), "speeds": one.speeds.tolist()} for one in self.settled]
+        return {
+            "ask": canonical(dict(self.ask)),
+            "settled": settled,
+            "done": self.done,
+            "left_out": self.left_out,
+            **lines,
+        }
+
+    @classmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Diagram:
+        """`as_json` backwards."""
+        ask = parsed(row["ask"])
+        along, told = ask["along"], {name: row[name] for name in ("done", "left_out")}
+        told |= {name: tuple(map(Branch.from_json, row[name])) for name in _LINES}
+        settled = [
+            SettledMotion(**{**one, "phases": np.array(one["phases"]), "speeds": np.array(one["speeds"])})
+            for one in ({**one, "scales": one["scales"] and tuple(one["scales"])} for one in row["settled"])
+        ]
+        axis = Axis(along["name"], along["values"], along["unit"])
+        return cls(axis, int(ask["modes"]), tuple(settled), ask=ask, **told)
+
     def __str__(self) -> str:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
         settled = (
             f"{len(self.settled)} settled motions at {len(self.axis)} values" if self.settled else "no simulations"
         )
-        head = f"Diagram over {self.axis.name} from {low:.9g} to {high:.9g}: {settled}, {len(self.branches)} branches"
+        head = f"Diagram over {self.axis.name} from {low:.9g} to {high:.9g}, {self.modes} modes: {settled}, "
+        head += f"{len(self.branches)} branches"
         if self.rest_branches:
             head += f", {len(self.rest_branches)} of cycles with rest"
         every = (*self.branches, *self.rest_branches)
@@ -169,7 +199,7 @@ def diagram(
     tries: int = 100,
     starts: int = 8,
     runs: int = DEFAULT_RUNS,
-    modes: int = 8,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     seed: int = 0,
     **running: Any,
@@ -277,7 +307,7 @@ class _Row(NamedTuple):
 def dataset_of(
     axis: Axis,
     settled: Sequence[SettledMotion],
-    branches: Sequence[DiagramBranch],
+    branches: Sequence[Branch],
     is_si: bool,
     about: Mapping[str, Any],
 ) -> xarray.Dataset:
@@ -315,7 +345,7 @@ def _simulated(settled: Sequence[SettledMotion]) -> Iterator[_Row]:
             yield _Row("simulated", number, one.label, one.value, 1, i, phase, speed, one.energy, *scales)
 
 
-def _rows(number: int, line: DiagramBranch) -> Iterator[_Row]:
+def _rows(number: int, line: Branch) -> Iterator[_Row]:
     """The impacts of each motion; of a cycle with rest the first ones after each release, numbered through it."""
     size = line.values.size
     scales = np.full((size, 2), math.nan) if line.scales is None else line.scales
@@ -332,7 +362,7 @@ def _rows(number: int, line: DiagramBranch) -> Iterator[_Row]:
             yield _Row("branch", number, line.label, *same, i, phase, speed, *energies, *flights[m, flight].tolist())
 
 
-def _events(branches: Sequence[DiagramBranch], unit: str) -> dict[str, Any]:
+def _events(branches: Sequence[Branch], unit: str) -> dict[str, Any]:
     points = [(i, point) for i, line in enumerate(branches, 1) for point in line.points]
     values = np.array([point.value for _, point in points])
     return {

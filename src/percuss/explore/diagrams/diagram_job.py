@@ -13,13 +13,14 @@ import numpy as np
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.attractors.drawn_starts import FIELD_DEPTH, FIELD_SPEED
 from percuss.explore.attractors.hammers import COLUMNS, ClockedHammer, invariants_of, seconds_of_start
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, packed
+from percuss.explore.continuation.branch import Branch
+from percuss.explore.diagrams.diagram_lines import packed
 from percuss.explore.diagrams.machine_diagram import machine_branches, machine_pass
 from percuss.explore.diagrams.tracing import SettledCycle, labels_up_to, of_label, rests_traced, settled_on, traced
 from percuss.explore.family import Axis, Family, SwitchingFamily, drives_itself, family_of
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import Array, count, instance
+from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS
 
 if TYPE_CHECKING:
@@ -346,7 +347,7 @@ class DiagramJob:
         else:
             search = of_label(self.labels[i], self.modes, self.tries)
         along = (self.family, self.axis.name, (low, high), values)
-        lines: list[DiagramBranch] = rests_traced(*along, self.modes, stopped=stopped) if longer else []
+        lines: list[Branch] = rests_traced(*along, self.modes, stopped=stopped) if longer else []
         settled = [
             one
             for one in self._settled(stopped)
@@ -412,7 +413,7 @@ class DiagramJob:
         return running_pass(systems, self.modes, self.stop, self.seed, place, rank, stopped)
 
 
-def _with_lines(found: Columns, lines: list[DiagramBranch]) -> Columns:
+def _with_lines(found: Columns, lines: list[Branch]) -> Columns:
     """A row with branches as bytes, as many as there is room for."""
     data, kept = packed(lines, found["branches"].size)
     found["branches"][: len(data)] = np.frombuffer(data, dtype=np.uint8)
@@ -430,7 +431,7 @@ def diagram_job(
     tries: int = 100,
     starts: int = 8,
     runs: int = DEFAULT_RUNS,
-    modes: int = 8,
+    modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     seed: int = 0,
 ) -> DiagramJob:

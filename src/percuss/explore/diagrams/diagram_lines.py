@@ -4,52 +4,23 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, PlainMotion, event_of
+from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.orbit_curve import SolutionCurve
-from percuss.explore.continuation.rest_following import KEPT_IMPACTS
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk, unit_of
 from percuss.explore.family import Family
 from percuss.model import Machine, System
 from percuss.model.checks import Array
 from percuss.shown import Shown
-from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.periodic.periodic_orbit import differences
-from percuss.steady.self_excited import ValveCycle
 
 _TURN = 2.0 * np.pi
-_TEXTS, _ARRAYS = ("label", "modes"), (
-    "values", "times", "speeds", "unstable", "releases", "rests", "cycle_times", "energies",
-)  # fmt: skip
-_OF_POINT, _OF_MOTION = ("values", "beyond", "impact", "touch_phase"), ("label", "energy")
-
-
-@dataclass(frozen=True, kw_only=True)
-class DiagramBranch(Branch):
-    """A branch in a diagram: a `Branch` whose points have their motions as plain numbers; dimensionless.
-
-    Parameters
-    ----------
-    scales
-        Metres per second and joules of a speed and an energy of 1; shape (m, 2), None for a system without units.
-    possible
-        Whether these are motions; if not, they are roots of the equations beyond an end of a branch.
-    """
-
-    scales: Array | None = field(default=None, repr=False)
-    possible: bool = True
-
-    def release_at(self, value: float) -> float | None:
-        """The first release of a cycle with rest at a value, straight between the points; None beyond the ends."""
-        if not self.values[0] <= value <= self.values[-1]:
-            return None
-        return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
 
 
 @dataclass(frozen=True)
@@ -82,18 +53,13 @@ class SettledMotion(Shown):
     scales: tuple[float, float] | None = None
 
 
-def line_of(branch: Branch, system: Callable[[float], Any]) -> DiagramBranch:
-    """A followed branch with the energies of its motions; `system`: the hammer at a value of the parameter."""
-    systems = [_system(system, value) for value in branch.values.tolist()]
-    scales = np.array([_scales(one) for one in systems])
-    if branch.is_machine:
-        energies = branch.energies
-        of_points = [float(point.valve_cycle.blow_energies.mean()) for point in branch.points]
-    else:
-        energies, of_points = _blow_energies(branch) if branch.has_rest else _orbit_energies(branch, systems)
-    kept = {name: getattr(branch, name) for name in ("parameters", *_TEXTS, *_ARRAYS[:-1])}
-    points = tuple(_plain_point(point, energy) for point, energy in zip(branch.points, of_points, strict=True))
-    return DiagramBranch(**kept, points=points, energies=energies, scales=scales if np.isfinite(scales).any() else None)
+def line_of(branch: Branch, system: Callable[[float], Any]) -> Branch:
+    """A followed branch whose motions are plain numbers, with their energies; `system`: the hammer at a value."""
+    scales = np.array([_scales(_system(system, value)) for value in branch.values.tolist()])
+    points = tuple(point.plainly for point in branch.points)
+    energies = np.array([motion.blow_energy for motion in branch.motions], dtype=np.float64)
+    known = scales if np.isfinite(scales).any() else None
+    return replace(branch, points=points, energies=energies, scales=known, motions=(), switched=())
 
 
 def _system(system: Callable[[float], Any], value: float) -> Any:
@@ -107,93 +73,22 @@ def _scales(hammer: System | Machine | None) -> tuple[float, float]:
     return (np.nan, np.nan) if hammer is None or not hammer.is_si else (hammer.speed_scale, hammer.energy_scale)
 
 
-def _orbit_energies(branch: Branch, systems: Sequence[System | None]) -> tuple[Array, list[float]]:
-    """The mean energies of the blows of orbits, and of those at the points."""
-    found = np.full(branch.values.size, np.nan)
-    for i, (system, times) in enumerate(zip(systems, branch.times.tolist(), strict=True)):
-        if system is not None:
-            found[i] = PeriodicOrbit(system, branch.periods, tuple(times), branch.modes).blow_energies.mean()
-    return found, [float(point.orbit.blow_energies.mean()) for point in branch.points]
-
-
-def _blow_energies(branch: Branch) -> tuple[Array, list[float]]:
-    """The mean kinetic energy before a main blow, of simulations that start at the releases of cycles with rest."""
-    from percuss.simulate import Start, Stop, simulate_many
-
-    cycles = [*branch.cycles, *(point.cycle for point in branch.points)]
-    starts = [Start.rigid(0.0, 0.0, cycle.release_phase) for cycle in cycles]
-    many = simulate_many([one.system for one in cycles], starts, modes=branch.modes, stop=Stop(), threads=1)
-    found = np.where(many.label == np.array([cycle.label for cycle in cycles]), many.blow_energy, np.nan)
-    return found[: len(branch.cycles)], found[len(branch.cycles) :].tolist()
-
-
-def _plain_point(point: BranchPoint, energy: float) -> BranchPoint:
-    """A point with its motion as plain numbers: of a cycle with rest the impacts that its branch has."""
-    motion, impact, touch = point.motion, point.impact, point.touch_phase
-    if isinstance(motion, ValveCycle):
-        plain = PlainMotion(motion.label, motion.phases, motion.blow_speeds, energy)
-        return BranchPoint(point.kind, point.values, plain, point.beyond, impact=impact)
-    assert isinstance(motion, PeriodicOrbit | RestCycle)
-    phases, speeds = motion.phases, motion.speeds
-    if isinstance(motion, RestCycle):
-        phases, speeds = _first_impacts(motion)
-        dies = point.kind is BranchEvent.DEATH
-        impact, touch = impact if dies else None, None if dies else touch
-    plain = PlainMotion(motion.label, phases, speeds, energy)
-    return BranchPoint(point.kind, point.values, plain, point.beyond, impact=impact, touch_phase=touch)
-
-
-def _first_impacts(cycle: RestCycle) -> tuple[Array, Array]:
-    first = [impact for chain in cycle.chains for impact in chain.impacts[:KEPT_IMPACTS]]
-    times, speeds = np.array(first).reshape(-1, 2).T
-    return np.mod(times, _TURN), speeds
-
-
 # -- as bytes --
 
 
-def packed(lines: Sequence[DiagramBranch], room: int) -> tuple[bytes, int]:
+def packed(lines: Sequence[Branch], room: int) -> tuple[bytes, int]:
     """Branches as bytes, as many as there is room for, and how many of them that are."""
     kept = len(lines)
     while True:
-        made = zlib.compress(json.dumps([_as_json(line) for line in lines[:kept]]).encode(), 6)
+        made = zlib.compress(json.dumps([line.as_json() for line in lines[:kept]]).encode(), 6)
         if len(made) <= room or not kept:
             return made, kept
         kept = min(kept - 1, int(kept * room / len(made)))
 
 
-def lines_from(data: bytes) -> list[DiagramBranch]:
+def lines_from(data: bytes) -> list[Branch]:
     """The branches that bytes hold; `packed` backwards."""
-    return [_from_json(row) for row in json.loads(zlib.decompress(data))]
-
-
-def _as_json(line: DiagramBranch) -> dict[str, Any]:
-    return {
-        **{name: getattr(line, name) for name in ("parameters", *_TEXTS, "possible")},
-        **{name: getattr(line, name).tolist() for name in _ARRAYS},
-        "scales": None if line.scales is None else line.scales.tolist(),
-        "points": [
-            {name: getattr(point, name) for name in _OF_POINT}
-            | {name: getattr(point.plain, name) for name in _OF_MOTION}
-            | {"kind": point.kind.value, "phases": point.plain.phases.tolist(), "speeds": point.plain.speeds.tolist()}
-            for point in line.points
-        ],
-    }
-
-
-def _from_json(row: Mapping[str, Any]) -> DiagramBranch:
-    points = tuple(
-        BranchPoint(
-            kind=event_of(one["kind"]), values=tuple(one["values"]), beyond=one["beyond"],
-            motion=PlainMotion(one["label"], np.array(one["phases"]), np.array(one["speeds"]), one["energy"]),
-            impact=one["impact"], touch_phase=one["touch_phase"],
-        )
-        for one in row["points"]
-    )  # fmt: skip
-    arrays: dict[str, Any] = {name: np.array(row[name]) for name in _ARRAYS}
-    texts = {name: row[name] for name in (*_TEXTS, "possible")}
-    scales = None if row["scales"] is None else np.array(row["scales"])
-    return DiagramBranch(parameters=tuple(row["parameters"]), **texts, **arrays, points=points, scales=scales)
+    return [Branch.from_json(row) for row in json.loads(zlib.decompress(data))]
 
 
 # ---- One branch, found twice: by itself and by switching, from two of its orbits, from both of its ends
@@ -204,7 +99,7 @@ _UNLOCATED = (BranchEvent.LOST, BranchEvent.STOPPED)
 _ROWS = (0.25, 0.5, 0.75)  # of a branch, at which it is compared with another
 
 
-def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[DiagramBranch]:
+def with_new(known: list[Branch], found: list[Branch]) -> list[Branch]:
     """Branches, and those of others that are not among them: a doubled orbit is found by itself, and by switching."""
     every = list(known)
     for line in found:
@@ -213,7 +108,7 @@ def with_new(known: list[DiagramBranch], found: list[DiagramBranch]) -> list[Dia
     return every
 
 
-def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
+def _holds(other: Branch, line: Branch) -> bool:
     if (other.label, other.possible) != (line.label, line.possible):
         return False
     if _tells_the_same(other, line):
@@ -222,7 +117,7 @@ def _holds(other: DiagramBranch, line: DiagramBranch) -> bool:
     return all(_is_near(other, float(line.values[row]), line.times[row]) for row in rows)
 
 
-def _tells_the_same(other: DiagramBranch, line: DiagramBranch) -> bool:
+def _tells_the_same(other: Branch, line: Branch) -> bool:
     """Whether all that is located on a branch is located on another: through each such orbit goes one curve."""
     located = [point for point in line.points if point.kind not in _UNLOCATED]
     return bool(located) and all(any(_one_point(point, its) for its in other.points) for point in located)
@@ -238,12 +133,12 @@ def _one_point(point: BranchPoint, other: BranchPoint) -> bool:
     return bool(max(off.min(axis=0).max(), off.min(axis=1).max()) < _NEAR)
 
 
-def goes_through(line: DiagramBranch, periods: int, value: float, times: Array) -> bool:
+def goes_through(line: Branch, periods: int, value: float, times: Array) -> bool:
     """Whether a branch of possible orbits has one with nearly these impacts in so many load periods."""
     return line.possible and (line.impacts, line.periods) == (times.size, periods) and _is_near(line, value, times)
 
 
-def _is_near(line: DiagramBranch, value: float, times: Array) -> bool:
+def _is_near(line: Branch, value: float, times: Array) -> bool:
     """Whether a branch has an orbit near given times."""
     if line.is_machine:
         return any(bool(np.all(np.abs(times - at) < _NEAR / _TURN * at[-1])) for at in line.times_at(value))
@@ -264,7 +159,7 @@ _SHOWN = 0.1  # share of the range for which they are followed
 
 def beyond_the_ends(
     branches: Sequence[Branch], family: Family, between: tuple[float, float], stopped: Callable[[], bool]
-) -> list[DiagramBranch]:
+) -> list[Branch]:
     """Each branch continued smoothly beyond its grazings for a tenth: the equations know nothing of the wall."""
     found = []
     for branch in branches:
@@ -277,7 +172,7 @@ def beyond_the_ends(
     return found
 
 
-def _beyond(branch: Branch, end: BranchPoint, family: Family, between: tuple[float, float]) -> DiagramBranch | None:
+def _beyond(branch: Branch, end: BranchPoint, family: Family, between: tuple[float, float]) -> Branch | None:
     """The roots beyond one end; None where Newton's method finds none."""
     unit, shown = unit_of(between, end.value), _SHOWN * (between[1] - between[0])
     curve = SolutionCurve(family, branch.parameter, branch.impacts, branch.periods, branch.modes, unit)
@@ -292,7 +187,7 @@ def _beyond(branch: Branch, end: BranchPoint, family: Family, between: tuple[flo
     if len(points) < 2 or points[1] is points[0]:
         return None
     scales = [(one.system.speed_scale, one.system.energy_scale) for one in motions if one.system.is_si]
-    return DiagramBranch(
+    return Branch(
         parameters=branch.parameters, label=branch.label, modes=branch.modes,
         values=np.array([curve.value(point.x) for point in points]),
         times=np.array([motion.times for motion in motions]),

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from percuss.errors import PercussError
+from percuss.explore.continuation.branch import Branch
 from percuss.explore.continuation.following import follow
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, SettledMotion, line_of, with_new
+from percuss.explore.diagrams.diagram_lines import SettledMotion, line_of, with_new
 from percuss.explore.family import SwitchingFamily
 from percuss.explore.jobs.job import Columns
 from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
@@ -39,9 +40,9 @@ def machine_branches(
     tries: int,
     modes: int,
     stopped: Callable[[], bool],
-) -> list[DiagramBranch]:
+) -> list[Branch]:
     """All branches on which a cycle of a label was found at one of the values, and those that begin at their flips."""
-    found: list[DiagramBranch] = []
+    found: list[Branch] = []
     for value in values:
         if stopped():
             break

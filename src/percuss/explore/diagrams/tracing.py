@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.errors import PercussError
+from percuss.explore.continuation.branch import Branch
 from percuss.explore.continuation.following import follow
-from percuss.explore.continuation.rest_following import follow_rest_cycle
-from percuss.explore.diagrams.diagram_lines import DiagramBranch, beyond_the_ends, goes_through, line_of, with_new
+from percuss.explore.diagrams.diagram_lines import beyond_the_ends, goes_through, line_of, with_new
 from percuss.explore.family import Family
 from percuss.explore.orbit_starts import orbit_at, orbit_seeds
 from percuss.halting import halting
@@ -57,13 +57,13 @@ def traced(
     modes: int,
     stopped: Callable[[], bool],
     settled: Sequence[SettledCycle] = (),
-) -> list[DiagramBranch]:
+) -> list[Branch]:
     """All branches with an orbit that `search` finds or that is `settled` on, and what begins on them (`switch`)."""
 
     def system(value: float) -> System:
         return family.system({name: value})
 
-    found: list[DiagramBranch] = []
+    found: list[Branch] = []
 
     def add(value: float, orbit: PeriodicOrbit) -> None:
         """Follow the branch of an orbit, unless it is known."""
@@ -131,7 +131,7 @@ def settled_on(beyond: tuple[int, int], modes: int, stop: Stop, seed: int) -> Se
     return search
 
 
-def _is_on(line: DiagramBranch, value: float, orbit: PeriodicOrbit) -> bool:
+def _is_on(line: Branch, value: float, orbit: PeriodicOrbit) -> bool:
     """Whether a branch goes through an orbit: the points beside it say where to look for the one that it has there."""
     if not line.possible or (line.impacts, line.periods) != (orbit.impacts, orbit.periods):
         return False
@@ -173,17 +173,17 @@ def rests_traced(
     modes: int,
     *,
     stopped: Callable[[], bool],
-) -> list[DiagramBranch]:
+) -> list[Branch]:
     """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole."""
-    found: list[DiagramBranch] = []
+    found: list[Branch] = []
     for value in values:
         try:
             with halting(stopped):
                 system = family.system({name: value})
-                known = rest_cycles(system, modes=modes, most=MOST_REST_PERIODS).cycles if _rests(system, modes) else ()
+                known = rest_cycles(system, modes=modes, most=MOST_REST_PERIODS).orbits if _rests(system, modes) else ()
                 for cycle in known:
                     if not any(_is_on_rest_line(line, value, cycle) for line in found):
-                        branch = follow_rest_cycle(cycle, name, between, family=family, value=value, points=_POINTS)
+                        branch = follow(cycle, name, between, family=family, value=value, points=_POINTS)
                         found.append(line_of(branch, lambda at: family.system({name: at})))
         except PercussError:  # there is no such system, its load does not push, or nobody waits any longer
             if stopped():
@@ -196,7 +196,7 @@ def _rests(system: System, modes: int) -> bool:
     return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
 
 
-def _is_on_rest_line(line: DiagramBranch, value: float, cycle: RestCycle) -> bool:
+def _is_on_rest_line(line: Branch, value: float, cycle: RestCycle) -> bool:
     """Whether a branch has a cycle: the phase at which the bar is let go tells all that follows."""
     release = line.release_at(value) if line.label == cycle.label else None
     return release is not None and abs(float(np.angle(np.exp(1j * (release - cycle.release_phase))))) < _NEAR_RELEASE

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -53,12 +54,49 @@ def variables_of(
 class HandedOver(Shown, ABC):
     """A result that hands its numbers over: as an xarray dataset, a pandas table, a file."""
 
-    columns: Mapping[str, Any]
-    ask: dict[str, Any]
-
     @abstractmethod
     def to_xarray(self) -> xarray.Dataset:
         """All numbers with named coordinates, units and meanings; numbers that stand for words have them in `words`."""
+
+    def to_pandas(self) -> Any:
+        """What has a number for every cell, start, point of a branch …, as a table with a row for each."""
+        data = self.to_xarray()
+        rows = _row_dims(data)
+        return data[[name for name, one in data.data_vars.items() if one.dims == rows]].to_dataframe()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write one file: NetCDF (``.nc``), which `load` reads, or a table as text (``.csv``)."""
+        name = checked_path("path", path).lower()
+        if name.endswith(".csv"):
+            write_csv(self.to_xarray(), path)
+        elif name.endswith(".nc"):
+            write_dataset(self._content(), path)
+        else:
+            raise ParameterError("path", path, "a name that ends in .nc or .csv")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """The result that `save` wrote into a NetCDF file; ParameterError for a file of something else."""
+        try:
+            return cls._from_content(netcdf_content(Path(checked_path("path", path))))
+        except (OSError, LookupError, TypeError, ValueError, AttributeError, zlib.error) as error:
+            accepted = f"a file that {cls.__name__}.save wrote"
+            raise ParameterError("path", str(path), accepted, repr(error)[:200]) from None
+
+    @abstractmethod
+    def _content(self) -> xarray.Dataset:
+        """What a file holds: the numbers for others, and what `load` needs."""
+
+    @classmethod
+    @abstractmethod
+    def _from_content(cls, data: xarray.Dataset) -> Self: ...
+
+
+class OfColumns(HandedOver):
+    """That of a job: columns, and what was asked."""
+
+    columns: Mapping[str, Any]
+    ask: dict[str, Any]
 
     @classmethod
     @abstractmethod
@@ -70,41 +108,47 @@ class HandedOver(Shown, ABC):
     def _about(self) -> Mapping[str, Column]:
         """What the columns hold."""
 
-    def to_pandas(self) -> Any:
-        """What has a number for every cell or start, as a table with a row for each."""
+    def _content(self) -> xarray.Dataset:
         data = self.to_xarray()
-        rows = _row_dims(data)
-        return data[[name for name, one in data.data_vars.items() if one.dims == rows]].to_dataframe()
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write one file: NetCDF (``.nc``), which `load` reads, or a table as text (``.csv``)."""
-        name = checked_path("path", path).lower()
-        if name.endswith(".csv"):
-            write_csv(self.to_xarray(), path)
-        elif name.endswith(".nc"):
-            data = self.to_xarray()
-            columns = {key: about_column(column) for key, column in self._about.items()}
-            about = {"ask": canonical(self.ask), "columns": json.dumps(columns), "rows": json.dumps(_row_dims(data))}
-            write_dataset(data.assign_attrs({**data.attrs, **about}), path)
-        else:
-            raise ParameterError("path", path, "a name that ends in .nc or .csv")
+        columns = {key: about_column(column) for key, column in self._about.items()}
+        about = {"ask": canonical(self.ask), "columns": json.dumps(columns), "rows": json.dumps(_row_dims(data))}
+        return data.assign_attrs({**data.attrs, **about})
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
-        """The result that `save` wrote into a NetCDF file; ParameterError for a file of something else."""
-        try:
-            data = netcdf_content(Path(checked_path("path", path)))
-            rows = json.loads(data.attrs["rows"])
-            columns = {name: column_from(one) for name, one in json.loads(data.attrs["columns"]).items()}
-            over = data[next(iter(data.data_vars))].isel({}).reset_coords(drop=True)
-            flat = {}
-            for name, column in columns.items():
-                values = data[name].broadcast_like(over).transpose(*rows, ...).values
-                flat[name] = values.reshape(-1, *column.shape).astype(column.dtype)
-            return cls.from_archive(SimpleNamespace(ask=parsed(data.attrs["ask"]), columns=columns, read=lambda: flat))
-        except (OSError, LookupError, TypeError, ValueError, AttributeError) as error:
-            accepted = f"a file that {cls.__name__}.save wrote"
-            raise ParameterError("path", str(path), accepted, repr(error)[:200]) from None
+    def _from_content(cls, data: xarray.Dataset) -> Self:
+        rows = json.loads(data.attrs["rows"])
+        columns = {name: column_from(one) for name, one in json.loads(data.attrs["columns"]).items()}
+        over = data[next(iter(data.data_vars))].isel({}).reset_coords(drop=True)
+        flat = {}
+        for name, column in columns.items():
+            values = data[name].broadcast_like(over).transpose(*rows, ...).values
+            flat[name] = values.reshape(-1, *column.shape).astype(column.dtype)
+        return cls.from_archive(SimpleNamespace(ask=parsed(data.attrs["ask"]), columns=columns, read=lambda: flat))
+
+
+class OfValues(HandedOver):
+    """One of any parts: all of it as plain values."""
+
+    @abstractmethod
+    def as_json(self) -> dict[str, Any]:
+        """All of it as plain values, which `from_json` takes."""
+
+    @classmethod
+    @abstractmethod
+    def from_json(cls, row: Mapping[str, Any]) -> Self:
+        """`as_json` backwards."""
+
+    def _content(self) -> xarray.Dataset:
+        whole = zlib.compress(json.dumps({type(self).__name__: self.as_json()}).encode(), 6)
+        return self.to_xarray().assign({_WHOLE: ("byte", np.frombuffer(whole, dtype=np.uint8))})
+
+    @classmethod
+    def _from_content(cls, data: xarray.Dataset) -> Self:
+        whole = data[_WHOLE].values.astype(np.uint8).tobytes()
+        return cls.from_json(json.loads(zlib.decompress(whole))[cls.__name__])
+
+
+_WHOLE = "percuss_result"
 
 
 def dataset_of(archive: Archive) -> xarray.Dataset:

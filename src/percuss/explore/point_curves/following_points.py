@@ -74,7 +74,7 @@ def _touch(orbit: PeriodicOrbit, phase: float) -> tuple[Touch, list[float]]:
     """The flight in which the bar touches the wall at a phase, and how long after its start."""
     turn = 2.0 * math.pi
     after = float(np.mod(phase - orbit.times[0], turn)) + turn * np.arange(orbit.periods)
-    time = float(after[np.argmax(orbit.end_point(after))])
+    time = float(after[np.argmax(orbit.motion(after))])
     starts = np.array(orbit.times) - orbit.times[0]
     flight = int(np.searchsorted(starts, time, side="right")) - 1
     return Touch(flight), [time - float(starts[flight])]
@@ -110,7 +110,7 @@ def follow_point(
     ----------
     point
         A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`; an onset, touch, death
-        or the last release of `follow_rest_cycle`; of a machine that switches its own valve a fold, flip or
+        or the last release of cycles with rest; of a machine that switches its own valve a fold, flip or
         Neimark–Sacker point, or an end that is told by its order of events.
     along
         The names of both parameters.
@@ -150,7 +150,7 @@ def follow_point(
     """
     motion = instance("point", point, BranchPoint).motion
     if not isinstance(motion, PeriodicOrbit | RestCycle | ValveCycle):
-        raise ParameterError("point", str(point), "a point of follow or follow_rest_cycle")
+        raise ParameterError("point", str(point), "a point of follow")
     names = tuple(several("along", along, _TWO))
     if len(names) != 2 or names[0] == names[1]:
         raise ParameterError("along", along, _TWO)

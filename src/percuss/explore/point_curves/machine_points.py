@@ -114,7 +114,7 @@ class MachinePoints(Problem):
         if self.kind is BranchEvent.FLIP:
             return self.base.flip(CurvePoint(x, x, 0))
         if self.kind is BranchEvent.NEIMARK_SACKER:
-            return abs(nearest(self.motion(x).multipliers, self.pair)) - 1.0
+            return abs(nearest(self.motion(x).multipliers().values, self.pair)) - 1.0
         found = self.base.tests(x)
         if self.test not in found:
             raise CorrectorFailed("another order of events")
@@ -124,7 +124,7 @@ class MachinePoints(Problem):
         """The same with the multiplier that is on the circle taken anew."""
         if self.kind is not BranchEvent.NEIMARK_SACKER:
             return self
-        return replace(self, pair=nearest(self.motion(x).multipliers, self.pair))
+        return replace(self, pair=nearest(self.motion(x).multipliers().values, self.pair))
 
     def residual(self, x: Array) -> Array:
         return np.append(self.base.residual(x), self.number(x))
@@ -226,7 +226,7 @@ def machine_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[]
 
 def _turning(cycle: ValveCycle) -> complex:
     """The multiplier of a pair that is nearest to the unit circle."""
-    values = cycle.multipliers
+    values = cycle.multipliers().values
     turning = values[values.imag > TURNING * np.abs(values)]
     return complex(turning[np.argmin(np.abs(np.abs(turning) - 1.0))]) if turning.size else complex(math.nan)
 

@@ -50,14 +50,11 @@ def seen(table, motion, port, first, valve):
     modes, z, gear, force = table.modes, motion.z, valve.gear, valve.controls.now.force
     ratio = gear.ratio
     place, rate = ratio[port, 0] * first, ratio[port, 0] * motion.now.rigid_rate
-    push = push_on_rigid_motion(table.bar, valve, first) - table.bar.damping * motion.now.rigid_rate
-    acceleration = ratio[port, 0] * push
     if gear.rigid[port] == 0:
         for j in range(modes.omega.shape[0]):
             own = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] + (1.0 - modes.oscillates[j]) * z[1, j]
             place += ratio[port, j + 1] * (z[0, j] + force * modes.statics[j])
             rate += ratio[port, j + 1] * own
-            acceleration -= ratio[port, j + 1] * (modes.omega[j] * modes.omega[j] * z[0, j] + modes.damping[j] * own)
         ramp = table.bar.ramp
         if ramp != 0.0:
             for j in range(modes.omega.shape[0]):
@@ -65,8 +62,19 @@ def seen(table, motion, port, first, valve):
                 place -= own * modes.damping[j] / (modes.omega[j] * modes.omega[j])
                 rate += own
     if gear.speeds[port]:
-        return rate, acceleration
+        return rate, acceleration(table, motion, port, first, valve)
     return place, rate
+
+
+@summed
+def acceleration(table, motion, port, first, valve):
+    """Of what a port reads."""
+    bar, modes, z, ratio = table.bar, table.modes, motion.z, valve.gear.ratio
+    total = ratio[port, 0] * (push_on_rigid_motion(bar, valve, first) - bar.damping * motion.now.rigid_rate)
+    for j in range(modes.omega.shape[0]):
+        own = -modes.lam[j] * z[1, j] - modes.half[j] * z[0, j] + (1.0 - modes.oscillates[j]) * z[1, j]
+        total -= ratio[port, j + 1] * (modes.omega[j] * modes.omega[j] * z[0, j] + modes.damping[j] * own)
+    return total
 
 
 @inlined

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.model import System
-from percuss.shown import Shown
+from percuss.steady.multipliers import FoundMotions
 from percuss.steady.periodic.periodic_orbit import PeriodicOrbit
 
 MOST_IMPACTS = 64
@@ -44,7 +44,7 @@ class Tally(NamedTuple):
 
 
 @dataclass(frozen=True)
-class FoundOrbits(Shown):
+class FoundOrbits(FoundMotions):
     """The orbits z=p/n that a search found.
 
     Parameters
@@ -53,7 +53,6 @@ class FoundOrbits(Shown):
         What was asked: p, n and N. Of a machine without a clock the periods are cycles of its valve.
     orbits
         Those that are possible, by the phase of their first impact; of a machine each is a `ValveCycle`, by period.
-        They are what length, number and iteration tell of.
     impossible
         The other roots of the equations for the times, each with its `obstacle`; no repeats of shorter orbits.
     tries
@@ -92,15 +91,6 @@ class FoundOrbits(Shown):
     halted: bool = False
     rest: str = ""
 
-    def __len__(self) -> int:
-        return len(self.orbits)
-
-    def __iter__(self) -> Iterator[PeriodicOrbit]:
-        return iter(self.orbits)
-
-    def __getitem__(self, number: int) -> PeriodicOrbit:
-        return self.orbits[number]
-
     @property
     def possible(self) -> tuple[PeriodicOrbit, ...]:
         """`orbits`, beside `impossible`."""
@@ -136,7 +126,7 @@ class FoundOrbits(Shown):
         return tuple(sorted({n for root in roots for n in root.resonant_modes}))
 
     def __str__(self) -> str:
-        found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''}"
+        found = f"{len(self.orbits)} orbit{'s' if len(self.orbits) != 1 else ''} with {self.modes} modes"
         if self.complete:
             head = f"{self.label}: {found}, complete (proved){free_amplitude(self.resonant_modes)}"
         else:

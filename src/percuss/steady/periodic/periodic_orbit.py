@@ -16,10 +16,8 @@ from percuss.mechanics.cycle import CycleStep, guarded, linearised
 from percuss.model import Load, System
 from percuss.model.checks import Array, array, choice, finite, instance
 from percuss.model.load import Side
-from percuss.shown import Shown
-from percuss.steady.figures import figures_of
-from percuss.steady.flight import Contactless, Energy, Flight, Violation, flight_check
-from percuss.steady.multipliers import CycleMap, Multipliers, Reason, blocks, multipliers_of, worse_side
+from percuss.steady.flight import Contactless, Energy, Flight, Stretch, Violation, damped, flight_check
+from percuss.steady.multipliers import CycleMap, Multipliers, Reason, Repeating, blocks, multipliers_of
 from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import ModalState
 from percuss.steady.periodic.impact_chain import ImpactChain, Passage, RationalMatrix, orbit_kernels
@@ -33,7 +31,7 @@ MOST_MAPPED = 512
 
 
 @dataclass(frozen=True)
-class PeriodicOrbit(Shown):
+class PeriodicOrbit(Repeating):
     """A periodic motion z=p/n with p impacts in n load periods; made by `orbits` and `orbit_near`.
 
     An orbit is told by the times of its impacts; all else follows. Times are in radians of the load's fundamental, all
@@ -153,20 +151,20 @@ class PeriodicOrbit(Shown):
         """The same as a motion of `steady_states`, of so many modes, where it strikes once."""
         return Orbit(self.system, self.periods, self.phase, requested_modes=self.modes) if self.impacts == 1 else None
 
-    @property
-    def energy(self) -> Energy | None:
-        """Energy over the cycle, where it strikes once."""
-        return None if self.steady is None else self.steady.energy
+    @cached_property
+    def energy(self) -> Energy:
+        """Energy over the cycle: put in by the load, taken by damping and by the impacts."""
+        if self.steady is not None:
+            return self.steady.energy
+        taken = self.impacts * self.delivered_energy
+        flown = (Stretch(flight.phase, flight.period, flight.rates) for flight in self.flights)
+        lost = damped(self.system, self.modes, flown)
+        return Energy(taken + lost, lost, taken)
 
-    @property
-    def stroke(self) -> float | None:
-        """Range of the striking end's position, where it strikes once."""
-        return None if self.steady is None else self.steady.stroke
-
-    @property
-    def figures(self) -> dict[str, float | None]:
-        """The figures that maps and reports have, by name; of several blows the greatest speed and mean energies."""
-        return figures_of(self)
+    @cached_property
+    def stroke(self) -> float:
+        """Range of the striking end's position."""
+        return self.steady.stroke if self.steady is not None else max(flight.depth for flight in self.flights)
 
     # -- just after the first impact, as for a steady motion --
 
@@ -318,23 +316,8 @@ class PeriodicOrbit(Shown):
         whole, _ = linearised(events, np.eye(size).reshape(-1, 2, size), lambda _, now, rate: guarded(row, now, rate))
         return CycleMap(whole.reshape(size, size), omega, gamma)
 
-    def multipliers(self, *, side: Side = "right") -> Multipliers:
-        """All multipliers over the cycle, exact for the bar with modes 0 … N; errors as of `map`."""
+    def _multipliers(self, side: Side) -> Multipliers:
         return multipliers_of(self.label, self.system, self.map(side))
-
-    @cached_property
-    def _judged(self) -> Multipliers:
-        return worse_side(self.multipliers, self.system.load, self.times)
-
-    @property
-    def stable(self) -> bool:
-        """Whether small disturbances die out; `percuss.stability.stability_of` says why, and by what margin."""
-        return self._judged.stable
-
-    @property
-    def verdict(self) -> Reason:
-        """What the multipliers say; the worse side of a jump of the load decides."""
-        return self._judged.verdict
 
     def characteristic(self, xi: complex, side: Side = "right") -> complex:
         """det(ξ − W), whose zeros are the multipliers, in O(p²N) from K(ξ).
@@ -382,7 +365,7 @@ class PeriodicOrbit(Shown):
             for state, (phase, period, mean, away, back) in zip(self.states, rows, strict=True)
         )
 
-    def end_point(self, t: npt.ArrayLike) -> Array:
+    def motion(self, t: npt.ArrayLike) -> Array:
         """Gap function y(t) = u(1, t) at times after the first impact: 0 at impacts, negative between. Shape (len(t),).
 
         Times beyond a cycle are taken back into it.

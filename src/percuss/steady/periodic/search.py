@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
 from percuss.model import Machine, System
-from percuss.model.checks import Array, array, callback, count, instance, numbers
+from percuss.model.checks import DEFAULT_MODES, Array, array, callback, count, instance, numbers
 from percuss.steady.multipliers import Reason
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.periodic.impact_chain import ImpactChain, numbers_of, orbit_kernels
@@ -216,7 +216,7 @@ def orbits(
     impacts: int,
     periods: int = 1,
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     tries: int = 400,
     seed: int = 0,
     near: Mapping[str, Any] | None = None,
@@ -304,7 +304,9 @@ def orbits(
     return search.result(halted=halted)
 
 
-def orbit_near(system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = 32) -> PeriodicOrbit | None:
+def orbit_near(
+    system: System, times: npt.ArrayLike, periods: int = 1, *, modes: int = DEFAULT_MODES
+) -> PeriodicOrbit | None:
     """The periodic motion whose impacts are near given times; None where Newton's method finds none.
 
     It need not be possible (look at its `admissible`), nor as near as one would like.

@@ -226,6 +226,11 @@ class ReleasedFlight:
             gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate
         )
 
+    def rates(self, t: Array) -> Array:
+        """Velocities of the modes 0 … N, shape (N + 1, len(t))."""
+        seen = [self.at(time) for time in t.tolist()]
+        return np.array([np.append(one.rigid, one.velocity) for one in seen]).T
+
 
 # ---- The first contact of a flight, with the proof that there is none before: by Taylor's theorem, cell by cell
 
@@ -452,6 +457,7 @@ class RestSearch:
         self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes and free else 0.0
         self.impacts: list[WallImpact] = []
         self.flight = math.inf  # the last one
+        self.flown: list[tuple[ReleasedFlight, float, bool]] = []  # how long each, and whether it struck at its end
 
     def chain(self) -> RestPath:
         """The whole way to the rest."""
@@ -485,9 +491,11 @@ class RestSearch:
             found = self._contact(leg, end)
             if found is not None:
                 motion = leg.at(found.time)
+                self.flown.append((leg, found.time, True))
                 return leg.time + found.time, motion, found.speed
             if leg.time + end >= self.stop:
                 return None
+            self.flown.append((leg, end, False))
             self.leg = ReleasedFlight(self.swing, leg.time + end, leg.at(end))
 
     def _contact(self, leg: ReleasedFlight, end: float) -> WallTouch | None:

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.model import System
-from percuss.model.checks import Array, count, instance, text
+from percuss.model.checks import DEFAULT_MODES, Array, array, count, instance, text
+from percuss.model.load import Side
 from percuss.model.system import set_at_wall
-from percuss.shown import Shown
-from percuss.steady.multipliers import Multipliers, Reason
-from percuss.steady.resting.flight_chain import RestPath, RestSearch, Swing, release_phases, time_to_release
+from percuss.steady.flight import Energy, Stretch, damped, deepest
+from percuss.steady.multipliers import FoundMotions, Multipliers, Repeating
+from percuss.steady.resting.flight_chain import (
+    GapState,
+    RestPath,
+    RestSearch,
+    Swing,
+    release_phases,
+    time_to_release,
+)
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -21,7 +31,7 @@ TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
-class RestCycle(Shown):
+class RestCycle(Repeating):
     """A periodic motion with rest on the wall; made by `rest_cycles`.
 
     While it rests the bar forgets everything: the cycle is told by the phases of the load at which it is let go, and
@@ -112,19 +122,106 @@ class RestCycle(Shown):
         ends = np.array([*(chain.release for chain in self.chains[1:]), first + self.period])
         return np.asarray(ends - self._rests)
 
-    def multipliers(self) -> Multipliers:
-        """The multipliers of all disturbances: 0."""
-        return Multipliers(self.label, self.modes, np.zeros(2, dtype=complex), self.system)
-
     @property
-    def stable(self) -> bool:
+    def rests(self) -> bool:
         """Always."""
         return True
 
+    # -- the motion between release and rest, followed again --
+
+    @cached_property
+    def _searches(self) -> tuple[RestSearch, ...]:
+        swing = Swing(set_at_wall(self.system, self.modes), self.modes)
+        found = tuple(RestSearch(swing, chain.release, chain.stop + TURN) for chain in self.chains)
+        for search in found:
+            search.chain()
+        return found
+
+    def motion(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t) at times after the first release: 0 at rest and at impacts, negative between.
+
+        What is left of a chatter that was summed is taken for rest. Shape (len(t),).
+        """
+        times, first = np.mod(array("t", t, -np.inf, np.inf), self.period), self.chains[0].release
+        found = np.zeros_like(times)
+        for leg, duration, _ in (one for search in self._searches for one in search.flown):
+            since = np.mod(times - (leg.time - first), self.period)
+            here = since < duration
+            found[here] = leg.gap(since[here])[0] if here.any() else 0.0
+        return found
+
     @property
-    def verdict(self) -> Reason:
-        """Always `Reason.STABLE`."""
-        return Reason.STABLE
+    def stroke(self) -> float:
+        """Range of the striking end's position."""
+        swing = self._searches[0].swing
+        fastest = max(1.0, *swing.known.omega[-1:].tolist(), *swing.harmonics[-1:].tolist())
+        flown = (one for search in self._searches for one in search.flown)
+        return max(deepest(leg.gap, duration, fastest) for leg, duration, _ in flown)
+
+    # -- as every motion: the bounces of a chatter are no blows --
+
+    @property
+    def impacts(self) -> int:
+        """Blows in a cycle, without the bounces of a chatter: the ever shorter flights before its end."""
+        return sum(map(_blows, self.chains))
+
+    @cached_property
+    def _struck(self) -> list[list[GapState]]:
+        """The motion just before each impact, of each chain."""
+        return [[leg.at(time) for leg, time, struck in search.flown if struck] for search in self._searches]
+
+    @cached_property
+    def _strongest(self) -> tuple[float, GapState]:
+        """The strongest blow: when, and the motion just before it."""
+        number = int(np.argmax(self.speeds))
+        return self.times[number], [one for chain in self._struck for one in chain][number]
+
+    def _energies(self, motion: GapState) -> tuple[float, float]:
+        """Kinetic and strain energy."""
+        known = self._searches[0].swing.known
+        kinetic = 0.5 * motion.rigid**2 + 0.5 * float(motion.velocity**2 @ known.weight)
+        return kinetic, 0.5 * float((known.omega * motion.displacement) ** 2 @ known.weight)
+
+    @property
+    def phase(self) -> float:
+        """Phase of the load at the strongest blow."""
+        return float(np.mod(self._strongest[0], TURN))
+
+    @property
+    def impact_velocity(self) -> float:
+        """Greatest of the speeds."""
+        return float(self.speeds.max())
+
+    @property
+    def rigid_velocity(self) -> float:
+        """Mean velocity of the bar just before the strongest blow."""
+        return self._strongest[1].rigid
+
+    @property
+    def blow_energy(self) -> float:
+        """Mean over the blows."""
+        blows = (
+            one for chain, struck in zip(self.chains, self._struck, strict=True) for one in struck[: _blows(chain)]
+        )
+        return float(np.mean([self._energies(one)[0] for one in blows]))
+
+    @property
+    def delivered_energy(self) -> float:
+        """What impacts and rests take in a cycle, for each blow."""
+        return self.energy.impact / self.impacts
+
+    @cached_property
+    def energy(self) -> Energy:
+        """Energy over the cycle: put in by the load, taken by damping and by impacts and rests."""
+        law = self.system.contact
+        taken = [law.energy_taken(*self._energies(one)) for chain in self._struck for one in chain]
+        taken += [sum(self._energies(search.leg.start)) for search in self._searches]  # when it lies down
+        flown = (one for search in self._searches for one in search.flown)
+        lost = damped(self.system, self.modes, (Stretch(leg.time, time, leg.rates) for leg, time, _ in flown))
+        return Energy(math.fsum(taken) + lost, lost, math.fsum(taken))
+
+    def _multipliers(self, side: Side) -> Multipliers:
+        return Multipliers(self.label, self.modes, np.zeros(2, dtype=complex), self.system)
 
     @property
     def admissible(self) -> bool:
@@ -140,16 +237,25 @@ class RestCycle(Shown):
         )
 
 
+def _blows(chain: RestPath) -> int:
+    """How many impacts there are up to the blow that a chatter begins with; all of them without one."""
+    number = len(chain.impacts)
+    flights = np.diff([chain.release, *(impact.time for impact in chain.impacts)])
+    while chain.chatters and number > 1 and flights[number - 1] < flights[number - 2]:
+        number -= 1
+    return number
+
+
 @dataclass(frozen=True)
-class FoundRestCycles(Shown):
+class FoundRestCycles(FoundMotions):
     """All cycles with rest of a system, one for each release phase at most.
 
     Parameters
     ----------
     system, modes, most
         What was asked: the system, N, and the most load periods of a cycle.
-    cycles
-        By the phase of their first release.
+    orbits
+        The cycles, by the phase of their first release.
     releases
         All phases at which the load lets go of a bar at rest; shape (K,).
     leads_to
@@ -160,22 +266,22 @@ class FoundRestCycles(Shown):
     system: System
     modes: int
     most: int
-    cycles: tuple[RestCycle, ...]
+    orbits: tuple[RestCycle, ...]
     releases: tuple[float, ...]
     leads_to: tuple[int, ...]
 
     def labelled(self, label: str) -> tuple[RestCycle, ...]:
         """Those of a label, such as chatter/1."""
         text("label", label, "chatter/n or rest/n")
-        return tuple(cycle for cycle in self.cycles if cycle.label == label)
+        return tuple(cycle for cycle in self.orbits if cycle.label == label)
 
     def __str__(self) -> str:
         many, lost = len(self.releases), sum(number < 0 for number in self.leads_to)
-        head = f"{len(self.cycles)} cycle{'s' if len(self.cycles) != 1 else ''} with rest from {many} release phase"
+        head = f"{len(self)} cycle{'s' if len(self) != 1 else ''} with rest from {many} release phase"
         head += "s" if many != 1 else ""
         if lost:
             head += f", {lost} without a return within {self.most} load periods"
-        return "\n".join([head, *(f"  {cycle}" for cycle in self.cycles)])
+        return "\n".join([head, *(f"  {cycle}" for cycle in self)])
 
 
 # ---- All cycles with rest of a system: one flight chain for each phase at which the load lets go
@@ -223,7 +329,7 @@ def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: floa
     return way
 
 
-def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRestCycles:
+def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -> FoundRestCycles:
     """All periodic motions that rest on the wall for a part of every cycle.
 
     A bar that rests has forgotten how it came there, and leaves undeformed and from rest at a phase at which the load
@@ -258,7 +364,7 @@ def rest_cycles(system: System, *, modes: int = 32, most: int = 64) -> FoundRest
     --------
     >>> from percuss import Load, System
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.8, 1.0))
-    >>> for cycle in rest_cycles(system, modes=0).cycles:
+    >>> for cycle in rest_cycles(system, modes=0):
     ...     print(cycle.label, round(cycle.release_phase, 9), round(cycle.rest_phase, 9))
     chatter/1 2.498091545 6.018157846
     """

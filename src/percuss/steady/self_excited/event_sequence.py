@@ -349,7 +349,9 @@ class EventSequence:
         flow = state_flows(cycle.machine, cycle.modes)[flight.state]
         pressure = cycle.flights[(number + 1) % len(cycle.flights)].pressure
         left = chatter_time(cycle.machine, flow, bar, pressure)
-        return left if left < np.inf else cycle.period  # of none, the bar flies on
+        if left == np.inf:  # of none, the bar flies on, or the valve holds it at once by a law that turns strain over
+            return cycle.period if contact.keeps_strain else 0.0
+        return left
 
 
 _QUARTER = 0.3  # of the time in which a chamber turns a released machine round, in radians of its frequency
@@ -385,7 +387,7 @@ def chatter_left(machine: Machine, flow: StateFlow, bar: Array, pressure: float)
     return left * (1.0 - drag * left / 6.0), error
 
 
-_MOST_BOUNCES, _SOLVED = 400, 12
+_MOST_BOUNCES, _FAR = 400, 1e3  # times what a chatter would last
 _EXACT = 1e-13  # of the valve's unit of time
 
 
@@ -397,16 +399,10 @@ def chatter_time(machine: Machine, flow: StateFlow, bar: Array, pressure: float)
         if left == np.inf or error <= _EXACT * machine.valve.time_unit:
             return gone + left
         flight = ModalFlight(
-            modes=flow.modes, begin=bar, force=flow.force(bar[:, 0], pressure), ramp=flow.ramp, duration=0.0
+            modes=flow.modes, begin=bar, force=flow.force(bar[:, 0], pressure), ramp=flow.ramp, duration=_FAR * left
         )
-        t = left * (1.0 + contact.velocity_factor)  # the first flight of those of a chatter
-        for _ in range(_SOLVED):
-            moved, speeds = flight.moved(np.array([t]))
-            step = float(end @ moved[:, 0]) / float(end @ speeds[:, 0])
-            t -= step
-            if abs(step) <= 1e-14 * abs(t):
-                break
-        if not 0.0 < t < np.inf:
+        t = first_entering(flight, Regions(end[None, :], np.zeros(1), 1.0, np.zeros(1))).time
+        if not t < np.inf:
             return np.inf
         gone += t
         bar = np.array([contact.strain_factor, contact.velocity_factor]) * replace(flight, duration=t).end
@@ -441,11 +437,16 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
     Raises
     ------
     ParameterError
-        When an order waits longer than the cycle.
+        When an order waits longer than the cycle, or the end of a chatter lets go of the bar.
     """
     found = sequence_in(cycle.machine.valve, cycle.rhythm)
+    if found is None and cycle.rests:
+        raise ParameterError(
+            "cycle", str(cycle), "a cycle in which the valve lets go of a bar at rest, not its ringing"
+        )
     if found is None:
-        raise ParameterError("cycle", str(cycle), "a cycle whose orders wait no longer than itself")
+        told = "a cycle whose orders wait no longer than itself"
+        raise ParameterError("cycle", str(cycle), told, "'percuss simulate' follows it, a diagram shows where it goes")
     return found
 
 

@@ -225,7 +225,7 @@ class Sensitivity(Shown):
     value
         Of the quantity.
     energy, rate
-        Derivatives of `blow_energy` and of 1/`period`; NaN where no cycle is found on either side.
+        Derivatives of `main_energy` and of 1/`period`; NaN where no cycle is found on either side.
     """
 
     quantity: str
@@ -317,7 +317,7 @@ def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: MachineQuanti
     for other in (max(value - step, 0.0), min(value + step, highest)):
         near = near_cycle(changed(other), cycle) if other != value else cycle
         if near is not None:
-            found.append((other, near.blow_energy, 1.0 / near.period))
+            found.append((other, near.main_energy, 1.0 / near.period))
     if len(found) < 2:
         return Sensitivity(name, port, value, float("nan"), float("nan"))
     (low, energy, rate), (high, more, faster) = found

@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Machine, Valve
-from percuss.model.checks import count, instance, positive
+from percuss.model.checks import DEFAULT_MODES, count, instance, positive
 from percuss.shown import Shown
 from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.piston import Lost, Piston, settled, starts
@@ -289,7 +289,7 @@ class SelfExcited(Shown):
 
 
 def self_excited_motion(
-    machine: Machine, *, modes: int = 32, room: float | None = None, near: Rhythm | ValveCycle | None = None
+    machine: Machine, *, modes: int = DEFAULT_MODES, room: float | None = None, near: Rhythm | ValveCycle | None = None
 ) -> SelfExcited:
     """The cycle of a machine that switches its own valve, or what keeps it from running.
 
@@ -334,9 +334,9 @@ def self_excited_motion(
     >>> valve = Valve({"return": -0.4, "power": 1.8}, ports)
     >>> machine = Machine(UniformBar(20.0, External(0.01)), valve, Reversed(0.2))
     >>> print(self_excited_motion(machine, modes=0))
-    SelfExcited: runs, ValveCycle: 1 blow, speed 2.12761, period 3.15229, stroke 1.26743, multiplier 0.03876
+    SelfExcited: runs, ValveCycle: 1 blow, speed 2.12761, period 3.15229, stroke 1.26743, multiplier 0.03876, 0 modes
     >>> print(self_excited_motion(machine))
-    SelfExcited: runs, ValveCycle: 1 blow, speed 2.04435, period 3.15231, stroke 1.27017, multiplier 0.197
+    SelfExcited: runs, ValveCycle: 1 blow, speed 2.04435, period 3.15231, stroke 1.27017, multiplier 0.197, 32 modes
     """
     instance("machine", machine, Machine)
     modes = count("modes", modes, least=0, most=_MOST_MODES)

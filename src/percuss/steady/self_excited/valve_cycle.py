@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 from typing import Literal, NamedTuple
 
@@ -15,9 +16,12 @@ from percuss.errors import ParameterError
 from percuss.mechanics.crossing import farthest
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Contact, Machine, MachineModes, Valve
-from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
+from percuss.model.checks import Array, numbers, unit_interval
+from percuss.model.load import Side
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
+from percuss.steady.flight import Energy
+from percuss.steady.multipliers import CycleMap, Multipliers, Repeating
 from percuss.steady.self_excited.piston_flight import PistonFlight, extremes
 from percuss.steady.self_excited.rhythm import Rhythm
 
@@ -265,7 +269,7 @@ _BEYOND = 1e-9  # of the way to the farthest place
 
 
 @dataclass(frozen=True)
-class ValveCycle(Shown):
+class ValveCycle(Repeating):
     """A periodic motion of a machine that switches its own valve; per unit of mass, as loads are.
 
     Time 0 is just after the last blow of the cycle; the longest flight comes first. Speeds of blows are those of the
@@ -293,6 +297,8 @@ class ValveCycle(Shown):
         Numbers of the blows after which the bar lies on the wall, if only for a moment; the last one is that at time 0.
     taken_by_rest
         Energy lost on lying down: what the last blow left, for a body at rest on the wall is undeformed.
+    obstacle
+        Why it is a root of the equations, but no motion; None for one that is.
     """
 
     machine: Machine
@@ -306,6 +312,17 @@ class ValveCycle(Shown):
     slope: Array
     lying: tuple[int, ...] = ()
     taken_by_rest: float = 0.0
+    obstacle: Enum | None = None
+
+    @property
+    def system(self) -> Machine:
+        """`machine`, as other motions call what moves."""
+        return self.machine
+
+    @property
+    def admissible(self) -> bool:
+        """Whether it is a motion."""
+        return self.obstacle is None
 
     @property
     def rests(self) -> bool:
@@ -406,11 +423,12 @@ class ValveCycle(Shown):
         forces = [force for _, force in self.valve.pairs]
         return max(forces) - min(forces)
 
-    @cached_property
-    def multipliers(self) -> ComplexArray:
-        """Multipliers of the map from cycle to cycle, the greatest first, without the neutral one, a shift in time."""
-        found: ComplexArray = np.linalg.eigvals(self.slope).astype(complex)
-        return found[np.argsort(-np.abs(found), kind="stable")]
+    def _multipliers(self, side: Side) -> Multipliers:
+        values = np.linalg.eigvals(self.slope).astype(complex)
+        values = values[np.argsort(-np.abs(values), kind="stable")]
+        own = self.flights[0].modes
+        matrix = CycleMap(self.slope, own.omega, own.end) if self.modes and not self.rests else None
+        return Multipliers(self.label, self.modes, values, self.machine, matrix)
 
     @property
     def period(self) -> float:
@@ -449,9 +467,52 @@ class ValveCycle(Shown):
         return np.mod(2.0 * math.pi * self.blow_times / self.period, 2.0 * math.pi)
 
     @property
+    def phase(self) -> float:
+        """That of the strongest blow."""
+        return float(self.phases[np.argmax(self.speeds)])
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """`blow_times`, `speeds` are `blow_speeds` and `impacts` are `blows`, as other motions call them."""
+        return tuple(self.blow_times.tolist())
+
+    @property
     def speeds(self) -> Array:
-        """`blow_speeds`, as other orbits call them."""
+        """`blow_speeds`."""
         return self.blow_speeds
+
+    @property
+    def impacts(self) -> int:
+        """`blows`."""
+        return self.blows
+
+    @property
+    def periods(self) -> float:
+        """The cycle in units of 2π, the period of a load."""
+        return self.period / (2.0 * math.pi)
+
+    @property
+    def impact_velocity(self) -> float:
+        """Greatest of the speeds."""
+        return self.blow_speed
+
+    @property
+    def rigid_velocity(self) -> float:
+        """Velocity of the centre of mass just before the strongest blow."""
+        struck = float(self.blow_times[np.argmax(self.speeds)])
+        before = [one for one in self.flights if one.time + one.duration <= struck * (1.0 + 1e-12)][-1]
+        return float(before.modes.centre @ before.end[:, 1])
+
+    @property
+    def delivered_energy(self) -> float:
+        """Mean of what the blows take, with what lying down takes."""
+        return (self.taken + self.taken_by_rest) / self.blows
+
+    @property
+    def energy(self) -> Energy:
+        """Over the cycle: put in by the valve, taken by damping and by the blows."""
+        taken = self.taken + self.taken_by_rest
+        return Energy(self.work, self.work - taken, taken)
 
     @property
     def blow_speed(self) -> float:
@@ -460,6 +521,11 @@ class ValveCycle(Shown):
 
     @property
     def blow_energy(self) -> float:
+        """Mean of the energies of the blows."""
+        return float(self.blow_energies.mean())
+
+    @property
+    def main_energy(self) -> float:
         """Kinetic energy just before the strongest blow."""
         return float(self.blow_energies.max())
 
@@ -486,7 +552,7 @@ class ValveCycle(Shown):
     @property
     def multiplier(self) -> complex:
         """The greatest multiplier: what is left of a disturbance after a cycle."""
-        return complex(self.multipliers[0])
+        return complex(self._judged.values[0])
 
     @cached_property
     def _parted(self) -> Parted:
@@ -502,10 +568,9 @@ class ValveCycle(Shown):
         """What rings longest; None where nothing is left of the ringing after a cycle, and of a rigid piston."""
         return self._parted.ringing
 
-    @property
-    def stable(self) -> bool:
-        """Whether disturbances die out."""
-        return abs(self.multiplier) < 1.0
+    def motion(self, t: npt.ArrayLike) -> Array:
+        """Gap function y(t), the position of the striking end: 0 at blows, negative between; the shape of `t`."""
+        return self.position(numbers("t", t))
 
     def position(self, times: npt.ArrayLike, place: Place = 1.0) -> Array:
         """Displacement of a place of the body, 0 at the wall and negative behind it; the shape of `times`.
@@ -534,7 +599,7 @@ class ValveCycle(Shown):
         blows = "1 blow" if self.blows == 1 else f"{self.blows} blows"
         return (
             f"ValveCycle: {blows}, speed {self.blow_speed:.6g}, period {self.period:.6g}, "
-            f"stroke {self.stroke:.6g}, multiplier {abs(self.multiplier):.4g}"
+            f"stroke {self.stroke:.6g}, multiplier {abs(self.multiplier):.4g}, {self.modes} modes"
         )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
 from percuss.model import Machine
-from percuss.model.checks import Array, callback, count, instance
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance
 from percuss.model.load.valve import Orders
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
@@ -53,7 +53,7 @@ def valve_orbits(
     blows: int,
     valve_cycles: int = 1,
     *,
-    modes: int = 32,
+    modes: int = DEFAULT_MODES,
     tries: int = 400,
     seed: int = 0,
     near: Mapping[str, Iterable[Rhythm]] | None = None,
@@ -136,7 +136,7 @@ class _ValveSearch:
                 self.dropped[reason or Drop.KNOWN] += 1
                 return number
         reason = self._verdict(sequence, found)
-        self.roots.append((first_longest(found) if reason is None else found, reason))
+        self.roots.append((first_longest(found) if reason is None else replace(found, obstacle=reason), reason))
         if reason is not None:
             self.dropped[reason] += 1
         return len(self.roots) - 1

@@ -19,12 +19,8 @@ from percuss.explore.family import Axis
 from percuss.model.checks import text
 
 if TYPE_CHECKING:
-    from percuss.explore import BranchPoint, Diagram, DiagramBranch, SettledMotion
+    from percuss.explore import Branch, BranchPoint, Diagram, SettledMotion
     from percuss.explore.diagrams.diagram_job import DiagramJob
-
-
-DEFAULT_MODES = 8
-"""Elastic modes of a diagram, where neither the question nor the case names a number."""
 
 
 def diagram_job_of(
@@ -47,7 +43,7 @@ def diagram_job_of(
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
     return diagram_job(
         family, axis, up_to=None if up_to is None else parsed_label(up_to), searched=searched, switch=switch,
-        tries=tries, starts=starts, runs=runs, modes=_modes(case) if modes is None else modes,
+        tries=tries, starts=starts, runs=runs, modes=case.simulation().modes if modes is None else modes,
         stop=stop_when_found(case.simulation().stop, impacts), seed=seed,
     )  # fmt: skip
 
@@ -114,13 +110,6 @@ def _axis(along: str) -> Axis:
     return Axis.parsed(f"{told}:{DEFAULT_VALUES}" if told.count(":") == 1 else told)
 
 
-def _modes(case: Case) -> int:
-    """Of the table [simulation], where it names them."""
-    table = case.tables.simulation
-    named = table is not None and "modes" in table.model_fields_set
-    return case.simulation().modes if named else DEFAULT_MODES
-
-
 # ---- Diagrams as JSON, and as a table of text
 
 
@@ -148,7 +137,7 @@ def _settled(one: SettledMotion) -> dict[str, Any]:
     }
 
 
-def _branch(line: DiagramBranch) -> dict[str, Any]:
+def _branch(line: Branch) -> dict[str, Any]:
     scales = line.scales
     return {
         "label": line.label,
@@ -163,7 +152,7 @@ def _branch(line: DiagramBranch) -> dict[str, Any]:
     }
 
 
-def _rest_branch(line: DiagramBranch) -> dict[str, Any]:
+def _rest_branch(line: Branch) -> dict[str, Any]:
     """Its impacts in the form of a cycle with rest that is followed: those of all its rests in one list."""
     known, scales = np.isfinite(line.times), line.scales
 
@@ -238,7 +227,7 @@ def diagram_report(title: str, found: Diagram, mode: str = "elastic mode") -> Re
     sections: list[ReportSection | Grid] = []
     if found.settled:
         sections.append(_simulated(found))
-    every: tuple[DiagramBranch, ...] = (*found.branches, *found.rest_branches)
+    every: tuple[Branch, ...] = (*found.branches, *found.rest_branches)
     sections += [branch_section(f"branch {number}: {line.label}", line) for number, line in enumerate(every, 1)]
     return Report(title, summary, PLAIN, tuple(sections))
 

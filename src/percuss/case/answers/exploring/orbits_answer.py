@@ -17,7 +17,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.description import quantity_of
 from percuss.errors import Interrupted, ParameterError
-from percuss.explore import Axis, BranchEvent, follow, follow_rest_cycle, orbit_seeds, switched_seeds
+from percuss.explore import Axis, BranchEvent, follow, orbit_seeds, switched_seeds
 from percuss.explore.orbit_starts import doubled_seeds
 from percuss.explore.parameters import parameters_of
 from percuss.halting import halting
@@ -31,7 +31,7 @@ from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 from percuss.steady.states import check_pushes
 
 if TYPE_CHECKING:
-    from percuss.explore import Branch, BranchPoint, DiagramBranch, PointCurve
+    from percuss.explore import Branch, BranchPoint, PointCurve
     from percuss.model.checks import ComplexArray
     from percuss.steady import FoundRestCycles, RestCycle, ValveCycle
 
@@ -194,7 +194,7 @@ def branch_answer(
 ) -> Branch:
     """An orbit or a cycle with rest of a case followed through a parameter.
 
-    See `percuss.explore.follow` and `percuss.explore.follow_rest_cycle`.
+    See `percuss.explore.follow`.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def branch_answer(
         if count("switch", switch, least=0):
             raise ParameterError("switch", switch, "0: nothing branches off a cycle with rest")
         cycle = _chosen_cycle(system, orbit, kept)
-        return follow_rest_cycle(cycle, name, ends, family=family, value=value, halt=halt)
+        return follow(cycle, name, ends, family=family, value=value, halt=halt)
     start = _chosen(system, orbit, kept)
     return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
 
@@ -339,7 +339,7 @@ def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
         "impacts": [{"time": time, "speed": speed} for time, speed in blows],
         "ports": [picked(one, "port time") for one in orbit.uncoverings],
         "pressure": orbit.rebound.pressure,
-        "multipliers": plain_value(orbit.multipliers.tolist()),
+        "multipliers": plain_value(orbit.multipliers().values.tolist()),
         "stable": bool(abs(orbit.multiplier) < 1.0 - NEUTRAL),
         "admissible": True,
         "reason": None,
@@ -501,7 +501,7 @@ def _chosen_cycle(system: System, orbit: str, modes: int) -> RestCycle:
     found = rest_cycles(system, modes=modes)
     cycles = found.labelled(re.sub(r"\s", "", label))
     if int(number[1]) > len(cycles):
-        others = ", ".join(cycle.label for cycle in found.cycles) or "none"
+        others = ", ".join(cycle.label for cycle in found.orbits) or "none"
         told = f"one of the {len(cycles)} cycles {label.strip()} of this case"
         raise ParameterError("orbit", orbit, told, f"all its cycles with rest: {others}")
     return cycles[int(number[1]) - 1]
@@ -547,7 +547,7 @@ def branch_report(
     return Report(title, f"{summary}; branches: {len(every)}.{told}", PLAIN, tuple(sections))
 
 
-def branch_section(heading: str, line: Branch | PointCurve | DiagramBranch) -> ReportSection:
+def branch_section(heading: str, line: Branch) -> ReportSection:
     """What happens on a branch or a curve."""
     rows = tuple(
         (point.kind.value, f"{', '.join(f'{value:.12g}' for value in point.values)}: {point.beyond}")
@@ -571,7 +571,7 @@ def orbits_report(
     told = counted(sum(len(one.orbits) for one in found), "orbit")
     if resting is not None:
         sections += [section for label in rests for section in _rest_sections(resting, label)]
-        told += f", {counted(sum(cycle.label in rests for cycle in resting.cycles), 'cycle')} with rest"
+        told += f", {counted(sum(cycle.label in rests for cycle in resting), 'cycle')} with rest"
     free = free_amplitude({n for one in found for n in one.resonant_modes})
     return Report(title, f"{told}, {counted(found[0].modes, mode)}{free}.", PLAIN, tuple(sections))
 
@@ -632,7 +632,7 @@ def _rest_sections(found: FoundRestCycles, label: str) -> tuple[ReportSection | 
     lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
     for release, number in zip(found.releases, found.leads_to, strict=True):
         end = (
-            found.cycles[number].label
+            found[number].label
             if number >= 0
             else f"no return within {found.most} load periods, or rounding decides when"
         )

@@ -11,10 +11,9 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.following import reach
-from percuss.model.checks import callback, count, instance, several, text
+from percuss.model.checks import DEFAULT_MODES, callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
-from percuss.steady.orbit import DEFAULT_MODES
 from percuss.steady.self_excited import ValveCycle
 
 if TYPE_CHECKING:

@@ -1,0 +1,116 @@
+"""Random machines that switch their own valve: their cycles, branches and ends against the simulator and themselves."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from machine_maps import beginning, differences, landed
+from percuss.explore import Branch, BranchEvent, follow
+from percuss.explore.family import SystemFamily
+from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
+from percuss.steady import ValveCycle, self_excited_motion
+from percuss.steady.self_excited.event_sequence import sequence_in, sequence_of
+from percuss.steady.self_excited.settling import rest_cycles_of
+
+MODES = (0, 1, 4, 16)
+OF_TESTS = {
+    "wall": BranchEvent.TOUCH, "order": BranchEvent.CORNER, "edge": BranchEvent.PORT_TOUCH, "rest": BranchEvent.ONSET,
+    "port": BranchEvent.PORT_LOST, "blow": BranchEvent.DEATH, "pressure": BranchEvent.PRESSURE_GONE,
+}  # fmt: skip
+ENDS = {BranchEvent.NONSMOOTH_FOLD: BranchEvent.CORNER, BranchEvent.ORDER_LOST: BranchEvent.CORNER}
+
+
+def drawn(seed: int) -> tuple[Machine, int]:
+    """A random machine, on a pump or not, in turn of 0, 1, 4 and 16 modes; some blows leave it on the wall."""
+    rng = np.random.default_rng([26, seed])
+    size, late = rng.uniform(0.3, 1.5), rng.uniform(0.0, 0.3, 2) * rng.integers(0, 2, 2)
+    ports = [Port("power", size, "back", late[0])]
+    on_blow = Port("return", on="impact", delay=4.0 * late[1])
+    ports.append(on_blow if seed // 8 % 2 else Port("return", 0.1 * size, "front", late[1]))
+    supply = Supply(rng.uniform(0.3, 1.0), 10.0 ** rng.uniform(0.5, 2.5)) if seed // 4 % 2 else None
+    states = {"return": -rng.uniform(0.2, 1.0), "power": rng.uniform(0.8, 3.0)}
+    valve = Valve(states, ports, None, Chamber(rng.uniform(0.0, 0.1), rng.uniform(0.0, 0.2)), supply=supply)
+    damping = [External(rng.uniform(0.02, 0.2)), Ratio(rng.uniform(0.05, 0.5))][seed % 2]
+    law = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6) if seed % 5 else 0.0)
+    return Machine(UniformBar(rng.uniform(3.0, 12.0), damping), valve, law), MODES[seed % 4]
+
+
+def cycles_of(machine: Machine, modes: int) -> list[ValveCycle]:
+    own = self_excited_motion(machine, modes=modes).cycle
+    settled = [] if own is None or own.rests else [own]
+    return settled + list(rest_cycles_of(machine, modes))
+
+
+def check_against_simulator(cycle: ValveCycle) -> None:
+    """It comes back after a cycle, with the multipliers of differences; what rests is what a simulation comes to."""
+    begin = beginning(cycle)
+    after = landed(cycle, begin)
+    scale = max(1.0, abs(cycle.multiplier))
+    assert after.times == pytest.approx(cycle.blow_times, rel=1e-10)
+    assert after.numbers == pytest.approx(begin, rel=1e-10, abs=1e-10 * scale)
+    if cycle.contact.velocity_factor == 0.0:  # beside a blow that leaves no speed there is another one
+        return
+    sequence = sequence_of(cycle)
+    solved = sequence.solved(cycle.machine, cycle.modes, sequence.unknowns(cycle))
+    assert solved is not None and sequence.fault(solved) is None
+    step = min(max(1e-4 * min(sequence.tests(solved).values()), 1e-7), 1e-5)  # nothing else may happen beside it
+    own, theirs = np.poly(cycle.multipliers), np.poly(np.linalg.eigvals(differences(cycle, step)))
+    assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * max(1.0, float(np.abs(theirs).max())))
+
+
+def check_events(machine: Machine, name: str, branch: Branch) -> None:
+    """Each event of a branch is one of the cycle that is solved for again at its value, on its defining number."""
+    for point in branch.points:
+        cycle, values = point.valve_cycle, point.multipliers
+        sequence = sequence_of(cycle)
+        assert point.kind is not BranchEvent.LOST, point
+        if point.kind in (BranchEvent.FOLD, BranchEvent.FLIP):
+            assert np.abs(values - (1.0 if point.kind is BranchEvent.FOLD else -1.0)).min() < 1e-6, point
+        elif point.kind is BranchEvent.NEIMARK_SACKER:
+            assert np.abs(np.abs(values) - 1.0).min() < 1e-7, point
+        elif point.kind is BranchEvent.LIMIT:
+            other = sequence.solved(
+                SystemFamily(machine).machine({name: point.value}), cycle.modes, sequence.unknowns(cycle)
+            )
+            assert other is not None and other.blow_times == pytest.approx(cycle.blow_times, rel=1e-9), point
+        elif (kind := ENDS.get(point.kind, point.kind)) in OF_TESTS.values():
+            if kind is BranchEvent.ONSET and not cycle.contact.keeps_strain:  # it may be held within a contact
+                continue
+            kinds = {kind, BranchEvent.CORNER} if kind is BranchEvent.ONSET else {kind}
+            tests = sequence.tests(cycle).items()
+            assert min(abs(v) for test, v in tests if OF_TESTS[test.partition(" ")[0]] in kinds) < 1e-9, point
+
+
+def check_branch(cycle: ValveCycle, machine: Machine) -> Counter[str]:
+    """± 30 % of the pressure or the flow: its events hold, and from an end of it everything is the same."""
+    supply = machine.valve.supply
+    name, here = ("pressure", 1.0) if supply is None else ("supply.flow", supply.flow)
+    bounds = 0.7 * here, 1.3 * here
+    branch = follow(cycle, name, bounds, value=here)
+    check_events(machine, name, branch)
+    told = sorted((point.kind.value, round(point.value, 7)) for point in branch.points)
+    for end in branch.ends:
+        if end.kind is BranchEvent.LIMIT:
+            again = follow(end.valve_cycle, name, bounds, family=SystemFamily(machine), value=end.value)
+            assert sorted((point.kind.value, round(point.value, 7)) for point in again.points) == told
+            break
+    return Counter(kind for kind, _ in told)
+
+
+@pytest.mark.parametrize(
+    "seeds", [range(8), *(pytest.param(range(i, i + 124), marks=pytest.mark.slow) for i in range(8, 504, 124))], ids=str
+)
+def test_cycles_branches_and_ends_of_random_machines(seeds: range) -> None:
+    found = 0
+    for seed in seeds:
+        machine, modes = drawn(seed)
+        for cycle in cycles_of(machine, modes):
+            found += 1
+            if not cycle.rests:
+                check_against_simulator(cycle)
+            if sequence_in(machine.valve, cycle.rhythm) is not None:  # else the end of a chatter lets go
+                check_branch(cycle, machine)
+    assert found > len(seeds) // 2
