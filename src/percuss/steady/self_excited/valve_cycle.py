@@ -16,7 +16,7 @@ from percuss.errors import ParameterError
 from percuss.mechanics.crossing import farthest
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Contact, Machine, MachineModes, Valve
-from percuss.model.checks import Array, numbers, unit_interval
+from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load import Side
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
