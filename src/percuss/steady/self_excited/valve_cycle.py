@@ -16,7 +16,7 @@ from percuss.errors import ParameterError
 from percuss.mechanics.crossing import farthest
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Contact, Machine, MachineModes, Valve
-from percuss.model.checks import Array, numbers, unit_interval
+from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load import Side
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
@@ -86,14 +86,20 @@ class Parted(NamedTuple):
     ringing: Ringing | None
 
 
+def _directions(slope: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Eigenvalues with their eigenvectors and those of the transpose, by the nearest of its values; of length 1."""
+    values, right = np.linalg.eig(slope)
+    others, left = np.linalg.eig(slope.T)
+    nearest = np.argmin(np.abs(others - values[:, None]), axis=1)
+    return values.astype(complex), left[:, nearest].astype(complex), right.astype(complex)
+
+
 def parted(slope: Array, modes: int) -> Parted:
     """The multipliers of a cycle's map, parted into rhythm and ringing; pending orders are part of the rhythm."""
-    from scipy.linalg import eig  # slow to import
-
-    values, left, right = (np.asarray(one, dtype=complex) for one in eig(slope, left=True, right=True))
+    values, left, right = _directions(slope)
     felt = np.flatnonzero((np.abs(values) > _NOTHING) & (values.imag >= 0.0))
     felt = felt[np.argsort(-np.abs(values[felt]), kind="stable")]
-    factors = left[:, felt].conj() * right[:, felt]
+    factors = left[:, felt] * right[:, felt]
     size = 2 * (modes + 1)
     own = np.abs(factors[:size].reshape(modes + 1, 2, -1).sum(axis=1))
     own[0] += np.abs(factors[size:]).sum(axis=0)
@@ -110,11 +116,9 @@ def parted(slope: Array, modes: int) -> Parted:
 
 def pressure_multiplier(slope: Array, modes: int) -> complex:
     """The multiplier of a cycle's map in which the pressure of a supply has the greatest part."""
-    from scipy.linalg import eig  # slow to import
-
-    values, left, right = (np.asarray(one) for one in eig(slope, left=True, right=True))
+    values, left, right = _directions(slope)
     number = 2 * (modes + 1) if modes else 1
-    return complex(values[np.argmax(np.abs(left[number].conj() * right[number]))])
+    return complex(values[np.argmax(np.abs(left[number] * right[number]))])
 
 
 # ---- A flight, and what happens between flights
