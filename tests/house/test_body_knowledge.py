@@ -19,7 +19,7 @@ SPELLINGS = {
     "(−1)ⁿ": re.compile(r"% 2, -?\d\.0, -?\d\.0\)|\(-1(?:\.0)?\) ?\*\* ?"),
 }
 
-WAVES_OF_A_UNIFORM_BAR = {"steady/rest.py"}
+WAVES_OF_A_UNIFORM_BAR = {"steady/resting/rest_on_wall.py"}
 """The contact force of a resting uniform bar by its waves, echo by echo: a closed form of that bar alone."""
 
 

@@ -117,7 +117,7 @@ def test_a_pneumatic_plane(s, d):
     for place, orbit in orbits(found, system, r, factor):
         if found.outcome[place] != 1:
             continue
-        assert found.largest[place] == pytest.approx(floquet_multipliers(orbit, 16).largest, rel=1e-10)
+        assert found.largest[place] == pytest.approx(floquet_multipliers(orbit, 32).largest, rel=1e-10)
 
 
 def test_verdicts_kinds_and_modes_are_those_of_single_orbits():

@@ -95,7 +95,7 @@ def test_what_passes_the_wall_or_strikes_backwards_is_told_of() -> None:
     assert {orbit.obstacle for orbit in found.impossible} == {Reason.NO_BLOW, Reason.THROUGH_WALL}
     assert {Drop.NO_BLOW, Drop.THROUGH_WALL, Drop.COALESCED} <= set(found.dropped)
     assert found.unseen is None
-    assert str(found).startswith("z=2/1: 0 orbits in 100 tries")
+    assert str(found).startswith("z=2/1: 0 orbits with 0 modes in 100 tries")
 
 
 def test_a_share_that_few_tries_did_not_see_has_its_exact_bound() -> None:

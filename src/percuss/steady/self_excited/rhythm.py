@@ -10,7 +10,7 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.model import Valve
-from percuss.model.checks import count, finite, instance, numbers, several, text
+from percuss.model.checks import count, finite, flag, instance, numbers, several, text
 from percuss.model.load.valve import MOST_PORTS, Orders
 
 
@@ -92,6 +92,9 @@ class Rhythm:
         object.__setattr__(self, "passages", _passages(self.passages))
         text("state", self.state, "the name of a state")
         instance("orders", self.orders, Orders)
+        lying = [count("lying", one, least=0) for one in several("lying", self.lying, "numbers of blows")]
+        object.__setattr__(self, "lying", tuple(lying))
+        flag("sticking", self.sticking)
 
     @property
     def period(self) -> float:
