@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss.case.catalogue.sample_cases import write_sample_history
+from percuss.case.catalogue.sample_history import write_sample_history
 from percuss.errors import HistoryError, PercussError
 from percuss.model.load import Load
 from percuss.recordings.cycle_fit import MAX_CYCLES
