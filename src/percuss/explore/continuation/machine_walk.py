@@ -42,7 +42,6 @@ _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another on
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
-_FLIP_LOOKS = (0.0, 0.25, 0.5, 0.75, 1.0)  # at a step, for two flips in it
 _SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
 _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
@@ -87,16 +86,6 @@ def turns_twice(segment: CurveSegment) -> bool:
     mean, u = float(stop.x[-1] - start.x[-1]) / length, np.linspace(0.0, 1.0, _SEEN)
     slopes = first * (1.0 - u) * (1.0 - 3.0 * u) + last * u * (3.0 * u - 2.0) + 6.0 * mean * u * (1.0 - u)
     return bool(np.min(slopes / first) < _LEVEL * min(1.0, last / first))
-
-
-def flips_twice(segment: CurveSegment) -> bool:
-    """Whether the quartic through the flip's number at five places of a step vanishes twice, or nearly."""
-    first, last = (segment.curve.flip(point) for point in (segment.start, segment.stop))
-    if not first * last > 0.0:
-        return False
-    inner = [segment.curve.flip(segment.at(place * segment.length)) for place in _FLIP_LOOKS[1:-1]]
-    through = np.polynomial.Polynomial.fit(_FLIP_LOOKS, np.divide([first, *inner, last], first), 4)
-    return bool(np.min(through(np.linspace(0.0, 1.0, 4 * _SEEN + 1))) < _LEVEL * min(1.0, last / first))
 
 
 def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
@@ -248,8 +237,6 @@ class MachineWalk(Walk):
             return Look(segment, [], None, halving)
         if self.size > _REFINED * self.scale and turns_twice(segment):
             raise CorrectorFailed("the branch may turn back twice in the step")
-        if self.size > _REFINED * self.scale and not self.fresh and flips_twice(segment):
-            raise CorrectorFailed("there may be two flips in the step")
         last = end_of(segment)
         length = segment.length if last is None else last.place
         found = changes_of_stability(segment, length, self.fresh)
