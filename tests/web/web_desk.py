@@ -19,7 +19,7 @@ from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Route, exp
 from percuss.cli import main
 
 PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "report", "experiment", "lessons")
-WAIT = 60_000  # milliseconds, on a machine that does other things as well
+WAIT = 240_000  # milliseconds, on a machine that does other things as well; only what fails waits so long
 STATE = "import('/static/state.js').then"
 CHANGED = "String((await import('/static/state.js')).data.changed)"
 
