@@ -143,7 +143,7 @@ def hard_ones() -> list[Row]:
 
     def cost(system: System, starts: Starts, modes: int, until: Stop) -> float:
         def task() -> int:
-            return int(simulate_many(system, starts, modes=modes, stop=until, threads=1).impacts.sum())
+            return int(simulate_many(system, starts, modes=modes, stop=until, workers=1).impacts.sum())
 
         return 1e6 * seconds(task, 7) / task()
 
@@ -214,7 +214,7 @@ def grazing(system: System, modes: int) -> Starts:
         for _ in range(60):
             middle = 0.5 * (low + high)
             one = Starts(ring[None, :], np.eye(1, modes + 1) * velocity, np.array([middle]), np.array([t]))
-            first = simulate_many(system, one, modes=modes, stop=Stop(impacts=1, time=2.5, periodic=False), threads=1)
+            first = simulate_many(system, one, modes=modes, stop=Stop(impacts=1, time=2.5, periodic=False), workers=1)
             low, high = (middle, high) if first.impacts[0] == 0 else (low, middle)
         places.append(low)
     gaps = np.tile(np.concatenate([np.array(places) - depth for depth in (1e-3, 1e-5, 1e-7, 1e-9)]), 20)
@@ -230,9 +230,9 @@ def ensembles() -> list[Row]:
     ratios = []
     for _ in range(5):
         times = []
-        for threads in (1, 2):
+        for workers in (1, 2):
             begin = time.perf_counter()
-            simulate_many(system, starts, modes=8, stop=stop, threads=threads)
+            simulate_many(system, starts, modes=8, stop=stop, workers=workers)
             times.append(time.perf_counter() - begin)
         ratios.append(times[0] / times[1])
     rows = [

@@ -96,10 +96,10 @@ def only(system: System, modes: int = 0) -> RestCycle:
     return cycle
 
 
-def after(calls: int) -> Callable[[], bool]:
+def after(calls: int) -> Callable[..., bool]:
     """What tells a computation to stop once it has asked so often."""
     asked = itertools.count(1)
-    return lambda: next(asked) > calls
+    return lambda *_: next(asked) > calls
 
 
 @st.composite

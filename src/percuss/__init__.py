@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.lazy_names import lazy_names
+from percuss.lazy_names import lazy_names, lend
 
 if TYPE_CHECKING:
     from percuss._version import __version__
@@ -24,3 +24,4 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit, SteadyStates, rest_on_wall, si_report, steady_states, timed_states
 
 __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)
+lend("follow", "percuss.explore")

@@ -6,20 +6,47 @@ from call to call but holds for a block, and only for the thread that the block 
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import TypeVar
 
 from percuss.errors import Interrupted
 
-__all__ = ["halting", "interruptible", "look", "on_threads"]
+__all__ = ["Asked", "Elapsed", "asked", "halting", "interruptible", "look", "on_threads"]
 
 Answer = TypeVar("Answer")
 Item = TypeVar("Item")
 
-_asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
+_halt: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", default=None)
+
+
+@dataclass(frozen=True)
+class Elapsed:
+    """How far what has no known length has come: `seconds` since it began; its `fraction` is NaN."""
+
+    seconds: float
+    fraction: float = math.nan
+
+
+class Asked:
+    """A progress callback in the form in which long loops ask it whether they are to end."""
+
+    def __init__(self, progress: Callable[[Elapsed], object]) -> None:
+        self._progress = progress
+        self._begun = time.monotonic()
+
+    def __call__(self, *_: object) -> bool:
+        return bool(self._progress(Elapsed(time.monotonic() - self._begun)))
+
+
+def asked(progress: Callable[[Elapsed], object] | None) -> Asked | None:
+    """A progress callback as `halting` takes it; one that is asked already stays, with its seconds."""
+    return progress if progress is None or isinstance(progress, Asked) else Asked(progress)
 
 
 @contextmanager
@@ -28,13 +55,13 @@ def halting(halt: Callable[[], bool] | None) -> Iterator[None]:
 
     What stops a block around it stops this one as well.
     """
-    around = _asked.get()
+    around = _halt.get()
     both = halt if around is None else around if halt is None else lambda: halt() or around()
-    before = _asked.set(both)
+    before = _halt.set(both)
     try:
         yield
     finally:
-        _asked.reset(before)
+        _halt.reset(before)
 
 
 def look() -> None:
@@ -45,7 +72,7 @@ def look() -> None:
     Interrupted
         When the computation was told to stop.
     """
-    halt = _asked.get()
+    halt = _halt.get()
     if halt is not None and halt():
         raise Interrupted(0, 1, None)
 

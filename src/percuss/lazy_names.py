@@ -1,4 +1,4 @@
-"""The door of a room: its names are imported from the modules inside when they are first used."""
+"""The door of a room: its names are imported from the modules inside when they are first used; and what rooms lend."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 
 def lazy_names(package: str, file: str) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:
@@ -27,3 +28,17 @@ def lazy_names(package: str, file: str) -> tuple[list[str], Callable[[str], obje
         return getattr(import_module(homes[name]), name)
 
     return sorted(homes), getattr_, lambda: sorted(homes)
+
+
+_LENT: dict[str, str] = {}
+
+
+def lend(name: str, room: str) -> None:
+    """Whoever knows all rooms says which of them has a function that those below it hand on."""
+    _LENT[name] = room
+
+
+def lent(name: str) -> Callable[..., Any]:
+    """The function that a room above lends; it is imported when it is first asked for."""
+    found: Callable[..., Any] = getattr(import_module(_LENT[name]), name)
+    return found

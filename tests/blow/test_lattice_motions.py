@@ -199,7 +199,7 @@ def test_the_end_of_a_motion():
     assert motion.end_time == pytest.approx(4.0 * TURN)
     seen = []
     motion = run_by_waves(system, rod, cells=40, progress=lambda p: seen.append(p) or len(seen) == 3)
-    assert motion.outcome == "cancelled"
+    assert motion.outcome == "interrupted"
     assert [p.fraction for p in seen] == sorted(p.fraction for p in seen)
 
 

@@ -331,11 +331,11 @@ def test_the_answer_is_what_run_gives() -> None:
     assert (answer.name, answer.title, answer.motion.impacts) == ("case.toml", "case", 30)
 
 
-def test_cancelled_by_its_progress() -> None:
+def test_interrupted_by_its_progress() -> None:
     seen = []
     case = plain(simulation="modes = 0\nimpacts = 1000000\nperiodic = false")
     answer = simulation_answer(case, lambda progress: seen.append(progress) or len(seen) == 2)
-    assert answer.motion.outcome == "cancelled"
+    assert answer.motion.outcome == "interrupted"
     assert 0 < answer.motion.impacts == seen[-1].impacts < 1000000
     assert any("interrupted" in warning for warning in answer.warnings)
 

@@ -103,9 +103,9 @@ def test_the_motion_of_a_steady_start_stays_beside_the_law():
 
 def test_who_wants_no_more_gets_what_there_is():
     answer = waves_answer(case_of(), lambda progress: True, cells=50)
-    assert answer.motion.outcome == "cancelled"
+    assert answer.motion.outcome == "interrupted"
     assert any("interrupted" in warning for warning in answer.warnings)
-    assert answer.to_json_dict()["outcome"] == "cancelled"
+    assert answer.to_json_dict()["outcome"] == "interrupted"
 
 
 def test_an_undamped_piston_of_sections_is_told_of_its_ringing():

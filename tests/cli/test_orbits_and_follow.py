@@ -254,7 +254,7 @@ def test_a_search_is_interrupted(percuss, ctrl_c_at):
     told = percuss(*asked)
     part = told.json
     assert (told.code, told.err) == (130, "percuss: interrupted: the search is done for 0 of 1 label\n")
-    assert part["halted"] and not whole["halted"] and not part["complete"]
+    assert part["interrupted"] and not whole["interrupted"] and not part["complete"]
     assert 0 < part["tries"] < whole["tries"] == 3000
     assert 0 < sum(part["dropped"].values()) + len(part["orbits"]) <= part["tries"]
     phases = [[impact["phase"] for impact in orbit["impacts"]] for orbit in whole["orbits"]]

@@ -249,7 +249,7 @@ def test_interrupted_keeps_what_is_done(simulated, monkeypatch):
     interrupting(monkeypatch, 1)
     before = signal.getsignal(signal.SIGINT)
     done = simulated(*ENDLESS, "--json", "--events", "last:1", "-o", "part.nc")
-    assert done.code == 130 and done.json["outcome"] == "cancelled"
+    assert done.code == 130 and done.json["outcome"] == "interrupted"
     assert signal.getsignal(signal.SIGINT) is before
     assert any("interrupted" in warning for warning in done.json["warnings"])
     saved = Trajectory.load("part.nc")

@@ -180,10 +180,10 @@ def test_the_last_release_asks_for_the_load_alone() -> None:
 
 
 def test_it_stops_when_told(onset: BranchPoint) -> None:
-    curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=after(2000))
+    curve = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), progress=after(2000))
     assert BranchEvent.STOPPED in {end.kind for end in curve.ends}
     assert len(curve.values) > 1
-    at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), halt=lambda: True)
+    at_once = follow_point(onset, PLANE, ((0.0, 0.9), (0.2, 1.2)), progress=lambda _: True)
     assert [end.kind for end in at_once.ends] == [BranchEvent.STOPPED] * 2
     assert at_once.values[0] == pytest.approx((0.2, onset.value), rel=0, abs=1e-9)
     assert json.loads(json.dumps(curve_dict(at_once), allow_nan=False))["curve"]["event_phases"][0] is None
@@ -270,11 +270,11 @@ def test_a_range_without_the_cycle_or_an_unknown_parameter_is_refused() -> None:
 
 def test_what_has_been_followed_is_kept_when_it_is_stopped() -> None:
     cycle = only(harmonic(0.5, 0.8))
-    branch = follow(cycle, "mean", (0.4, 1.1), halt=after(400))
+    branch = follow(cycle, "mean", (0.4, 1.1), progress=after(400))
     assert {point.kind for point in branch.points} == {BranchEvent.STOPPED}
     assert branch.values.size > 1 and 0.8 in branch.values
     assert (branch.points[0].value, branch.points[1].value) == (branch.values[0], branch.values[-1])
-    at_once = follow(cycle, "mean", (0.4, 1.1), halt=lambda: True)
+    at_once = follow(cycle, "mean", (0.4, 1.1), progress=lambda _: True)
     assert at_once.values.tolist() == [0.8]
 
 

@@ -180,7 +180,7 @@ def test_it_begins_where_the_parameter_ends() -> None:
 
 def test_it_stops_when_told() -> None:
     between = (0.05, 1.2)
-    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", between, halt=after(40), switch=3)
+    branch = follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", between, progress=after(40), switch=3)
     assert branch.ends[0].kind is BranchEvent.STOPPED
     assert branch.values.size > 2
     assert follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", most=3).values.size <= 5

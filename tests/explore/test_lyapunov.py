@@ -10,7 +10,7 @@ from hammers import HAMMERS, Hammer
 from percuss import Load, Start, Starts, Stop, System, Trajectory, run, steady_states
 from percuss.errors import ParameterError
 from percuss.explore.lyapunov import LYAPUNOV_OUTCOMES, Lyapunov, lyapunov_exponent, lyapunov_many
-from percuss.model import Machine, Port, Supply, Valve
+from percuss.model import Machine, ModalBody, Port, Supply, Valve
 from percuss.model.body import Body, External, KelvinVoigt, Ratio, SteppedBar, Table, UniformBar
 from percuss.model.checks import Array
 from percuss.model.contact import Contact, Kept, Reversed
@@ -161,7 +161,7 @@ def test_many_are_each_like_one():
     systems = [CHAOTIC.with_load_factor(float(f)) for f in np.linspace(0.6, 0.95, 12)]
     systems.append(System(s=1.0 / math.pi, d=0.0, restitution=0.5, load=Load.harmonic(0.5, 1.0)))  # resonant
     starts = Starts.rigid(-0.5, time=np.linspace(0.0, 3.0, 13))
-    one, two = (lyapunov_many(systems, starts, modes=2, impacts=300, discard=50, threads=n) for n in (1, 3))
+    one, two = (lyapunov_many(systems, starts, modes=2, impacts=300, discard=50, workers=n) for n in (1, 3))
     for name in ("exponent", "per_period", "error", "impacts", "code"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
     assert len(one) == 13 and LYAPUNOV_OUTCOMES[one.code[-1]] == "resonance"
@@ -297,3 +297,55 @@ def test_all_exponents_together_are_the_contraction(law: Contact, modes: int) ->
         time = found.exponent / found.per_period * (1.0 if isinstance(what, Machine) else 2.0 * math.pi)
         impact = (n - 1) * math.log(abs(law.strain_factor)) + (n + 1) * math.log(abs(law.velocity_factor))
         assert sum(found.spectrum) == pytest.approx(impact - 0.03 * n * time, rel=1e-6)
+
+
+# -- structures of several modes at rest: what the wall holds remembers
+
+TWO = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+THREE = ModalBody((2.9, 4.1, 9.0), (0.2, 0.05, 0.3), (1.0, 0.8, 2.0), (1.0, -0.5, 0.7), -0.02)
+
+
+@pytest.mark.parametrize(
+    ("body", "load", "restitution"),
+    [(TWO, Load.harmonic(0.0, 1.0), 0.4), (THREE, Load.harmonic(0.0, 1.0), 0.3), (TWO, Load.square(1.0, 1.2), 0.4),
+     (TWO, Load.steps([0.2, 1.0, 3.0], [0.5, -0.4, 1.0]), 0.0)],
+)  # fmt: skip
+def test_structures_remember_what_the_wall_holds(body: ModalBody, load: Load, restitution: float) -> None:
+    """Period by period, as a neighbour that is brought near again each time."""
+    system, turn, periods = System(body, load, Kept(restitution)), 2.0 * math.pi, 30
+
+    def over_a_period(state: Array, time: float) -> Array:
+        u, v = np.split(state, 2)
+        rest = np.zeros(1)
+        start = Start.modal(np.append(rest, u), np.append(rest, v), time)
+        moved = run(system, start, stop=Stop(time=turn + 1e-6, impacts=10**6, periodic=False)).modal([time + turn])
+        return np.concatenate([moved.displacement[1:, 0], moved.velocity[1:, 0]])
+
+    motion = run(system, Start.rigid(-1.0), stop=Stop(time=100 * turn, impacts=10**6, periodic=False))
+    assert np.count_nonzero(motion.events.kind == "rest") > 20
+    places = 60 * turn + np.linspace(0.0, turn, 64)
+    lies = motion.lies[np.searchsorted(motion.events.time, places, "right")]
+    time = float(places[np.flatnonzero(~lies)[np.count_nonzero(~lies) // 2]])
+    begin = motion.start_at(time)
+    here, aside, rates = np.array([*begin.displacement[1:], *begin.velocity[1:]]), 1e-6, []
+    off = np.full(here.size, 1.0) / np.arange(1.0, here.size + 1.0)
+    for _ in range(periods):
+        off *= aside / np.linalg.norm(off)
+        there = over_a_period(here, time)
+        off, here, time = over_a_period(here + off, time) - there, there, time + turn
+        rates.append(math.log(np.linalg.norm(off) / aside))
+    found = lyapunov_exponent(system, Start.rigid(-1.0), every=True, impacts=400, discard=200)
+    assert found.outcome == "done" and found.modes == 32
+    assert found.per_period == pytest.approx(np.mean(rates[periods // 2 :]), abs=2e-3)
+    assert not math.isfinite(found.spectrum[-1])
+
+
+def test_a_structure_that_rests_for_good_has_the_exponent_of_what_the_wall_holds() -> None:
+    system = System(TWO, Load.harmonic(-9.0, 1.0), Kept(0.4))
+    found = lyapunov_exponent(system, Start.rigid(-1.0))
+    assert found.outcome == "rest" and found.exponent == -math.inf and math.isfinite(found.per_period)
+    motion = run(system, Start.rigid(-1.0))
+    t = motion.end_time + np.linspace(0.0, 20.0, 2001)
+    whole = run(system, Start.rigid(-1.0), stop=Stop(time=float(t[-1]) + 1.0, periodic=False))
+    assert whole.outcome == "rest"
+    assert "per load period" in str(found)

@@ -76,12 +76,12 @@ NO_DOORS = {
     "between the parts of a job that is carried out: its doors are carry_out and Archive.open": "explore.Archive "
     "explore.Archive.bounds explore.Archive.create explore.Archive.keep explore.Archive.resume explore.Archive.write "
     "explore.Basins.from_archive explore.Diagram.from_archive explore.Diagram.of "
-    "explore.Experiment.from_archive "
+    "explore.Experiment.from_archive explore.Experiment.of_done explore.Shares.from_archive explore.Shares.of "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "the same as explore.follow": "steady.Orbit.follow steady.PeriodicOrbit.follow steady.RestCycle.follow "
     "steady.ValveCycle.follow",
     "what a file holds: the doors are save and load": "explore.Branch.from_json "
-    "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json "
+    "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json explore.Shares.from_json "
     "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
     "explore.PointCurve.save",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
@@ -148,7 +148,7 @@ MEANT = (
     ("400 digits", "case.*.to_json_*.last *.seed"),
     ("-1, complex", "*.xi"),
     ("inf", "model.Mounted.s"),
-    ("class", "*.progress *.halt"),
+    ("class", "*.progress"),
 )
 """Wrong objects, and the parameters that take them: the first line that names one; None, True and {} by their types."""
 
@@ -218,7 +218,7 @@ class Two:
 
 CHEAP: dict[str, Any] = {
     "modes": 0, "impacts": 2, "tries": 1, "starts": 1, "runs": 1, "motions": 2, "most": 2, "points": 2, "stop": SHORT,
-    "up_to": None, "switch": 0, "searched": 1, "threads": 1, "cells": 16, "discard": 1, "samples": 5, "harmonics": 8,
+    "up_to": None, "switch": 0, "searched": 1, "cells": 16, "discard": 1, "samples": 5, "harmonics": 8,
     "most_pieces": 1000, "work": 10**6, "keep": 1, "start": Start.rigid(), "between": (0.89, 0.91), **RUNNING,
 }  # fmt: skip
 """Of parameters with or without a default, so that a call takes milliseconds."""

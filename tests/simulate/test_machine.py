@@ -347,8 +347,8 @@ def test_many_are_as_one_by_one() -> None:
     machine = two_force(0.3, 1.0, 0.5, body=UniformBar(20.0), kappa=0.7)
     rng = np.random.default_rng(5)
     starts = [Start.rigid(-rng.uniform(0.0, 2.0)).with_valve(str(rng.choice(["return", "power"]))) for _ in range(90)]
-    many = simulate_many(machine, starts, modes=0, threads=2)
-    again = simulate_many(machine, starts, modes=0, threads=1)
+    many = simulate_many(machine, starts, modes=0, workers=2)
+    again = simulate_many(machine, starts, modes=0, workers=1)
     single = [run(machine, start, modes=0) for start in starts]
     assert many.label.tolist() == [motion.label for motion in single] == again.label.tolist()
     assert set(many.shares) == {"runs 1/1", "stalls (in the chamber)"}
@@ -365,7 +365,7 @@ def test_an_ensemble_stops_when_told() -> None:
     machine = two_force(body=UniformBar(20.0))
     many = simulate_many(machine, [Start.rigid(-0.5)] * 400, modes=0, progress=lambda _: True)
     assert len(many) == 400
-    assert set(many.outcome) <= {"periodic", "cancelled"}
+    assert set(many.outcome) <= {"periodic", "interrupted"}
 
 
 def test_what_does_not_fit_is_refused() -> None:
@@ -391,5 +391,5 @@ def test_a_motion_shows_itself() -> None:
     assert "3 impact" in str(motion.events)
     assert motion.events[0].kind == motion.events.kind[0]
     assert len(motion.events[:2]) == 2
-    cancelled = run(two_force(), modes=0, stop=Stop(impacts=10**6, periodic=False), progress=lambda _: True)
-    assert cancelled.outcome == "cancelled"
+    interrupted = run(two_force(), modes=0, stop=Stop(impacts=10**6, periodic=False), progress=lambda _: True)
+    assert interrupted.outcome == "interrupted"

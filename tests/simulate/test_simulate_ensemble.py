@@ -37,21 +37,21 @@ def same(a, b, order=slice(None)):
 @pytest.mark.parametrize("system", [SYSTEM, STEPS, CHATTER], ids=["smooth", "steps", "chatter"])
 def test_threads_and_order(system):
     starts = Starts.random(system, 120, seed=4, distribution="ringing", modes=4)
-    one = simulate_many(system, starts, modes=4, stop=STOP, threads=1, keep=7)
-    for threads in (2, 5):
-        same(one, simulate_many(system, starts, modes=4, stop=STOP, threads=threads, keep=7))
+    one = simulate_many(system, starts, modes=4, stop=STOP, workers=1, keep=7)
+    for workers in (2, 5):
+        same(one, simulate_many(system, starts, modes=4, stop=STOP, workers=workers, keep=7))
     order = np.random.default_rng(0).permutation(120)
     mixed = Starts(starts.displacement[order], starts.velocity[order], starts.gap[order], starts.time[order])
-    same(one, simulate_many(system, mixed, modes=4, stop=STOP, threads=2, keep=7), order)
+    same(one, simulate_many(system, mixed, modes=4, stop=STOP, workers=2, keep=7), order)
     assert len(set(one.label.tolist())) >= 1 and np.all(one.impacts > 0)
 
 
 def test_many_systems():
     systems = [SYSTEM.with_restitution(r) for r in np.linspace(0.3, 0.9, 9)] + [STEPS, CHATTER, SYSTEM]
-    one = simulate_many(systems, Start.rigid(time=0.3), modes=3, stop=STOP, threads=1)
-    same(one, simulate_many(systems, Start.rigid(time=0.3), modes=3, stop=STOP, threads=5))
+    one = simulate_many(systems, Start.rigid(time=0.3), modes=3, stop=STOP, workers=1)
+    same(one, simulate_many(systems, Start.rigid(time=0.3), modes=3, stop=STOP, workers=5))
     order = np.arange(12)[::-1]
-    back = simulate_many([systems[i] for i in order], [Start.rigid(time=0.3)] * 12, modes=3, stop=STOP, threads=2)
+    back = simulate_many([systems[i] for i in order], [Start.rigid(time=0.3)] * 12, modes=3, stop=STOP, workers=2)
     same(one, back, order)
     assert len(set(one.label.tolist())) > 2
 
@@ -103,7 +103,7 @@ def test_statistics_without_a_cycle():
 
 def test_everything():
     starts = Starts.random(CHATTER, 6, seed=1, modes=2)
-    whole = simulate_many(CHATTER, starts, modes=2, stop=STOP, keep="everything", threads=2)
+    whole = simulate_many(CHATTER, starts, modes=2, stop=STOP, keep="everything", workers=2)
     least = simulate_many(CHATTER, starts, modes=2, stop=STOP)
     assert len(whole.trajectories) == 6 and least.trajectories == () and least.last_time is None
     assert whole.label.tolist() == least.label.tolist() == [motion.label for motion in whole.trajectories]
@@ -135,11 +135,11 @@ def test_by_time():
 def test_progress_and_cancel():
     seen = []
     starts = Starts.random(SYSTEM, 500, seed=1)
-    simulate_many(SYSTEM, starts, modes=1, stop=Stop(impacts=50), threads=2, progress=lambda now: seen.append(now))
+    simulate_many(SYSTEM, starts, modes=1, stop=Stop(impacts=50), workers=2, progress=lambda now: seen.append(now))
     assert [now.done for now in seen] == sorted(now.done for now in seen) and seen[-1].done == 500
     assert seen[-1].fraction == 1.0 and len(seen) > 3
-    stopped = simulate_many(SYSTEM, starts, modes=1, stop=Stop(impacts=50), threads=2, progress=lambda now: True)
-    done = stopped.outcome != "cancelled"
+    stopped = simulate_many(SYSTEM, starts, modes=1, stop=Stop(impacts=50), workers=2, progress=lambda now: True)
+    done = stopped.outcome != "interrupted"
     assert 0 < np.count_nonzero(done) < 500
     whole = simulate_many(SYSTEM, starts, modes=1, stop=Stop(impacts=50))
     assert np.array_equal(stopped.impacts[done], whole.impacts[done])
@@ -156,10 +156,10 @@ def test_an_exception_in_progress_comes_through():
 
 def test_from_several_threads_at_once():
     starts = Starts.random(SYSTEM, 60, seed=2, modes=3)
-    alone = simulate_many(SYSTEM, starts, modes=3, stop=STOP, threads=1)
+    alone = simulate_many(SYSTEM, starts, modes=3, stop=STOP, workers=1)
     found: list[Ensemble] = []
     workers = [
-        threading.Thread(target=lambda: found.append(simulate_many(SYSTEM, starts, modes=3, stop=STOP, threads=2)))
+        threading.Thread(target=lambda: found.append(simulate_many(SYSTEM, starts, modes=3, stop=STOP, workers=2)))
         for _ in range(4)
     ]
     for worker in workers:
@@ -173,7 +173,7 @@ def test_from_several_threads_at_once():
 
 def _in_a_child(pipe):
     starts = Starts.random(SYSTEM, 40, seed=2, modes=3)
-    pipe.send(simulate_many(SYSTEM, starts, modes=3, stop=STOP, threads=2).end_time)
+    pipe.send(simulate_many(SYSTEM, starts, modes=3, stop=STOP, workers=2).end_time)
     pipe.close()
 
 
@@ -181,7 +181,7 @@ def _in_a_child(pipe):
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")
 def test_after_a_fork():
     starts = Starts.random(SYSTEM, 40, seed=2, modes=3)
-    ours = simulate_many(SYSTEM, starts, modes=3, stop=STOP, threads=2)
+    ours = simulate_many(SYSTEM, starts, modes=3, stop=STOP, workers=2)
     context = multiprocessing.get_context("fork")
     receiver, sender = context.Pipe(False)
     child = context.Process(target=_in_a_child, args=(sender,), daemon=True)
@@ -200,7 +200,7 @@ def test_nonsense_is_refused():
         lambda: simulate_many([SYSTEM, SYSTEM], Starts.random(SYSTEM, 3)),
         lambda: simulate_many(SYSTEM, Start.rigid(), keep="all"),
         lambda: simulate_many(SYSTEM, Start.rigid(), keep=-1),
-        lambda: simulate_many(SYSTEM, Start.rigid(), threads=0),
+        lambda: simulate_many(SYSTEM, Start.rigid(), workers=0),
         lambda: simulate_many(SYSTEM, Start.rigid(), modes=-1),
         lambda: simulate_many(SYSTEM, Start.modal([-1.0, 0.1]), modes=0),
         lambda: simulate_many("system", Start.rigid()),

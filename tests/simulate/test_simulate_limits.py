@@ -184,7 +184,7 @@ def test_every_motion_ends_with_a_sound_record(motion):
     except ResonanceError:
         return
     events, kinds = motion.events, motion.events.kind.tolist()
-    assert motion.outcome in OUTCOMES and motion.outcome not in ("memory", "cancelled")
+    assert motion.outcome in OUTCOMES and motion.outcome not in ("memory", "interrupted")
     assert motion.impacts <= stop.impacts
     for name in ("phase", "impact_velocity", "rebound_velocity", "energy_lost", "kinetic_energy"):
         assert np.all(np.isfinite(getattr(events, name))), name

@@ -132,11 +132,11 @@ def test_at_any_time():
 
 
 @pytest.mark.parametrize("name", ["impacts", "valve"])
-def test_cancelled(name):
+def test_interrupted(name):
     hammer, modes, _, _ = HAMMERS[name]
     stop = Stop(impacts=20_000, periodic=False)
     part = run(hammer, start(hammer, modes), modes=modes, stop=stop, progress=lambda now: now.impacts > 500)
-    assert part.outcome == "cancelled" and 500 < part.impacts < 20_000
+    assert part.outcome == "interrupted" and 500 < part.impacts < 20_000
     known = part.impacts + 20
     same(part.continued(Stop(impacts=known, periodic=False)), followed(name, known))
 

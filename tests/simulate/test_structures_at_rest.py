@@ -123,7 +123,7 @@ def test_what_rests_in_simulation_is_a_cycle_that_is_found(omega, damping, sprin
 
 def test_many_that_rest_are_those_of_single_ones():
     system = oscillator(3.3, 0.3, -0.1, 0.4)
-    many = simulate_many(system, Starts.rigid([-0.2, -1.0, -2.0]), keep=5, threads=2)
+    many = simulate_many(system, Starts.rigid([-0.2, -1.0, -2.0]), keep=5, workers=2)
     motion = run(system, Start.rigid(-1.0))
     assert set(many.label.tolist()) == {"chatter/1"}
     assert many.last_time[1].tolist() == motion.events.of("impact").time[-5:].tolist()

@@ -354,7 +354,7 @@ def test_planes_are_single_orbits_under_every_law(damping: Damping, law: Contact
     r, factor = np.array([[0.0], [0.05], [0.6], [1.0]]), np.array([0.003, 0.2, 0.5])
     for s, modes, load in ((0.7, 5, Load.harmonic(1.0, 1.0)), (9.0, 16, Load.fourier([1.0, 1.0, 0.4 - 0.2j]))):
         system = System(UniformBar(s, damping), load, law)
-        found = exact_plane(system, r, factor, modes=modes, threads=1)
+        found = exact_plane(system, r, factor, modes=modes, workers=1)
         assert not np.any(found.outcome == OUTCOMES.index("unsolved"))
         for place in map(tuple, np.argwhere(found.outcome == OUTCOMES.index("done"))):
             value, mean = float(r[place[1], 0]), float(factor[place[2]])

@@ -79,7 +79,7 @@ systems = st.builds(
 def test_every_cell_is_like_the_single_orbit(system, restitution, load_factor, periods, modes):
     factor = np.array(load_factor)
     try:
-        found = exact_plane(system, restitution, factor, periods, modes, threads=1)
+        found = exact_plane(system, restitution, factor, periods, modes, workers=1)
     except ResonanceError:
         assume(False)
     assert not np.any(found.outcome == OUTCOMES.index("unsolved"))
@@ -97,7 +97,7 @@ def test_every_system_is_like_its_single_orbits(drawn, modes):
     system, periods = drawn
     factor = system.load.load_factor * np.array([0.3, 1.0])
     try:
-        found = exact_plane(system, system.restitution, factor, periods, modes, threads=1)
+        found = exact_plane(system, system.restitution, factor, periods, modes, workers=1)
     except ResonanceError:
         assume(False)
     for place, orbit in orbits(found, system, np.array(system.restitution), factor, periods):
@@ -113,7 +113,7 @@ def test_every_system_is_like_its_single_orbits(drawn, modes):
 def test_a_pneumatic_plane(s, d):
     system = System(s=s, d=d, restitution=0.6, load=PNEUMATIC.load)
     r, factor = np.linspace(0.0, 1.0, 6)[:, None], np.linspace(0.01, 1.2, 7)
-    found = exact_plane(system, r, factor, threads=1)
+    found = exact_plane(system, r, factor, workers=1)
     for place, orbit in orbits(found, system, r, factor):
         if found.outcome[place] != 1:
             continue
@@ -225,7 +225,7 @@ def test_threads_and_portions_do_not_show():
     r, factor = np.linspace(0.0, 0.9, 60)[:, None], np.linspace(0.01, 1.0, 120)
     plane = stability_plane(PNEUMATIC, r, factor)
     assert plane.roots.sum() > 2 * 4096
-    one, two = exact_plane(PNEUMATIC, r, factor, threads=1), exact_plane(PNEUMATIC, r, factor, plane=plane, threads=3)
+    one, two = exact_plane(PNEUMATIC, r, factor, workers=1), exact_plane(PNEUMATIC, r, factor, plane=plane, workers=3)
     few = exact_plane(PNEUMATIC, r[7:9], factor)
     for name in ("multiplier", "mode", "fold", "outcome"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
@@ -238,7 +238,7 @@ def test_threads_and_portions_do_not_show():
         ((PNEUMATIC, 1.2, 0.5), {}),
         ((PNEUMATIC, 0.5, 0.5), {"modes": -1}),
         ((PNEUMATIC, 0.5, 0.5), {"modes": 5000}),
-        ((PNEUMATIC, 0.5, 0.5), {"threads": 0}),
+        ((PNEUMATIC, 0.5, 0.5), {"workers": 0}),
         ((PNEUMATIC, 0.5, 0.5), {"plane": stability_plane(PNEUMATIC, [0.5, 0.6], 0.5)}),
         ((PNEUMATIC, 0.5, 0.5), {"plane": 3}),
         (("system", 0.5, 0.5), {}),

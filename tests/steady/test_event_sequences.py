@@ -236,7 +236,7 @@ def test_simulated_motions_are_starts_and_a_search_ends_when_told() -> None:
     found = orbits(machine, 2, 2, modes=0, tries=1, near=seeds)
     assert found.sources["simulated motions"].orbits == 1 and len(found.orbits) == 1
     asked = iter([False] * 6)
-    found = orbits(machine, 1, 1, modes=0, tries=1000, halt=lambda: next(asked, True))
-    assert found.halted and found.tries < 1000
+    found = orbits(machine, 1, 1, modes=0, tries=1000, progress=lambda _: next(asked, True))
+    assert found.interrupted and found.tries < 1000
     with pytest.raises(ParameterError, match="loses energy"):
         orbits(late_return(1.0, 0.3, 0.0), 1, 1, modes=0)

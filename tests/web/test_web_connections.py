@@ -463,8 +463,8 @@ def test_many_branches_over_many_cells_do_not_fill_the_memory(monkeypatch: pytes
     assert all(np.array_equal(parts[name], whole[name], equal_nan=True) for name in whole)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_planes_end_between_two_portions(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("workers", [1, 2])
+def test_planes_end_between_two_portions(workers: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the branches of a curve do; a portion takes the same time for few modes and for many."""
     monkeypatch.setattr(sys.modules["percuss.stability.plane"], "_WORK", 16 * 17)
     system, left = case_of(_hard(12)).system(), [4]
@@ -476,7 +476,7 @@ def test_planes_end_between_two_portions(threads: int, monkeypatch: pytest.Monke
         return left[0] < 0
 
     with pytest.raises(Interrupted), halting(halt):
-        exact_plane(system, 0.6, factor, 1, 16, plane=plane, threads=threads)
+        exact_plane(system, 0.6, factor, 1, 16, plane=plane, workers=workers)
     with pytest.raises(Interrupted), halting(lambda: True):
         stability_plane(system, 0.6, factor)
 

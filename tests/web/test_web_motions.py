@@ -359,7 +359,7 @@ def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
     until(page, "location.hash.includes('starts=40')")
 
 
-def test_an_experiment_can_be_cancelled_and_is_bounded(desk: Desk, request: pytest.FixtureRequest) -> None:
+def test_an_experiment_can_be_interrupted_and_is_bounded(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open("panel=experiment&machine=mini-breaker&emodes=16")
     page.fill("#experiment-starts", "20000")

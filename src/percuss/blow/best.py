@@ -53,6 +53,19 @@ class Best:
     complete: bool = True
 
 
+@dataclass(frozen=True)
+class BestProgress:
+    """How far a search has come: blows computed, of about how many."""
+
+    blows: int
+    most: int
+
+    @property
+    def fraction(self) -> float:
+        """0 to 1."""
+        return min(self.blows / self.most, 1.0)
+
+
 class _Ended(Exception):
     """The progress callback has ended the search."""
 
@@ -66,7 +79,7 @@ class _Search:
     objective: str
     below: float | None
     most: int
-    progress: Callable[[int, int], bool] | None
+    progress: Callable[[BestProgress], object] | None
     blows: int = 0
     cost: float = inf
     best: tuple[tuple[float, ...], Blow, float] | None = None
@@ -78,7 +91,7 @@ class _Search:
         return np.asarray(np.clip((np.asarray(values, dtype=float) - low) / (high - low), 0.0, 1.0))
 
     def __call__(self, place: Array) -> float:
-        if self.progress is not None and self.progress(self.blows, self.most):
+        if self.progress is not None and self.progress(BestProgress(self.blows, self.most)):
             raise _Ended
         self.blows += 1
         low, high = self.ranges.T
@@ -115,7 +128,7 @@ def best_blow(
     first: Sequence[float] | None = None,
     seed: int = 0,
     most: int = 1500,
-    progress: Callable[[int, int], bool] | None = None,
+    progress: Callable[[BestProgress], object] | None = None,
 ) -> Best:
     """The best blow within ranges: differential evolution (Storn & Price 1997), then a simplex (Nelder & Mead 1965).
 
@@ -130,7 +143,7 @@ def best_blow(
     seed, most
         Of the random places: the same seed finds the same blow. About how many blows are computed.
     progress
-        Called before each blow with the number of those done and of all; true ends the search with the best so far.
+        Called before each blow with a `BestProgress`; something true ends the search with the best so far.
 
     Raises
     ------

@@ -29,6 +29,7 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
+    from percuss.blow.best import BestProgress
     from percuss.case import BlowAnswer, Case
 
 _BLOWS = 1500
@@ -227,8 +228,8 @@ def _best(parser: Parser, options: argparse.Namespace) -> int:
     most, seed = options.blows or _BLOWS, options.seed or 0
     with watching(parser, _PATIENCE) as watch:
 
-        def progress(done: int, most: int) -> bool:
-            return watch.share(min(done / most, 1.0), f"{min(done, most)} of {most} blows")
+        def progress(now: BestProgress) -> bool:
+            return watch.share(now.fraction, f"{min(now.blows, now.most)} of {now.most} blows")
 
         answer = best_answer(case, spans, options.best, below=below, seed=seed, most=most, progress=progress)
     if options.output is not None:

@@ -162,7 +162,7 @@ class JobWatch:
         gone = time.monotonic() - self._since
         return self._shown(fraction, told, gone * (1.0 - fraction) / fraction if fraction else math.nan)
 
-    def asked(self) -> bool:
+    def asked(self, *_: object) -> bool:
         """Whether to stop, for a computation that knows no share of its work."""
         self._heard = time.monotonic()
         return self.interrupted

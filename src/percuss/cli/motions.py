@@ -163,7 +163,7 @@ def _reached(
     if orbit is None:
         return (), ""
     with watching(parser, SELDOM) as watch:
-        found = reach_answer(case, orbit, options.reach_of, modes=options.modes, halt=watch.asked)
+        found = reach_answer(case, orbit, options.reach_of, modes=options.modes, progress=watch.asked)
     cut = f"how far {len(found)} of {len(wanted)} parameters may move is known" if watch.interrupted else ""
     return found, cut
 
@@ -378,7 +378,7 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
         return plot.trajectory(answer) if answer.motion.is_clocked else plot.machine_motion(answer)
 
     answered(options, lambda: answer.to_json_text(last), lambda: report(answer, shown), drawn, motion=options.output)
-    return 130 if answer.motion.outcome == "cancelled" else 0
+    return 130 if answer.motion.outcome == "interrupted" else 0
 
 
 def _followed(options: argparse.Namespace, case: Case | None, progress: Callable[[Any], bool]) -> Any:

@@ -113,7 +113,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
     with watching(parser, SELDOM) as watch:
         for label in labels:
             with suppress(Interrupted):
-                found.append(orbits_answer(case, label, **asked, halt=watch.asked))
+                found.append(orbits_answer(case, label, **asked, progress=watch.asked))
             if watch.interrupted:
                 break
         free = not case.is_machine and case.system().body.is_free
@@ -134,7 +134,7 @@ def orbits(parser: Parser, options: argparse.Namespace) -> int:
         return answers if options.up_to is not None else answers[0]
 
     mode = "elastic mode" if case.tables.body is None else "mode"
-    done = f"the search is done for {sum(not one.halted for one in found)} of {counted(len(labels), 'label')}"
+    done = f"the search is done for {sum(not one.interrupted for one in found)} of {counted(len(labels), 'label')}"
     return answered(
         options, data, lambda: orbits_report(case.title, found, resting, rests, mode), indent=1,
         cut=done if watch.interrupted else "",
@@ -208,12 +208,12 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
     of_curves = options.curve is not None and along != over  # over its own parameter a point stays where it is
     with watching(parser, SELDOM) as watch:
         try:
-            asked: dict[str, Any] = {"switch": options.switch, "modes": options.modes, "halt": watch.asked}
+            asked: dict[str, Any] = {"switch": options.switch, "modes": options.modes, "progress": watch.asked}
             branch = branch_answer(case, options.orbit, options.along, **asked)
         except Interrupted:  # before the first point of the branch
             raise KeyboardInterrupt from None
         if of_curves and not watch.asked():
-            curves = point_curves_answer(case, branch, options.curve, options.along, options.over, halt=watch.asked)
+            curves = point_curves_answer(case, branch, options.curve, options.along, options.over, progress=watch.asked)
     begun = begun_at(case, options.along)
     if options.output is not None:  # of curves also where Ctrl-C has left none of them
         write_whole(options.output, point_curves_table(curves) if of_curves else branch_table(branch))

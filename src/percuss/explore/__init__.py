@@ -16,6 +16,7 @@ from percuss.lazy_names import lazy_names
 if TYPE_CHECKING:
     from percuss.explore.attractors.basin import Basins, basins
     from percuss.explore.attractors.experiments import Experiment, Share, experiment
+    from percuss.explore.attractors.shares import Shares, shares
     from percuss.explore.boundary_curves.boundary import Boundaries, boundaries
     from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint, Doubling, PlainMotion, PointCurve
     from percuss.explore.continuation.following import Reach, ReachEnd, follow, reach

@@ -234,6 +234,43 @@ class Axis(Shown):
             raise ParameterError(name.strip(), rest, "two different ends")
         return cls.linear(name.strip(), low, high, 2, unit)
 
+    @classmethod
+    def of(cls, given: Axis | str | tuple[Any, ...], name: str = "axis") -> Axis:
+        """An axis that is given as it is, as text, as (name, values) or as (name, first, last, number).
+
+        Examples
+        --------
+        >>> Axis.of(("restitution", [0.0, 0.3])), Axis.of("restitution=0,0.3")
+        (Axis(name='restitution', values=[0, 0.3]), Axis(name='restitution', values=[0, 0.3]))
+        """
+        if isinstance(given, str):
+            return cls.parsed(given)
+        if isinstance(given, tuple | list) and len(given) in (2, 4) and isinstance(given[0], str):
+            return cls.linear(*given) if len(given) == 4 else cls(given[0], np.atleast_1d(numbers(*given)))
+        if isinstance(given, Axis):
+            return given
+        raise ParameterError(
+            name, given, "text (time=0:6.2:32), (name, first, last, number), (name, values) or an Axis"
+        )
+
+    @classmethod
+    def range_of(cls, given: Axis | str | tuple[Any, ...], name: str = "range") -> Axis:
+        """The two ends of a range: of text, with or without a number, of (name, lowest, highest), or of an axis.
+
+        Examples
+        --------
+        >>> Axis.range_of("load_factor=0.3:1.2"), Axis.range_of("load_factor=0.3:1.2:90").values
+        (Axis(name='load_factor', values=[0.3, 1.2]), array([0.3, 1.2]))
+        """
+        if isinstance(given, str) and given.count(":") == 1 and "," not in given:
+            return cls.spanned(given)
+        if isinstance(given, tuple | list) and len(given) == 3 and isinstance(given[0], str):
+            given = cls.linear(*given, 2)
+        elif not isinstance(given, Axis | str):
+            raise ParameterError(name, given, "text (load_factor=0.3:1.2), (name, lowest, highest) or an Axis")
+        values = cls.of(given).values
+        return cls.linear(cls.of(given).name, float(values.min()), float(values.max()), 2, cls.of(given).unit)
+
     def __len__(self) -> int:
         return int(self.values.size)
 

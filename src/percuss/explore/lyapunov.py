@@ -13,17 +13,19 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, ResonanceError
 from percuss.halting import on_threads
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, count, flag, instance, several, workers
+from percuss.model.checks import DEFAULT_MODES, Array, at_once, count, flag, instance, several
 from percuss.shown import Shown
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
+from percuss.simulate.pressed_structure import pressed
 
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", "stalls")
 """How the computation of an exponent ends.
 
-``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞; of a structure
-of several modes, which move on while it rests, none is told. ``departed``, ``stalls``: the bar has left for good, or
-the valve of a machine never switches again; there is none. ``work``,
-``memory``: the simulation ended early (`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are.
+``rest``: the bar comes to rest on the wall, which erases every difference, so that the exponent is −∞. A structure of
+several modes moves on while it rests, and remembers; one that rests for good has no impacts, so that its exponents per
+impact are −∞ (0 without damping), and that per load period is of what the wall holds. ``departed``, ``stalls``: the
+bar has left for good, or the valve of a machine never switches again; there is none. ``work``, ``memory``: the
+simulation ended early (`percuss.simulate.OUTCOMES`); the exponent is that of the impacts there are.
 ``resonance``: of a batch only; the load meets an undamped elastic mode.
 """
 
@@ -50,6 +52,8 @@ class Lyapunov(Shown):
         Impacts that were used.
     outcome
         One of `LYAPUNOV_OUTCOMES`.
+    modes
+        N, the elastic modes kept.
     spectrum
         Where all are asked for, every exponent per impact, the greatest first: 2N + 2, of a structure 2N; of a machine
         without the one along its motion, which is 0, and with one for a supply and for each order that waits at a blow.
@@ -61,6 +65,7 @@ class Lyapunov(Shown):
     error: float
     impacts: int
     outcome: str
+    modes: int
     spectrum: tuple[float, ...] = ()
 
     @property
@@ -78,25 +83,28 @@ class Lyapunov(Shown):
         return self.interval[0] > 0.0
 
     def __str__(self) -> str:
-        if math.isnan(self.exponent) and self.outcome == "rest":
-            return "no Lyapunov exponent: the structure rests on its stop, where its other modes move on and remember"
         if not math.isfinite(self.exponent):
-            return f"Lyapunov exponent {self.exponent} ({self.outcome})"
+            lasting = f", {self.per_period:.6g} per load period" if math.isfinite(self.per_period) else ""
+            return f"Lyapunov exponent {self.exponent} per impact{lasting} ({self.outcome}, {self.modes} modes)"
         return (
             f"Lyapunov exponent {self.exponent:.6g} ± {self.error:.1g} per impact, {self.per_period:.6g} per load "
-            f"period ({self.impacts} impacts)"
+            f"period ({self.impacts} impacts, {self.modes} modes)"
         )
 
 
 @dataclass(frozen=True)
 class LyapunovMany(Shown):
-    """The exponents of many motions, one row each; `code` is the number in `LYAPUNOV_OUTCOMES`. See `Lyapunov`."""
+    """The exponents of many motions with N `modes`, a row each; `code`: the number in `LYAPUNOV_OUTCOMES`.
+
+    See `Lyapunov`.
+    """
 
     exponent: Array
     per_period: Array
     error: Array
     impacts: npt.NDArray[np.int64]
     code: npt.NDArray[np.int8]
+    modes: int
     spectrum: tuple[tuple[float, ...], ...] = ()
 
     def __len__(self) -> int:
@@ -104,9 +112,8 @@ class LyapunovMany(Shown):
 
     def __getitem__(self, i: int) -> Lyapunov:
         figures = {name: getattr(self, name)[i].item() for name in _FIGURES}
-        return Lyapunov(
-            **figures, outcome=LYAPUNOV_OUTCOMES[self.code[i]], spectrum=self.spectrum[i] if self.spectrum else ()
-        )
+        spectrum = self.spectrum[i] if self.spectrum else ()
+        return Lyapunov(**figures, outcome=LYAPUNOV_OUTCOMES[self.code[i]], modes=self.modes, spectrum=spectrum)
 
 
 _FIGURES = ("exponent", "per_period", "error", "impacts")
@@ -165,7 +172,7 @@ def lyapunov_exponent(
     >>> system = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.77, 1.0))
     >>> _, orbit = steady_states(system).orbits
     >>> print(lyapunov_exponent(system, Start.orbit(orbit, velocity=[0.01]), modes=0))
-    Lyapunov exponent -0.130572 ± ... per impact, -0.130572 per load period (2000 impacts)
+    Lyapunov exponent -0.130572 ± ... per impact, -0.130572 per load period (2000 impacts, 0 modes)
     """
     used, before = _numbers(impacts, discard)
     if not isinstance(system, Machine):
@@ -182,7 +189,7 @@ def lyapunov_many(
     impacts: int = 2000,
     discard: int = 500,
     every: bool = False,
-    threads: int | None = None,
+    workers: int | None = None,
 ) -> LyapunovMany:
     """The largest Lyapunov exponents of many motions, or all; each is what `lyapunov_exponent` gives.
 
@@ -192,8 +199,8 @@ def lyapunov_many(
         One of them for all, or as many as members; `Start.rigid()` by default.
     modes, impacts, discard, every
         See `lyapunov_exponent`.
-    threads
-        How many; by default as many as cores. The results are the same for any number.
+    workers
+        How many threads; by default as many as cores. The results are the same for any number.
     """
     used, before, all_of_them = *_numbers(impacts, discard), flag("every", every)
     given: Any = [systems] if isinstance(systems, System | Machine) else systems
@@ -208,20 +215,22 @@ def lyapunov_many(
     if {len(whole), len(begins)} - {1, members} or not whole:
         told = f"{len(whole)} systems and {len(begins)} starts"
         raise ParameterError("starts", told, "as many starts as systems, or one of either")
-    number = workers(threads)
+    number = at_once(workers)
     stop = Stop(impacts=used + before + 1, periodic=False)
 
     def one(i: int) -> Lyapunov:
         try:
             motion = run(whole[i % len(whole)], begins[i % len(begins)], modes=modes, stop=stop)
         except ResonanceError:
-            return Lyapunov(*_NONE, 0, "resonance")
+            return Lyapunov(*_NONE, 0, "resonance", modes)
         return _of(motion, used, before, all_of_them)
 
     found = on_threads(one, range(members), number)
     figures = {name: np.array([getattr(one, name) for one in found]) for name in _FIGURES}
     code = np.array([LYAPUNOV_OUTCOMES.index(one.outcome) for one in found], dtype=np.int8)
-    return LyapunovMany(**figures, code=code, spectrum=tuple(one.spectrum for one in found) if every else ())
+    return LyapunovMany(
+        **figures, code=code, modes=modes, spectrum=tuple(one.spectrum for one in found) if every else ()
+    )
 
 
 def _numbers(impacts: int, discard: int) -> tuple[int, int]:
@@ -236,18 +245,22 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
     code = motion.events.code
     struck, rests = np.flatnonzero(code == _IMPACT), np.flatnonzero(code == _REST)
     if outcome in ("departed", "stalls"):
-        return Lyapunov(*_NONE, 0, outcome)
+        return Lyapunov(*_NONE, 0, outcome, motion.modes)
     later = struck[discard] if struck.size > discard else code.size
-    forgets = motion.is_clocked  # what a machine rests from, its pressure and its orders remember
-    resting = outcome == "rest" or (forgets and rests.size and rests[-1] > later)
-    if resting and isinstance(motion.spectrum.system.body, HeldBody) and motion.modes > 1:
-        return Lyapunov(*_NONE, 0, "rest")  # while the wall holds its contact its modes move on, and remember
-    if resting:
-        return Lyapunov(*_ERASED, max(struck.size - discard, 0), "rest")
+    left = max(struck.size - discard, 0)
+    # what a machine rests from, its pressure and its orders remember; and of a structure the modes that the wall holds
+    held = motion.is_clocked and isinstance(motion.system.body, HeldBody) and motion.modes > 1
+    forgets = motion.is_clocked and not held
+    if held and outcome == "rest":
+        slowest = float(pressed(motion.system, motion.modes).exponents[0].real.max())
+        own = (-math.inf if slowest < 0.0 else 0.0, _TURN * slowest, 0.0)
+        return Lyapunov(*own, left, "rest", motion.modes, own[:1] * (2 * motion.modes) if every else ())
+    if outcome == "rest" or (forgets and rests.size and rests[-1] > later):
+        return Lyapunov(*_ERASED, left, "rest", motion.modes)
     if struck.size <= discard + _BATCHES:
-        return Lyapunov(*_NONE, max(struck.size - discard, 0), outcome)
+        return Lyapunov(*_NONE, left, outcome, motion.modes)
     first = struck[discard // 2]
-    rests = rests[rests < later]
+    rests = rests[rests < later] if forgets else rests[:0]
     if rests.size and rests[-1] > first:  # no difference survived it
         first = struck[np.searchsorted(struck, rests[-1])]
     growth = growths(motion, int(first), every)
@@ -255,7 +268,7 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
     used = growth[-wanted.size + 1 :] if len(growth) >= wanted.size - 1 else growth
     if not np.all(np.isfinite(used[:, 0])):
         erased = "rest" if np.count_nonzero(code[later:] == _REST) else outcome
-        return Lyapunov(*_ERASED, len(used), erased, (-math.inf,) * used.shape[1] if every else ())
+        return Lyapunov(*_ERASED, len(used), erased, motion.modes, (-math.inf,) * used.shape[1] if every else ())
     times = np.diff(motion.events.period[wanted]) * _TURN + np.diff(motion.events.phase[wanted])
     t = np.arange(1, len(used) + 1) / (len(used) + 1.0)
     weight = np.exp(-1.0 / (t * (1.0 - t)))
@@ -267,7 +280,7 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
         means = np.where(dies, -np.inf, weight @ np.where(dies, 0.0, used))
         spectrum = tuple(sorted(means.tolist(), reverse=True))
     rate = turn * mean / float(weight @ times)
-    return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, spectrum)
+    return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, motion.modes, spectrum)
 
 
 def _error(growth: Array, weight: Array) -> float:

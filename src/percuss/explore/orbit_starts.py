@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.halting import halting, look
+from percuss.halting import Elapsed, asked, halting, look
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, callback, count, having, instance, unit_interval
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
@@ -124,7 +124,7 @@ def orbit_seeds(
     modes: int = DEFAULT_MODES,
     motions: int = 64,
     seed: int = 0,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> dict[str, Any]:
     """Where `percuss.steady.orbits` is to start: impacts of simulated motions that come back nearly after a cycle.
 
@@ -143,8 +143,8 @@ def orbit_seeds(
         How many are simulated, from random starts.
     seed
         Of the random starts.
-    halt
-        Once it returns true no more motions are followed.
+    progress
+        Called again and again; once it returns true no more motions are followed.
 
     Returns
     -------
@@ -169,16 +169,16 @@ def orbit_seeds(
     """
     from percuss.simulate import Starts, Stop, simulate_many  # loads the compiler
 
+    callback("progress", progress)
     if isinstance(system, Machine):
-        return {SIMULATED: _rhythms(system, impacts, modes, motions, seed, halt)}
+        return {SIMULATED: _rhythms(system, impacts, modes, motions, seed, asked(progress))}
     instance("system", system, System)
     p, n = count("impacts", impacts, most=MOST_IMPACTS), count("periods", periods, most=MOST_PERIODS)
     start = count("seed", seed, least=0, most=2**63 - 1)
     starts = Starts.random(system, count("motions", motions, most=_MOST), seed=start)
-    callback("halt", halt)
     ensemble = simulate_many(
         system, starts, modes=modes, stop=Stop(_IMPACTS + 2 * p), keep=_KEPT + p,
-        progress=None if halt is None else lambda _: halt(),
+        progress=asked(progress),
     )  # fmt: skip
     found = [row for times in np.asarray(ensemble.last_time) for row in _returns(times[np.isfinite(times)], p, n)]
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}

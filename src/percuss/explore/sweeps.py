@@ -44,7 +44,7 @@ _MOST_IMPACTS = 10**7
 
 def sweep_job(
     what: System | Machine | Family,
-    *axes: Axis | str,
+    *axes: Axis | str | tuple[Any, ...],
     quantities: Sequence[str] | None = None,
     periods: int = 1,
     modes: int | None = None,
@@ -69,7 +69,7 @@ def sweep_job(
     if quantities is None:
         quantities = DEFAULT_MACHINE_QUANTITIES if drives_itself(family) else DEFAULT_QUANTITIES
     names = checked(quantities, known_quantities(family)) if quantities or not own else ()
-    spans = tuple(axis if isinstance(axis, Axis) else Axis.parsed(axis) for axis in axes)
+    spans = tuple(map(Axis.of, axes))
     _check_axes(family, spans)
     number = None if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     job = SweepJob(
@@ -220,7 +220,7 @@ class Sweep(OfColumns):
 
 def sweep(
     what: System | Machine | Family,
-    *axes: Axis | str,
+    *axes: Axis | str | tuple[Any, ...],
     quantities: Sequence[str] | None = None,
     periods: int = 1,
     modes: int | None = None,
@@ -239,8 +239,8 @@ def sweep(
         A system, or a machine that switches its own valve, whose dimensionless parameters are varied; or a family, such
         as `percuss.case.CaseFamily`.
     axes
-        `Axis`, or text such as ``"restitution=0:0.9:200"``; ``m`` is the load periods per impact. The names are those
-        of the family's parameters.
+        Text such as ``"restitution=0:0.9:200"``, ``(name, values)``, ``(name, first, last, number)`` or `Axis`;
+        ``m`` is the load periods per impact. The names are those of the family's parameters.
     quantities
         Names of `percuss.explore.QUANTITIES`, for machines of `percuss.explore.MACHINE_QUANTITIES`; by default some of
         those that cost little.

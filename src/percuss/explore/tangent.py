@@ -4,7 +4,8 @@ Whatever drives the hammer, a difference moves freely between two events, each c
 the saltation matrix at every event (`percuss.mechanics.cycle` has the formula; theory §5). Steps of a load are at times
 that nothing moves. A machine that switches its own valve has no clock: differences are taken on the section of its
 blows, the time counted anew from each, so that a shift along the motion is none. An order that waits is as much later
-as the crossing that gave it, and a supply has its pressure for a coordinate more.
+as the crossing that gave it, and a supply has its pressure for a coordinate more. While a structure of several modes
+rests, differences move as what the wall holds does: they begin with the shape, and as much later as it comes to rest.
 """
 
 from __future__ import annotations
@@ -18,17 +19,19 @@ import numpy.typing as npt
 from percuss.compiled import entry, inner, twin
 from percuss.mechanics import flow
 from percuss.model import HeldBody
-from percuss.model.checks import Array
+from percuss.model.checks import Array, ComplexArray
 from percuss.simulate import Trajectory
 from percuss.simulate.events import CHATTER, IMPACT, PORT, RELEASE, REST, VALVE, Events
+from percuss.simulate.pressed_structure import pressed
 
 free, response = twin(flow.free), twin(flow.response)
 
 # ---- The events of a motion as rows of numbers, whatever drives it
 
-NOTHING, CROSSED, DUE, SAME, LIFTED, CHATTERED = range(6)
+NOTHING, CROSSED, DUE, SAME, LIFTED, CHATTERED, LAID = range(7)
 """How much later a difference makes an event: not at all; as a guard is met; as the order was given; as the event
-before; as the force that rises lifts a bar that rests; as a chatter ends."""
+before; as the force that rises lifts a bar that rests; as a chatter ends, counted from its last impact; as that, for
+a structure that then rests and moves on."""
 
 _LATE = 1e-9  # a step of the load this near to an event is at it
 _TURN = 2.0 * math.pi
@@ -43,7 +46,8 @@ class Coordinates(NamedTuple):
     each port reads, with a supply the driven place last, (states, rows, n); `speeds`: 1 where a velocity is read.
     `turned`: from the coordinates of one state to those of another, (states, states, n, n). `flow`, `draw`, `slope`: of
     a supply, (states,). `weight`: of displacements in the size of a difference, (n,). `factors`: α and β of an impact.
-    `clocked`: whether time is told.
+    `clocked`: whether time is told. `held`, `into`, `out`: of a structure of several modes at rest the exponents of
+    what moves on, (h,), and the matrices from place and speed to them, (h, n, 2), and back, (n, 2, h).
     """
 
     stiffness: Array
@@ -58,6 +62,9 @@ class Coordinates(NamedTuple):
     weight: Array
     factors: Array
     clocked: bool
+    held: ComplexArray
+    into: ComplexArray
+    out: ComplexArray
 
 
 class EventRows(NamedTuple):
@@ -65,7 +72,8 @@ class EventRows(NamedTuple):
 
     `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
     `given`: the slot of the order that it gives, −1 for none. `step`: whether the motion only goes on. `place` and
-    `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these.
+    `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these. `begun`: with what
+    acceleration that which moves on at rest begins to.
     """
 
     gone: Array
@@ -81,6 +89,7 @@ class EventRows(NamedTuple):
     place: Array
     speed: Array
     waves: Array
+    begun: Array
 
 
 def told(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
@@ -108,17 +117,27 @@ def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
     later = np.where(e.code == IMPACT, CROSSED, NOTHING).astype(np.int8)
     gone = np.append(0.0, np.diff(e.period) * _TURN + np.diff(e.phase))
     no = np.full(len(e), -1)
+    held, begun = _nothing_held(omega.size), np.zeros((1, omega.size))
+    if begin and motion.modes > 1:
+        held = pressed(system, motion.modes).exponents
+        later[e.code == REST] = LAID
+        pull = gain * load.value(e.phase)[:, None] - omega**2 * spectrum.unit * motion.displacement[first:, 1:]
+        begun = pull - np.outer(pull.sum(axis=1) / (1.0 / spectrum.inertia).sum(), 1.0 / spectrum.inertia)
     rows = EventRows(
         gone, e.code, later, no, no, no, np.zeros(len(e), bool), motion.lies[first + 1 :], 0 * no, mean, place,
-        speed, waves,
+        speed, waves, begun,
     )  # fmt: skip
     none = np.zeros(1)
     own = Coordinates(
         omega[None] ** 2, np.append(system.d, spectrum.damping)[None, begin:], gain[None], np.empty((1, 0, omega.size)),
         np.zeros(0, np.int64), np.empty((1, 1, 0, 0)), none, none, none, np.where(omega > 0.0, omega, 1.0),
-        _factors(motion), True,
+        _factors(motion), True, *held,
     )  # fmt: skip
     return own, _over_steps(rows, e, np.asarray(load.breaks), steps) if steps.size else rows
+
+
+def _nothing_held(size: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    return np.zeros(0, complex), np.zeros((0, size, 2), complex), np.zeros((size, 2, 0), complex)
 
 
 def _factors(motion: Trajectory) -> Array:
@@ -162,7 +181,7 @@ def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventR
     flow, draw, slope = np.array([[one.gear.flow, one.gear.draw, one.gear.slope] for one in sets]).T.copy()
     own = Coordinates(
         omega**2, drag, gain, np.array([one.gear.ratio for one in sets]), mechanism.gear.speeds, turned, flow, draw,
-        slope, np.where(omega[0] > 0.0, omega[0], 1.0), _factors(motion), False,
+        slope, np.where(omega[0] > 0.0, omega[0], 1.0), _factors(motion), False, *_nothing_held(size),
     )  # fmt: skip
     gone = np.append(0.0, np.diff(e.phase)) / unit
     at_once = gone == 0.0
@@ -179,6 +198,7 @@ def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventR
     rows = EventRows(
         gone, e.code, later, np.where(e.code == PORT, e.port, END), slot, given, np.zeros(len(e), bool),
         motion.lies[first + 1 :], e.piece if fed else 0 * e.piece, force, place, speed, np.zeros((1, 2, size)),
+        np.zeros((1, size)),
     )  # fmt: skip
     return own, rows
 
@@ -238,7 +258,7 @@ def growths(motion: Trajectory, first: int, every: bool) -> Array:
     now, more = differences(own, rows, columns if every else 1)
     growth = np.empty((max(int(np.count_nonzero(motion.events.code[first:] == IMPACT)) - 1, 1), now.shape[2]))
     waits = np.zeros(more.shape[0], dtype=np.int64)
-    found = log_growths(own, rows, now, more, waits, np.zeros((4, n, 2)), np.zeros((3, now.shape[2])), growth)
+    found = log_growths(own, rows, now, more, waits, np.zeros((4, n, 2)), np.zeros((4, now.shape[2])), growth)
     return growth[:found]
 
 
@@ -274,6 +294,23 @@ def flown(own, k, gone, force, now, more, motion, charge):
     if draw != 0.0:
         for j in range(charge.shape[0]):
             more[0, j] = charge[j] - draw * moved(own.rows[k], now, 0, j)
+
+
+@inner
+def moved_on(own, gone, now, room):
+    """Differences of what the wall holds, in place: those of its contact end here."""
+    for j in range(now.shape[2]):
+        for h in range(own.held.shape[0]):
+            room[h] = 0.0
+            for m in range(now.shape[0]):
+                room[h] += own.into[h, m, 0] * now[m, 0, j] + own.into[h, m, 1] * now[m, 1, j]
+            room[h] *= np.exp(own.held[h] * gone)
+        for m in range(now.shape[0]):
+            for part in range(2):
+                total = 0.0
+                for h in range(own.held.shape[0]):
+                    total += (own.out[m, part, h] * room[h]).real
+                now[m, part, j] = total
 
 
 @inner
@@ -366,11 +403,12 @@ def log_growths(own, rows, now, more, waits, room, late, growth):
     """Logarithms of the growth of differences over each flight and impact, into `growth`; returns of how many.
 
     `now`, `more`: the columns, as `differences` says; `waits`, zeros: whether each order waits; `room`: of the motion,
-    its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: three rows of a number for each
+    its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: four rows of a number for each
     column.
     """
     motion, before, after, other = room[0], room[1], room[2], room[3, :, 0]
-    shift, rebound, charge = late[0], late[1], late[2]
+    shift, rebound, charge, at_impact = late[0], late[1], late[2], late[3]
+    amounts = np.zeros(own.held.shape[0], dtype=np.complex128)
     size, columns, impacts, since = now.shape[0], now.shape[2], 0, 0.0
     for i in range(rows.gone.shape[0]):
         struck = rows.code[i] == STRUCK and not rows.step[i]
@@ -379,6 +417,8 @@ def log_growths(own, rows, now, more, waits, room, late, growth):
             since += rows.gone[i]
             if not rows.rests[i - 1]:
                 flown(own, k, rows.gone[i], rows.force[i - 1], now, more, motion, charge)
+            elif amounts.shape[0] > 0:
+                moved_on(own, rows.gone[i], now, amounts)
             if rows.step[i]:
                 continue
             force = rows.force[i - 1] + own.slope[k] * own.flow[k] * rows.gone[i]
@@ -401,6 +441,8 @@ def log_growths(own, rows, now, more, waits, room, late, growth):
                 shift[j] = -more[0, j] / own.flow[to]
             elif how == CHATTERED:
                 shift[j] = since * rebound[j]
+            elif how == LAID:
+                shift[j] = at_impact[j] + since * rebound[j]
             elif how == NOTHING:
                 shift[j] = 0.0
             for m in range(size):
@@ -411,14 +453,20 @@ def log_growths(own, rows, now, more, waits, room, late, growth):
             waits[1 + rows.slot[i]] = 0
         if to != k:
             handed(own.turned[k, to], now, other)
-        if rows.rests[i]:
+        if rows.rests[i] and amounts.shape[0] == 0:
             now[:] = 0.0
+        elif rows.later[i] == LAID:
+            for j in range(columns):
+                for m in range(size):
+                    now[m, 0, j] -= before[m, 0] * shift[j]  # the bounces in between move nothing
+                    now[m, 1, j] = -rows.begun[i, m] * shift[j]
+                shift[j] = 0.0
         if struck:
             since, rate = 0.0, 0.0
             for m in range(size):
                 rate += after[m, 0]
             for j in range(columns):
-                rebound[j] = 0.0
+                rebound[j], at_impact[j] = 0.0, shift[j]
                 for m in range(size):
                     now[m, 0, j] *= own.factors[0]
                     now[m, 1, j] *= own.factors[1]

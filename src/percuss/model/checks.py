@@ -207,9 +207,9 @@ def cores() -> int:
         return os.cpu_count() or 1
 
 
-def workers(threads: object) -> int:
-    """So many threads, by default as many as cores."""
-    return cores() if threads is None else count("threads", threads, most=1024)
+def at_once(workers: object) -> int:
+    """So many workers, by default as many as cores."""
+    return cores() if workers is None else count("workers", workers, most=1024)
 
 
 def count(name: str, value: object, least: int = 1, most: int | None = None) -> int:

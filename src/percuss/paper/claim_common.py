@@ -11,8 +11,9 @@ import numpy as np
 
 from percuss.case.answers.facts import picked, plain
 from percuss.errors import Interrupted
+from percuss.explore import carry_out
 from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS
-from percuss.explore.attractors.experiments import Experiment, experiment, wilson
+from percuss.explore.attractors.experiments import DISTANCE, Experiment, experiment_job, wilson
 from percuss.model import Load, System
 from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of
@@ -74,7 +75,8 @@ class Trial:
     ) -> Experiment:
         """An experiment on all cores."""
         stop = Stop(impacts=self.size.impacts if impacts is None else impacts, tolerance=tolerance)
-        return experiment(system, starts, distribution, self.seed, modes=modes, stop=stop, workers=1, threads=None)
+        job = experiment_job(system, starts, distribution, self.seed, modes=modes, stop=stop, threads=None)
+        return Experiment.of(job, carry_out(job, workers=1), DISTANCE)
 
 
 @dataclass(frozen=True)

@@ -428,7 +428,7 @@ def gathered(
         if stop.time is not None:
             fraction = max(fraction, time / stop.time)
         if progress is not None and progress(Progress(struck, time, min(fraction, 1.0))) and not ended:
-            ended = "cancelled"
+            ended = "interrupted"
         events.append(events_of(log.events[:n]))
         states.append(log.states[:n] if ended else log.states[:n].copy())
     return joined(events), states[0] if len(states) == 1 else np.concatenate(states), ended

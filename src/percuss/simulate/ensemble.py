@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance, several, workers
+from percuss.model.checks import DEFAULT_MODES, Array, at_once, callback, count, instance, several
 from percuss.model.system import rests
 from percuss.shown import Shown, watched
 from percuss.simulate.engine import (
@@ -199,7 +199,7 @@ Keep = int | Literal["statistics", "everything"]
 _BUDGET = 1 << 30  # modes times evaluations of one member, besides those for its impacts
 _SYSTEMS = "a System or a Machine, or a list of one of them"
 _CHUNK = 64  # machines
-_CANCELLED = OUTCOMES.index("cancelled")
+_INTERRUPTED = OUTCOMES.index("interrupted")
 
 
 def simulate_many(
@@ -210,7 +210,7 @@ def simulate_many(
     stop: Stop | None = None,
     keep: Keep = "statistics",
     discard: int | None = None,
-    threads: int | None = None,
+    workers: int | None = None,
     work: int | None = None,
     progress: Callable[[EnsembleProgress], object] | None = None,
 ) -> Ensemble:
@@ -232,14 +232,14 @@ def simulate_many(
         machines statistics, and nothing of which the next two are said.
     discard
         Impacts that the statistics leave out when no periodic motion is found: half of the stop rule's by default.
-    threads
+    workers
         How many; by default as many as cores.
     work
         Evaluations of its motion after which a member ends as ``work``, whatever the computer; by default more than any
         motion needs but that of a bar that hovers before the wall. Does not go with ``keep="everything"``.
     progress
         Called now and then with an `EnsembleProgress`; when it returns something true the members not yet done end as
-        ``cancelled``.
+        ``interrupted``.
 
     Raises
     ------
@@ -272,7 +272,7 @@ def simulate_many(
     else:
         job = _Systems(hammers, starts, modes, stop, keep, discard, work)
     with watched(progress) as watch:
-        job.work_off(workers(threads), watch)
+        job.work_off(at_once(workers), watch)
     return job.result()
 
 
@@ -458,7 +458,7 @@ class _Systems(_Job):
 
     def result(self) -> Ensemble:
         found = self.found
-        codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_CANCELLED], dtype=np.int8)
+        codes = np.array([OUTCOMES.index(ENDS.get(code, "work")) for code in range(9)] + [_INTERRUPTED], dtype=np.int8)
         kept = self.last > 0
         same = [name for name in MEMBER.names or () if name not in ("ended", "strikes", "cycle_kind", "wanders")]
         columns: dict[str, Any] = {name: found[name].copy() for name in same}
@@ -492,7 +492,7 @@ class _Machines(_Job):
         super().__init__(machines, starts, modes, stop, Machine)
         whole, n = np.zeros((5, self.members), dtype=np.int64), self.members
         self.found: dict[str, Any] = {
-            "code": np.full(n, _CANCELLED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),
+            "code": np.full(n, _INTERRUPTED, dtype=np.int8), "impacts": whole[0], "end_time": np.zeros(n),
             "first": whole[1] - 1, "cycle_impacts": whole[2], "cycle_periods": whole[3],
             "cycle_kind": np.zeros(n, dtype=np.int8), "wanders": np.zeros(n, dtype=bool), "stall": whole[4] - 1,
             **{name: np.full(n, np.nan) for name in ("period", "blow_speed", "energy_lost_per_period")},

@@ -268,7 +268,7 @@ def _from_dataset(dataset: xarray.Dataset, kind: type[Motion]) -> Motion:
         start=Anchor(about["start_phase"], about["start_piece"], dataset["start_state"].values),
         resting=about["resting"],
         snapshot={name: records(name, dataset[f"engine_{name}"], _KINDS) for name in engine},
-        outcome=dataset.attrs["outcome"],
+        outcome={"cancelled": "interrupted"}.get(dataset.attrs["outcome"], dataset.attrs["outcome"]),  # its name before
         label=dataset.attrs["label"],
         cycle=None if about["cycle"] is None else MotionCycle(**about["cycle"]),
         stop=Stop(**about["stop"]),

@@ -58,6 +58,19 @@ class Pressed:
         exponents, columns = np.linalg.eig(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
         return exponents.astype(complex), columns.astype(complex)
 
+    @cached_property
+    def exponents(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Those of its free motion, and the matrices from q_n, q_n′ to their amounts, (2N − 2, N, 2), and back."""
+        root, _, across = self._basis
+        exponents, columns = self._free
+        n, into = root.size, across.T * root
+        begins = np.block([[into, np.zeros_like(into)], [np.zeros_like(into), into]])
+        out = across / root[:, None]
+        ends = np.block([[out, np.zeros_like(out)], [np.zeros_like(out), out]])
+        forth = np.linalg.solve(columns, begins.astype(complex)).reshape(-1, 2, n).transpose(0, 2, 1)
+        back = (ends @ columns).reshape(2, n, -1).transpose(1, 0, 2)
+        return exponents, np.ascontiguousarray(forth), np.ascontiguousarray(back)
+
     def _still(self, mean: float) -> Array:
         """Where √m q is still under a constant load."""
         root, contact, across = self._basis

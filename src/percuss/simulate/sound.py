@@ -273,7 +273,7 @@ def _bounds_of_the_flight(motion: Motion) -> None:
         true(abs(fresh[name] - now[name]) <= _ROUNDING * abs(fresh[scale]), "a bound of engine_now")
     long = max(motion.end_time - motion.begin_time, 0.0) + TURN
     hold = float(now["hold"])
-    if len(motion.events) and motion.events.code[-1] == IMPACT and motion.outcome not in ("work", "cancelled"):
+    if len(motion.events) and motion.events.code[-1] == IMPACT and motion.outcome not in ("work", "interrupted"):
         within("engine_now", hold, 0.0, _HELD)
     elif np.isfinite(hold):
         within("engine_now", hold, 0.0, long + 1.5 * motion.system.body.transit_time)

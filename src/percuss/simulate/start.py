@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.model import HeldBody, Load, Machine, System
 from percuss.model.body import Body, UniformBar
-from percuss.model.checks import Array, choice, count, finite, having, instance, numbers, several, text
+from percuss.model.checks import Array, choice, count, finite, having, instance, non_negative, numbers, several, text
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
 from percuss.simulate.spectrum import state_of, units
@@ -231,6 +231,10 @@ class Start:
         The last demand on a valve, and the orders that wait, by the time that is left to each. None by default: there
         are no orders, the state was the last demand, and ports whose region is occupied demand at once, in their order.
         Where orders are given the ports have demanded before.
+    modes
+        N, of which the amplitudes are: a simulation with another number is refused. None: what it has more of is 0.
+    pressure
+        Of the supply of a machine, as a multiple of that for which its forces hold; None for what its supply says.
 
     Examples
     --------
@@ -246,6 +250,8 @@ class Start:
     profile: tuple[Profile, Profile] | None = None
     valve_state: str | None = None
     orders: Orders | None = None
+    modes: int | None = None
+    pressure: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "time", finite("time", self.time))
@@ -262,6 +268,8 @@ class Start:
             raise ParameterError("profile", self.profile, "displacement and velocity along the bar: see Start.field")
         if self.gap is not None:
             object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
+        if self.pressure is not None:
+            object.__setattr__(self, "pressure", non_negative("pressure", self.pressure))
         if self.valve_state is not None:
             text("valve_state", self.valve_state, "the name of a state")
         if self.orders is not None:
@@ -289,12 +297,12 @@ class Start:
 
     @classmethod
     def modal(cls, displacement: npt.ArrayLike, velocity: npt.ArrayLike | None = None, time: float = 0.0) -> Start:
-        """Full modal vectors u_n and u_n', n = 0 … N."""
+        """Full modal vectors u_n and u_n', n = 0 … N, for simulations with N modes: other numbers are refused."""
         u = number_tuple("modal_displacement", displacement)
         v = (0.0,) * len(u) if velocity is None else number_tuple("modal_velocity", velocity)
         if len(u) != len(v):
             raise ParameterError("modal_velocity", f"{len(v)} numbers", f"as many as modal_displacement: {len(u)}")
-        return cls(u, v, time)
+        return cls(u, v, time, modes=len(u) - 1)
 
     @classmethod
     def field(cls, displacement: Profile, velocity: Profile = 0.0, time: float = 0.0) -> Start:
@@ -371,6 +379,9 @@ class Start:
             Whose modes they are; those of a uniform bar, driven at its end, by default.
         """
         size = count("modes", modes, least=0, most=1 << 20) + 1
+        if self.modes not in (None, modes):
+            remedy = "give amplitudes of as many, zeros for those that are not known"
+            raise ParameterError("modes", modes, f"{self.modes}, of which the start has the amplitudes", remedy)
         if isinstance(system, Machine):
             system = still(system)
         elif system is not None:

@@ -16,7 +16,7 @@ MAX_MODES = 4096
 MOST_IMPACTS = 10**9
 
 OUTCOMES = (
-    "impacts", "time", "rest", "periodic", "departed", "work", "memory", "cancelled", "unresolved", "stalls"
+    "impacts", "time", "rest", "periodic", "departed", "work", "memory", "interrupted", "unresolved", "stalls"
 )  # fmt: skip
 """How a simulation ends.
 
@@ -24,8 +24,8 @@ OUTCOMES = (
 ``periodic``: a periodic motion is found. ``departed``: the bar has left for good, which is proved. ``work``: one flight
 needs far more evaluations than normal, e.g. a bar that hovers before the wall; what came before is whole. ``memory``:
 the record has reached 1 GB; `Trajectory.continued` goes on, `simulate_many` keeps less.
-``cancelled``: the caller said so. ``unresolved``: the bar was released twice in the same state, but rounding has a say
-in how many load periods lie between. ``stalls``: the valve of a machine can never switch again, whatever blows are
+``interrupted``: the caller said so. ``unresolved``: the bar was released twice in the same state, but rounding has a
+say in how many load periods lie between. ``stalls``: the valve of a machine can never switch again, whatever blows are
 left, which are followed as far as was asked for; see `percuss.simulate.STALLS`.
 """
 

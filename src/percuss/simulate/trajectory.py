@@ -1,4 +1,4 @@
-"""A simulated motion: what happened, where the bar is at any time, where its energy goes; `run`, which makes one."""
+"""A simulated motion: what happened, where the bar is at any time, its energy and its sections; `run` makes one."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance
+from percuss.model.load.valve import Orders
 from percuss.shown import Shown, watched
 from percuss.simulate.events import (
     CHATTER,
@@ -41,6 +42,10 @@ if TYPE_CHECKING:
     from percuss.simulate.valve import Mechanism, SelfSwitching
 
 _TURN = 2.0 * np.pi
+_LOOKS = 16  # at a motion for its crossings, in the shortest period of its modes and its load
+_AT_ONCE = 1 << 20  # numbers of modes
+_MOST_STEPS, _EPS = 60, 2.0**-51  # of the search for a root, and its last one, of the time
+_SAME_TIME = 1e-9  # of the time since an order was given: one that is due is carried out
 
 Side = Literal["left", "right"]
 
@@ -405,6 +410,170 @@ class Trajectory(Shown):
         shapes = self.spectrum.system.body.shapes(places, self.modes).displacement * self.spectrum.unit
         return np.column_stack([np.ones(places.size), shapes])
 
+    # -- another motion from here, and sections --
+
+    def start_at(self, t: float, side: Side = "right") -> Start:
+        """The state at a time as the start of another motion, of this hammer or another one, with as many modes.
+
+        The amplitudes of the modes are kept: in another body they are another shape. `Start.field` of `position` and
+        `bar_velocity` keeps the shape and takes any number of modes.
+
+        Parameters
+        ----------
+        t
+            From `begin_time` to `end_time`.
+        side
+            At the time of an event: the state after it (``right``) or before it (``left``).
+
+        Examples
+        --------
+        >>> from percuss import Load, Start, Stop, System, run
+        >>> system = System(s=20.0, d=0.01, restitution=0.6, load=Load.harmonic(0.7, 1.0))
+        >>> motion = run(system, Start.rigid(-1.0), modes=2, stop=Stop(time=20.0))
+        >>> harder = run(system.with_load_factor(0.8), motion.start_at(12.0), modes=2, stop=Stop(impacts=1))
+        >>> harder.begin_time
+        12.0
+        """
+        at = np.array([finite("t", t)])
+        modes = self.modal(at, side)
+        if self.modes > 1 and not self.spectrum.system.body.is_free and self.lies[self._last(at, side) + 1].any():
+            remedy = "take a time at which it flies"
+            raise PercussError("a structure that rests on the wall moves on, which no start can tell", remedy)
+        start = Start.modal(modes.displacement[:, 0], modes.velocity[:, 0], float(at[0]))
+        if not isinstance(self.hammer, Machine):
+            return start
+        valve, piece = self.hammer.valve, np.append(self.events.piece, self.start.piece)[self._last(at, side)]
+        pressure = None if valve.supply is None else float(self._pressure(at, modes, piece)[0])
+        state = valve.pairs[int(piece[0])][0]
+        return replace(start, valve_state=state, orders=self._orders_at(float(at[0]), side), pressure=pressure)
+
+    def _orders_at(self, time: float, side: Side) -> Orders:
+        """The orders of a machine's valve at a time, as the record tells them; PercussError where it does not."""
+        valve = self.machine.valve
+        found, orders = None, Orders(valve.pairs[self.start.piece][0])
+        near = _SAME_TIME * (abs(self.begin_time) + abs(self.end_time))
+        for event in self.events:
+            if found is None and (event.time > time or (event.time == time and side == "left")):
+                found = orders
+            changes = event.kind == "valve"
+            if changes and not any(to == event.state and abs(due - event.time) <= near for due, to in orders.pending):
+                raise PercussError("an order waited at the start of the motion, which is not in its record")
+            carried_out = event.time + near if changes else event.time - near
+            orders = replace(orders, pending=tuple(order for order in orders.pending if order[0] > carried_out))
+            if event.port is not None:
+                orders = orders.after(event.time, valve.ports[event.port])
+        found = orders if found is None else found
+        return replace(found, pending=tuple((max(due - time, 0.0), to) for due, to in found.pending))
+
+    def section(
+        self,
+        *,
+        phase: float | None = None,
+        event: str | None = None,
+        displacement: float | None = None,
+        velocity: float | None = None,
+        at: float = 1.0,
+        direction: Literal["rising", "falling", "both"] = "both",
+        side: Side = "right",
+    ) -> Section:
+        """A Poincaré section: the motion at one phase of the load, at its events, or where something has a value.
+
+        One of the first four says which. Crossings are looked for 16 times in the shortest period of the modes and the
+        load, and round each turn between two looks; what swings twice between them is missed.
+
+        Parameters
+        ----------
+        phase
+            Of the load, in radians: once in each of its periods.
+        event
+            A kind of events: ``impact``, ``rest``, ``release`` …, of a machine ``port`` and ``valve``.
+        displacement, velocity
+            A value of u(x, t), or of u_t(x, t).
+        at
+            x of the place that is looked at, 0 the driven and 1 the striking end.
+        direction
+            Which crossings: with a ``rising`` or a ``falling`` value, or ``both``.
+        side
+            The state after an event (``right``) or before it (``left``).
+
+        Examples
+        --------
+        >>> from percuss import Load, Start, Stop, System, run
+        >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.7, 1.0))
+        >>> motion = run(system, Start.rigid(-1.0, time=0.3), modes=2, stop=Stop(time=40.0, periodic=False))
+        >>> len(motion.section(phase=0.0)), len(motion.section(displacement=-0.5, direction="rising"))
+        (6, 5)
+        """
+        asked = {"phase": phase, "event": event, "displacement": displacement, "velocity": velocity}
+        given = {name: value for name, value in asked.items() if value is not None}
+        if len(given) != 1:
+            raise ParameterError("section", ", ".join(given) or None, f"one of {', '.join(asked)}")
+        choice("side", side, "left", "right")
+        choice("direction", direction, "rising", "falling", "both")
+        ((name, value),) = given.items()
+        place = float(array("at", at, 0.0, 1.0)[0])
+        plane = f"{name} {value}" if event is not None else f"{name} = {finite(name, value):g}"
+        if event is not None:
+            times = self.events.of(event).time
+        elif phase is not None:
+            if not self.is_clocked:
+                raise ParameterError("phase", phase, "a load that keeps time", "ask for an event, such as 'impact'")
+            first = np.ceil((self.begin_time - phase) / _TURN)
+            times = phase + _TURN * np.arange(first, np.floor((self.end_time - phase) / _TURN) + 1.0)
+            times = times[(times >= self.begin_time) & (times <= self.end_time)]
+        elif displacement == 0.0 and place == 1.0:
+            raise ParameterError("displacement", displacement, "a place before the wall", "ask for event='impact'")
+        else:
+            plane += f" at x = {place:g}, {direction}"
+            times = self._crossings(name == "velocity", float(value), place, direction)
+        modes, row = self.modal(times, side), self._shapes(place)[0]
+        last = self._last(times, side)
+        states, pressure = None, None
+        if isinstance(self.hammer, Machine):
+            piece = np.append(self.events.piece, self.start.piece)[last]
+            states = np.array([state for state, _ in self.hammer.valve.pairs])[piece]
+            pressure = None if self.hammer.valve.supply is None else self._pressure(times, modes, piece)
+        u, v = modes.displacement, modes.velocity
+        phases = times % _TURN if self.is_clocked else None
+        return Section(plane, times, phases, row @ u, row @ v, u.T, v.T, states, pressure)
+
+    def _crossings(self, of_velocity: bool, value: float, place: float, direction: str) -> Array:
+        """The times at which u(x, t) or u_t(x, t) crosses a value, some flights at once."""
+        row = self._shapes(place)[0]
+
+        def rate(t: Array, side: Side = "right") -> Array:
+            return np.asarray(row @ self.modal(t, side).velocity)
+
+        def off(t: Array, side: Side = "right") -> Array:
+            return np.asarray(rate(t, side) if of_velocity else row @ self.modal(t, side).displacement) - value
+
+        begin, end = self.begin_time, self.end_time
+        edges = np.unique(np.concatenate([[begin], self.events.time, self._flights.breaks(begin, end), [end]]))
+        step = _TURN / (_LOOKS * self._flights.rates[0])
+        looks = np.ceil(np.minimum(np.diff(edges) / step, _AT_ONCE)).astype(int) + _LOOKS
+        groups = np.cumsum(looks) * (self.modes + 1) // _AT_ONCE
+        found = [np.empty(0)]
+        for group in np.unique(groups):
+            flights = np.flatnonzero(groups == group)
+            places = [np.linspace(edges[i], edges[i + 1], looks[i] + 1) for i in flights]
+            a, b = (np.concatenate([t[part] for t in places]) for part in (np.s_[:-1], np.s_[1:]))
+            last = np.cumsum(looks[flights]) - 1
+            fa, fb = _at_both(off, a, b[last], last)
+            if not of_velocity:  # what turns between two looks may have crossed twice
+                va, vb = _at_both(rate, a, b[last], last)
+                turns = np.flatnonzero((fa * va < 0.0) & (fb * vb > 0.0) & (fa * fb > 0.0))
+                top = _roots(rate, a[turns], b[turns], va[turns], vb[turns])
+                beyond = off(top) if top.size else top
+                turns, top, beyond = (one[beyond * fa[turns] < 0.0] for one in (turns, top, beyond))
+                a, b = np.append(a, top), np.append(b, b[turns])
+                fa, fb = np.append(fa, beyond), np.append(fb, fb[turns])
+                b[turns], fb[turns] = top, beyond
+            crossed = (fa < 0.0) != (fb < 0.0)
+            if direction != "both":
+                crossed &= (fa < 0.0) == (direction == "rising")
+            found.append(np.sort(_roots(off, a[crossed], b[crossed], fa[crossed], fb[crossed])))
+        return np.concatenate(found)
+
     # -- energy --
 
     def energy_balance(self, first: float | None = None, last: float | None = None) -> EnergyBalance:
@@ -498,6 +667,89 @@ class Trajectory(Shown):
         return loaded
 
 
+# ---- Poincaré sections
+
+
+def _at_both(of: Callable[..., Array], begins: Array, ends: Array, last: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """A number at both ends of the stretches of flights; `ends` are those of the `last` ones, before their event."""
+    before = of(begins)
+    after = np.roll(before, -1)
+    after[last] = of(ends, "left")
+    return before, after
+
+
+def _roots(f: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: Array) -> Array:
+    """A root in each bracket, by the rule of false position (Illinois: Dowell & Jarratt, BIT 11 (1971) 168)."""
+    for _ in range(_MOST_STEPS if a.size else 0):
+        at = np.where(fa != fb, b - fb * (b - a) / np.where(fa != fb, fb - fa, 1.0), b)
+        done = np.abs(at - b) <= _EPS * np.abs(at)
+        if done.all():
+            break
+        here = f(at)
+        stays = here * fb > 0.0
+        a, fa = np.where(stays, a, b), np.where(stays, 0.5 * fa, fb)
+        b, fb = at, here
+    return b
+
+
+@dataclass(frozen=True)
+class Section(Shown):
+    """A Poincaré section, a point for each time at which a motion meets it; made by `Trajectory.section`.
+
+    Attributes
+    ----------
+    plane
+        Where it lies, in words.
+    times, phases
+        When the motion meets it, and the phase of the load then, None of a machine; shape (n,).
+    position, speed
+        u(x, t) and u_t(x, t) of the place that is looked at; shape (n,).
+    displacement, velocity
+        u_n and u_n'; shape (n, N+1).
+    state, pressure
+        Of a machine the state of its valve, and the pressure of a supply; else None.
+    """
+
+    plane: str
+    times: Array
+    phases: Array | None
+    position: Array
+    speed: Array
+    displacement: Array
+    velocity: Array
+    state: npt.NDArray[np.str_] | None
+    pressure: Array | None
+
+    def __len__(self) -> int:
+        return int(self.times.size)
+
+    def __str__(self) -> str:
+        return f"Section at {self.plane}: {len(self)} points, {self.displacement.shape[1] - 1} modes"
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            name: value
+            for name in ("phases", "position", "speed", "state", "pressure")
+            if (value := getattr(self, name)) is not None
+        }
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row for each point: its time and the columns; u_n and u_n' as ``u_0`` …, ``v_0`` …"""
+        columns = {"time": self.times, **self._columns()}
+        for name, values in (("u", self.displacement), ("v", self.velocity)):
+            columns |= {f"{name}_{n}": one for n, one in enumerate(values.T)}
+        table: pandas.DataFrame = extra_package("pandas", "io").DataFrame(columns)
+        return table
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All columns over the time, amplitudes over the number of the mode, too."""
+        columns: dict[str, Any] = {name: ("time", value) for name, value in self._columns().items()}
+        columns |= {name: (("time", "mode"), getattr(self, name)) for name in ("displacement", "velocity")}
+        about = {"title": f"percuss section at {self.plane}"}
+        made: xarray.Dataset = extra_package("xarray", "io").Dataset(columns, {"time": self.times}, about)
+        return made
+
+
 # ---- A motion followed from its start
 
 
@@ -529,7 +781,7 @@ def run(
         When to end; see `Stop`, of a machine its time in the machine's unit. By default after 2000 impacts, or when a
         periodic motion or rest for good is found.
     progress
-        Called now and then with a `Progress`; the motion ends as ``cancelled`` when it returns something true.
+        Called now and then with a `Progress`; the motion ends as ``interrupted`` when it returns something true.
 
     Raises
     ------

@@ -492,7 +492,8 @@ class SelfSwitching:
             controls.due[i], controls.order[i] = time / unit, names.index(to)
         q, rate = own.ends(u), own.ends(v) * unit
         if own.supply is not None:
-            valve["charge"] = (own.supply.compliance * own.supply.start + own.fed[1] * float(own.driven(u))) * unit**2
+            pressure = own.supply.start if start.pressure is None else start.pressure
+            valve["charge"] = (own.supply.compliance * pressure + own.fed[1] * float(own.driven(u))) * unit**2
         valve["force"] = own.gear.forces[own.piece] + own.fed[2] * valve["charge"]
         own.freed(q, rate, float(valve["force"]), motion.z)
         now["gap"], now["gap_rate"], now["rigid_rate"] = 0.0 if gap == 0.0 else q.sum(), rate.sum(), rate[0]
@@ -562,7 +563,7 @@ class SelfSwitching:
         for tries in range(1, _MANY_STRIDES + 1):
             ended = ENDS.get(self._on(stop, tries * stride), "")
             if ended or int(count["work"]) < tries * stride or stopped():
-                ended = ended or ("cancelled" if stopped() else "work")
+                ended = ended or ("interrupted" if stopped() else "work")
                 break
         return ended or "work", self._wanders
 

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.halting import look, on_threads
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
-from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, count, instance, numbers, workers
+from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, at_once, count, instance, numbers
 from percuss.model.contact import restitutions
 from percuss.model.load import Side
 from percuss.shown import Shown
@@ -251,7 +251,7 @@ def exact_plane(
     modes: int = DEFAULT_MODES,
     *,
     plane: Plane | None = None,
-    threads: int | None = None,
+    workers: int | None = None,
 ) -> ExactPlane:
     """Exact multipliers of all steady motions of a system, for arrays of R and p_0/p_k, its alternating load kept.
 
@@ -263,8 +263,8 @@ def exact_plane(
         N, 0 to 1024.
     plane
         What `stability_plane` gave for the same arguments, when it is known already.
-    threads
-        How many; by default as many as cores. The results are the same for any number.
+    workers
+        How many threads; by default as many as cores. The results are the same for any number.
 
     Raises
     ------
@@ -290,7 +290,7 @@ def exact_plane(
     if known.phase.shape[1:] != r.shape:
         raise ParameterError("plane", f"shape {known.phase.shape[1:]}", f"a plane of the shape {r.shape} asked for")
     job = _Job(system, m, n, known, np.asarray(r), np.asarray(factor))
-    job.work_off(workers(threads))
+    job.work_off(at_once(workers))
     return job.result()
 
 

@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from percuss.mechanics.flow import phi1
 from percuss.model import System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
@@ -401,12 +400,6 @@ def _unstable(kind: Reason, first: complex, what: str, blow: str) -> str:
 
 
 # ---- The verdict on a steady motion whose blows take time: the two multipliers of its rhythm
-#
-# With t the time of the force's centroid and W the mean velocity that the bar would reach there, a blow and the flight
-# after it map (t, W) to (t', W'). J = (1 + R)(1 + δ)(W − e p) leaves W − J; the drag and the load make W' of that until
-# t'; and the bar moves by A J + t_J [(W' − p' t_J) − (W − p t_J)], as both contacts begin t_J earlier, where it meets
-# the impact plane. The map is linearised here; without duration and advance it is B77's for a rigid bar. What is of
-# second order in the duration is kept as this map has it, not as the waves have it.
 
 
 @dataclass(frozen=True)
@@ -454,10 +447,8 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
     stable: an error in the time or the speed of a blow shrinks to 0.5909 with every blow
     """
     instance("orbit", orbit, TimedOrbit)
-    pairs = [_multipliers(orbit, force) for force in orbit.forces]
-    worst = max(pairs, key=lambda pair: abs(pair[0]))
-    first, modulus = worst[0], abs(worst[0])
-    kind = None if orbit.straddles else reason_of(first, 1.0 - modulus, orbit.fold)
+    first, second = map(complex, orbit.judged().values)
+    kind, modulus = orbit.verdict, abs(first)
     if kind is None:
         reason = "not judged: the load jumps while the blow acts, and how it shares the two values decides"
     elif orbit.fold:
@@ -468,29 +459,4 @@ def timed_stability(orbit: TimedOrbit) -> TimedStability:
         reason = "neutral: an error in the time of a blow neither grows nor dies out"
     else:
         reason = _unstable(kind, first, "an error", "blow")
-    return TimedStability(kind is Reason.STABLE, kind, reason, 1.0 - modulus, worst)
-
-
-def _linear_map(orbit: TimedOrbit, force: float) -> Array:
-    """(dt, dW) before a blow to (dt', dW') before the next one; shape (2, 2)."""
-    law, d, period = orbit.law, orbit.system.d, orbit.period
-    slope = 0.0 if orbit.system.load.is_piecewise else float(orbit.system.load.derivative(orbit.phase))
-    before, after, centroid = orbit.rigid_velocity, orbit.rebound_velocity, law.force_centroid
-    kept, moved = math.exp(-d * period), period * float(phi1(d * period))
-    push_before, push_after = force - d * before, force - d * after  # accelerations of the mean
-    columns = []
-    for dt, dw in ((1.0, 0.0), (0.0, 1.0)):
-        dj = law.impulse(dw, slope * dt, d)
-        left = dw - dj
-        lag = (law.advance_per_impulse * dj + (centroid * kept - moved) * left - centroid * dw) + dt * (
-            after + push_after * (moved - centroid * kept) + centroid**2 * slope
-        )
-        later = lag / (before - centroid * push_before + centroid**2 * slope)
-        columns.append((later, kept * (left - push_after * dt) + push_before * later))
-    return np.array(columns).T
-
-
-def _multipliers(orbit: TimedOrbit, force: float) -> tuple[complex, complex]:
-    values = np.linalg.eigvals(_linear_map(orbit, force)).astype(complex)
-    first, second = sorted(values.tolist(), key=lambda x: (-round(abs(x), 13), -x.real, -x.imag))
-    return first, second
+    return TimedStability(kind is Reason.STABLE, kind, reason, 1.0 - modulus, (first, second))

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property, lru_cache
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -23,6 +22,7 @@ import numpy as np
 from percuss.errors import ConvergenceError, ParameterError, extra_package
 from percuss.halting import look
 from percuss.kernel_cache import ensure_cache
+from percuss.lazy_names import lent
 from percuss.mechanics.flow import phi1
 from percuss.model import Body, Machine, System
 from percuss.model.checks import Array, ComplexArray, choice
@@ -514,8 +514,8 @@ class Repeating(Shown):
         return figures_of(self)  # type: ignore[arg-type]  # each kind has what they need
 
     def follow(self, along: str, between: tuple[float, float] | None = None, **options: Any) -> Any:
-        """The branch that it lies on: `percuss.explore.follow`, of a room above, which takes any motion first."""
-        return import_module("percuss.explore").follow(self, along, between, **options)
+        """The branch that it lies on; see `percuss.explore.follow`, which takes any motion first."""
+        return lent("follow")(self, along, between, **options)
 
 
 class FoundMotions(Shown):

@@ -13,12 +13,13 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.mechanics.flow import phi1
 from percuss.model import System, Timed
-from percuss.model.checks import Array, count, instance, numbers
+from percuss.model.checks import Array, array, count, instance, numbers
 from percuss.model.contact import impedance_ratio
+from percuss.model.load import Side
 from percuss.shown import Shown
 from percuss.steady.flight import Flight, Violation, flight_check
 from percuss.steady.forced import HarmonicResponse, forced_response
-from percuss.steady.multipliers import Reason
+from percuss.steady.multipliers import Multipliers, Reason, Repeating
 from percuss.steady.orbit import Orbit
 from percuss.steady.oscillator import modal_state
 from percuss.steady.phases import Arcs, level_at
@@ -33,7 +34,7 @@ _LOOKED_AT = 8  # elastic modes among which the slowest is looked for
 
 
 @dataclass(frozen=True)
-class TimedOrbit(Shown):
+class TimedOrbit(Repeating):
     """A steady motion with one blow every `periods` load periods under a law `Timed`; made by `timed_states`.
 
     Times are in radians of the load after the centroid of the blow's force; all quantities are dimensionless. The bar
@@ -62,6 +63,19 @@ class TimedOrbit(Shown):
     fold: bool
     force: float
     b77: Orbit | None = None
+
+    impacts = 1
+    modes = 0
+
+    @property
+    def label(self) -> str:
+        """z=1/m."""
+        return f"z=1/{self.periods}"
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """The phase of its blow."""
+        return (self.phase,)
 
     @property
     def phase_b77(self) -> float | None:
@@ -169,13 +183,19 @@ class TimedOrbit(Shown):
         """
         return self._flight.rigid_motion(np.asarray(t, dtype=float))
 
-    @cached_property
-    def violation(self) -> Violation | None:
-        """Where the bar as a whole would pass through the impact plane between two blows, or None.
+    def motion(self, t: npt.ArrayLike) -> Array:
+        """How far the bar as a whole is before the place of its next contact; 0 during contacts. Shape (len(t),)."""
+        start, end = self.contact
+        times = np.mod(array("t", t, -np.inf, np.inf), self.period)
+        flies = (times > end) & (times < self.period + start)
+        there = self.rigid_motion(np.append(times[flies], self.period + start))[0]
+        found = np.zeros(times.size)
+        found[flies] = there[:-1] - there[-1]
+        return found
 
-        Decided by bounds, for the rigid motion, to second order in the duration: what passes the plane by less than
-        half the greatest load times t_c² counts as none. The elastic motion is that of B77's motion, which `b77` has.
-        """
+    @cached_property
+    def _between_contacts(self) -> tuple[Flight, float]:
+        """The flight from the end of a contact to the start of the next, and what of its places is not decided."""
         start, end = self.contact
         places, speeds = self.rigid_motion(np.array([end, self.period + start]))
         greatest_force = self._flight.response.rigid_bounds()[1] + abs(self.system.load.mean)
@@ -185,8 +205,39 @@ class TimedOrbit(Shown):
             self._flight, phase=self.phase + end, period=self.period + start - end, rigid_rebound=leaving,
             rebound_velocity=leaving, impact_velocity=arrival, start_gap=float(places[0] - places[1]) - undecided,
         )  # fmt: skip
-        found = flight_check(replace(flown, rigid_stroke=flown.mean_range(leaving) or 1.0)).violation
-        return None if found is None else Violation(found.time + end, found.depth + undecided)
+        return flown, undecided
+
+    @property
+    def stroke(self) -> float:
+        """Range of the motion of the bar as a whole between its contacts."""
+        flown = self._between_contacts[0]
+        return flown.mean_range(flown.rigid_rebound)
+
+    @property
+    def impact_velocity(self) -> float:
+        """`contact_velocity`, as other motions call it."""
+        return self.contact_velocity
+
+    @property
+    def energy(self) -> None:
+        """None: what damping takes of the ringing is not told by the law."""
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """The figures that maps and reports have, by name; dimensionless, None where there is none."""
+        own = {"impulse": self.impulse, "mean_force": self.impulse / self.period, "contact_time": self.law.duration}
+        return {**super().figures, **own}
+
+    @cached_property
+    def violation(self) -> Violation | None:
+        """Where the bar as a whole would pass through the impact plane between two blows, or None.
+
+        Decided by bounds, for the rigid motion, to second order in the duration: what passes the plane by less than
+        half the greatest load times t_c² counts as none. The elastic motion is that of B77's motion, which `b77` has.
+        """
+        flown, undecided = self._between_contacts
+        found = flight_check(replace(flown, rigid_stroke=self.stroke or 1.0)).violation
+        return None if found is None else Violation(found.time + self.contact[1], found.depth + undecided)
 
     @property
     def obstacle(self) -> Reason | None:
@@ -199,6 +250,51 @@ class TimedOrbit(Shown):
     def admissible(self) -> bool:
         """Whether the motion is physical as far as the motion of the bar as a whole tells."""
         return self.obstacle is None
+
+    # -- is it stable --
+    #
+    # With t the time of the force's centroid and W the mean velocity that the bar would reach there, a blow and the
+    # flight after it map (t, W) to (t', W'). J = (1 + R)(1 + δ)(W − e p) leaves W − J; the drag and the load make W' of
+    # that until t'; and the bar moves by A J + t_J [(W' − p' t_J) − (W − p t_J)], as both contacts begin t_J earlier,
+    # where it meets the impact plane. The map is linearised here; without duration and advance it is B77's for a rigid
+    # bar. What is of second order in the duration is kept as this map has it, not as the waves have it.
+
+    def _slope(self, force: float) -> Array:
+        """(dt, dW) before a blow to (dt', dW') before the next one; shape (2, 2)."""
+        law, d, period, load = self.law, self.system.d, self.period, self.system.load
+        slope = 0.0 if load.is_piecewise else float(load.derivative(self.phase))
+        before, after, centroid = self.rigid_velocity, self.rebound_velocity, law.force_centroid
+        kept, moved = math.exp(-d * period), period * float(phi1(d * period))
+        push_before, push_after = force - d * before, force - d * after  # accelerations of the mean
+        columns = []
+        for dt, dw in ((1.0, 0.0), (0.0, 1.0)):
+            dj = law.impulse(dw, slope * dt, d)
+            left = dw - dj
+            lag = (law.advance_per_impulse * dj + (centroid * kept - moved) * left - centroid * dw) + dt * (
+                after + push_after * (moved - centroid * kept) + centroid**2 * slope
+            )
+            later = lag / (before - centroid * push_before + centroid**2 * slope)
+            columns.append((later, kept * (left - push_after * dt) + push_before * later))
+        return np.array(columns).T
+
+    def _multipliers(self, side: Side) -> Multipliers:
+        """Both; of a load that jumps during the contact those of its first or its last value there."""
+        return self._under(self.forces[0 if side == "left" else -1])
+
+    def _under(self, force: float) -> Multipliers:
+        values = np.linalg.eigvals(self._slope(force)).astype(complex).tolist()
+        values.sort(key=lambda x: (-round(abs(x), 13), -x.real, -x.imag))
+        return Multipliers(self.label, 0, np.array(values), self.system)
+
+    def judged(self, modes: int | None = None) -> Multipliers:
+        """`multipliers`; of a load that jumps during the contact those of its worst value there."""
+        self.multipliers(modes)
+        return max(map(self._under, self.forces), key=lambda one: one.largest)
+
+    @property
+    def verdict(self) -> Reason | None:  # type: ignore[override]
+        """What the multipliers say; None where the load jumps just where the blow is, which the law cannot judge."""
+        return None if self.straddles else Reason.FOLD if self.fold else super().verdict
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -120,7 +120,7 @@ def simulated(
         return known
     case.system()  # which refuses a machine: it has other pictures
     answer = simulation_answer(simulated_case(case, start, simulation, terms.limits), terms.halt)
-    if answer.motion.outcome == "cancelled":
+    if answer.motion.outcome == "interrupted":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
     _motions.put(key, answer)
     return answer
@@ -162,7 +162,7 @@ def machine_start(case: Case, asked: MachineStartAsked, terms: Terms) -> Frames:
     """Position, force and state of the valve over the first blows of what percuss simulate follows."""
     case.machine()  # which refuses any other
     found = simulation_answer(simulated_case(case, asked.start, asked.simulation, terms.limits), terms.halt)
-    if found.motion.outcome == "cancelled" and terms.halt():
+    if found.motion.outcome == "interrupted" and terms.halt():
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
     return start_frames(found, asked.blows, asked.points)
 

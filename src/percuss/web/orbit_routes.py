@@ -248,12 +248,12 @@ def follow(case: Case, asked: FollowAsked, terms: Terms) -> dict[str, Any]:
     """An orbit followed both ways through a parameter; one that takes too long is answered as far as it has come."""
     along, soon = along_text(asked.along), Halt(_SHARE * terms.limits.seconds)
 
-    def ends() -> bool:
+    def ends(*_: object) -> bool:
         return terms.halt() or soon()
 
     if is_rest_label(asked.orbit.partition(":")[0]) and asked.switch:
         raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
-    branch = branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, halt=ends)
+    branch = branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, progress=ends)
     return branch_dict(branch, begun=begun_at(case, along))
 
 

@@ -583,7 +583,7 @@ def _followed(
             share = max(lattice_run.periods / most, lattice_run.strikes / max(stop.most_impacts, 1))
             now = Progress(lattice_run.strikes, lattice_run.time - begun, min(share, 1.0))
             if progress is not None and progress(now):
-                outcome = "cancelled"
+                outcome = "interrupted"
                 break
         else:
             recent = lattice_run.contacts_since(lattice_run.time - MOST_PERIODS * _TURN)

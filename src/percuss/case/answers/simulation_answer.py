@@ -223,7 +223,7 @@ def simulation_answer(case: Case, progress: Callable[[Progress], object] | None 
     Parameters
     ----------
     progress
-        Called now and then; the motion ends as ``cancelled`` when it returns something true.
+        Called now and then; the motion ends as ``interrupted`` when it returns something true.
 
     Raises
     ------
@@ -309,7 +309,7 @@ def _warnings(motion: Trajectory) -> list[str]:
         found.append("ended early: one flight hovers before the wall for longer than can be followed")
     if motion.outcome == "memory":
         found.append("ended early: the record has reached 1 GB; continue a saved motion, or use fewer modes")
-    if motion.outcome == "cancelled":
+    if motion.outcome == "interrupted":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     if motion.label == "undecided" and motion.outcome in ("impacts", "time"):
         found.append("no periodic motion found yet, and too few impacts to call it aperiodic: simulate for longer")
@@ -329,7 +329,7 @@ ENDINGS = {
     "departed": "the bar has left the wall for good",
     "work": "one flight takes too much work",
     "memory": "the record has reached 1 GB",
-    "cancelled": "interrupted",
+    "interrupted": "interrupted",
     "unresolved": "released twice in the same state, but the period hangs on rounding",
 }
 

@@ -161,7 +161,7 @@ _PRESSED = 0.2 * 2.0 * math.pi  # what lasts longer is no blow: the load presses
 def waves_warnings(motion: WaveMotion) -> list[str]:
     """One sentence each; none for a settled motion that two lattices and the law agree about."""
     found = []
-    if motion.outcome == "cancelled":
+    if motion.outcome == "interrupted":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     elif motion.cycle is None and motion.stop.periodic:
         found.append("no periodic motion found: simulate for longer, or look at the ringing that blows leave behind")
@@ -271,7 +271,7 @@ def waves_answer(
     Parameters
     ----------
     progress
-        Called now and then, for both motions; they end as cancelled when it returns something true.
+        Called now and then, for both motions; they end as interrupted when it returns something true.
     quiet
         Whether all ringing is made to end between blows.
     cells

@@ -205,7 +205,7 @@ def _start(table: StartTable, scales: _Scales, place: float) -> Start:
     from percuss.simulate import Start
 
     (u, v), time = _vectors(table, scales, place), scales.number(table.time, "time", "time")
-    return Start.modal(u, v, time) if _is_modal(table) else Start.rigid(u[0], v[0], time)
+    return Start(u, v, time) if _is_modal(table) else Start.rigid(u[0], v[0], time)
 
 
 def _is_modal(table: StartTable) -> bool:

@@ -16,7 +16,7 @@ from percuss.explore.attractors.experiments import StartsFollowed, StartsJob, ch
 from percuss.explore.attractors.hammers import DISTANCE, Hammer
 from percuss.explore.family import Axis
 from percuss.model import Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, mapping, non_negative, numbers
+from percuss.model.checks import DEFAULT_MODES, Array, mapping, non_negative
 
 if TYPE_CHECKING:
     import xarray
@@ -93,12 +93,7 @@ def basins_job(
 
 
 def _line(hammer: Hammer, axis: str, line: Line) -> tuple[str, tuple[float, ...]]:
-    line = Axis.parsed(line) if isinstance(line, str) else line
-    if not isinstance(line, Axis):
-        if not isinstance(line, tuple | list) or len(line) not in (2, 4) or not isinstance(line[0], str):
-            accepted = "text (time=0:6.2:32), (name, first, last, number), (name, values) or an Axis"
-            raise ParameterError(axis, line, accepted)
-        line = Axis.linear(*line) if len(line) == 4 else Axis(line[0], numbers(line[0], line[1]))
+    line = Axis.of(line, axis)
     if line.unit:
         remedy = "divide by a scale of the system: length_scale, speed_scale or time_scale"
         raise ParameterError(line.name, f"values in {line.unit}", "dimensionless numbers", remedy)
@@ -179,7 +174,6 @@ def basins(
     modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     distance: float = DISTANCE,
-    threads: int | None = 1,
     **running: Any,
 ) -> Basins:
     """Follow a plane of starts to the attractors that they lead to.
@@ -198,7 +192,7 @@ def basins(
         name: its own starting state where nothing is said.
     modes
         N, the elastic modes kept; 0 is the rigid bar.
-    stop, distance, threads, running
+    stop, distance, running
         As in `experiment`.
 
     Examples
@@ -209,7 +203,7 @@ def basins(
     >>> found.image.shape, [attractor.label for attractor in found.attractors]
     ((20, 32), ['chatter/1', 'z=2/2'])
     """
-    job = basins_job(system, x, y, at=at, modes=modes, stop=stop, threads=threads)
+    job = basins_job(system, x, y, at=at, modes=modes, stop=stop)
     apart = non_negative("distance", distance)
     from percuss.explore.jobs.carrying_out import carry_out
 

@@ -346,10 +346,14 @@ class Experiment(StartsFollowed):
     @classmethod
     def from_archive(cls, archive: Any) -> Experiment:
         """The experiment that an archive holds, of those starts that are done."""
-        ask, columns = archive.ask, archive.read()
+        return cls.of_done(archive.ask, archive.read())
+
+    @classmethod
+    def of_done(cls, ask: Mapping[str, Any], columns: Columns, distance: float = DISTANCE) -> Experiment:
+        """What was asked for, of those starts that are done."""
         kept = {name: np.asarray(values)[done(columns)] for name, values in columns.items()}
-        asked = cls._asked_in(ask)
-        return cls(columns=kept, distribution=ask["distribution"], seed=int(ask["seed"]), **asked)
+        told = {"distribution": ask["distribution"], "seed": int(ask["seed"]), "distance": distance}
+        return cls(columns=kept, **told, **cls._asked_in(ask))
 
     def __len__(self) -> int:
         return int(self.columns["code"].size)
@@ -413,7 +417,6 @@ def experiment(
     modes: int = DEFAULT_MODES,
     stop: Stop | None = None,
     distance: float = DISTANCE,
-    threads: int | None = 1,
     **running: Any,
 ) -> Experiment:
     """Follow random starts to what they settle on; the shares of the attractors, with intervals.
@@ -439,8 +442,6 @@ def experiment(
         `percuss.simulate.Stop` for its tolerance.
     distance
         How far apart motions of one label are different attractors (radians, relative periods and speeds).
-    threads
-        Threads of each process; processes are what `workers` counts.
     running
         ``workers``, ``archive``, ``resume``, ``chunk``, ``pool``, ``progress`` as `percuss.explore.carry_out` has them.
 
@@ -464,7 +465,7 @@ def experiment(
     >>> [share.label for share in found.shares]
     ['chatter/1', 'z=2/2']
     """
-    job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop, threads=threads)
+    job = experiment_job(system, starts, distribution, seed, modes=modes, stop=stop)
     apart = non_negative("distance", distance)
     from percuss.explore.jobs.carrying_out import carry_out
 

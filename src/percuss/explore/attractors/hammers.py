@@ -156,7 +156,7 @@ class Hammer(ABC):
 
         begun = some(starts, rows)
         return simulate_many(
-            self.what, begun, modes=modes, stop=stop, threads=threads, progress=lambda _: stopped(), **more
+            self.what, begun, modes=modes, stop=stop, workers=threads, progress=lambda _: stopped(), **more
         )
 
     def _of_blocks(

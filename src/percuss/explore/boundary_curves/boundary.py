@@ -38,7 +38,7 @@ from percuss.explore.parameters import PARAMETERS, PERIODS
 from percuss.halting import halting, look
 from percuss.model import System
 from percuss.model.body import need_free
-from percuss.model.checks import DEFAULT_MODES, Array, callback, count, finite, numbers, several
+from percuss.model.checks import DEFAULT_MODES, Array, callback, count, several
 from percuss.model.contact import Result
 from percuss.shown import Shown
 from percuss.steady import Orbit
@@ -432,6 +432,8 @@ class Boundaries(OfValues):
         The boundaries, in order of kind.
     failed
         Values of x at which nothing could be computed, with the reason.
+    modes
+        N of the exact multipliers and of grazing; None for 32 and for the continuous bar.
     """
 
     x_name: str
@@ -441,6 +443,7 @@ class Boundaries(OfValues):
     high: float
     curves: tuple[BoundaryCurve, ...]
     failed: tuple[tuple[float, str], ...] = ()
+    modes: int | None = None
 
     def of(self, kind: str) -> tuple[BoundaryCurve, ...]:
         """The curves of one kind."""
@@ -503,7 +506,8 @@ class Boundaries(OfValues):
         return cls(**{**row, "x": np.array(row["x"]), "curves": tuple(map(made, row["curves"])), "failed": failed})
 
     def __str__(self) -> str:
-        head = f"{self.y_name} from {self.low:g} to {self.high:g} over {self.x.size} values of {self.x_name}"
+        modes = "continuous bar" if self.modes is None else f"{self.modes} modes"
+        head = f"{self.y_name} from {self.low:g} to {self.high:g} over {self.x.size} values of {self.x_name}, {modes}"
         return "\n".join([head, *(f"  {c.kind}, branch {c.branch}: {int(c.found.sum())} points" for c in self.curves)])
 
 
@@ -540,8 +544,8 @@ def _distance(a: BoundaryCrossing, b: BoundaryCrossing, span: float) -> float:
 
 def boundaries(
     system: System | Family,
-    x: Axis | str | tuple[str, npt.ArrayLike],
-    y: Axis | str | tuple[str, float, float],
+    x: Axis | str | tuple[Any, ...],
+    y: Axis | str | tuple[Any, ...],
     periods: int = 1,
     criterion: str = "reduced",
     *,
@@ -561,10 +565,11 @@ def boundaries(
     system
         The system, or a family of systems, of which x and y are parameters.
     x
-        A parameter and its values, also as text, ``"restitution=0:0.9:31"``; besides the family's own, "m" for the load
-        periods per impact.
+        A parameter and its values: text, ``"restitution=0:0.9:31"``, ``(name, values)``, ``(name, first, last,
+        number)`` or an `Axis`; besides the family's own, "m" for the load periods per impact.
     y
-        Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
+        Another parameter and the range in which boundaries are looked for: text, ``"load_factor=0:2"``,
+        ``(name, lowest, highest)`` or an `Axis`.
     periods
         m, unless x is m.
     criterion
@@ -631,13 +636,13 @@ def boundaries(
             meter.add(1)
         meter.tell()
     curves = [curve for kind in KINDS if kind in kinds for curve in linked(kind, values, rows, high - low)]
-    return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed))
+    return Boundaries(x_name, y_name, values, low, high, tuple(curves), tuple(failed), modes)
 
 
 def checked_boundaries(
     family: Family,
-    x: Axis | str | tuple[str, npt.ArrayLike],
-    y: Axis | str | tuple[str, float, float],
+    x: Axis | str | tuple[Any, ...],
+    y: Axis | str | tuple[Any, ...],
     periods: int = 1,
     criterion: str = "reduced",
     modes: int | None = None,
@@ -645,18 +650,8 @@ def checked_boundaries(
 ) -> tuple[str, Array, str, float, float]:
     """The names, values and range of a question to `boundaries`; ParameterError when it has no answer."""
     kinds = several("kinds", kinds, f"some of {', '.join(KINDS)}")
-    if isinstance(x, Axis | str):
-        axis = Axis.parsed(x) if isinstance(x, str) else x
-    else:
-        _check_line("x", x, 2, "(name, values) or an Axis")
-        axis = Axis(x[0], np.atleast_1d(numbers(x[0], x[1])))
-    y = Axis.parsed(y) if isinstance(y, str) else y
-    if isinstance(y, Axis):
-        y = y.name, float(y.values.min()), float(y.values.max())
-    _check_line("y", y, 3, "(name, lowest, highest) or an Axis")
-    name, low, high = y[0], finite(y[0], y[1]), finite(y[0], y[2])
-    if not low < high:
-        raise ParameterError(name, (low, high), "a range from a lower to a higher value")
+    axis, up = Axis.of(x, "x"), Axis.range_of(y, "y")
+    name, (low, high) = up.name, up.values.tolist()
     things = [PARAMETERS[own].thing if own in PARAMETERS else own for own in (name, axis.name)]
     if things[0] == things[1]:
         raise ParameterError("y", name, f"a parameter that can be moved beside {axis.name}")
@@ -677,11 +672,6 @@ def checked_boundaries(
     if unknown or not kinds:
         raise ParameterError("kinds", unknown[0] if unknown else kinds, f"some of {', '.join(KINDS)}")
     return axis.name, axis.values, name, low, high
-
-
-def _check_line(axis: str, line: object, size: int, accepted: str) -> None:
-    if not isinstance(line, tuple | list) or len(line) != size or not isinstance(line[0], str):
-        raise ParameterError(axis, line, accepted)
 
 
 def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | None) -> list[BoundaryCrossing]:

@@ -55,9 +55,9 @@ from percuss.explore.continuation.walk import (
     varied,
 )
 from percuss.explore.family import Family, SystemFamily, drives_itself, family_of
-from percuss.halting import halting
+from percuss.halting import Elapsed, asked, halting
 from percuss.model import System
-from percuss.model.checks import callback, count, instance, text
+from percuss.model.checks import callback, count, instance
 from percuss.shown import Shown
 from percuss.steady import Orbit, PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import TURNING, Repeating
@@ -345,7 +345,7 @@ def follow(
     most: int = 4000,
     points: int = 65,
     record: Mapping[str, Callable[[Any], float]] | None = None,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> Branch:
     """Follow any periodic motion through a parameter, both ways, round folds, until something ends it.
 
@@ -365,11 +365,13 @@ def follow(
     orbit
         Where to begin: an admissible orbit, of `percuss.steady.orbits` or `orbit_near`, or of `steady_states` with a
         number of modes; a cycle of `percuss.steady.rest_cycles`; or that of a machine that switches its own valve, of
-        `percuss.steady.self_excited_motion`, without a rest.
+        `percuss.steady.self_excited_motion` or `orbits`.
     along
-        Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family.
+        Name of the parameter; of `percuss.explore.PARAMETERS`, or of the family. With its range it is text as of the
+        command: ``"mean=0.3:1.2"``.
     between
-        The range of the parameter, which must hold its value for the orbit; None to go on until the branch ends.
+        The range of the parameter, which must hold its value for the orbit; None for that of `along`, or to go on until
+        the branch ends.
     family
         The systems; None for those that differ from that of the orbit in the parameter alone.
     value
@@ -383,7 +385,7 @@ def follow(
         Cycles with rest over the whole range, at least, or over a stretch as long as the value; 2 to 10000.
     record
         Functions of the motion, by name, whose values are kept along the branch, and those switched to.
-    halt
+    progress
         Called again and again; once it returns true, what has been followed so far is the answer.
 
     Returns
@@ -408,7 +410,7 @@ def follow(
     >>> from percuss import Load, System
     >>> from percuss.steady import orbit_near
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
-    >>> branch = follow(orbit_near(system, [0.39, 2.32], modes=0), "mean", (0.3, 1.2))
+    >>> branch = follow(orbit_near(system, [0.39, 2.32], modes=0), "mean=0.3:1.2")
     >>> for point in branch.points:
     ...     print(point.kind.value, round(point.value, 9))
     grazing_impact_dies 0.399313189
@@ -416,18 +418,21 @@ def follow(
     fold 0.673754187
     grazing_touch 0.527909682
     """
-    name = text("along", along, "the name of a parameter")
     start = _with_modes(orbit) if isinstance(orbit, Orbit) else instance("orbit", orbit, Repeating)
-    over = varied(start.system, family, [name], [between], [value])
+    if not isinstance(start, PeriodicOrbit | RestCycle | ValveCycle):
+        remedy = "timed_states(system, law) has all motions of such blows at any value of a parameter"
+        raise ParameterError("orbit", str(orbit), "a motion whose blows take no time", remedy)
+    over = varied(start.system, family, [along], [between], [value])
     most, depth = count("most", most, least=2, most=MOST_POINTS), count("switch", switch, least=0, most=MOST_DEPTH)
     few, kept = count("points", points, least=2, most=10_000), recorded(record)
-    callback("halt", halt)
+    callback("progress", progress)
+    halt = asked(progress)
     if isinstance(start, ValveCycle):
         found = follow_cycle(start, over, switch=depth, most=most, halt=halt)
     elif isinstance(start, RestCycle):
         found = follow_rest(start, over, points=few, halt=halt)
     else:
-        found = _follow_orbit(instance("orbit", start, PeriodicOrbit), over, between is None, depth, most, halt)
+        found = _follow_orbit(start, over, depth, most, halt)
     return found.recording(kept)
 
 
@@ -444,14 +449,14 @@ def _with_modes(orbit: Orbit) -> PeriodicOrbit:
 
 
 def _follow_orbit(
-    orbit: PeriodicOrbit, over: Varied, endless: bool, depth: int, points: int, halt: Callable[[], bool] | None
+    orbit: PeriodicOrbit, over: Varied, depth: int, points: int, halt: Callable[[], bool] | None
 ) -> Branch:
     (name,), (here,), (bounds,) = over.names, over.here, over.bounds
     curve = SolutionCurve(over.family, name, orbit.impacts, orbit.periods, orbit.modes, *over.units)
     tracer = _Tracer(bounds, points, halt, [])
     with halting(halt):
         start = beginning(curve, orbit, here, bounds)
-        if endless and here == 0.0:  # its own size tells nothing of its scale
+        if math.isinf(bounds[0]) and here == 0.0:  # its own size tells nothing of its scale
             curve = replace(curve, unit=unit_of_turn(curve, start))
             start = beginning(curve, orbit, here, bounds)
         ways = both_ways(lambda point: OrbitWalk(curve, point, bounds), start, points)
@@ -597,7 +602,7 @@ def reach(
     *,
     family: System | Family | None = None,
     value: float | None = None,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> Reach:
     """How far a parameter may move before a stable motion ends or is no longer stable, and what comes then.
 
@@ -608,7 +613,7 @@ def reach(
     ----------
     orbit
         A stable orbit.
-    along, between, family, value, halt
+    along, between, family, value, progress
         As for `follow`.
 
     Raises
@@ -627,22 +632,22 @@ def reach(
     >>> found.above.kind.value, round(found.above.value, 9), found.above.then
     ('fold', 0.954929659, 'chatter/1')
     """
-    callback("halt", halt)
+    callback("progress", progress)
     machine = isinstance(orbit, ValveCycle)
     hammer = orbit.system if machine else instance("orbit", orbit, PeriodicOrbit).system
     if not orbit.stable:
         raise ParameterError("orbit", str(orbit), "a stable orbit", "'follow' goes along unstable ones")
-    branch = follow(orbit, along, between, family=family, value=value, halt=halt)
+    branch = follow(orbit, along, between, family=family, value=value, progress=progress)
     systems = SystemFamily(hammer) if family is None else family_of(family)
     start = _row(branch, orbit, value)
 
     def end(way: int) -> ReachEnd:
         point = _lost(branch, start, way)
         beyond = _machine_then if machine else _then
-        then = None if point.kind in _OPEN else beyond(systems, along, point, way)
+        then = None if point.kind in _OPEN else beyond(systems, branch.parameter, point, way)
         return ReachEnd(**vars(point), then=then)
 
-    return Reach(along, float(branch.values[start]), end(-1), end(1))
+    return Reach(branch.parameter, float(branch.values[start]), end(-1), end(1))
 
 
 def _row(branch: Branch, orbit: PeriodicOrbit | ValveCycle, value: float | None = None) -> int:

@@ -336,12 +336,12 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
         x = halves[0]
     motion = cycle.motion(x)
     values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
-    beyond = one.kind.words
+    beyond, side, criticality = one.kind.words, None, None
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
         beyond = f"the branch turns back; beyond {told} neither of its two cycles exists"
     elif one.kind is BranchEvent.FLIP:
-        beyond = _flip(curve, one.point)
+        beyond, side, criticality = _flip(curve, one.point, values)
     elif one.kind is BranchEvent.NEIMARK_SACKER and values is not None:
         turning = values[values.imag > TURNING * np.abs(values)]
         pair = turning[np.argmin(np.abs(np.abs(turning) - 1.0))]
@@ -364,17 +364,24 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     elif one.kind in (BranchEvent.LIMIT, BranchEvent.STOPPED):
         beyond = "the branch goes on"
     impact = one.which + 1 if one.kind is BranchEvent.DEATH else None
-    return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond, values, impact)
+    return BranchPoint(
+        one.kind, curve.values(one.point.x), motion, beyond, values, impact, side=side, criticality=criticality
+    )
 
 
 _TRIED = (0.02, 0.01, 0.005)
 
 
-def _flip(curve: MachineCurve, point: CurvePoint) -> str:
-    """Where the doubled cycle begins, and whether it is stable there, by steps into it."""
+def _flip(
+    curve: MachineCurve, point: CurvePoint, values: ComplexArray | None
+) -> tuple[str, str | None, str | None]:
+    """Where the doubled cycle begins, and whether it is stable there, by steps into it; its side and criticality.
+
+    Supercritical: it has no more multipliers outside than those of the flip beside the −1.
+    """
     partner = doubled(point)
     if partner is None:
-        return "a cycle of twice as many blows begins"
+        return "a cycle of twice as many blows begins", None, None
     wide, start = partner
     for size in _TRIED:
         try:
@@ -383,10 +390,13 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> str:
             continue
         if found.x[-1] != start.x[-1]:
             towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
-            unstable = outside(wide.motion(found.x).multipliers().values)
+            unstable, kind = outside(wide.motion(found.x).multipliers().values), None
+            if values is not None:
+                others = outside(np.delete(values, int(np.argmin(np.abs(values + 1.0)))))
+                kind = {others: "supercritical", others + 1: "subcritical"}.get(unstable)
             told = "unstable" if unstable else "stable"
-            return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
-    return f"{wide.label} begins, to which side and whether it is stable is not resolved"
+            return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}", towards, kind
+    return f"{wide.label} begins, to which side and whether it is stable is not resolved", None, None
 
 
 # ---- Cycles of machines followed through a parameter, both ways

@@ -19,11 +19,11 @@ import numpy as np
 from percuss.errors import Interrupted, LoadError, ParameterError, PercussError
 from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
-from percuss.explore.family import Family, SystemFamily, family_of
+from percuss.explore.family import Axis, Family, SystemFamily, family_of
 from percuss.explore.parameters import parameters_of
 from percuss.halting import look
 from percuss.model import Machine, System
-from percuss.model.checks import Array, finite, numbers
+from percuss.model.checks import Array, finite, numbers, text
 from percuss.steady.periodic.periodic_orbit import differences, load_turn, slope
 from percuss.steady.states import check_pushes
 
@@ -63,11 +63,26 @@ def varied(
     between: Sequence[object],
     values: Sequence[float | None],
 ) -> Varied:
-    """What is varied, checked; None for a family, a range or a value stands for what the system itself tells."""
-    found = Varied(SystemFamily(system) if family is None else family_of(family), tuple(names), (), ())
-    found.family.check(dict(zip(names, found.shown_units, strict=True)))
+    """What is varied, checked; None for a family, a range or a value stands for what the system itself tells.
+
+    A name may bring its range, ``mean=0.3:1.2``.
+    """
+    names, ranges, units = zip(*map(_ranged, names, between), strict=True)
+    found = Varied(SystemFamily(system) if family is None else family_of(family), names, (), ())
+    told = {name: unit or own for name, unit, own in zip(names, units, found.shown_units, strict=True)}
+    found.family.check(told)
     here = tuple(_value_at(system, name, value) for name, value in zip(names, values, strict=True))
-    return found._replace(here=here, bounds=tuple(map(_range_around, between, here)))
+    return found._replace(here=here, bounds=tuple(map(_range_around, ranges, here)))
+
+
+def _ranged(along: str, between: object) -> tuple[str, object, str]:
+    """A parameter, its range, and the unit that is told with it."""
+    if "=" not in text("along", along, "the name of a parameter, or NAME=FROM:TO"):
+        return along, between, ""
+    if between is not None:
+        raise ParameterError("between", between, f"None: '{along}' brings a range")
+    axis = Axis.range_of(along)
+    return axis.name, axis.values, axis.unit
 
 
 def _range_around(between: object, here: float) -> tuple[float, float]:

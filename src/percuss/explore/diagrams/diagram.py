@@ -13,7 +13,14 @@ import numpy as np
 from percuss.errors import Interrupted, extra_package
 from percuss.explore.attractors.hammers import ClockedHammer
 from percuss.explore.continuation.branch import Branch
-from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_UP_TO, UNKNOWN, DiagramJob, diagram_job
+from percuss.explore.diagrams.diagram_job import (
+    DEFAULT_RUNS,
+    DEFAULT_UP_TO,
+    DEFAULT_VALUES,
+    UNKNOWN,
+    DiagramJob,
+    diagram_job,
+)
 from percuss.explore.diagrams.diagram_lines import SettledMotion, lines_from, with_new
 from percuss.explore.diagrams.machine_diagram import machine_settled_at
 from percuss.explore.family import Axis, Family
@@ -191,7 +198,7 @@ class Diagram(OfValues):
 
 def diagram(
     what: System | Machine | Family,
-    axis: Axis | str,
+    along: Axis | str | tuple[Any, ...],
     *,
     up_to: tuple[int, int] | None = DEFAULT_UP_TO,
     searched: int = 5,
@@ -217,9 +224,10 @@ def diagram(
     ----------
     what
         A system, whose dimensionless parameters are varied, or a family such as `percuss.case.CaseFamily`.
-    axis
-        The parameter and the values at which motions are simulated: an `Axis`, or text such as
-        ``"load_factor=0.3:1.2:120"``. Its least and greatest value are the range of the branches.
+    along
+        The parameter and the values at which motions are simulated: text such as ``"load_factor=0.3:1.2:120"``, of 120
+        values where no number is given, ``(name, values)``, ``(name, first, last, number)`` or an `Axis`. Its least and
+        greatest value are the range of the branches.
     up_to
         Orbits with up to p impacts in up to n load periods are searched for; None for no branches.
     searched
@@ -263,12 +271,17 @@ def diagram(
     >>> stable.label, [point.kind.value for point in stable.points]
     ('z=1/1', ['limit', 'flip', 'limit'])
     """
-    along = Axis.parsed(axis) if isinstance(axis, str) else axis
     job = diagram_job(
-        what, along, up_to=up_to, searched=searched, switch=switch, tries=tries, starts=starts, runs=runs,
+        what, diagram_axis(along), up_to=up_to, searched=searched, switch=switch, tries=tries, starts=starts, runs=runs,
         modes=modes, stop=stop, seed=seed,
     )  # fmt: skip
     return carried_diagram(job, **running)
+
+
+def diagram_axis(along: Axis | str | tuple[Any, ...]) -> Axis:
+    """The axis of a diagram; a range without a number has the usual one."""
+    ranged = isinstance(along, str) and along.count(":") == 1
+    return Axis.of(f"{along}:{DEFAULT_VALUES}" if ranged else along)
 
 
 def carried_diagram(job: DiagramJob, **running: Any) -> Diagram:

@@ -76,7 +76,7 @@ def fresh_pass(
     known = [system for system in systems if system is not None]
     starts = [start for _, start in zip(there, _starts(known, seed, number), strict=True)]
     many = simulate_many(
-        known, starts, modes=modes, stop=stop, keep=_WINDOW, threads=1, progress=lambda _: stopped()
+        known, starts, modes=modes, stop=stop, keep=_WINDOW, workers=1, progress=lambda _: stopped()
     )  # fmt: skip
     for row, i in enumerate(there):
         _put(found, i, many, row, _last(many, row), known[row])
@@ -115,7 +115,7 @@ def _begun(system: System, modes: int, stop: Stop, seed: int, rank: int) -> Star
     from percuss.simulate import simulate_many
 
     starts = [start for number in (0, 1) for start in _starts([system] * (_LOOKED // 2), seed, number)]
-    many = simulate_many(system, starts, modes=modes, stop=stop, keep=_WINDOW, threads=1)
+    many = simulate_many(system, starts, modes=modes, stop=stop, keep=_WINDOW, workers=1)
     rows = _empty(len(starts))
     for i in range(len(starts)):
         _put(rows, i, many, i, _last(many, i), system)
@@ -128,7 +128,7 @@ def _followed(found: Columns, i: int, system: System, start: Start, modes: int, 
     from percuss.simulate import simulate_many
 
     start = _at_wall(system, start)
-    many = simulate_many(system, start, modes=modes, stop=stop, keep="everything", threads=1)
+    many = simulate_many(system, start, modes=modes, stop=stop, keep="everything", workers=1)
     motion = many.trajectories[0]
     events = motion.events[motion.events.kind == "impact"]
     struck = np.stack([events.phase, events.impact_velocity, events.time])[:, -_WINDOW:]

@@ -49,7 +49,9 @@ def machine_branches(
         try:
             machine = family.machine({name: value})
             near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
-            known: Sequence[Any] = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
+            known: Sequence[Any] = orbits(
+                machine, *label, modes=modes, tries=tries, near=near, progress=lambda _: stopped()
+            ).orbits
             known = (*known, *rest_cycles_of(machine, modes)) if label == (1, 1) else known
         except PercussError:  # there is no such machine
             continue
@@ -58,7 +60,9 @@ def machine_branches(
             if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for its in rows for row in its):
                 continue
             try:
-                branch = follow(cycle, name, between, family=family, value=value, switch=switch, halt=stopped)
+                branch = follow(
+                    cycle, name, between, family=family, value=value, switch=switch, progress=lambda _: stopped()
+                )
             except PercussError:  # at an end of what can be followed
                 continue
             lines = [line_of(one, lambda at: family.machine({name: at})) for one in branch.family()]

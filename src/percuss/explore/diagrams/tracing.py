@@ -71,7 +71,9 @@ def traced(
         if any(_is_on(line, value, orbit) for line in found):
             return
         try:
-            branch = follow(orbit, name, between, family=family, value=value, switch=switch, halt=stopped)
+            branch = follow(
+                orbit, name, between, family=family, value=value, switch=switch, progress=lambda _: stopped()
+            )
         except PercussError:  # at an end of what can be followed
             return
         every = list(branch.family())
@@ -113,7 +115,7 @@ def settled_on(beyond: tuple[int, int], modes: int, stop: Stop, seed: int) -> Se
         from percuss.simulate import Starts, simulate_many
 
         starts = Starts.random(system, _SETTLING, seed=seed)
-        many = simulate_many(system, starts, modes=modes, stop=stop, keep=MOST_IMPACTS + 1, threads=1)
+        many = simulate_many(system, starts, modes=modes, stop=stop, keep=MOST_IMPACTS + 1, workers=1)
         assert many.last_time is not None
         found: list[PeriodicOrbit] = []
         cycles = zip(many.cycle_impacts.tolist(), many.cycle_periods.tolist(), many.cycle_kind.tolist(), strict=True)

@@ -263,6 +263,7 @@ RESULTS = {
     "basins": "percuss.explore.attractors.basin:Basins.from_archive",
     "diagram": "percuss.explore.diagrams.diagram:Diagram.from_archive",
     "experiment": "percuss.explore.attractors.experiments:Experiment.from_archive",
+    "shares": "percuss.explore.attractors.shares:Shares.from_archive",
     "sweep": "percuss.explore.sweeps:Sweep.from_archive",
 }
 """What makes the result of each kind of job out of an archive: ``module:function``, imported when it is used."""

@@ -34,7 +34,7 @@ from percuss.explore.point_curves.point_walk import (
     Touch,
 )
 from percuss.explore.point_curves.rest_walk import TURN, RestEndCurve, RestEndWalk, rest_condition, rest_end_start
-from percuss.halting import halting
+from percuss.halting import Elapsed, asked, halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
@@ -96,7 +96,7 @@ def follow_point(
     family: System | Family | None = None,
     values: Sequence[float] | None = None,
     most: int = 2000,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> PointCurve:
     """Follow a located point of a branch through two parameters, both ways, to the edge of their plane.
 
@@ -113,16 +113,17 @@ def follow_point(
         or the last release of cycles with rest; of a machine that switches its own valve a fold, flip or
         Neimark–Sacker point, or an end that is told by its order of events.
     along
-        The names of both parameters.
+        The names of both parameters, each with its range or without: ``"restitution=0:0.9"``.
     between
-        The range of each, or None for one; None to go on until the curve ends, or has `most` points.
+        The range of each, or None for one that `along` tells; None to go on until the curve ends, or has `most`
+        points.
     family
         The systems; None for those that differ from that of the point in both parameters alone.
     values
         Of both parameters, at the point; None for what its system says, where they are dimensionless ones.
     most
         Points of each way at most.
-    halt
+    progress
         Called again and again; once it returns true, what has been followed so far is the answer.
 
     Returns
@@ -142,7 +143,7 @@ def follow_point(
     >>> from percuss.steady import orbit_near
     >>> system = System(s=5.0, d=0.0, restitution=0.5, load=Load.harmonic(0.62, 1.0))
     >>> flip = follow(orbit_near(system, [0.39, 2.32], modes=0), "mean", (0.6, 1.2)).at(BranchEvent.FLIP)[0]
-    >>> curve = follow_point(flip, ("restitution", "mean"), ((0.4, 0.6), (0.3, 1.2)))
+    >>> curve = follow_point(flip, ("restitution=0.4:0.6", "mean=0.3:1.2"))
     >>> for one in curve.ends:
     ...     print(one.kind.value, [round(value, 9) for value in one.values])
     limit [0.4, 0.574481856]
@@ -152,7 +153,7 @@ def follow_point(
     if not isinstance(motion, PeriodicOrbit | RestCycle | ValveCycle):
         raise ParameterError("point", str(point), "a point of follow")
     names = tuple(several("along", along, _TWO))
-    if len(names) != 2 or names[0] == names[1]:
+    if len(names) != 2:
         raise ParameterError("along", along, _TWO)
     given = (None, None) if values is None else several("values", values, _VALUES)
     ranges = (None, None) if between is None else several("between", between, _RANGES)
@@ -161,8 +162,11 @@ def follow_point(
             raise ParameterError(told, two, meant)
     hammer = motion.machine if isinstance(motion, ValveCycle) else motion.system
     over = varied(hammer, family, names, ranges, given)
+    if over.names[0] == over.names[1]:
+        raise ParameterError("along", along, _TWO)
     ways = count("most", most, least=2, most=MOST_POINTS)
-    callback("halt", halt)
+    callback("progress", progress)
+    halt = asked(progress)
     if isinstance(motion, ValveCycle):
         return machine_curve(point, over, ways, halt)
     if isinstance(motion, RestCycle):

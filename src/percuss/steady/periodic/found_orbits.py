@@ -70,7 +70,7 @@ class FoundOrbits(FoundMotions):
         Where the starts came from: ``"random times"``, and what was given besides.
     ended
         From how many tries `unseen` is estimated; it is worth little where these are few.
-    halted
+    interrupted
         Whether the search was told to end before all of its tries.
     rest
         Of cycles of a machine with a rest on the wall "chatter" or "rest", the word before n in their label; else "".
@@ -88,7 +88,7 @@ class FoundOrbits(FoundMotions):
     complete: bool
     sources: Mapping[str, Tally] = field(default_factory=dict, repr=False)
     ended: int = 0
-    halted: bool = False
+    interrupted: bool = False
     rest: str = ""
 
     @property
@@ -133,7 +133,9 @@ class FoundOrbits(FoundMotions):
             estimate = (
                 "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen_in_words}"
             )
-            head = f"{self.label}: {found} in {self.tries} tries, {estimate}{', halted' if self.halted else ''}"
+            head = (
+                f"{self.label}: {found} in {self.tries} tries, {estimate}{', interrupted' if self.interrupted else ''}"
+            )
             head += free_amplitude(self.resonant_modes)
         return "\n".join([head, *(f"  {orbit}" for orbit in self.orbits)])
 

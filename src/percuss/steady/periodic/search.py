@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError
-from percuss.halting import halting, look
+from percuss.halting import Elapsed, asked, halting, look
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, count, instance, numbers
 from percuss.steady.multipliers import Reason
@@ -30,7 +30,7 @@ from percuss.steady.states import check_pushes, steady_states
 
 _STEPS = 60
 _FRESH = -1  # of `settling`: not begun
-_WORK = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
+_WORK = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be interrupted
 COALESCED = 1e-9
 """Share of the period below which a flight has vanished."""
 
@@ -162,7 +162,7 @@ class RootSearch:
         kept = rebound if chain.is_neutral else None
         return PeriodicOrbit(chain.system, chain.periods, tuple(times.tolist()), chain.modes, kept).from_first
 
-    def result(self, *, complete: bool = False, halted: bool = False) -> FoundOrbits:
+    def result(self, *, complete: bool = False, interrupted: bool = False) -> FoundOrbits:
         """What was found; of a list that is proved to be complete the roots are counted, there are no tries."""
         chain, ended = self.chain, sum(self.met.values())
         unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
@@ -174,7 +174,7 @@ class RootSearch:
         tries = sum(tally.tries for tally in self.sources.values())
         return FoundOrbits(
             chain.system, chain.impacts, chain.periods, chain.modes, good, others, tries, dropped,
-            0.0 if complete else unseen, complete, self.sources, ended, halted,
+            0.0 if complete else unseen, complete, self.sources, ended, interrupted,
         )  # fmt: skip
 
 
@@ -220,7 +220,7 @@ def orbits(
     tries: int = 400,
     seed: int = 0,
     near: Mapping[str, Any] | None = None,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> FoundOrbits:
     """The periodic motions z=p/n with p impacts in n load periods; of a machine p/n, blows in cycles of its valve.
 
@@ -253,8 +253,8 @@ def orbits(
         Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
         the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
         Of a machine lists of `Rhythm`.
-    halt
-        Asked now and then; once it returns true the search ends with what it has, `halted`.
+    progress
+        Called again and again; once it returns true the search ends with what it has, `interrupted`.
 
     Raises
     ------
@@ -265,7 +265,7 @@ def orbits(
     ParameterError
         For numbers out of range.
     Interrupted
-        When it was halted before there was anything: among motions with one impact, which are found all at once.
+        When it was interrupted before there was anything: among motions with one impact, which are found all at once.
 
     Examples
     --------
@@ -277,6 +277,8 @@ def orbits(
     [0.148241 1.466982] [1.865025 0.732025]
     [0.390789 2.321002] [2.099374 0.497676]
     """
+    callback("progress", progress)
+    halt = asked(progress)
     if isinstance(system, Machine):
         from percuss.steady.self_excited.valve_orbits import valve_orbits
 
@@ -287,12 +289,11 @@ def orbits(
     wanted = count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
     given = given_rows(near, p, n)
-    callback("halt", halt)
     check_pushes(system)
     with halting(halt):
         if p == 1:
             return _with_one_impact(system, n, kept)
-        search, halted = RootSearch(ImpactChain(system, p, n, kept)), False
+        search, interrupted = RootSearch(ImpactChain(system, p, n, kept)), False
         try:
             if p == 2 and kept == 0 and _proved(search):
                 return search.result(complete=True)
@@ -300,8 +301,8 @@ def orbits(
         except Interrupted:
             if halt is None or not halt():  # told from outside: nobody waits for a part
                 raise
-            halted = True
-    return search.result(halted=halted)
+            interrupted = True
+    return search.result(interrupted=interrupted)
 
 
 def orbit_near(

@@ -18,7 +18,7 @@ import numpy as np
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import halting, look
 from percuss.model import Machine
-from percuss.model.checks import DEFAULT_MODES, Array, callback, count, instance
+from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.model.load.valve import Orders
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
@@ -64,10 +64,9 @@ def valve_orbits(
     p, n = count("impacts", blows, most=MOST_IMPACTS), count("periods", valve_cycles, most=MOST_PERIODS)
     kept, wanted = count("modes", modes, least=0, most=_MOST_MODES), count("tries", tries, most=_MOST_TRIES)
     start = count("seed", seed, least=0, most=2**63 - 1)
-    callback("halt", halt)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
         raise ParameterError("machine", str(machine), "a machine that loses energy", "give a restitution below 1")
-    search, halted = _ValveSearch(machine, p, n, kept), False
+    search, interrupted = _ValveSearch(machine, p, n, kept), False
     with halting(halt):
         try:
             for name, rhythms in (near or {}).items():
@@ -76,8 +75,8 @@ def valve_orbits(
         except Interrupted:
             if halt is None or not halt():  # told from outside: nobody waits for a part
                 raise
-            halted = True
-    return search.result(halted)
+            interrupted = True
+    return search.result(interrupted)
 
 
 def valve_rest_cycles(machine: Machine, rest: str, valve_cycles: int = 1, *, modes: int = 32) -> FoundOrbits:
@@ -165,7 +164,7 @@ class _ValveSearch:
                 begin = None if begin is None else piston.leg(begin).rebound
             yield None if begin is None else _stretch(piston, begin, self.blows)
 
-    def result(self, halted: bool) -> FoundOrbits:
+    def result(self, interrupted: bool) -> FoundOrbits:
         """What was found."""
         ended = sum(self.met.values())
         unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
@@ -176,7 +175,7 @@ class _ValveSearch:
         tries = sum(tally.tries for tally in self.sources.values())
         return FoundOrbits(
             cast("Any", self.machine), self.blows, self.valve_cycles, self.modes, cast("Any", good),
-            cast("Any", others), tries, dropped, unseen, False, self.sources, ended, halted,
+            cast("Any", others), tries, dropped, unseen, False, self.sources, ended, interrupted,
         )  # fmt: skip
 
 

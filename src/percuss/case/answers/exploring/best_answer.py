@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.best import OBJECTIVES
+from percuss.blow.best import OBJECTIVES, BestProgress
 from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent, picked
@@ -145,7 +145,7 @@ def best_answer(
     below: float | None = None,
     seed: int = 0,
     most: int = 1500,
-    progress: Callable[[int, int], bool] | None = None,
+    progress: Callable[[BestProgress], object] | None = None,
 ) -> BestAnswer:
     """The sizes of a case that give the best blow.
 

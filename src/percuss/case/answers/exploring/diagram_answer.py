@@ -13,10 +13,8 @@ from percuss.case.answers.exploring.orbits_answer import branch_section, parsed_
 from percuss.case.answers.facts import PLAIN, Grid, Report, ReportSection, counted, json_number, picked, plain_value
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.explore.diagrams.diagram import carried_diagram
-from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, DEFAULT_VALUES, diagram_job
-from percuss.explore.family import Axis
-from percuss.model.checks import text
+from percuss.explore.diagrams.diagram import carried_diagram, diagram_axis
+from percuss.explore.diagrams.diagram_job import DEFAULT_RUNS, diagram_job
 
 if TYPE_CHECKING:
     from percuss.explore import Branch, BranchPoint, Diagram, SettledMotion
@@ -39,7 +37,7 @@ def diagram_job_of(
 ) -> DiagramJob:
     """What `diagram_answer` carries out; its parameters are described there."""
     checked_case(case)
-    axis = _axis(along)
+    axis = diagram_axis(along)
     family = CaseFamily(case, {axis.name: axis.unit} if axis.unit else {})
     return diagram_job(
         family, axis, up_to=None if up_to is None else parsed_label(up_to), searched=searched, switch=switch,
@@ -103,11 +101,6 @@ def diagram_answer(
         modes=modes, impacts=impacts, seed=seed,
     )  # fmt: skip
     return carried_diagram(job, **running)
-
-
-def _axis(along: str) -> Axis:
-    told = text("along", along, "NAME=FROM:TO or NAME=FROM:TO:NUMBER")
-    return Axis.parsed(f"{told}:{DEFAULT_VALUES}" if told.count(":") == 1 else told)
 
 
 # ---- Diagrams as JSON, and as a table of text

@@ -20,7 +20,7 @@ from percuss.errors import Interrupted, ParameterError
 from percuss.explore import Axis, BranchEvent, follow, orbit_seeds, switched_seeds
 from percuss.explore.orbit_starts import doubled_seeds
 from percuss.explore.parameters import parameters_of
-from percuss.halting import halting
+from percuss.halting import Elapsed, asked, halting
 from percuss.model import Machine, System
 from percuss.model.checks import Array, count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
@@ -114,7 +114,7 @@ def orbits_answer(
     seed: int = 0,
     motions: int = 64,
     switch: bool = False,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> FoundOrbits:
     """The orbits z=p/n of a case, or p/n of one whose piston switches the valve; see `percuss.steady.orbits`.
 
@@ -132,7 +132,7 @@ def orbits_answer(
         How many are simulated to start from their close returns; 0 for none.
     switch
         Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
-    halt
+    progress
         As for `percuss.steady.orbits`.
 
     Examples
@@ -142,7 +142,7 @@ def orbits_answer(
     z=1/1
     """
     checked_case(case)
-    asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "halt": halt}
+    asked: dict[str, Any] = {"tries": tries, "seed": seed, "motions": motions, "switch": switch, "progress": progress}
     return _searched(case.hammer, label, _modes(case, modes), **asked)
 
 
@@ -155,7 +155,7 @@ def _searched(
     seed: int = 0,
     motions: int = 64,
     switch: bool = False,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> FoundOrbits:
     if isinstance(system, Machine) and is_rest_label(label):
         word, _, number = re.sub(r"\s", "", label).partition("/")
@@ -163,24 +163,26 @@ def _searched(
     (impacts, periods), drawn = parsed_label(label), count("motions", motions, least=0, most=10**5)
     if isinstance(system, Machine):
         near: dict[str, Any] = (
-            orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt) if drawn else {}
+            orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, progress=progress)
+            if drawn
+            else {}
         )
         if flag("switch", switch) and impacts % 2 == periods % 2 == 0:
-            with suppress(Interrupted), halting(halt):
+            with suppress(Interrupted), halting(asked(progress)):
                 near |= doubled_seeds(system, impacts, periods, modes=kept)
-        return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
+        return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, progress=progress)
     if drawn and impacts == 2 and kept == 0:  # the list is complete without them, as a rule
-        found = orbits(system, impacts, periods, modes=kept, tries=1, halt=halt)
+        found = orbits(system, impacts, periods, modes=kept, tries=1, progress=progress)
         if found.complete:
             return found
     near = {}
     if drawn and impacts > 1:
         check_pushes(system)
-        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, halt=halt)
+        near = orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, progress=progress)
     if flag("switch", switch) and impacts > 1:
-        with suppress(Interrupted), halting(halt):
+        with suppress(Interrupted), halting(asked(progress)):
             near |= switched_seeds(system, impacts, periods, modes=kept)
-    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, halt=halt)
+    return orbits(system, impacts, periods, modes=kept, tries=tries, seed=seed, near=near, progress=progress)
 
 
 def branch_answer(
@@ -190,7 +192,7 @@ def branch_answer(
     *,
     switch: int = 0,
     modes: int | None = None,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> Branch:
     """An orbit or a cycle with rest of a case followed through a parameter.
 
@@ -212,7 +214,7 @@ def branch_answer(
         How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
     modes
         As for `orbits_answer`.
-    halt
+    progress
         As for `percuss.explore.follow`.
 
     Examples
@@ -229,15 +231,15 @@ def branch_answer(
     if case.is_machine:
         machine = case.machine() if value == own else family.machine({name: value})
         begun = _chosen(machine, orbit, kept)
-        return follow(begun, name, ends, family=family, value=value, switch=switch, halt=halt)
+        return follow(begun, name, ends, family=family, value=value, switch=switch, progress=progress)
     system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
         if count("switch", switch, least=0):
             raise ParameterError("switch", switch, "0: nothing branches off a cycle with rest")
         cycle = _chosen_cycle(system, orbit, kept)
-        return follow(cycle, name, ends, family=family, value=value, halt=halt)
+        return follow(cycle, name, ends, family=family, value=value, progress=progress)
     start = _chosen(system, orbit, kept)
-    return follow(start, name, ends, family=family, value=value, switch=switch, halt=halt)
+    return follow(start, name, ends, family=family, value=value, switch=switch, progress=progress)
 
 
 def begun_at(case: Case, along: str) -> float | None:
@@ -322,7 +324,7 @@ def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     """What a search found."""
     return {
-        **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
+        **picked(found, "label modes complete unseen unseen_bound interrupted ended tries resonant_modes"),
         "orbits": [told_orbit(orbit) for orbit in found.orbits],
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
@@ -479,7 +481,7 @@ def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
         "modes": found.modes,
         "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
         "complete": True,
-        "halted": False,
+        "interrupted": False,
         "ended": 0,
         "tries": len(found.releases),
         **nothing,
@@ -584,7 +586,7 @@ def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
         (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}") for name, tally in one.sources.items()
     ]
     lines += [(reason.value, str(number)) for reason, number in one.dropped.items()]
-    if one.halted:
+    if one.interrupted:
         lines.append(("interrupted", "before all tries were made; there may be more orbits"))
     if one.resonant_modes:
         told = ", ".join(map(str, one.resonant_modes[:_MOST_TOLD]))

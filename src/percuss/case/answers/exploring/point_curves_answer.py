@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -20,7 +19,8 @@ from percuss.explore import Axis, BranchEvent, BranchPoint, PointCurve, follow_p
 from percuss.explore.point_curves.following_points import FOLLOWED
 from percuss.explore.point_curves.machine_points import FOLLOWED_OF_MACHINES
 from percuss.explore.point_curves.rest_walk import REST_FOLLOWED
-from percuss.model.checks import having, text
+from percuss.halting import Elapsed, asked
+from percuss.model.checks import callback, having, text
 
 if TYPE_CHECKING:
     from percuss.explore import Branch
@@ -34,7 +34,13 @@ _REST_NAMES = {**{kind.value: kind for kind in REST_FOLLOWED}, **_SHORT}
 
 
 def point_curves_answer(
-    case: Case, branch: Branch, which: str, along: str, over: str, *, halt: Callable[[], bool] | None = None
+    case: Case,
+    branch: Branch,
+    which: str,
+    along: str,
+    over: str,
+    *,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> tuple[PointCurve, ...]:
     """Points of a branch followed through its parameter and a second one; see `percuss.explore.follow_point`.
 
@@ -49,7 +55,7 @@ def point_curves_answer(
     along, over
         The parameter of the branch and the second one, each with its range: ``mean=0.3:1.2``, ``restitution=0:0.9``;
         without a range, ``restitution``, curves are followed to their ends.
-    halt
+    progress
         As for `percuss.explore.follow`.
 
     Examples
@@ -67,9 +73,11 @@ def point_curves_answer(
     family = CaseFamily(case, {name: of for name, of in ((first, unit), (other, its_unit)) if of})
     second = value_of(case, family, other, there)
     found: list[Any] = []
+    callback("progress", progress)
+    halt = asked(progress)
     for point in _chosen(branch, which):
         values = (point.value, second)
-        found.append(follow_point(point, (first, other), (here, there), family=family, values=values, halt=halt))
+        found.append(follow_point(point, (first, other), (here, there), family=family, values=values, progress=halt))
         if halt is not None and halt():
             break
     return tuple(found)
@@ -198,7 +206,7 @@ def watched_curves(
     spans = {name: (float(axis.values[0]), float(axis.values[1])) for name, axis in axes.items()}
     found: list[PointCurve] = []
     for line, (along, over) in enumerate(((up, across), (across, up))):
-        branch = branch_answer(case, orbit, along, modes=modes, halt=halt)
+        branch = branch_answer(case, orbit, along, modes=modes, progress=lambda _: halt())
         names = tuple(Axis.spanned(text).name for text in (along, over))
         points: Sequence[Any] = followed_points(branch)
         for i, point in enumerate(points):
@@ -209,15 +217,14 @@ def watched_curves(
                 continue
             ranges, values = [spans[name] for name in names], [place[name] for name in names]
             late = _late(patience, halt)
-            found.append(follow_point(point, names, ranges, family=family, values=values, halt=late))
+            found.append(follow_point(point, names, ranges, family=family, values=values, progress=late))
             yield 0.5 * line + 0.5 * (i + 1) / (len(points) + 1), tuple(found)
     yield 1.0, tuple(found)
 
 
-def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[], bool]:
+def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[Elapsed], bool]:
     """What says so after some time, or when `halt` does."""
-    until = time.monotonic() + seconds
-    return lambda: halt() or time.monotonic() > until
+    return lambda now: halt() or now.seconds > seconds
 
 
 def _is_on(

@@ -115,7 +115,7 @@ def _exact(states: SteadyStates, modes: int) -> ExactPlane:
         stable=np.zeros(phase.shape, dtype=bool),
     )
     r, factor = system.restitution, system.load.load_factor
-    return exact_plane(system, r, factor, states.periods, modes, plane=cell, threads=1)
+    return exact_plane(system, r, factor, states.periods, modes, plane=cell, workers=1)
 
 
 def _by_multipliers(orbit: Orbit, modes: int) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import parameters
 from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.following import reach
+from percuss.halting import Asked, Elapsed, asked
 from percuss.model.checks import DEFAULT_MODES, callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
@@ -32,7 +33,7 @@ def reach_answer(
     names: Sequence[str] | None = None,
     *,
     modes: int | None = None,
-    halt: Callable[[], bool] | None = None,
+    progress: Callable[[Elapsed], object] | None = None,
 ) -> tuple[CaseReach, ...]:
     """How far parameters of a case may move before a steady motion of it is lost; see `percuss.explore.reach`.
 
@@ -47,7 +48,7 @@ def reach_answer(
         Parameters as of `percuss sweep`; None for those with a slider on the page, mean load and frequency.
     modes
         N of the multipliers and of what is simulated beyond the ends; 32 by default.
-    halt
+    progress
         As for `percuss.explore.follow`; once it returns true the parameters that follow are left out.
 
     Raises
@@ -65,7 +66,8 @@ def reach_answer(
 ceases to exist (then chatter/1)
     """
     wanted = varied_parameters(case, names)
-    callback("halt", halt)
+    callback("progress", progress)
+    halt = asked(progress)
     start = orbit if isinstance(orbit, ValveCycle) else _with_modes(instance("orbit", orbit, Orbit), modes)
     found = []
     for row in wanted:
@@ -110,15 +112,13 @@ def _known(case: Case, rows: dict[str, dict[str, Any]], name: str) -> dict[str, 
     return rows[key]
 
 
-def _row(
-    case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], halt: Callable[[], bool] | None
-) -> CaseReach:
+def _row(case: Case, start: PeriodicOrbit | ValveCycle, row: dict[str, Any], halt: Asked | None) -> CaseReach:
     name, unit, value = row["name"], row["unit"], row["value"]
     about = (name, row["label"], unit, value)
     family = CaseFamily(case, {name: unit} if unit else {})
     try:
         between = None if _is_open(start, name, value) else _range(name, value)
-        found = reach(start, name, between, family=family, value=value, halt=halt)
+        found = reach(start, name, between, family=family, value=value, progress=halt)
     except Interrupted:
         raise
     except PercussError as error:
