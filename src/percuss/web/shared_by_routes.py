@@ -291,9 +291,7 @@ class Questions(APIRouter):
             async def route(request: Request, asked: Any) -> Response:
                 limits, gate = limits_of(request), gate_of(request)
                 begin = await gate.quick.run(
-                    request,
-                    limits.seconds,
-                    lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits),
+                    request, limits.seconds, lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits)
                 )
                 await compiled(request, kernels(asked) if callable(kernels) else kernels)
 
