@@ -372,9 +372,7 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
 _TRIED = (0.02, 0.01, 0.005)
 
 
-def _flip(
-    curve: MachineCurve, point: CurvePoint, values: ComplexArray | None
-) -> tuple[str, str | None, str | None]:
+def _flip(curve: MachineCurve, point: CurvePoint, values: ComplexArray | None) -> tuple[str, str | None, str | None]:
     """Where the doubled cycle begins, and whether it is stable there, by steps into it; its side and criticality.
 
     Supercritical: it has no more multipliers outside than those of the flip beside the −1.
