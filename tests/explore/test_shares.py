@@ -33,7 +33,7 @@ def test_each_value_is_an_experiment() -> None:
 
 
 def test_attractors_of_one_label_are_lines_by_where_they_are() -> None:
-    found = shares(TWINS, "restitution=0.56:0.6:5", **ASK, workers=1)
+    found = shares(TWINS, "restitution=0.59:0.6:3", **ASK, workers=1)
     twins = [line for label, line in zip(found.labels, found.lines, strict=True) if label == "z=1/1"]
     assert len(twins) == 2
     for line in twins:

@@ -79,7 +79,7 @@ NO_DOORS = {
     "explore.Experiment.from_archive explore.Experiment.of_done explore.Shares.from_archive explore.Shares.of "
     "explore.Sweep.from_archive explore.Sweep.shaped",
     "the same as explore.follow": "steady.Orbit.follow steady.PeriodicOrbit.follow steady.RestCycle.follow "
-    "steady.ValveCycle.follow",
+    "steady.ValveCycle.follow steady.TimedOrbit.follow",
     "what a file holds: the doors are save and load": "explore.Branch.from_json "
     "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json explore.Shares.from_json "
     "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
@@ -108,7 +108,8 @@ MEANT = (
         model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity simulate.Starts.displacement
         simulate.Starts.velocity simulate.Starts.time simulate.Stop.time model.Load.history.time
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
-        explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field
+        explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
+        simulate.Trajectory.section.displacement simulate.Trajectory.section.velocity
         case.orbits_answer.seed case.best_answer.seed
         """,
     ),
@@ -133,6 +134,7 @@ MEANT = (
     ("-1, empty, nan", "steady.grows.phases"),
     ("None, empty, dict", "simulate.Starts.states"),
     (", ".join(set(WRONG) - {"None"}), "case.recorded_answer.blows"),  # of a machine without a record
+    ("-1", "simulate.Trajectory.section.phase"),
     ("-1, empty", "blow.Trace.*.time model.Load.on_steps.error *.t *.phase *.times *.mean *.load_factor"),
     ("-1", "*.time"),
     (
@@ -156,7 +158,7 @@ NOT_NONE = {
     "recordings.read_recording.column", "model.Bar.area", "model.Section.area", "model.Kept.receiving_area",
     "model.Kept.area", "model.Reversed.receiving_area", "model.Reversed.area", "model.Port.behind", "model.Port.side",
     "model.System.load", "model.System.bar", "model.System.frequency", "model.System.body", "model.System.contact",
-    "blow.Rod.rock",
+    "blow.Rod.rock", "simulate.Trajectory.section.phase",
 }  # fmt: skip
 """What can be left out only when something else is given, which is not in the call here."""
 
@@ -282,7 +284,8 @@ class Arguments:
             explore.follow(one_impact, "mean", (0.89, 0.91), most=2),
             explore.follow(rests.orbits[0], "mean", (0.89, 0.91), points=2),
             explore.diagram(SYSTEM, "mean=0.85:0.95:2", up_to=None, starts=1, runs=0, modes=0, **few),
-            explore.experiment(SYSTEM, 4, **few), explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
+            explore.experiment(SYSTEM, 4, **few), explore.shares(SYSTEM, "restitution=0.2,0.6", 4, **few),
+            explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
@@ -365,6 +368,7 @@ class Arguments:
             "simulate.simulate_m*": {"machines": MACHINE, "systems": SYSTEM, "starts": Start.rigid()},
             "simulate.*Events.of": {"kind": "impact"},
             "simulate.Trajectory.continued": {"stop": Stop(impacts=4)},
+            "simulate.Trajectory.section": {"phase": 0.5},
             "simulate.Trajectory.load": {"path": motion},
             "simulate.*Trajectory.save": {"path": folder / "other.nc"},
             "explore.*.save": {"path": folder / "other.csv"},
@@ -387,6 +391,8 @@ class Arguments:
             "explore.basins": {"x": ("time", 0.0, 1.0, 2), "y": ("velocity", -1.0, -0.5, 2)},
             "explore.experiment": {"chunk": 1000},  # of the 10 000 starts that None means
             "explore.boundaries": {"x": ("restitution", [0.3]), "y": ("load_factor", 0.1, 1.0), "kinds": ("fold",)},
+            "explore.diagram": {"along": "mean=0.85:0.95:2"},
+            "explore.shares": {"along": "restitution=0.3,0.4"},
             "explore.carry_out": {"job": Two()},
             "explore.estimate": {"job": Two()},
             "explore.sweep": {"what": SYSTEM, "axes": of["Axis"], "quantities": ["label"], "impacts": 20, "discard": 2},

@@ -235,41 +235,48 @@ class Axis(Shown):
         return cls.linear(name.strip(), low, high, 2, unit)
 
     @classmethod
-    def of(cls, given: Axis | str | tuple[Any, ...], name: str = "axis") -> Axis:
+    def of(cls, axis: Axis | str | tuple[Any, ...], name: str = "axis") -> Axis:
         """An axis that is given as it is, as text, as (name, values) or as (name, first, last, number).
+
+        `name`: what an error calls it.
 
         Examples
         --------
         >>> Axis.of(("restitution", [0.0, 0.3])), Axis.of("restitution=0,0.3")
-        (Axis(name='restitution', values=[0, 0.3]), Axis(name='restitution', values=[0, 0.3]))
+        (Axis(name='restitution', values=[0, 0.3], unit=''), Axis(name='restitution', values=[0, 0.3], unit=''))
         """
-        if isinstance(given, str):
-            return cls.parsed(given)
-        if isinstance(given, tuple | list) and len(given) in (2, 4) and isinstance(given[0], str):
-            return cls.linear(*given) if len(given) == 4 else cls(given[0], np.atleast_1d(numbers(*given)))
-        if isinstance(given, Axis):
-            return given
-        raise ParameterError(
-            name, given, "text (time=0:6.2:32), (name, first, last, number), (name, values) or an Axis"
-        )
+        checked_text("name", name)
+        if isinstance(axis, str):
+            return cls.parsed(axis)
+        if isinstance(axis, tuple | list) and len(axis) in (2, 4) and isinstance(axis[0], str):
+            return cls.linear(*axis) if len(axis) == 4 else cls(axis[0], np.atleast_1d(numbers(*axis)))
+        if isinstance(axis, Axis):
+            return axis
+        raise ParameterError(name, axis, "text (time=0:6.2:32), (name, first, last, number), (name, values) or an Axis")
 
     @classmethod
-    def range_of(cls, given: Axis | str | tuple[Any, ...], name: str = "range") -> Axis:
+    def range_of(cls, axis: Axis | str | tuple[Any, ...], name: str = "range") -> Axis:
         """The two ends of a range: of text, with or without a number, of (name, lowest, highest), or of an axis.
+
+        `name`: what an error calls it.
 
         Examples
         --------
         >>> Axis.range_of("load_factor=0.3:1.2"), Axis.range_of("load_factor=0.3:1.2:90").values
-        (Axis(name='load_factor', values=[0.3, 1.2]), array([0.3, 1.2]))
+        (Axis(name='load_factor', values=[0.3, 1.2], unit=''), array([0.3, 1.2]))
         """
-        if isinstance(given, str) and given.count(":") == 1 and "," not in given:
-            return cls.spanned(given)
-        if isinstance(given, tuple | list) and len(given) == 3 and isinstance(given[0], str):
-            given = cls.linear(*given, 2)
-        elif not isinstance(given, Axis | str):
-            raise ParameterError(name, given, "text (load_factor=0.3:1.2), (name, lowest, highest) or an Axis")
-        values = cls.of(given).values
-        return cls.linear(cls.of(given).name, float(values.min()), float(values.max()), 2, cls.of(given).unit)
+        checked_text("name", name)
+        if isinstance(axis, str) and axis.count(":") == 1 and "," not in axis:
+            return cls.spanned(axis)
+        if isinstance(axis, tuple | list) and len(axis) == 3 and isinstance(axis[0], str):
+            axis = cls.linear(*axis, 2)
+        elif not isinstance(axis, Axis | str):
+            raise ParameterError(name, axis, "text (load_factor=0.3:1.2), (name, lowest, highest) or an Axis")
+        whole = cls.of(axis)
+        low, high = float(whole.values.min()), float(whole.values.max())
+        if low == high:
+            raise ParameterError(whole.name, low, "two different ends")
+        return cls.linear(whole.name, low, high, 2, whole.unit)
 
     def __len__(self) -> int:
         return int(self.values.size)

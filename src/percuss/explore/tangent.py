@@ -258,7 +258,9 @@ def growths(motion: Trajectory, first: int, every: bool) -> Array:
     now, more = differences(own, rows, columns if every else 1)
     growth = np.empty((max(int(np.count_nonzero(motion.events.code[first:] == IMPACT)) - 1, 1), now.shape[2]))
     waits = np.zeros(more.shape[0], dtype=np.int64)
-    found = log_growths(own, rows, now, more, waits, np.zeros((4, n, 2)), np.zeros((4, now.shape[2])), growth)
+    found = log_growths(
+        own, rows, now, more, waits, np.zeros((4, n, 2)), np.zeros((4, now.shape[2])), np.zeros_like(own.held), growth
+    )
     return growth[:found]
 
 
@@ -362,19 +364,22 @@ def handed(turned, now, room):
 
 
 @inner
-def orthonormal(weight, now, more, growth):
-    """Gram and Schmidt's columns in the size that a difference has, and the logarithm of what each was long."""
+def orthonormal(weight, now, more, late, growth):
+    """Gram and Schmidt's columns in the size that a difference has, and the logarithm of what each was long.
+
+    What is kept of an impact until a chatter ends, in `late`, goes with them.
+    """
     for j in range(now.shape[2]):
         whole = left = inside(weight, now, more, j, j)
         for i in range(j):
             part = inside(weight, now, more, i, j)
-            added(now, more, j, -part, i)
+            added(now, more, late, j, -part, i)
             left = inside(weight, now, more, j, j)
         if j > 0 and not left > LOST * LOST * whole:
             left = 0.0
         growth[j] = 0.5 * math.log(left) if left > 0.0 else -math.inf
         scale = 1.0 / math.sqrt(left) if left > 0.0 else 0.0
-        added(now, more, j, scale - 1.0, j)
+        added(now, more, late, j, scale - 1.0, j)
 
 
 @inner
@@ -389,26 +394,27 @@ def inside(weight, now, more, i, j):
 
 
 @inner
-def added(now, more, j, share, i):
+def added(now, more, late, j, share, i):
     """A share of column i on column j."""
     for m in range(now.shape[0]):
         now[m, 0, j] += share * now[m, 0, i]
         now[m, 1, j] += share * now[m, 1, i]
     for m in range(more.shape[0]):
         more[m, j] += share * more[m, i]
+    for m in (1, 3):
+        late[m, j] += share * late[m, i]
 
 
 @entry
-def log_growths(own, rows, now, more, waits, room, late, growth):
+def log_growths(own, rows, now, more, waits, room, late, amounts, growth):
     """Logarithms of the growth of differences over each flight and impact, into `growth`; returns of how many.
 
     `now`, `more`: the columns, as `differences` says; `waits`, zeros: whether each order waits; `room`: of the motion,
     its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: four rows of a number for each
-    column.
+    column; `amounts`: a number for each exponent at rest.
     """
     motion, before, after, other = room[0], room[1], room[2], room[3, :, 0]
     shift, rebound, charge, at_impact = late[0], late[1], late[2], late[3]
-    amounts = np.zeros(own.held.shape[0], dtype=np.complex128)
     size, columns, impacts, since = now.shape[0], now.shape[2], 0, 0.0
     for i in range(rows.gone.shape[0]):
         struck = rows.code[i] == STRUCK and not rows.step[i]
@@ -485,7 +491,7 @@ def log_growths(own, rows, now, more, waits, room, late, growth):
         if rows.given[i] >= 0:
             waits[1 + rows.given[i]] = 1
         if struck:
-            orthonormal(own.weight, now, more, growth[impacts])
+            orthonormal(own.weight, now, more, late, growth[impacts])
             impacts += 1
             if not -math.inf < growth[impacts - 1, 0] < math.inf:
                 return impacts

@@ -262,6 +262,8 @@ class Start:
             raise ParameterError("profile", self.profile, "displacement and velocity along the bar: see Start.field")
         if self.gap is not None:
             object.__setattr__(self, "gap", _not_beyond(finite("position", self.gap)))
+        if self.modes is not None:
+            object.__setattr__(self, "modes", count("modes", self.modes, least=0, most=MAX_MODES))
         if self.pressure is not None:
             object.__setattr__(self, "pressure", non_negative("pressure", self.pressure))
         if self.valve_state is not None:

@@ -14,12 +14,14 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.model import Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance
+from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance, unit_interval
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown, watched
 from percuss.simulate.events import (
     CHATTER,
     IMPACT,
+    KINDS,
+    PORT,
     RELEASE,
     REST,
     VALVE,
@@ -511,9 +513,10 @@ class Trajectory(Shown):
         choice("side", side, "left", "right")
         choice("direction", direction, "rising", "falling", "both")
         ((name, value),) = given.items()
-        place = float(array("at", at, 0.0, 1.0)[0])
+        place = unit_interval("at", at)
         plane = f"{name} {value}" if event is not None else f"{name} = {finite(name, value):g}"
         if event is not None:
+            choice("event", event, *(KINDS if self.events.states else KINDS[:PORT]))
             times = self.events.of(event).time
         elif phase is not None:
             if not self.is_clocked:

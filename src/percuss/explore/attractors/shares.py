@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.errors import ParameterError, extra_package
+from percuss.errors import extra_package
 from percuss.explore.attractors.experiments import Experiment, ExperimentJob, experiment_job, wilson
 from percuss.explore.attractors.hammers import DISTANCE
 from percuss.explore.family import Axis, Family, drives_itself, family_of
@@ -18,7 +18,7 @@ from percuss.explore.jobs.archive_export import OfValues
 from percuss.explore.jobs.archive_layout import canonical, parsed
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
-from percuss.model.checks import DEFAULT_MODES, Array, non_negative
+from percuss.model.checks import DEFAULT_MODES, Array, count, non_negative
 
 if TYPE_CHECKING:
     import pandas
@@ -231,14 +231,13 @@ def shares(
     ('chatter/1', 'z=2/2', 'z=1/1')
     """
     family, axis, apart = family_of(what), Axis.of(along, "along"), non_negative("distance", distance)
+    number = count("starts", starts)
     family.check({axis.name: axis.unit})
     hammers = family.machine if drives_itself(family) else family.system
     each = [
-        experiment_job(hammers({axis.name: value}), starts, distribution, seed, modes=modes, stop=stop)
+        experiment_job(hammers({axis.name: value}), number, distribution, seed, modes=modes, stop=stop)
         for value in axis.values.tolist()
     ]
-    if len({job.size for job in each}) > 1:
-        raise ParameterError("starts", starts, "a number of starts")
     from percuss.explore.jobs.carrying_out import carry_out
 
     job = SharesJob(axis, tuple(each))
