@@ -504,7 +504,7 @@ class Trajectory(Shown):
         >>> system = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.7, 1.0))
         >>> motion = run(system, Start.rigid(-1.0, time=0.3), modes=2, stop=Stop(time=40.0, periodic=False))
         >>> len(motion.section(phase=0.0)), len(motion.section(displacement=-0.5, direction="rising"))
-        (6, 5)
+        (6, 6)
         """
         asked = {"phase": phase, "event": event, "displacement": displacement, "velocity": velocity}
         given = {name: value for name, value in asked.items() if value is not None}
@@ -727,7 +727,7 @@ class Section(Shown):
         return int(self.times.size)
 
     def __str__(self) -> str:
-        return f"Section at {self.plane}: {len(self)} points, {self.displacement.shape[1] - 1} modes"
+        return f"Section at {self.plane}: {len(self)} point{'s' * (len(self) != 1)}, {self.displacement.shape[1] - 1} modes"
 
     def _columns(self) -> dict[str, Any]:
         return {

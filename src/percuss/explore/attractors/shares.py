@@ -188,10 +188,8 @@ class Shares(OfValues):
         over = f"{len(self.axis)} values of {self.axis.name} from {low:.6g} to {high:.6g}"
         head = f"Shares: {over}, {len(self.experiments[0])} starts each, {self.experiments[0].modes} modes"
         shares = self.members / np.maximum([len(one) for one in self.experiments], 1)[:, None]
-        told = [
-            f"  {label}: at {int((part > 0.0).sum())} values, up to {part.max():.2%}"
-            for label, part in zip(self.labels, shares.T, strict=True)
-        ]
+        found = zip(self.labels, shares.T, (shares > 0.0).sum(axis=0).tolist(), strict=True)
+        told = [f"  {label}: at {n} value{'s' * (n != 1)}, up to {part.max():.2%}" for label, part, n in found]
         return "\n".join([head, *told])
 
 
