@@ -727,7 +727,8 @@ class Section(Shown):
         return int(self.times.size)
 
     def __str__(self) -> str:
-        return f"Section at {self.plane}: {len(self)} point{'s' * (len(self) != 1)}, {self.displacement.shape[1] - 1} modes"
+        points = f"{len(self)} point{'s' * (len(self) != 1)}"
+        return f"Section at {self.plane}: {points}, {self.displacement.shape[1] - 1} modes"
 
     def _columns(self) -> dict[str, Any]:
         return {
