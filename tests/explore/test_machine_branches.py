@@ -117,7 +117,7 @@ def test_the_doubled_branch_leads_from_flip_to_flip():
     for flip in branch.at(BranchEvent.FLIP):
         assert flip.side in ("greater", "smaller") and flip.criticality in ("supercritical", "subcritical")
         stable = flip.beyond.endswith(", stable")
-        assert flip.criticality == "supercritical" if stable else True
+        assert not stable or flip.criticality == "supercritical"
 
 
 # -- the samples ------------------------------------------------------------------------------------------------------
