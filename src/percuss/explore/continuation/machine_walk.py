@@ -449,7 +449,7 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     )  # fmt: skip
 
 
-_TRIED = (0.02, 0.01, 0.005)
+_TRIED = 0.02 * 0.5 ** np.arange(8.0)  # of times and the parameter together, into a branch, until two tell the same
 
 
 def _flip(curve: MachineCurve, point: CurvePoint) -> tuple[str, Side | None]:
@@ -458,23 +458,27 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> tuple[str, Side | None]:
     if partner is None:
         return "a cycle of twice as many blows begins", None
     wide, start = partner
-    side = None
+    values = curve.motion(point.x).multipliers().values
+    settled = not outside(np.delete(values, np.argmin(np.abs(values + 1.0))))
+    side = last = None
     for size in _TRIED:
         try:
             found = wide.corrected(start.x + size * start.tangent, start.tangent, start.tangent, start)
         except CorrectorFailed:
             continue
-        by = float(found.x[-1] - start.x[-1])
-        if by:
-            stable = not outside(wide.motion(found.x).multipliers().values)
-            side = Side(by > 0.0, stable, _flipped(curve, point, by))
+        by, last = float(found.x[-1] - start.x[-1]), side
+        flipped = _flipped(curve, point, by)
+        side = Side(by > 0.0, not outside(wide.motion(found.x).multipliers().values), flipped)
+        if side == last and side.stable == (flipped and settled):  # else it is beyond a fold of its own
             break
+    else:
+        side = None
     return f"{wide.label} begins{side_told(curve.names[0], side)}", side
 
 
 def _flipped(curve: MachineCurve, point: CurvePoint, by: float) -> bool | None:
     """Whether the cycle is no longer stable in this direction at a value that differs by so much from its flip's."""
-    if not point.tangent[-1]:
+    if not (by and point.tangent[-1]):
         return None
     try:
         x = point.x + by / point.tangent[-1] * point.tangent
