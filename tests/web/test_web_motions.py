@@ -359,6 +359,13 @@ def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
     until(page, "location.hash.includes('starts=40')")
 
 
+def test_where_a_machine_ends_up_is_counted(desk: Desk) -> None:
+    page = desk.open("panel=experiment&machine=valve-breaker&starts=30")
+    page.click("#experiment-run")
+    expect(page.locator("#experiment-status")).to_contain_text("30 starts, all followed")
+    expect(page.locator("#experiment-shares .share").first).to_have_attribute("data-label", "runs 1/1")
+
+
 def test_an_experiment_can_be_cancelled_and_is_bounded(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open("panel=experiment&machine=mini-breaker&emodes=16")
@@ -437,12 +444,7 @@ def test_a_lesson_begins_before_what_it_asks_to_cross(desk: Desk) -> None:
 
 def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
     page = desk.open("panel=lessons")
-    meanings = [
-        "one blow every load period",
-        "2 blows in 2 load periods",
-        "4 blows in 4 load periods",
-        "never repeat",
-    ]
+    meanings = ["one blow every load period", "2 blows in 2 load periods", "4 blows in 4 load periods", "never repeat"]
     for number, (label, meaning) in enumerate(zip(["z=1/1", "z=2/2", "z=4/4", "aperiodic"], meanings, strict=True), 1):
         scene(page, 3, number)
         expect(page.locator("#verdict")).to_have_text(f"Plays: {label}")
