@@ -505,10 +505,8 @@ def solved(room, x, most, map_found):
 
 @inner
 def root(room, x, most):
-    """Newton's method, by steps that keep the order of events and after which the next one is shorter.
-
-    That is told by the derivatives at hand (Deuflhard, Newton Methods for Nonlinear Problems, 2004, § 3.3).
-    """
+    """Newton's method, by steps that keep the order of events and after which the next one is shorter."""
+    # by the derivatives at hand (Deuflhard, Newton Methods for Nonlinear Problems, 2004, § 3.3)
     P, work, smallest = room.error.shape[0], room.solving, math.inf
     nearly = NEARLY if room.turned.shape[0] == 0 else NEARLY_SUPPLIED
     good = closed(room, x)

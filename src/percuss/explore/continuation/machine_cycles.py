@@ -206,11 +206,8 @@ class MachineCurve(Problem):
             return float(np.linalg.det(np.eye(len(found)) + found))
 
     def flips_about(self, first: CurvePoint, stop: CurvePoint) -> tuple[Callable[[Array], float], float]:
-        """A quick `flip` of unknowns between two points, nan where there is none, and the way of the ringing.
-
-        The numbers of machines in between are taken to change evenly. The way is by how many radians the fastest mode
-        goes on of those that still ring after a cycle.
-        """
+        """A quick `flip` between two points, and by how much (rad) the fastest mode that still rings goes on."""
+        # the numbers of machines in between are taken to change evenly
         here, there = (self.value(point.x) for point in (first, stop))
         posed, other = self._posed(here), self._posed(there)
         room, size = self._room(posed), 2 * posed.size + posed.supplied + posed.wrapped

@@ -123,17 +123,14 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
 
 
 def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
-    """The flips in a step up to a place, several of them as well.
-
-    Quick looks tell between which places they are, and where the number has a least value near 0.
-    """
+    """The flips in a step up to a place; between which places they are is told by quick looks at its parts."""
     curve = segment.curve
     if not last > 0.0:
         return []
     quick, turned = curve.flips_about(segment.start, segment.stop)
 
     def about(place: float) -> float:
-        return quick(segment.beside(place))
+        return float(quick(segment.beside(place)))
 
     parts = min(max(math.ceil(turned * last / segment.length / _TURNED), _FEWEST), _MOST_LOOKS)
     places = [*np.linspace(0.0, last, parts + 1).tolist()]
@@ -142,7 +139,7 @@ def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
     values = [curve.flip(segment.start), *map(about, places[1:-1]), curve.flip(segment.at(last))]
     seen = list(zip(places, values, strict=True))
     for end, inner, way in ((0, 1, 1.0), (-1, -2, -1.0)):  # a least value may be between an end and what is next to it
-        if 0.0 < values[end] / values[inner] <= 1.0:
+        if values[end] * values[inner] > 0.0 and abs(values[end]) <= abs(values[inner]):
             place = places[end] + way * _NEXT * last
             seen.append((place, about(place)))
     seen.sort()
@@ -163,11 +160,11 @@ def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
 
 def _least(number: Callable[[float], float], *three: tuple[float, float]) -> set[float]:
     """The place between the outer two of three at which a number comes near 0 and turns, if it does."""
-    (low, first), (place, here), (high, last) = three
-    first, last, sign = first / here, last / here, math.copysign(1.0, here)
-    if not (first >= 1.0 and last >= 1.0):
+    (low, first), (place, least), (high, last) = three
+    sign = math.copysign(1.0, least)
+    first, least, last = sign * first, sign * least, sign * last
+    if not (first >= least and last >= least):
         return set()
-    least, size = 1.0, abs(here)
     for _ in range(_PARABOLAS):
         left, right = (first - least) / (low - place), (last - least) / (high - place)
         bend = (right - left) / (high - low)
@@ -178,7 +175,7 @@ def _least(number: Callable[[float], float], *three: tuple[float, float]) -> set
         if least - 0.25 * slope * slope / bend > _LEVEL * least and least > _DEEP * max(first, last):
             break
         step = step or 1e-3 * (high - low)
-        new, value = place + step, sign * number(place + step) / size
+        new, value = place + step, sign * number(place + step)
         if not low < new < high or not math.isfinite(value):
             break
         if value < least:
