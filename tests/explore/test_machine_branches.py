@@ -179,7 +179,6 @@ def test_pressures_of_a_pump_hunt():
     branch = branch_answer(case, "1/1", "length=0.37 m:0.45 m", modes=0, switch=1)
     (flip,) = branch.at(BranchEvent.FLIP)[:1]
     assert flip.value == pytest.approx(0.3859, abs=1e-3) and branch.switched[0].label == "2/2"
-    assert f"towards {flip.side}" in flip.beyond and flip.criticality == "supercritical" and ", stable" in flip.beyond
 
 
 def hunting() -> Case:
