@@ -64,9 +64,9 @@ def test_plain_numbers_are_dimensionless_in_si_too() -> None:
 
 def test_modal_start() -> None:
     case = plain("modal_displacement = [-1, 0.01]\nmodal_velocity = [0.0, 0.2]\ntime = 0.3")
-    assert case.start() == Start.modal([-1.0, 0.01], [0.0, 0.2], 0.3)
-    assert plain("modal_displacement = [-1.0]").start() == Start.modal([-1.0])
-    assert plain("modal_velocity = [-1.0, 0.5]").start() == Start.modal([0.0, 0.0], [-1.0, 0.5])
+    assert case.start() == Start((-1.0, 0.01), (0.0, 0.2), 0.3)
+    assert plain("modal_displacement = [-1.0]").start() == Start((-1.0,))
+    assert plain("modal_velocity = [-1.0, 0.5]").start() == Start((0.0, 0.0), (-1.0, 0.5))
 
 
 def test_simulation_table() -> None:

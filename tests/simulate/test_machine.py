@@ -135,7 +135,7 @@ BODIES = {
 @pytest.mark.parametrize("name", BODIES)
 def test_energy_closes(name: str, kappa: float) -> None:
     machine = two_force(1.5, 4.0, body=BODIES[name], kappa=kappa, reads=0.0, late=0.05)
-    start = Start.modal([-0.4, 0.02, -0.01], [0.3, 0.1, 0.2]).with_valve("power")
+    start = Start((-0.4, 0.02, -0.01), (0.3, 0.1, 0.2)).with_valve("power")
     motion = run(machine, start, modes=6, stop=Stop(time=9.0, periodic=False))
     assert motion.impacts >= 1
     balance = motion.energy_balance()
@@ -378,7 +378,7 @@ def test_what_does_not_fit_is_refused() -> None:
         run(machine, Starts.rigid())  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="position"):
         run(machine, Start.rigid(0.1))
-    with pytest.raises(ParameterError, match="more modes"):
+    with pytest.raises(ParameterError, match="amplitudes"):
         run(machine, Start.modal([-1.0, 0.1, 0.1]), modes=1)
     with pytest.raises(ParameterError, match="as many starts"):
         simulate_many([machine] * 2, [Start.rigid(-0.5)] * 3)

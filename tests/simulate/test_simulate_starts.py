@@ -29,7 +29,7 @@ def test_modal():
     rng = np.random.default_rng(2)
     u, v = 0.1 * rng.normal(size=(2, 6))
     u[0] = -1.0
-    motion = run(SYSTEM, Start.modal(u, v, -2.0), modes=8, stop=Stop(time=1e-3))
+    motion = run(SYSTEM, Start(tuple(u), tuple(v), -2.0), modes=8, stop=Stop(time=1e-3))
     assert motion.begin_time == -2.0
     at = motion.modal([-2.0])
     assert at.displacement[:6, 0] == pytest.approx(u, abs=1e-14) and np.abs(at.displacement[6:]).max() < 1e-15

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from percuss.case.file_format.values import CaseTable, NumberOrLength, NumberOrTime, NumberOrVelocity, Numbers
@@ -31,7 +31,7 @@ class StartTable(CaseTable):
     0."""
     modal_displacement: Numbers | None = None
     r"""Modal: $u_0, u_1, \dots$, where $u(x) = u_0 + 2\sum u_n\cos n\pi x$. With `orbit`, added to that
-    motion. When left out: 0."""
+    motion. Modes beyond the list: 0. When left out: 0."""
     modal_velocity: Numbers | None = None
     r"""Modal: $u_0', u_1', \dots$. With `orbit`, added to that motion. When left out: 0."""
     orbit: int | None = None
@@ -205,7 +205,8 @@ def _start(table: StartTable, scales: _Scales, place: float) -> Start:
     from percuss.simulate import Start
 
     (u, v), time = _vectors(table, scales, place), scales.number(table.time, "time", "time")
-    return Start(u, v, time) if _is_modal(table) else Start.rigid(u[0], v[0], time)
+    # what a simulation has more of modes is 0, as the key says
+    return replace(Start.modal(u, v, time), modes=None) if _is_modal(table) else Start.rigid(u[0], v[0], time)
 
 
 def _is_modal(table: StartTable) -> bool:
