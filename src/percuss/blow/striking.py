@@ -394,8 +394,6 @@ def strike(
 
     Raises
     ------
-    ParameterError
-        For values out of range, and parts that do not go together.
     Interrupted
         When the computation was told to stop.
 

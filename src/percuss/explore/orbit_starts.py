@@ -41,10 +41,6 @@ def switched_seeds(
     ----------
     system
         What moves; nothing holds it.
-    impacts, periods
-        p and n.
-    modes
-        N.
     reach
         Share of the mean load by which it is changed, 0 to 1.
     tries
@@ -135,14 +131,8 @@ def orbit_seeds(
     ----------
     system
         What moves; or a machine that switches its own valve.
-    impacts, periods
-        p and n.
-    modes
-        N.
     motions
         How many are simulated, from random starts.
-    seed
-        Of the random starts.
     halt
         Once it returns true no more motions are followed.
 
@@ -153,8 +143,6 @@ def orbit_seeds(
 
     Raises
     ------
-    ParameterError
-        For numbers out of range.
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
 
@@ -266,11 +254,6 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
     A motion that is called ``aperiodic`` or ``undecided`` may be on its way to a long cycle: the lengths up to 64
     impacts after which its last impacts nearly come back are tried, and an orbit is the answer if it is stable and the
     last impacts are near it.
-
-    Parameters
-    ----------
-    motion
-        The motion, of `percuss.simulate.run`.
 
     Returns
     -------

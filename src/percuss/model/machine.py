@@ -118,12 +118,8 @@ class Machine(SIScales):
 
     Parameters
     ----------
-    body
-        What strikes.
     valve
         States, ports and chamber; forces P/(M L Ω²), distances in bar lengths.
-    contact
-        How the body leaves the wall.
     at
         The number of the place where the valve's force acts, 0 for the driven end.
     bar
@@ -166,8 +162,6 @@ class Machine(SIScales):
 
         Parameters
         ----------
-        bar
-            The body with its sizes.
         valve
             Forces in N, distances in m, delays in s, the stiffness of the chamber in N/m.
         contact, at, pressure

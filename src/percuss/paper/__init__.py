@@ -56,10 +56,6 @@ def write_figures(names: Sequence[str], directory: str | Path, seed: int = 1977)
     ----------
     names
         Some of `FIGURES`.
-    directory
-        Made when it is not there.
-    seed
-        As in `figures`.
 
     Raises
     ------

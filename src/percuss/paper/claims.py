@@ -168,8 +168,6 @@ def run(
         Made when it does not exist; files of these names are replaced.
     full
         10⁶ starts for each claim; a few minutes become an hour or so.
-    seed
-        Of all starts.
     progress
         Called with a `ClaimsProgress`; something true ends the audit.
     size

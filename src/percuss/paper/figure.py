@@ -36,14 +36,8 @@ class PaperFigure:
     ----------
     name
         Of its files: ``fig5`` for fig5.csv, fig5.svg and fig5.png.
-    title
-        What it shows.
     columns
         The table, arrays of equal shape (n,) by name; numbers, truth values or words.
-    paint
-        Draws the figure onto an empty picture.
-    width, height
-        Of the picture, in inches.
     marks
         What the picture shows besides the table, by name.
     """

@@ -128,13 +128,7 @@ _FELT = 1e-3
 
 
 def blow(answer: BlowAnswer) -> Figure:
-    """Draw one blow.
-
-    Parameters
-    ----------
-    answer
-        What `percuss.case.blow_answer` gives.
-    """
+    """Draw one blow."""
     having("answer", answer, ("title", "blow", "gauge", "peaks"), "the answer of percuss.case.blow_answer")
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
@@ -267,13 +261,7 @@ _BEST_SHOWN = 1.5
 
 
 def best(answer: BestAnswer) -> Figure:
-    """Draw what a search for the best blow has found.
-
-    Parameters
-    ----------
-    answer
-        What `percuss.case.best_answer` gives.
-    """
+    """Draw what a search for the best blow has found."""
     having("answer", answer, ("own", "best", "spans"), "the answer of percuss.case.best_answer")
     both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))
     with canvas(10.0, 8.0, answer.own.title) as figure:

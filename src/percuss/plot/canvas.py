@@ -149,8 +149,6 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
 
     Raises
     ------
-    ParameterError
-        For any other suffix.
     PercussError
         When the file cannot be written.
     """

@@ -480,10 +480,6 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
 
     Parameters
     ----------
-    found
-        A `percuss.explore.Sweep`.
-    title
-        Above all panels.
     curves
         Boundaries over a plane, as `percuss.explore.boundaries` gives them, or curves of `percuss.explore.follow_point`
         over the same two parameters, drawn into every panel.

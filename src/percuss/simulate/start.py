@@ -359,8 +359,6 @@ class Start:
 
         Parameters
         ----------
-        modes
-            N.
         system
             Whose modes they are; those of a uniform bar, driven at its end, by default.
         """
@@ -575,10 +573,6 @@ class Starts(Shown):
         ----------
         system
             Whose load sets the scale.
-        size
-            How many.
-        seed
-            Of numpy's default generator.
         """
         return cls(*drawn(system, size, seed, distribution, modes))
 

@@ -537,17 +537,7 @@ def _added_beyond(motion: Flown, few: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Energy(Shown):
-    """Energy over one impact period, dimensionless.
-
-    Parameters
-    ----------
-    input
-        Put in by the load.
-    damping
-        Taken by the damping.
-    impact
-        Taken by the impact.
-    """
+    """Energy over one impact period, dimensionless."""
 
     input: float
     damping: float

@@ -278,8 +278,6 @@ class Multipliers(Shown):
 
     Parameters
     ----------
-    label
-        Of the orbit.
     modes
         N: modes 0 … N were kept.
     values

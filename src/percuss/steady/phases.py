@@ -396,8 +396,6 @@ def grows(
         Gives s, d and the alternating part of the load.
     phases
         Impact phases in rad, of any shape; NaN where there is none.
-    periods
-        m.
     modes
         None for the continuous bar, or N for a bar of modes 0 … N.
     restitution

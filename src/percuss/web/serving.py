@@ -83,8 +83,6 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
 
     Parameters
     ----------
-    settings
-        Where, for whom, and how much.
     workers
         Processes; requests are stateless, so that any of them answers any.
     browser

@@ -180,8 +180,6 @@ class Impacts(Shown):
         an impact that lasts for a good part of a load period, such as a chatter that ends in rest.
     mean_before, mean_after
         Mean velocity of the striker when the contact starts and when it has ended.
-    peak_force
-        The greatest N.
     ringing_share
         Elastic energy when the contact has ended, over the striker's energy when it started.
     given
@@ -379,18 +377,12 @@ class WaveMotion(Shown):
         Whether the rod is pushed back to its place as soon as the striker has left it the room, or stays where it is.
     quiet
         Whether all ringing was made to end between blows.
-    start, stop, lattice
-        As asked for, and the cells.
     impacts, grazes
         All impacts that have ended, and how many contacts without an impulse to speak of were left out.
     outcome
         One of `percuss.simulate.OUTCOMES`: why it was followed no further.
-    cycle
-        The periodic motion, or None.
     touching, since, end_time
         Whether the faces are in contact at the end, since when (NaN out of contact), and when that is, in radians.
-    energy
-        The balance.
     uncertainty
         What a coarser lattice gives; None where that was not asked for.
     """

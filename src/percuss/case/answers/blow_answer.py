@@ -65,8 +65,6 @@ class BlowAnswer(Shown):
         The case as it was named, its title, and what was assumed, one sentence each.
     blow
         The blow: contacts, forces, energies, stresses.
-    speed
-        Where the speed comes from, in words.
     gauge
         Place on the rod, from the struck face, that waves are told of: m, or dimensionless a time of a wave; None
         where there is no rod.
@@ -513,8 +511,6 @@ def blow_answer(
     ------
     CaseError
         When the case has no speed and no steady motion to take it from.
-    ParameterError
-        For values out of range.
 
     Examples
     --------

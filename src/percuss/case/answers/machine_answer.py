@@ -68,14 +68,10 @@ class MachineAnswer(Shown):
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
     motion
         Its cycle with elastic modes, or what keeps it from running.
     rigid
         The same of a rigid piston.
-    notes
-        What was assumed, one sentence each.
     reach
         How far parameters may move before the cycle is lost (`percuss.case.reach_answer`); None unless asked for.
     """

@@ -549,18 +549,12 @@ class SteadyAnswer(Shown):
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
     system
         The system; `system.load.report` tells of a recorded history.
     notes
         What was assumed in reading the recording and of the load's clock.
     periods
         One entry for every number m of load periods that was asked for.
-    rest
-        Lying on the wall for all time.
-    starts
-        Where random starts end.
     law
         The law of a blow that takes time, where the case names one; None for B77's impact.
     reach
@@ -630,8 +624,6 @@ def steady_answer(
 
     Parameters
     ----------
-    periods
-        Numbers of load periods per impact.
     modes
         Elastic modes for the mode sums and for the multipliers; by default the sums take as many as their
         tolerance needs and the multipliers 32.
@@ -766,10 +758,6 @@ def structure_answer(case: Case, periods: Sequence[int] = (1,), modes: int | Non
 
     Parameters
     ----------
-    case
-        A case with a table [body].
-    periods
-        The m to answer for.
     modes
         N; None for all that its table has, or 32 of a bar.
 

@@ -48,8 +48,6 @@ class CaseFamily:
 
     Parameters
     ----------
-    case
-        The hammer that the others are made from.
     units
         Of the keys that are varied, by name; none for plain numbers.
 

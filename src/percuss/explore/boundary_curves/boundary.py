@@ -422,8 +422,6 @@ class Boundaries(OfValues):
 
     Parameters
     ----------
-    x_name, y_name
-        The parameters.
     x
         Values of the first, shape (n,).
     low, high
@@ -565,8 +563,6 @@ def boundaries(
         periods per impact.
     y
         Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
-    periods
-        m, unless x is m.
     criterion
         ``reduced`` for B77 (29)–(32), ``exact`` for the multipliers of modes 0 … `modes`.
     modes

@@ -32,11 +32,6 @@ if TYPE_CHECKING:
 class BranchEvent(Enum):
     """A kind of point on a branch or on a curve; its value is the word in files and tables.
 
-    Attributes
-    ----------
-    words
-        The same in a few words.
-
     Examples
     --------
     >>> BranchEvent("cusp") is BranchEvent.CUSP, BranchEvent.CUSP.words
@@ -260,8 +255,6 @@ class Branch(OfValues):
 
     Parameters
     ----------
-    parameters
-        The name of the parameter, alone.
     label, modes
         z=p/n, chatter/n or rest/n, the same all along; and N.
     values

@@ -386,11 +386,6 @@ def follow(
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
 
-    Returns
-    -------
-    Branch
-        Its points, what happens on it, and the branches switched to.
-
     Raises
     ------
     LoadError, ResonanceError

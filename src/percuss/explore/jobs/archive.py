@@ -273,10 +273,6 @@ class Archive:
 
     Attributes
     ----------
-    path
-        The folder.
-    ask
-        What was asked for, as the job told it.
     columns
         What is kept of each item.
     size, chunk

@@ -159,13 +159,7 @@ def check_job(job: Job) -> None:
 
 
 def estimate(job: Job) -> Estimate:
-    """What a job would take, from a fraction of a second of it.
-
-    Parameters
-    ----------
-    job
-        Of any size: nothing of its size is made.
-    """
+    """What a job would take, from a fraction of a second of it."""
     check_job(job)
     pace = measured(job, lambda: False) if job.size else Pace(0.0)
     return Estimate(job.size * pace.item_seconds, bytes_of(job))
@@ -416,8 +410,6 @@ def carry_out(
 
     Parameters
     ----------
-    job
-        What is to be computed.
     archive
         A folder that keeps what is done, chunk by chunk; see `percuss.explore.Archive`. None is kept by default.
     resume
@@ -435,11 +427,6 @@ def carry_out(
     progress
         Called a few times a second with a `JobProgress`; something true ends the job. Nothing is written before the
         first one that tells a rate.
-
-    Returns
-    -------
-    dict
-        All columns, arrays of shape (size, …), with the shape of one item behind the size.
 
     Raises
     ------

@@ -125,11 +125,6 @@ def follow_point(
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
 
-    Returns
-    -------
-    PointCurve
-        Its points, and what happens on it.
-
     References
     ----------
     Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 3rd ed., Springer 2004, § 10.3; W. Govaerts, Numerical

@@ -378,8 +378,6 @@ class SteppedBar(Body):
     impedances, transit_times
         Z_i = A_i √(E_i ρ_i) of the 1 to 200 sections from the driven end to the striking end, and times of a wave
         through them, each in any one unit.
-    damping
-        The law of damping.
     lengths
         Their lengths, in any one unit, which say where x is. Without them x runs with the transit time.
 
@@ -598,8 +596,6 @@ class SectionedBar(SizedBody):
     ----------
     sections
         From the driven end to the striking end, 1 to 200 of them; each a `Section`, or a dict of what makes one.
-    damping
-        A law of damping with its times in s.
 
     Examples
     --------

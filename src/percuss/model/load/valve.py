@@ -192,8 +192,6 @@ class Port:
 
     Parameters
     ----------
-    to
-        The state that it demands.
     behind
         Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `speed`, and with
         `on="impact"`.
@@ -293,8 +291,6 @@ class Valve:
     states
         The force of each state by its name, in order, without that of the chamber (dimensionless, as a load is). Kept
         as pairs.
-    ports
-        What demands states.
     start
         The state at the start, which counts as the last one demanded; the first of `states` by default.
     chamber

@@ -40,8 +40,6 @@ class PeriodicOrbit(Repeating):
 
     Parameters
     ----------
-    system
-        What moves.
     periods
         n.
     times
@@ -231,8 +229,6 @@ class PeriodicOrbit(Repeating):
 
         Parameters
         ----------
-        xi
-            ξ, real or complex.
         side
             Which value of the load counts where it jumps at an impact.
         """
@@ -582,8 +578,6 @@ def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], va
 
     Parameters
     ----------
-    orbit
-        The orbit.
     family
         The system at a value of the parameter λ.
     value

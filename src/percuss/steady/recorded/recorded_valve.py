@@ -196,8 +196,6 @@ class Reading(Shown):
 
     Attributes
     ----------
-    machine
-        The machine.
     cycle
         Its own cycle near the recorded motion, with a rigid piston; None where there is none.
     """
@@ -220,8 +218,6 @@ class RecordedSwitch(Shown):
 
     Attributes
     ----------
-    to
-        The state that follows.
     jump
         Rise of the force at the switch, per mass.
     time
@@ -234,8 +230,6 @@ class RecordedSwitch(Shown):
         Whether the blow itself may have ordered it: the least delay is then that since the blow.
     found
         The place of the port and the delay.
-    seen
-        The switch in each cycle.
     """
 
     to: str
@@ -425,8 +419,6 @@ class RecordedValve(Shown):
 
     Attributes
     ----------
-    system
-        The clocked system that was read.
     phase
         Of the load at the blow (rad).
     phases

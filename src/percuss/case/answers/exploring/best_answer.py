@@ -35,17 +35,7 @@ _DIGITS = 6
 
 @dataclass(frozen=True)
 class Span:
-    """The range of a key of a case.
-
-    Attributes
-    ----------
-    name
-        Of the key, as it was given.
-    low, high
-        Least and greatest value.
-    unit
-        Of both.
-    """
+    """The range of a key of a case."""
 
     name: str
     low: float
@@ -84,8 +74,6 @@ class BestAnswer(Shown):
     ----------
     objective, below
         What was looked for, and under which stress (Pa; dimensionless: force).
-    spans, values
-        What was varied, and what is best.
     own_values
         What the case has there, in the units of the ranges; None where it has nothing.
     case

@@ -120,20 +120,12 @@ def orbits_answer(
 
     Parameters
     ----------
-    case
-        A hammer.
-    label
-        p/n.
     modes
         N, in the forced motion, too; None for the case's, or 32.
-    tries, seed
-        As for `percuss.steady.orbits`.
     motions
         How many are simulated to start from their close returns; 0 for none.
     switch
         Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
-    halt
-        As for `percuss.steady.orbits`.
 
     Examples
     --------
@@ -198,8 +190,6 @@ def branch_answer(
 
     Parameters
     ----------
-    case
-        Of any hammer.
     orbit
         ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
         time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
@@ -210,10 +200,6 @@ def branch_answer(
         the case, the orbit is one of the case with the nearest end of the range: see `begun_at`.
     switch
         How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
-    modes
-        As for `orbits_answer`.
-    halt
-        As for `percuss.explore.follow`.
 
     Examples
     --------
@@ -453,8 +439,6 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
 
     Parameters
     ----------
-    case
-        A hammer whose load keeps time.
     modes
         N, in the forced motion, too; None for the case's, or 32.
     most

@@ -38,8 +38,6 @@ def reach_answer(
 
     Parameters
     ----------
-    case
-        Of any hammer.
     orbit
         One of its steady motions, which must be possible and stable: `SteadyAnswer.chosen` has one; or the cycle of a
         machine that switches its own valve.
