@@ -22,8 +22,6 @@ from percuss.explore.jobs.archive_layout import versions
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import Chunk, packed
 
-__all__ = ["Cluster", "pool"]
-
 _RECOUNT = 5.0
 """Seconds between two counts of the workers."""
 

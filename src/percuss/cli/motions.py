@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
-    from percuss.steady.self_excited import ValveCycle
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 MAX_STARTS = 1000
 

@@ -261,8 +261,6 @@ class StrictRoute(APIRoute):
 
 # ---- What every request must pass before anything looks at it: host, origin, token; and what every answer carries
 
-__all__ = ["CONTENT_SECURITY_POLICY", "Guard", "overcrowded", "plain_refusal"]
-
 CONTENT_SECURITY_POLICY = "; ".join(
     [
         "default-src 'none'",

@@ -49,14 +49,16 @@ from percuss.model.checks import DEFAULT_MODES, count
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited import slow_pressure, valve_margins
+from percuss.steady.self_excited.margins import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, CycleCurve
     from percuss.case.answers.steady_answer import CaseReach
     from percuss.case.case import Case
     from percuss.model import Machine
-    from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
+    from percuss.steady.self_excited.margins import SlowPressure, ValveMargins
+    from percuss.steady.self_excited.self_switching import SelfExcited
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 
 # ---- How a machine runs that switches itself, and what of it is told: outcome and label, warnings, margins

@@ -21,7 +21,7 @@ from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import Repeating
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 if TYPE_CHECKING:
     import xarray

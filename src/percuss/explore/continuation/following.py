@@ -62,7 +62,7 @@ from percuss.shown import Shown
 from percuss.steady import Orbit, PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import TURNING, Repeating
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
 

@@ -38,7 +38,7 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
 

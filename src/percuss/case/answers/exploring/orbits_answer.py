@@ -26,7 +26,7 @@ from percuss.model.checks import Array, count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
 from percuss.steady.multipliers import NEUTRAL
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, free_amplitude
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 from percuss.steady.states import check_pushes
 

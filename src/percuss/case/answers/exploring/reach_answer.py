@@ -14,7 +14,7 @@ from percuss.explore.continuation.following import reach
 from percuss.model.checks import DEFAULT_MODES, callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 if TYPE_CHECKING:
     pass
