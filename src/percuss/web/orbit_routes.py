@@ -18,7 +18,6 @@ from percuss.case import (
     orbits_answer,
     rest_cycles_answer,
     steady_answer,
-    structure_answer,
     sweep_job_of,
 )
 from percuss.case.answers.exploring.diagram_answer import diagram_dict, watched_diagram
@@ -96,8 +95,7 @@ def steady(case: Case, asked: SteadyAsked, terms: Terms) -> dict[str, Any]:
     """Every steady motion, with proofs, energies and figures in SI."""
     periods = tuple(sorted(set(asked.periods)))
     check_steady(case.system(), periods, asked.modes, terms.limits)
-    answer = structure_answer if case.tables.body is not None else steady_answer
-    return answer(case, periods, asked.modes).to_json_dict()
+    return steady_answer(case, periods, asked.modes).to_json_dict()
 
 
 @router.answer("/api/curves", "v_f, the load, and the branches over the load factor", kernels="multipliers")
