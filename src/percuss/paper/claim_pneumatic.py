@@ -194,12 +194,6 @@ def allowed(restitution: float, load_factor: float, most: int = MOST_PERIODS) ->
     return found
 
 
-def points_b() -> list[tuple[float, float]]:
-    """Points where more than one m exists."""
-    grid = [(r, x) for r in (0.5, 0.6, 0.7, 0.8, 0.9) for x in (0.4, 0.6, 0.8, 0.89, 1.0, 1.2, 1.4, 2.0)]
-    return [(r, x) for r, x in grid if x < upper_curve(r, 2)]
-
-
 def verdict_b(reaches: Sequence[StartsReach]) -> Verdict:
     """A motion is reached when any start beside it ends in it."""
     groups = []
@@ -211,7 +205,8 @@ def verdict_b(reaches: Sequence[StartsReach]) -> Verdict:
 
 def claim_b(trial: Trial) -> Claim:
     """Where several m are possible, each can be reached by a proper start."""
-    points = points_b()
+    grid = [(r, x) for r in (0.5, 0.6, 0.7, 0.8, 0.9) for x in (0.4, 0.6, 0.8, 0.89, 1.0, 1.2, 1.4, 2.0)]
+    points = [(r, x) for r, x in grid if x < upper_curve(r, 2)]  # where more than one m exists
     wanted = [(r, x, motion) for r, x in points for motion in allowed(r, x)]
     each, reaches = max(20, min(trial.size.each(len(wanted)) // 3, 2000)), []
     draw = np.random.default_rng(trial.seed)

@@ -591,7 +591,9 @@ def basins(found: Basins, title: str = "") -> Figure:
             vmax=MOST_SHOWN + 0.5, rasterized=True,
         )  # fmt: skip
         ax.set(xlabel=x_name, ylabel=y_name)
-        _legend(ax, found.shares, n)
+        looks = [{"facecolor": _colour(i), "label": _name(found.shares, i)} for i in range(n)]
+        others = len(found.shares) - n
+        patches_beside(ax, [*looks, {"facecolor": _REST, "label": f"{others} others"}] if others else looks)
     return figure
 
 
@@ -614,13 +616,6 @@ def _name(shares: Sequence[Share], i: int) -> str:
     share = shares[i]
     alone = sum(other.label == share.label for other in shares) == 1
     return share.label if alone else f"{share.label} {share.attractor.mark}".rstrip()
-
-
-def _legend(ax: Axes, shares: Sequence[Share], n: int) -> None:
-    looks = [{"facecolor": _colour(i), "label": _name(shares, i)} for i in range(n)]
-    if len(shares) > n:
-        looks.append({"facecolor": _REST, "label": f"{len(shares) - n} others"})
-    patches_beside(ax, looks)
 
 
 def _bars(ax: Axes, shares: Sequence[Share]) -> None:

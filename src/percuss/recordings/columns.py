@@ -216,11 +216,6 @@ def _time_like(table: RecordedTable, i: int) -> bool:
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
-def _is_asked_for(table: RecordedTable, i: int) -> bool:
-    unit = table.units[i]
-    return unit is not None and known_dimension(unit, table.query.dimensions) is not None
-
-
 def _find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
     """The column of time: the one that `key` names, else the only one like a time; None when there is none."""
     if key is not None:
@@ -260,7 +255,7 @@ def _likely_values(table: RecordedTable, clock: int | None, unit_given: bool) ->
     """The only column of values that could be meant."""
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
-        [i for i in free if _is_asked_for(table, i)],
+        [i for i in free if (unit := table.units[i]) is not None and known_dimension(unit, table.query.dimensions)],
         [i for i in free if dimension(table.units[i]) is None and table.query.words.match(table.names[i])],
         free if unit_given else [],
     ):

@@ -92,11 +92,6 @@ class LatticeRun:
         return self._gone + int(self.count["contacts"][0])
 
     @property
-    def blow_over(self) -> bool:
-        """Whether the tool has been fed since the last contact."""
-        return not self.count["struck"][0]
-
-    @property
     def rock_work(self) -> float:
         """That the rock keeps of all blows; of the one under way as far as it has come."""
         now, bit = self.now[0], self.machine.bit
@@ -633,7 +628,7 @@ def _finished(course: LatticeRun, system: System) -> tuple[Impacts, int]:
     transit, tool = system.body.transit_time, _tool(course)
     found, grazes = impacts_of(course.contacts, system.load, transit, tool)
     if tool is not None:
-        open_ = not course.blow_over
+        open_ = bool(course.count["struck"][0])  # the tool has not been fed since
     else:
         open_ = course.touching or (found.size > 0 and course.time - found.end[-1] < ROUND_TRIP * transit)
     return found.part(slice(0, max(0, found.size - open_))), grazes

@@ -449,7 +449,8 @@ def blow_in_words(answer: BlowAnswer) -> str:
     if blow.penetration is not None and left > _NEGLIGIBLE * before:
         clauses.append(f"{answer.tell(left, 'energy', 3)} stay in the rod")
     sentence = f"{head} {clauses[0]}" + "".join(f"; {clause}" for clause in clauses[1:])
-    return f"{sentence}; {_stress(answer)}{_how_often(answer)}."
+    often = "" if len(blow.contacts) == 1 else f", in {counted(len(blow.contacts), 'contact')}"
+    return f"{sentence}; {_stress(answer)}{often}."
 
 
 def _given(answer: BlowAnswer, before: float) -> str:
@@ -469,11 +470,6 @@ def _stress(answer: BlowAnswer) -> str:
     own = answer.peaks[0]
     name = "head" if len(own) > 1 else "striker"
     return f"the {name} sees {answer.tell(own[-1].compression, 'stress', 3)}"
-
-
-def _how_often(answer: BlowAnswer) -> str:
-    contacts = len(answer.blow.contacts)
-    return "" if contacts == 1 else f", in {counted(contacts, 'contact')}"
 
 
 # ---- The dispatcher's answer to "what does one blow of this hammer do?"

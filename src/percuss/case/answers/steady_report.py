@@ -235,20 +235,6 @@ def existence_row(period: PeriodAnswer) -> list[tuple[str, str]]:
     return [(states.law.law, f"{counted(len(states.orbits), 'steady motion')}: {compared}")]
 
 
-def timed_heading(answer: OrbitAnswer, law: Timed | None) -> str:
-    """What is added to the heading of a motion of B77's law."""
-    if law is None:
-        return ""
-    return f"; by {law.law} {'no motion' if answer.timed is None else _judged(answer.timed)}"
-
-
-def timed_rows(answer: OrbitAnswer, law: Timed | None) -> list[tuple[str, str]]:
-    """The lines on a motion of B77's law that say what becomes of it when its blows take time."""
-    if law is None:
-        return []
-    return [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, answer.stability)
-
-
 def alone_sections(period: PeriodAnswer) -> list[ReportSection]:
     """Cards of the motions that continue none of B77's."""
     if period.timed is None:
@@ -302,12 +288,15 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
         told = tell(-orbit.impact_velocity, "speed", plain=6)
         moving = f"the striking end would be leaving the wall at {told}"
         rows.append(("blow", f"none: {moving if orbit.impact_velocity else 'the end would stand still'}"))
-    rows += timed_rows(answer, law)
+    if law is not None:  # what becomes of it when its blows take time
+        rows += [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, judged)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
     if len(orbit.warnings) > MOST_WARNINGS:
         rows.append(("", f"and {len(orbit.warnings) - MOST_WARNINGS} more; --json has them all"))
     tone = GOOD if answer.runs else BAD
-    heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
+    heading = f"{name}: {verdict}, {possible}"
+    if law is not None:
+        heading += f"; by {law.law} {'no motion' if answer.timed is None else _judged(answer.timed)}"
     return ReportSection(heading, tuple(rows), tone, level=2)
 
 

@@ -16,7 +16,6 @@ from pydantic import BaseModel
 from percuss.case.file_format.bodies import (
     COLUMNS,
     BodyTable,
-    SystemTable,
     columns_of,
     plain_body,
     plain_damping,
@@ -280,7 +279,7 @@ class Parts:
             name, make = "system", plain_body
             if tables.system.s is None:
                 found = "system.s", None, "missing", "add it, or a table [body] for a structure that is held"
-            elif not _says_its_damping(tables.system):
+            elif all(getattr(tables.system, key) is None for key in ("d", "damping", "impedances", "transit_times")):
                 remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
                 found = "system.d", None, "missing", remedy
         if found is not None:
@@ -359,10 +358,6 @@ class Parts:
         except ArithmeticError:
             self._problems.append(extreme(self._file, name))
         return None
-
-
-def _says_its_damping(table: SystemTable) -> bool:
-    return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
 
 
 def _some_body(bar: SizedBody) -> Body | None:

@@ -222,13 +222,6 @@ _HALVES = 5  # before a touch is solved for
 _STEPS = 80  # halves, or touches that are not the first
 
 
-def grazings(
-    stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
-) -> list[BoundaryCrossing]:
-    """Where the bar touches the wall between two impacts; at R = 0 also starts into it; where the speed is 0."""
-    return [crossing for _, crossing in _switches(stretch, samples, told)[1]]
-
-
 def admissible_on(stretch: MotionArc, t: Array, samples: int | None = None) -> npt.NDArray[np.bool_]:
     """Whether the motions at many places of a branch are possible, from the places where that changes."""
     first, switches = _switches(stretch, samples)
@@ -705,7 +698,7 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
         elif FLIP in kinds or SPIRAL in kinds:
             crossings += reduced_crossings(stretch, samples, SPIRAL in kinds)
         if grazing:
-            crossings += grazings(stretch, samples, told)
+            crossings += [crossing for _, crossing in _switches(stretch, samples, told)[1]]
             part += 1
         found += [crossing for crossing in crossings if crossing.kind in kinds]
     return [crossing._replace(speed=_speed(line, crossing)) for crossing in found]

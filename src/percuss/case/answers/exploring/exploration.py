@@ -293,11 +293,6 @@ class Watched:
     shares: tuple[tuple[str, float, float, float], ...]
     found: Experiment
 
-    @property
-    def is_done(self) -> bool:
-        """Whether all starts have been followed."""
-        return self.done == self.size
-
     def to_json_dict(self) -> dict[str, Any]:
         """In plain values."""
         left = (self.size - self.done) / self.rate if self.rate > 0.0 else math.nan

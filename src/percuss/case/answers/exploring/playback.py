@@ -519,7 +519,11 @@ def blow_frames(
     """A blow over time and place; without `whole` its start as far as it is shown, and no answer."""
     from percuss.blow.bodies import rod_sections, striker_sections
 
-    until = None if whole or show != "start" else _shortened(case)
+    until = None
+    if not whole and show == "start":  # the end of the window when only the start is asked for
+        question = case.blow_question()
+        short = _start(question.striker, striker_sections(question.striker))
+        until = short if question.until is None else min(short, question.until)
     answer = blow_answer(case, until=until, most_pieces=most_pieces)
     blow = answer.blow
     sections = striker_sections(blow.striker)
@@ -573,15 +577,6 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
         "sentence": blow_in_words(answer) if whole else None,
         "answer": answer.to_json_dict() if whole else None,
     }
-
-
-def _shortened(case: Case) -> float:
-    """The end of the window when only the start is asked for."""
-    from percuss.blow.bodies import striker_sections
-
-    question = case.blow_question()
-    short = _start(question.striker, striker_sections(question.striker))
-    return short if question.until is None else min(short, question.until)
 
 
 def _start(striker: Any, sections: Sections) -> float:
