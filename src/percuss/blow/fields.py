@@ -160,7 +160,6 @@ class EnergyOverTime:
 
 
 def energy_over_time(course: WaveHistory, times: Array) -> EnergyOverTime:
-    """At times in the window."""
     t = np.clip(times / course.scales.time, 0.0, course.end * course.tick)
     striker, momentum, rod = np.zeros(t.size), np.zeros(t.size), np.zeros(t.size)
     for i in range(course.size):

@@ -70,7 +70,6 @@ class Command:
         self._run, self._about, self._options = run, about, options
 
     def parser(self) -> Parser:
-        """The parser of its arguments."""
         about = self._about if isinstance(self._about, str) else self._about()
         return Parser(self._run.__name__, about, self.examples, self._options)
 

@@ -265,7 +265,6 @@ which versions wrote it, and how to continue it. You can look at an archive whil
     option("--json", "print all of it as JSON, the whole question included"),
 )
 def show(_: Parser, options: argparse.Namespace) -> int:
-    """Tell of one archive."""
     from percuss.cli.report_printing import answered
     from percuss.explore.jobs.archive import Archive
 
@@ -284,7 +283,6 @@ Items that an incomplete archive lacks are NaN, or −1 in columns of whole numb
     made("-o, --output FILE", f"the file, {' or '.join(_KINDS)}", _KINDS, ("io", "xarray"), required=True),
 )
 def export(_: Parser, options: argparse.Namespace) -> int:
-    """Write one archive into one file."""
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.archive_export import dataset_of, write_csv
     from percuss.whole_file import write_dataset

@@ -221,7 +221,6 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
     option("--longest-delay TIME", 'of a recorded load: the longest delay of the valve, such as "10 ms"'),
 )
 def machine(parser: Parser, options: argparse.Namespace) -> int:
-    """Answer for one machine."""
     from percuss.case import machine_answer
 
     case, record = named_case(options.case), None

@@ -61,9 +61,7 @@ class StrikingFamily(Protocol):
     """A family of hammers that know what they strike, such as `percuss.case.CaseFamily`."""
 
     @property
-    def is_si(self) -> bool:
-        """Whether its blows are in SI."""
-        ...
+    def is_si(self) -> bool: ...
 
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the hammer at these values; PercussError where there is none."""
@@ -117,12 +115,10 @@ class SweepJob:
 
     @cached_property
     def groups(self) -> set[Group]:
-        """The groups of what is asked."""
         return needs(self.quantities, known_quantities(self.family))
 
     @cached_property
     def simulates(self) -> bool:
-        """Whether any cell is simulated."""
         return bool(self.groups & {"simulation", "lyapunov"})
 
     @cached_property

@@ -72,7 +72,6 @@ class Trial:
         impacts: int | None = None,
         tolerance: float = 1e-9,
     ) -> Experiment:
-        """An experiment on all cores."""
         stop = Stop(impacts=self.size.impacts if impacts is None else impacts, tolerance=tolerance)
         return experiment(system, starts, distribution, self.seed, modes=modes, stop=stop, workers=1, threads=None)
 
@@ -138,7 +137,6 @@ def tried(groups: Iterable[tuple[str, int, int]]) -> Verdict:
 
 
 def sentence(verdict: Verdict) -> str:
-    """A verdict inside a sentence."""
     return {PARTLY: "holds only at some points", NOT: "does not hold"}.get(verdict.verdict, "holds") + (
         f" ({verdict.where})" if verdict.where else ""
     )

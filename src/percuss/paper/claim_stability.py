@@ -303,7 +303,6 @@ def claim_f(trial: Trial) -> Claim:
 
 
 def _told(found: Sequence[Stiffness], rows: Sequence[tuple[Any, ...]], each: int) -> Claim:
-    """The claim with its numbers."""
     columns = (
         "s", "sπ", "damping", "lower curve moves by, %", "stable where the rigid bar is", "greatest multiplier", "at R",
         "p_0/p_1", "reason there", "share of z=1/1 shifts by, points", "by chance up to",

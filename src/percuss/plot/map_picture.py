@@ -33,7 +33,6 @@ _UNANSWERED = 2  # outcomes from this one on, and −1, leave a cell without a v
 
 
 def answered_cells(found: Sweep) -> np.ndarray[Any, Any]:
-    """Where the cells have values at all."""
     outcome = np.asarray(found["outcome"])
     return np.asarray((outcome >= 0) & (outcome < _UNANSWERED))
 

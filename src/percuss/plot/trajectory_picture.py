@@ -59,7 +59,6 @@ class Window:
 
     @cached_property
     def events(self) -> Events:
-        """The events of the stretch."""
         time = self.motion.events.time
         return self.motion.events[(time >= self.first) & (time <= self.last)]
 
@@ -80,7 +79,6 @@ class Window:
 
     @cached_property
     def gap(self) -> Array:
-        """The gap at `times`."""
         return np.minimum(self.motion.gap(self.times), 0.0)
 
     @cached_property

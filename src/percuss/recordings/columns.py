@@ -183,7 +183,6 @@ Column = str | int
 
 
 def _find(table: RecordedTable, key: Column, option: str) -> int:
-    """The column that `key` names."""
     every = range(len(table.names))
     if isinstance(key, str):
         wanted = key.strip().casefold()

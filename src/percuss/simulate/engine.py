@@ -274,7 +274,6 @@ class Snapshot:
 
     @property
     def impacts(self) -> int:
-        """Impacts from the start."""
         return int(self.count["impacts"][0])
 
     @property

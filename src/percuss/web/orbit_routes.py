@@ -144,7 +144,6 @@ def boundary_curves(case: Case, asked: BoundariesAsked, terms: Terms) -> dict[st
 
 
 def axis_of(asked: AxisAsked, key: str) -> Axis:
-    """The axis of a map."""
     from percuss.explore.family import Axis
 
     if asked.values is not None:

@@ -104,7 +104,6 @@ def case_key(asked: CaseAsked) -> str:
 
 
 def case_asked(asked: CaseAsked, harmonics: int) -> Case:
-    """The case of a request."""
     given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
     if len(given) != 1:
         raise refused(422, "expected exactly one of case, toml and machine", "", given[1] if given else "case")
@@ -186,13 +185,11 @@ BINARY: dict[int | str, dict[str, Any]] = {
 
 
 def limits_of(request: Request) -> Limits:
-    """The limits of the server."""
     found: Limits = request.app.state.settings.limits
     return found
 
 
 def gate_of(request: Request) -> Gate:
-    """The lanes of this worker."""
     found: Gate = request.app.state.gate
     return found
 

@@ -673,8 +673,6 @@ _SHOWN = 12
 
 
 def blow_report(answer: BlowAnswer) -> Report:
-    """The report of `percuss blow`."""
-
     def section(heading: str, *facts: Fact[BlowAnswer]) -> ReportSection:
         return ReportSection(heading, tuple(rows_of(answer, facts, answer.tell)))
 

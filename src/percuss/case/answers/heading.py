@@ -251,7 +251,6 @@ def _history_text(report: HistoryReport) -> str:
 
 
 def law_in_words(law: Timed, system: System) -> str:
-    """The numbers of the law."""
     tell = Teller.of(system)
     lasts, centroid = (tell(time, "time", 3, plain=4) for time in (law.duration, law.force_centroid))
     text = (

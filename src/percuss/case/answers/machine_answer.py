@@ -543,7 +543,6 @@ _NOTHING = 1e-12  # a multiplier that is rounding
 
 
 def machine_report(answer: MachineAnswer) -> Report:
-    """The report of `percuss machine`."""
     tell = Teller.of(answer.machine)
     sections: list[ReportSection | Grid] = [
         machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)
@@ -601,8 +600,6 @@ def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
 
 
 class _Happens(NamedTuple):
-    """Something that happens in a cycle."""
-
     time: float
     what: str
     behind: float | None

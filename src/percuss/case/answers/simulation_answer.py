@@ -377,7 +377,6 @@ def _summary(answer: SimulationAnswer) -> tuple[str, str]:
 
 
 def label_in_words(motion: Trajectory) -> str:
-    """What the label of a motion says."""
     name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
     system = motion.system
     who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")

@@ -471,7 +471,6 @@ def _line(end: End, followed: int, system: System) -> str:
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
-    """The report of `percuss steady`."""
     sections = [system_section(answer.name, answer.system, answer.notes, answer.law)]
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))

@@ -381,7 +381,6 @@ def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
 
 
 def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
-    """The system of a case."""
     contact = parts.contact or parts.contact_of_blow(tables)
     try:
         if parts.bar is None:

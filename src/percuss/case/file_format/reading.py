@@ -163,7 +163,6 @@ class CaseErrors(CaseError):
 
 
 def raise_all(problems: Sequence[CaseError]) -> NoReturn:
-    """Raise the one problem, or all of them as one `CaseErrors`."""
     raise problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
@@ -334,7 +333,6 @@ def _how_to_give(key: str) -> str:
 
 
 def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
-    """The tables of a parsed file."""
     form = _form(data, file)
     missing, found = _missing(form, data), None
     try:

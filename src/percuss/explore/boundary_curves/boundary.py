@@ -401,7 +401,6 @@ class BoundaryCurve(Shown):
 
     @property
     def found(self) -> npt.NDArray[np.bool_]:
-        """Where there is a boundary."""
         return ~np.isnan(self.y)
 
     def without(self, points: npt.NDArray[np.bool_]) -> BoundaryCurve:

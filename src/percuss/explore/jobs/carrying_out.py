@@ -64,7 +64,6 @@ class Sheet:
         return new
 
     def part(self, first: int, last: int) -> Columns:
-        """The columns of some items."""
         return {name: values[first:last] for name, values in self.columns.items()}
 
     def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
@@ -154,7 +153,6 @@ def chunk_of(size: int, item_seconds: float, workers: int) -> int:
 
 
 def check_job(job: Job) -> None:
-    """Refuse what is no job."""
     having("job", job, ("size", "columns", "ask", "compute"), "a job, such as percuss.case.sweep_job_of makes")
 
 

@@ -186,7 +186,6 @@ class Processes:
 
     @property
     def workers(self) -> int:
-        """How many there are."""
         return self._number
 
     def begin(self, job: Job) -> None:

@@ -99,7 +99,6 @@ class Meter:
         return (after - before) / (now - since) if now > since else self.expected
 
     def progress(self) -> JobProgress:
-        """How far it is."""
         rate, left = self.rate, self.size - self.done - self.part
         seconds = 0.0 if not left else left / rate if rate > 0.0 else math.nan
         return JobProgress(self.done, self.size, rate, seconds, self._bytes, self.damaged, self.part)

@@ -165,7 +165,6 @@ class _ValveSearch:
             yield None if begin is None else _stretch(piston, begin, self.blows)
 
     def result(self, halted: bool) -> FoundOrbits:
-        """What was found."""
         ended = sum(self.met.values())
         unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
         listed = sorted(self.roots, key=lambda root: root[0].period)

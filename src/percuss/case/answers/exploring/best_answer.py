@@ -268,7 +268,6 @@ _OF_UNITS = {"J": "energy", "Pa": "stress", "s": "time"}
 
 
 def best_report(answer: BestAnswer) -> Report:
-    """What `percuss blow --best` prints."""
     searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
     for span in answer.spans:
         searched.append(("range", f"{span.name} from {number(span.low)} to {number(span.high)} {span.unit}".rstrip()))

@@ -502,7 +502,6 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
 
 
 def experiment_report(title: str, found: Experiment) -> Report:
-    """The results of random starts."""
     shares, system = found.shares, found.system
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
@@ -540,7 +539,6 @@ def _of_machine(shares: Sequence[Share], starts: int) -> tuple[str, str]:
 
 
 def basins_report(title: str, found: Basins) -> Report:
-    """What a plane of starts leads to."""
     (x, over), (y, up) = found.x, found.y
     rows = [
         (name, f"{number(values[0])} to {number(values[-1])}, {counted(len(values), 'value')}")

@@ -306,7 +306,6 @@ def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
-    """What a search found."""
     return {
         **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
         "orbits": [told_orbit(orbit) for orbit in found.orbits],
@@ -471,7 +470,6 @@ def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
 
 
 def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
-    """A cycle with rest."""
     told = picked(cycle, "label release_phase rest_phase flight_times stable admissible")
     return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
 
