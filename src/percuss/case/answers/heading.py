@@ -154,9 +154,6 @@ def contact_dict(system: System | Machine) -> dict[str, str]:
     return {"law": system.contact.law, "strain": system.contact.kind}
 
 
-# ---- The hammer as the first section of a report
-
-
 # ---- What was understood of a hammer, the first section of its reports
 
 _FEW = 8

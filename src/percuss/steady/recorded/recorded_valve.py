@@ -35,8 +35,6 @@ from percuss.steady.self_excited.piston import cycle_near
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 from percuss.steady.states import SteadyStates, steady_states
 
-# ---- The machines that a record may be of: switches by ports without delay, by longer delays, or as the cycles tell
-
 # ---- How a place and a delay share in where a valve switches: x_i = h + v_i τ, over all cycles that were recorded
 #
 # A port at h with the delay τ was passed at t_i − τ, if t_i are the times of the switch. The best delay is the one with
@@ -318,8 +316,6 @@ def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: fl
     rebound = Rebound(-machine.contact.velocity_factor * speed, now, orders)
     return cycle_near(machine, rebound, 1)
 
-
-# ---- The machine behind a recorded load: where and when its force switches, read as ports and delays of a valve
 
 # ---- Each switch of a recorded force with the motion before it: when, where and in which direction it was seen
 
