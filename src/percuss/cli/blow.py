@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 _BLOWS = 1500
 
-_PATIENCE = 60.0
-"""Seconds that one blow may take before Ctrl-C loses the best one so far."""
+_PATIENCE = 60.0  # seconds that one blow may take before Ctrl-C loses the best one so far
 
 
 @command(

@@ -303,8 +303,7 @@ def _times(path: str) -> list[float]:
 
 # ---- Simulated motions
 
-LAST = 10
-"""Events in the report for people."""
+LAST = 10  # events in the report for people
 
 
 @command(

@@ -506,8 +506,7 @@ def _blows(
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
 
-_MOST = 1 << 20
-"""Branches × cells handled at once: a load of a thousand harmonics has two thousand branches."""
+_MOST = 1 << 20  # branches × cells handled at once: a load of a thousand harmonics has two thousand branches
 
 _NAMES = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
 

@@ -137,9 +137,7 @@ def family_of(what: System | Machine | Family) -> Family:
 
 # ---- One axis of a map: a parameter and the values it takes
 
-MAX_VALUES = 10**7
-"""The most values of one axis."""
-
+MAX_VALUES = 10**7  # the most values of one axis
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.ASCII)
 _FORM = "FROM:TO:NUMBER, FROM:TO:NUMBER:log or a list A,B,C, with or without a unit"
 

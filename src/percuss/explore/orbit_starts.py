@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from percuss.steady import ValveCycle
     from percuss.steady.self_excited.rhythm import Rhythm
 
-SWITCHED = "branches of shorter orbits"
-"""What the starts are called."""
-
+SWITCHED = "branches of shorter orbits"  # what the starts are called
 _MOST_POINTS = 400  # of a branch, each way
 _AROUND = 0.2  # of the pressure or the flow, on either side, where flips of machines are looked for
 
@@ -101,9 +99,7 @@ def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int
 
 # ---- Starts for a search for orbits: close returns of simulated motions
 
-SIMULATED = "simulated motions"
-"""What the starts are called."""
-
+SIMULATED = "simulated motions"  # what the starts are called
 _IMPACTS = 600  # of each motion, at most
 _KEPT = 64  # last impacts that are looked at, besides a cycle
 _CLOSE = 0.5  # rad, by which an impact may miss the time a cycle after itself

@@ -18,14 +18,11 @@ from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
-HOLDS, PARTLY, NOT = "holds", "holds only where", "does not hold"
-"""The verdicts."""
+HOLDS, PARTLY, NOT = "holds", "holds only where", "does not hold"  # the verdicts
 
-DAMPED = 0.03 / (2.0 * math.pi)
-"""d of B77's damped curves, 2πd = 0.03."""
+DAMPED = 0.03 / (2.0 * math.pi)  # d of B77's damped curves, 2πd = 0.03
 
-RIGID = 1e6
-"""s of a bar that is as good as rigid: what remains of the elastic terms is of the order 1/s²."""
+RIGID = 1e6  # s of a bar that is as good as rigid: what remains of the elastic terms is of the order 1/s²
 
 
 @dataclass(frozen=True)

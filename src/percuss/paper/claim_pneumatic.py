@@ -29,8 +29,7 @@ from percuss.stability import stability_of
 from percuss.steady import Orbit, steady_states
 
 RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9)
-FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)
-"""Of the upper curve of Fig. 5, where claim a is tried."""
+FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)  # of the upper curve of Fig. 5, where claim a is tried.
 
 
 @dataclass(frozen=True)
@@ -151,8 +150,7 @@ def claim_a(trial: Trial, ends: Sequence[StartsEnd]) -> Claim:
 # ---- Claims b and c: which m are reached, and from how many starts
 
 MOST_PERIODS = 8
-NEAR = 1e-3
-"""Starts beside an orbit differ from it by this, relative for the speed and in radians for the phase."""
+NEAR = 1e-3  # starts beside an orbit differ from it by this, relative for the speed and in radians for the phase
 
 
 @dataclass(frozen=True)

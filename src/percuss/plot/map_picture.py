@@ -158,8 +158,7 @@ def _hatched(ax: Axes, x: Any, y: Any, here: Any, hatch: str) -> None:
 
 # ---- Words in the cells of a map: which there are, in which order, and what stands where there is none
 
-MOST_WORDS = 12
-"""Labels with a colour of their own: the most frequent; the others share one."""
+MOST_WORDS = 12  # labels with a colour of their own: the most frequent; the others share one
 
 HATCH = palette.BOTH["none"]  # on white: no value
 
@@ -203,8 +202,7 @@ def _order(label: str) -> tuple[int, str, int, int]:
 
 # ---- A panel of a map over one parameter
 
-RESTS = palette.BOTH["rest"]
-"""Of what comes to rest."""
+RESTS = palette.BOTH["rest"]  # of what comes to rest
 
 
 def line(ax: Axes, found: Sweep, name: str) -> dict[str, Any]:
@@ -523,12 +521,8 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
 
 # ---- The pictures of where starts end: the shares of an experiment, and basins of attraction as an image
 
-MOST_SHOWN = 10
-"""Attractors with a line or a colour of their own: the most frequent."""
-
-MOST_POINTS = 20_000
-"""Starts drawn; of more an even choice."""
-
+MOST_SHOWN = 10  # attractors with a line or a colour of their own: the most frequent
+MOST_POINTS = 20_000  # starts drawn; of more an even choice
 _REST = "#B5B5B5"
 _NAMES = {
     "time": "load phase of the start [rad]",

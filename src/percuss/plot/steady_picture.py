@@ -88,11 +88,9 @@ def _timed_phase(answer: _Motions, orbit: Orbit) -> str:
 
 # ---- The picture of a steady answer: where the phases come from, the load, the gap, the multipliers and the waves
 
-POINTS = 721
-"""Samples of a curve over one load period."""
+POINTS = 721  # samples of a curve over one load period
 
-EDGE = 1.7
-"""How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
+EDGE = 1.7  # how far the panel of the multipliers reaches; what lies beyond is an arrow at its edge
 
 
 def steady(answer: SteadyAnswer | SteadyStates) -> Figure:

@@ -69,14 +69,12 @@ _GAUGE = ColumnQuery(
     "strain",
 )
 
-QUERIES = {"load": LOAD, "gauge": _GAUGE}
-"""By the word that `read_recording` takes."""
+QUERIES = {"load": LOAD, "gauge": _GAUGE}  # by the word that `read_recording` takes
 
 
 # ---- What a file of measured series holds, before a column is chosen
 
-RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'
-"""Where nothing in the file tells it."""
+RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'  # where nothing in the file tells it
 
 
 @dataclass(frozen=True)
@@ -406,8 +404,7 @@ def against_clock(table: RecordedTable, column: Column | None, rate: float) -> l
 
 # ---- Samples without a value: how they are left out of a record, and how many may be
 
-MOST_MISSING = 0.1
-"""The share of the samples that may be missing."""
+MOST_MISSING = 0.1  # the share of the samples that may be missing
 
 
 def without_gaps(time: Array, values: list[Array], table: RecordedTable, notes: list[str]) -> tuple[Array, list[Array]]:

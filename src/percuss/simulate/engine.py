@@ -287,8 +287,7 @@ def _copied_record(values: Records) -> Records:
     return values.view(np.uint8).copy().view(values.dtype) if values.dtype.names else values.copy()
 
 
-NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))
-"""For motions of which nothing is recorded."""
+NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))  # for motions of which nothing is recorded
 
 
 def begins(

@@ -266,8 +266,7 @@ class Summary(Shown):
     si: SISummary | None
 
 
-OPEN_CYCLES = ("", "rest/?", "chatter/?")
-"""Cycles with rest whose number of load periods hangs on rounding, by kind."""
+OPEN_CYCLES = ("", "rest/?", "chatter/?")  # cycles with rest whose number of load periods hangs on rounding, by kind
 
 
 def label_of(outcome: str, cycle: MotionCycle | None, wanders: bool, kind: int = 0) -> str:

@@ -24,8 +24,7 @@ from percuss.steady.forced import PiecewiseResponse, Response, forced_response
 from percuss.steady.oscillator import modal_state
 from percuss.steady.trigonometric import TURN, bounded_roots, on_circle
 
-RELEASED_MODES = 512
-"""Modes of the sums where an impact changes the strain: more of them hardly help."""
+RELEASED_MODES = 512  # modes of the sums where an impact changes the strain: more of them hardly help
 
 _EPS = np.finfo(float).eps
 

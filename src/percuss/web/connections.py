@@ -84,8 +84,7 @@ def neighbourhood(address: str) -> str:
 
 # ---- HTTP as uvicorn reads it, with a bound on what a client may cost before and after its request is worked on
 
-_PROGRESS = 65_536
-"""Bytes that a client must take within `Limits.write_seconds`, unless it takes all there are."""
+_PROGRESS = 65_536  # bytes that a client must take within `Limits.write_seconds`, unless it takes all there are
 
 
 class BoundedConnection(HttpToolsProtocol):

@@ -225,11 +225,9 @@ def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> Frames:
 
 # ---- Orbits of any label: searched for, followed through a parameter, and shown where a branch is looked at
 
-_LABELS = 16
-"""Of the branches in one diagram, at most."""
+_LABELS = 16  # of the branches in one diagram, at most
 
-_SHARE = 0.7
-"""Of the time of a question, after which what has been followed so far is the answer."""
+_SHARE = 0.7  # of the time of a question, after which what has been followed so far is the answer
 
 
 @router.answer("/api/orbits", "What percuss orbits --json answers, of one label", kernels="orbits")

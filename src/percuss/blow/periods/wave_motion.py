@@ -151,8 +151,7 @@ def _ordered(chain: LatticeRow, step: float) -> Array:
 
 # ---- Contacts gathered to impacts, with what each impact did
 
-ROUND_TRIP = 2.0
-"""Transit times: contacts nearer than the way of waves there and back belong to one impact."""
+ROUND_TRIP = 2.0  # transit times: contacts nearer than the way of waves there and back belong to one impact
 
 _GRAZE = 1e-9  # of the greatest impulse
 
@@ -275,9 +274,7 @@ def _sums(values: Array, at: npt.NDArray[np.intp]) -> Array:
 
 # ---- Whether a machine does the same again: its whole state at the ends of load periods, compared
 
-MOST_PERIODS = 16
-"""The longest cycle that is looked for."""
-
+MOST_PERIODS = 16  # the longest cycle that is looked for
 _CONFIRMED = 2
 _NEAR = 100.0  # times the tolerance
 

@@ -292,8 +292,7 @@ _PEAK = "compression compression_place compression_time tension tension_place te
 
 # ---- What formulas say of a blow beside what its waves gave, and what the theory of such waves leaves out
 
-_ALIKE = 1e-9
-"""Relative difference of two impedances, or two times, that counts as none."""
+_ALIKE = 1e-9  # relative difference of two impedances, or two times, that counts as none
 
 
 class Formula(NamedTuple):
@@ -428,8 +427,7 @@ def _left_out(answer: BlowAnswer) -> tuple[tuple[str, str], ...]:
 
 # ---- A blow in one sentence: where its energy went
 
-_NEGLIGIBLE = 1e-3
-"""Share of the energy that is not worth a clause."""
+_NEGLIGIBLE = 1e-3  # share of the energy that is not worth a clause
 
 
 def blow_in_words(answer: BlowAnswer) -> str:
@@ -474,8 +472,7 @@ def _stress(answer: BlowAnswer) -> str:
 
 # ---- The dispatcher's answer to "what does one blow of this hammer do?"
 
-_MIDDLE = 0.5
-"""Where a gauge is unless told otherwise, as a share of the first section of the rod."""
+_MIDDLE = 0.5  # where a gauge is unless told otherwise, as a share of the first section of the rod
 
 
 def blow_answer(
@@ -638,8 +635,7 @@ def _field_of(orbit: Orbit, striker: SizedBody | Body) -> Field:
 
 # ---- Forces and waves of a blow over time, as a dataset for files
 
-POINTS = 4001
-"""Equal steps of the window, less one."""
+POINTS = 4001  # equal steps of the window, less one
 
 
 def blow_dataset(answer: BlowAnswer) -> Dataset:
@@ -668,8 +664,7 @@ def blow_dataset(answer: BlowAnswer) -> Dataset:
 # ---- The report
 
 
-_SHOWN = 12
-"""Contacts that are listed one by one."""
+_SHOWN = 12  # contacts that are listed one by one
 
 
 def blow_report(answer: BlowAnswer) -> Report:
@@ -845,8 +840,7 @@ _SIGNS = {"auto": None, "positive": 1, "negative": -1}
 _FEW_SAMPLES = 10
 """Samples while a wave runs through the striker and back, below which the record says little of its shape."""
 _PARTLY = 0.5
-_UNLIKE = 0.15
-"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
+_UNLIKE = 0.15  # residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more
 
 
 def measured_gauge(

@@ -229,8 +229,7 @@ def _hysteresis(answer: MachineAnswer) -> float:
 
 # ---- The answer for a machine that switches itself in plain values, with the names that other programs read
 
-SHOWN_MULTIPLIERS = 16
-"""The greatest multipliers, which are told."""
+SHOWN_MULTIPLIERS = 16  # the greatest multipliers, which are told
 
 
 def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:

@@ -126,11 +126,9 @@ def _blank_distance(machine: Machine, cycle: ValveCycle) -> float | None:
 
 # ---- How the energy and the rate of a machine that switches itself follow its pressure, ports, delays and restitution
 
-_STEP = 0.1
-"""Of a parameter: what a sensitivity is told for."""
+_STEP = 0.1  # of a parameter: what a sensitivity is told for
 
-_CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
-"""Pressures of the curve, as multiples of that of the case."""
+_CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))  # pressures of the curve, as multiples of that of the case
 
 
 @dataclass(frozen=True)

@@ -47,9 +47,7 @@ if TYPE_CHECKING:
 STARTS = 24
 """Starts that `percuss steady` follows: of those that end otherwise one in ten is missed once in twelve times."""
 
-DISTRIBUTION, SEED = "wall", 0
-"""Of the starts, as `percuss experiment` draws them when nothing else is asked for."""
-
+DISTRIBUTION, SEED = "wall", 0  # of the starts, as `percuss experiment` draws them when nothing else is asked for
 _MOST_STARTS = 1000
 _MOST_MODES = 64  # elastic modes; more of them cost time and change no end
 _LEAST_IMPACTS = 200

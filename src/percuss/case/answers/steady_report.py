@@ -259,8 +259,7 @@ def _rows(found: TimedAnswer, judged: Stability | None) -> list[tuple[str, str]]
 
 # ---- One orbit as a section of the report: what it is, whether it can be sustained, and what to change if not
 
-MOST_WARNINGS = 3
-"""Warnings that a card shows; the rest is in the JSON."""
+MOST_WARNINGS = 3  # warnings that a card shows; the rest is in the JSON
 
 
 def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> ReportSection:

@@ -367,8 +367,7 @@ def _peak(motion: Orbit, low: float, high: float) -> float:
 
 # ---- The boundaries of steady motions in a plane of two parameters, as curves that are solved for
 
-KINDS = (FOLD, FLIP, SPIRAL, GRAZING)
-"""What can happen on a branch of steady motions."""
+KINDS = (FOLD, FLIP, SPIRAL, GRAZING)  # what can happen on a branch of steady motions
 
 CRITERIA = ("reduced", "exact")
 

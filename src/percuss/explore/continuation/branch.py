@@ -230,9 +230,7 @@ class BranchPoint(Shown):
 # ---- Branches and curves
 
 
-KEPT_IMPACTS = 8
-"""Impacts after each release that a branch has, at most: those of a chatter have no last one."""
-
+KEPT_IMPACTS = 8  # impacts after each release that a branch has, at most: those of a chatter have no last one
 _TURN = 2.0 * np.pi
 _OF_POINT = ("values", "beyond", "impact", "touch_phase", "side", "criticality")
 

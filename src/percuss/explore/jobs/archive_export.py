@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
     from percuss.explore.jobs.archive import Archive
 
-_ROWS = 1 << 15
-"""Rows of a CSV file that are made at once."""
+_ROWS = 1 << 15  # rows of a CSV file that are made at once
 
 
 def variables_of(

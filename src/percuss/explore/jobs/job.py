@@ -9,11 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-ASK_FORMAT = 1
-"""Of what is asked, as an archive keeps it; every ask has it as ``percuss``."""
+ASK_FORMAT = 1  # of what is asked, as an archive keeps it; every ask has it as ``percuss``
 
-Columns = dict[str, npt.NDArray[Any]]
-"""Arrays by name, each of shape (items, *shape of one item)."""
+Columns = dict[str, npt.NDArray[Any]]  # arrays by name, each of shape (items, *shape of one item)
 
 
 @dataclass(frozen=True)

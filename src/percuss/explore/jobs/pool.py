@@ -104,9 +104,7 @@ def _sendable(error: BaseException) -> BaseException:
 
 # ---- Who computes the chunks: processes of this machine, or whatever else keeps the same few promises
 
-_TRIES = 2
-"""How often a chunk is begun whose worker dies of it."""
-
+_TRIES = 2  # how often a chunk is begun whose worker dies of it
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """What keeps a worker on its one core."""
 
@@ -342,8 +340,7 @@ def _surroundings(with_main: bool) -> Iterator[None]:
 # functions or classes of the script's own main part makes them import it; that is safe where the call stands under
 # ``if __name__ == "__main__":``.
 
-SMALL = 3.0
-"""Seconds of work for which no processes are started: they take a second or two themselves."""
+SMALL = 3.0  # seconds of work for which no processes are started: they take a second or two themselves
 
 
 def helpers(job: Job, asked: int | None) -> int:

@@ -22,8 +22,7 @@ from percuss.model.checks import Array, ComplexArray, instance, non_negative, nu
 
 # ---- A chain of sections as its mechanics see it: impedances, transit times, and which point lies in which section
 
-Numbers = npt.NDArray[np.intp]
-"""Numbers of sections, from 0 on."""
+Numbers = npt.NDArray[np.intp]  # numbers of sections, from 0 on
 
 
 class SectionChain:
@@ -353,12 +352,8 @@ def _waves(sections: SectionChain, omega: Array, numbers: Array) -> ComplexArray
 
 # ---- The stepped bar: sections of different cross-section or material, joined end to end
 
-MOST_SECTIONS = 200
-"""Sections of a bar: far more than a machine's, and few enough for thousands of modes in a second."""
-
-MOST_JUMP = 1e6
-"""Impedances of two neighbours that differ by more are a slip of units, not a bar."""
-
+MOST_SECTIONS = 200  # sections of a bar: far more than a machine's, and few enough for thousands of modes in a second
+MOST_JUMP = 1e6  # impedances of two neighbours that differ by more are a slip of units, not a bar
 _MOST_RATIO = 1e15  # of two impedances, or two transit times: beyond it one of the sections is nothing
 _LEAST_KEPT = 64
 _ROUNDING = 1e-12  # by which equal impedances may differ

@@ -8,5 +8,4 @@ from percuss.model.contact.kept import Kept
 from percuss.model.contact.reversed import Reversed
 from percuss.model.contact.timed import ADVANCES, Advance, Timed
 
-LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}
-"""The laws by their word in case files."""
+LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}  # the laws by their word in case files

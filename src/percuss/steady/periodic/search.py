@@ -31,8 +31,7 @@ from percuss.steady.states import check_pushes, steady_states
 _STEPS = 60
 _FRESH = -1  # of `settling`: not begun
 _WORK = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
-COALESCED = 1e-9
-"""Share of the period below which a flight has vanished."""
+COALESCED = 1e-9  # share of the period below which a flight has vanished
 
 
 class Outcome(IntEnum):
@@ -180,8 +179,7 @@ class RootSearch:
 
 # ---- Where the starts of a search come from: random times, and rows of times that are given
 
-RANDOM = "random times"
-"""What starts are called that nobody gave."""
+RANDOM = "random times"  # what starts are called that nobody gave
 
 _LATEST = 1e12  # rad
 

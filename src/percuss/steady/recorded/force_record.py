@@ -193,9 +193,7 @@ def _faded(drag: float, t: npt.ArrayLike) -> Array:
 # same momentum: ringing, noise and a gradual rise do not move it. The levels and the slope against the distance, which
 # is the stiffness of a gas chamber, are those of least squares of the force between the edges.
 
-WINDOW = 1.0 / 32.0
-"""Of the period: over how long the force is averaged before and after an edge."""
-
+WINDOW = 1.0 / 32.0  # of the period: over how long the force is averaged before and after an edge
 _LEAST = 0.2  # of the range of the force, of a jump
 _SAME = 0.12  # of the range, between levels of one state
 _ROUNDS = 6

@@ -123,8 +123,7 @@ def pressure_multiplier(slope: Array, modes: int) -> complex:
 
 # ---- A flight, and what happens between flights
 
-Place = Literal["centre"] | float
-"""Of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)."""
+Place = Literal["centre"] | float  # of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,8 +27,7 @@ from percuss.steady.self_excited.rhythm import Rhythm, valve_after
 from percuss.steady.self_excited.settling import rest_cycles_of, under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
-RANDOM = "random rebounds"
-"""What starts are called that nobody gave."""
+RANDOM = "random rebounds"  # what starts are called that nobody gave
 
 RELEASED = "releases from rest"
 

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
 
-_DIGITS = 6
-"""Of the sizes that are tried: no workshop needs more."""
+_DIGITS = 6  # of the sizes that are tried: no workshop needs more
 
 
 @dataclass(frozen=True)

@@ -277,8 +277,7 @@ def _number(value: float | int) -> float | int | str | None:
 
 # ---- An experiment that is watched: the shares so far while it goes on, the same numbers at its end
 
-_LOOK = 0.25
-"""Seconds of work between two looks."""
+_LOOK = 0.25  # seconds of work between two looks
 
 _MOST_SHARES = 16
 

@@ -492,8 +492,7 @@ def _chosen_cycle(system: System, orbit: str, modes: int) -> RestCycle:
 # ---- Reports
 
 
-_MOST_TOLD = 4
-"""Impacts of which a line tells."""
+_MOST_TOLD = 4  # impacts of which a line tells
 
 
 def _few(values: list[float]) -> str:

@@ -37,14 +37,12 @@ if TYPE_CHECKING:
 
 # ---- Which stretch of a simulated motion is framed: its first periods, or whole cycles of what it settles on
 
-_FEWEST = 240
-"""Points of the striking end's history that a cycle has at least, however often it is told."""
+_FEWEST = 240  # points of the striking end's history that a cycle has at least, however often it is told
 
 _Numbers = npt.NDArray[np.float64]
 
 _TURN = 2.0 * math.pi
-_NEAR = 1e-5
-"""Rad within which an impact of a cycle and the one of the cycle after are at the same place."""
+_NEAR = 1e-5  # rad within which an impact of a cycle and the one of the cycle after are at the same place
 
 
 @dataclass(frozen=True)
@@ -338,8 +336,7 @@ BLOW: tuple[Fact[Any], ...] = (
 
 # ---- A motion of a branch as pictures in time: one cycle of it, simulated from an impact or a release and told again
 
-_LOOKS = 121
-"""Points of the load over its period."""
+_LOOKS = 121  # points of the load over its period
 
 _MOST_IMPACTS = 20_000  # of a chatter that is simulated
 
@@ -497,14 +494,11 @@ Part = Literal["start", "contact", "window"]
 
 _START = 300e-6
 _TRANSITS = 6.0
-_AFTER = 2.0
-"""Transit times of the striker that are shown after the last contact."""
+_AFTER = 2.0  # transit times of the striker that are shown after the last contact
 
-_BREAKS = 4000
-"""Jumps of a force that are drawn as such."""
+_BREAKS = 4000  # jumps of a force that are drawn as such
 
-_REACH = 2.0
-"""Of an endless rod: lengths of the striker that are shown."""
+_REACH = 2.0  # of an endless rod: lengths of the striker that are shown
 
 
 def blow_frames(
