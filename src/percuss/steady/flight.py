@@ -59,8 +59,7 @@ class Flown:
         def impact_velocity(self) -> float: ...
         def modal_state(self, modes: int) -> ModalState: ...
 
-    start_gap = 0.0
-    """Where it starts: at the wall."""
+    start_gap = 0.0  # where it starts: at the wall
 
     @cached_property
     def response(self) -> Response:

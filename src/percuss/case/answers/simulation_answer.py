@@ -74,8 +74,7 @@ _COARSE = 0.01
 class ToldMotion(Shown, ABC):
     """A motion that is told event by event, or impact by impact."""
 
-    ROWS: ClassVar[str] = "events"
-    """The key of the list."""
+    ROWS: ClassVar[str] = "events"  # the key of the list
 
     @abstractmethod
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:

@@ -70,10 +70,8 @@ class Seen(NamedTuple):
     time: float
     first: float
     last: float
-    since_blow: bool
-    """Whether the first of them is a blow."""
-    doubt: Doubt | None = None
-    """Where the motion of the single cycle is known."""
+    since_blow: bool  # whether the first of them is a blow
+    doubt: Doubt | None = None  # where the motion of the single cycle is known
 
 
 @dataclass(frozen=True)
