@@ -65,7 +65,6 @@ class StrikingFamily(Protocol):
 
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the hammer at these values; PercussError where there is none."""
-        ...
 
 
 def failure(error: Exception) -> int:

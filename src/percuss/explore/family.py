@@ -25,15 +25,12 @@ class Family(Protocol):
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system at these values; PercussError where there is none."""
-        ...
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError when a parameter is unknown or cannot have its unit; `names` maps names to units."""
-        ...
 
     def describe(self) -> dict[str, Any]:
         """All that the systems depend on, of JSON's types."""
-        ...
 
 
 class SwitchingFamily(Family, Protocol):
@@ -42,15 +39,12 @@ class SwitchingFamily(Family, Protocol):
     @property
     def is_machine(self) -> bool:
         """Whether it has machines in place of systems."""
-        ...
 
     def machine(self, values: Mapping[str, float]) -> Machine:
         """The machine at these values; PercussError where there is none."""
-        ...
 
     def room(self, machine: Machine) -> float | None:
         """How far behind the wall the piston of one of its machines can go, in bar lengths; None without a limit."""
-        ...
 
 
 def drives_itself(family: Family) -> TypeGuard[SwitchingFamily]:

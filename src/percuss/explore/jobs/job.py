@@ -58,21 +58,17 @@ class Job(Protocol):
     @property
     def size(self) -> int:
         """Number of items."""
-        ...
 
     @property
     def columns(self) -> Mapping[str, Column]:
         """What is computed of each item."""
-        ...
 
     @property
     def ask(self) -> dict[str, Any]:
         """All that was asked for, of JSON's types: the same ask gives the same numbers."""
-        ...
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """Items `first` … `last` − 1; an item that fails carries its outcome in a column.
 
         `stopped` says when the answer is no longer wanted; what is returned then does not matter.
         """
-        ...

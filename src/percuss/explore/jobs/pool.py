@@ -124,27 +124,21 @@ class Pool(Protocol):
     @property
     def workers(self) -> int:
         """How many chunks are computed at once; may change."""
-        ...
 
     def begin(self, job: Job) -> None:
         """The chunks that follow are of this job."""
-        ...
 
     def submit(self, chunk: Chunk) -> None:
         """Have a chunk computed; returns at once."""
-        ...
 
     def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
         """The chunks that are ready, waiting at most so long for the first; or the error of one that fails."""
-        ...
 
     def cancel(self) -> None:
         """Forget all chunks; within a second nothing of them is computed any more."""
-        ...
 
     def close(self) -> None:
         """Let the workers go."""
-        ...
 
 
 def packed(job: Job) -> bytes:

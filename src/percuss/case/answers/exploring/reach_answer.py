@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from percuss.case.answers.steady_answer import CaseReach
 from percuss.case.case import Case, checked_case
@@ -15,10 +15,6 @@ from percuss.model.checks import DEFAULT_MODES, callback, count, instance, sever
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
 from percuss.steady.self_excited.valve_cycle import ValveCycle
-
-if TYPE_CHECKING:
-    pass
-
 
 _USUAL = ("load.mean", "load.frequency", "load.pressure", "load.supply.flow")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
