@@ -17,8 +17,6 @@ from typing import TypeVar
 
 from percuss.errors import Interrupted
 
-__all__ = ["Asked", "Elapsed", "asked", "halting", "interruptible", "look", "on_threads"]
-
 Answer = TypeVar("Answer")
 Item = TypeVar("Item")
 
