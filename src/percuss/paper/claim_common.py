@@ -13,7 +13,7 @@ from percuss.case.answers.facts import picked, plain
 from percuss.errors import Interrupted
 from percuss.explore import carry_out
 from percuss.explore.attractors.drawn_starts import DISTRIBUTIONS
-from percuss.explore.attractors.experiments import DISTANCE, Experiment, experiment_job, wilson
+from percuss.explore.attractors.experiments import Experiment, experiment_job, wilson
 from percuss.model import Load, System
 from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of
@@ -72,7 +72,7 @@ class Trial:
     ) -> Experiment:
         stop = Stop(impacts=self.size.impacts if impacts is None else impacts, tolerance=tolerance)
         job = experiment_job(system, starts, distribution, self.seed, modes=modes, stop=stop, threads=None)
-        return Experiment.of(job, carry_out(job, workers=1), DISTANCE)
+        return Experiment.of(job, carry_out(job, workers=1))
 
 
 @dataclass(frozen=True)

@@ -563,7 +563,8 @@ class Trajectory(Shown):
                 turns = np.flatnonzero((fa * va < 0.0) & (fb * vb > 0.0) & (fa * fb > 0.0))
                 top = _roots(rate, a[turns], b[turns], va[turns], vb[turns])
                 beyond = off(top) if top.size else top
-                turns, top, beyond = (one[beyond * fa[turns] < 0.0] for one in (turns, top, beyond))
+                over = beyond * fa[turns] < 0.0
+                turns, top, beyond = turns[over], top[over], beyond[over]
                 a, b = np.append(a, top), np.append(b, b[turns])
                 fa, fb = np.append(fa, beyond), np.append(fb, fb[turns])
                 b[turns], fb[turns] = top, beyond
