@@ -335,17 +335,14 @@ def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:
 
 
 def test_the_report_is_one_file(desk: Desk) -> None:
-    for machine, figure_ in (
-        ("mini-breaker", "180"),
-        ("valve-breaker", "9.448 Hz"),
-        ("stopped-beam", "Steady motions"),
-    ):
+    figures = {"mini-breaker": "180", "valve-breaker": "9.448 Hz", "stopped-beam": "Phases, load, gap"}
+    for machine, told in figures.items():
         page = desk.open(f"panel=report&machine={machine}")
         with page.expect_download() as waiting:
             page.click("#report-download")
         text = Path(waiting.value.path()).read_text(encoding="utf-8")
         assert "<svg" in text
-        assert figure_ in text
+        assert told in text
         assert not re.search(r"""(src|href)=["']https?:""", text)
 
 

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.plot.html_report import Answer
     from percuss.steady import Orbit
-    from percuss.steady.self_excited import ValveCycle
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 MAX_STARTS = 1000
 REPORT = made(
@@ -88,7 +88,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
 def steady(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one case; a structure that is held, and a machine that switches itself, have answers of their own."""
     from percuss import plot
-    from percuss.case.answers.steady_report import steady_report, structure_report
+    from percuss.case.answers.steady_report import steady_report
     from percuss.cli.report_printing import answered
 
     case, cut = named_case(options.case), ""
@@ -106,24 +106,14 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
                 rows, cut = _reached(parser, options, case, cycle)
                 machine = replace(machine, reach=rows)
             return _told_machine(options, case, machine, cut=cut)
-    if case.tables.body is not None:
-        from percuss.case import structure_answer
-
-        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
-        held = structure_answer(case, options.periods, options.modes)
-        if reaches:
-            rows, cut = _reached(parser, options, case, None if held.chosen is None else held.chosen.orbit)
-            held = replace(held, reach=rows)
-        _filed(options, case, held)
-        return answered(
-            options, held.to_json_dict, lambda: structure_report(held), lambda: plot.steady(held), indent=1, cut=cut,
-            report=options.report,
-        )  # fmt: skip
     from percuss.case import steady_answer
 
+    held = case.tables.body is not None
+    if held:
+        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
     with _undisturbed(), of_file(case):
         answer = steady_answer(case, options.periods, options.modes)
-        answer = replace(answer, starts=_ends(case, options))
+        answer = answer if held else replace(answer, starts=_ends(case, options))
     if reaches:
         chosen = answer.chosen
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
@@ -239,7 +229,6 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
     option("--longest-delay TIME", 'of a recorded load: the longest delay of the valve, such as "10 ms"'),
 )
 def machine(parser: Parser, options: argparse.Namespace) -> int:
-    """Answer for one machine."""
     from percuss.case import machine_answer
 
     case, record = named_case(options.case), None
@@ -325,8 +314,7 @@ def _times(path: str) -> list[float]:
 
 # ---- Simulated motions
 
-LAST = 10
-"""Events in the report for people."""
+LAST = 10  # events in the report for people
 
 
 @command(

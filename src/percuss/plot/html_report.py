@@ -14,8 +14,8 @@ from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
-from percuss.case.answers.steady_answer import SteadyAnswer, StructureAnswer
-from percuss.case.answers.steady_report import name_of, steady_report, structure_report
+from percuss.case.answers.steady_answer import SteadyAnswer
+from percuss.case.answers.steady_report import name_of, steady_report
 from percuss.shown import neutral
 from percuss.steady.figures import CARDS, REPORTED
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case import Case, SimulationAnswer
-
-__all__ = ["report_html"]
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #f2f4f7; --line: #ccd; }
@@ -43,17 +41,20 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | StructureAnswer | MachineAnswer | RecordedAnswer
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
     """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts."""
     from percuss import plot
+    from percuss.plot.bar_outline import bar_outline
 
     report, picture, caption = _told(answer)
     parts = [f"<h1>{_safe(report.title)}</h1>", f"<p><strong>{_safe(report.summary)}</strong></p>"]
     if isinstance(answer, SteadyAnswer):
-        parts += _free_bar(answer)
+        parts.append(_cards(answer))
+        if answer.system.is_si and case.tables.body is None:
+            parts.append(f"<div>{bar_outline(answer.system)}</div>")
     parts += map(_part, report.sections)
     parts.append(_figure(picture, caption))
     if simulation is not None:
@@ -87,17 +88,9 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
 
     if isinstance(answer, SteadyAnswer):
         return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
-    if isinstance(answer, StructureAnswer):
-        return structure_report(answer), plot.steady(answer), "Steady motions, and the load"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"
-
-
-def _free_bar(answer: SteadyAnswer) -> list[str]:
-    from percuss.plot.bar_outline import bar_outline
-
-    return [_cards(answer), *([f"<div>{bar_outline(answer.system)}</div>"] if answer.system.is_si else [])]
 
 
 def _cards(answer: SteadyAnswer) -> str:

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss._version import __version__
-from percuss.case import MACHINES, machine_answer, steady_answer, structure_answer
+from percuss.case import MACHINES, machine_answer, steady_answer
 from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
@@ -225,8 +225,7 @@ async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> 
 
 # ---- The report as a download
 
-_drawing = threading.Lock()
-"""matplotlib's settings belong to the whole process: one picture at a time."""
+_drawing = threading.Lock()  # matplotlib's settings belong to the whole process: one picture at a time
 
 
 _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}
@@ -244,6 +243,6 @@ def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     else:
         periods = tuple(sorted(set(asked.periods)))
         check_steady(case.system(), periods, asked.modes, terms.limits)
-        answer = (steady_answer if case.tables.body is None else structure_answer)(case, periods, asked.modes)
+        answer = steady_answer(case, periods, asked.modes)
     with _drawing:
         return Attachment(report_html(case, answer, motion).encode(), "report.html", "text/html; charset=utf-8")
