@@ -363,10 +363,8 @@ def handed(turned, now, room):
 
 @inner
 def orthonormal(weight, now, more, late, growth):
-    """Gram and Schmidt's columns in the size that a difference has, and the logarithm of what each was long.
-
-    What is kept of an impact until a chatter ends, in `late`, goes with them.
-    """
+    """Gram and Schmidt's columns in the size that a difference has, and the logarithm of what each was long."""
+    # what is kept of an impact until a chatter ends, in `late`, goes with them
     for j in range(now.shape[2]):
         whole = left = inside(weight, now, more, j, j)
         for i in range(j):
