@@ -12,7 +12,7 @@ from percuss.case import Case, branch_answer, load_case, point_curves_answer
 from percuss.case.answers.exploring.orbits_answer import orbits_answer
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
-from percuss.explore import Branch, BranchEvent, diagram, follow, follow_point, reach
+from percuss.explore import Axis, Branch, BranchEvent, diagram, follow, follow_point, reach
 from percuss.explore.family import SystemFamily
 from percuss.model import Chamber, External, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
 from percuss.model.contact import Kept
@@ -193,3 +193,7 @@ def test_pressures_of_a_pump_hunt():
         (orbit,) = orbits_answer(hunting(flow), label, modes=0, tries=10, motions=4).orbits
         begin = beginning(orbit)
         assert orbit.stable and landed(orbit, begin).numbers == pytest.approx(begin, rel=1e-10)
+    family = CaseFamily(hunting(155), {"load.supply.flow": "l/min"})
+    flows = Axis("load.supply.flow", [117, 121, 125], "l/min")
+    shown = diagram(family, flows, up_to=(1, 1), searched=1, starts=1, runs=0, modes=0)
+    assert {line.label for line in shown.branches} >= {"2/2", "5/5"}  # simulations settle on these
