@@ -7,16 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from machine_strategies import random_supplied
 from percuss.errors import ParameterError, PercussError
-from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, Supply, UniformBar, Valve
-from percuss.model.body import KelvinVoigt, Ratio
-from percuss.simulate import Start, Stop, Trajectory, run, simulate_many
+from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
+from percuss.simulate import Start, Stop, run, simulate_many
 from percuss.steady import self_excited_motion
-from supply_oracle import begun, follow, piston
 
 PORTS = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
 
@@ -27,36 +22,6 @@ def machine(valve: Valve, R: float = 0.3, drag: float = 0.0) -> Machine:
 
 def two_force(supply: Supply, back: float = 0.4, power: float = 1.8, chamber: Chamber | None = None) -> Valve:
     return Valve({"return": -back, "power": power}, PORTS, None, chamber or Chamber(), supply=supply)
-
-
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=5)
-def test_events_are_those_of_plain_integration(seed: int) -> None:
-    made, start = random_supplied(np.random.default_rng(seed))
-    motion = run(made, start, modes=0, stop=Stop(impacts=4, time=15.0, periodic=False))
-    u, v = start.displacement, start.velocity
-    now = begun(made.valve, float(u[0]), float(v[0]), made.valve.supply.start)
-    follow(now, made.valve, made.contact.restitution, made.drag, 4, 15.0)
-    ours = [(e.time, e.kind) for e in motion.events if e.kind in ("impact", "port", "valve")]
-    theirs = [(time, kind) for time, kind, _ in now.events]
-    for (time, kind), (other, same) in zip(ours, theirs, strict=False):
-        if abs(time - other) > 1e-7:
-            break
-        assert kind == same
-    else:
-        assert abs(len(ours) - len(theirs)) <= 2
-        return
-    near = min(abs(g) for g in _grazes(motion, time))
-    assert near < 1e-4  # a place that is touched rather than passed: rounding decides
-
-
-def _grazes(motion: Trajectory, time: float) -> list[float]:
-    """How near the piston is to a place, with how small a speed, about a time."""
-    times = np.clip(time + np.linspace(-1e-3, 1e-3, 21), motion.begin_time, motion.end_time)
-    at = motion.modal(times)
-    u, v = at.displacement, at.velocity
-    places = [0.0, *(port.behind for port in motion.machine.valve.ports if port.behind)]
-    return [float(np.min(np.abs(u[0] + place) + v[0] ** 2)) for place in places]
 
 
 def test_the_motion_settles_on_the_steady_cycle() -> None:
@@ -95,31 +60,6 @@ def test_stalls() -> None:
     assert run(machine(leaving, drag=2.0), modes=0).label == "stalls (leaves)"
 
 
-IMPACT = Port("return", on="impact")
-LASTING = {
-    "stalls (on the tool)": (Valve({"power": 1.0}, (Port("power", on="impact"),), supply=Supply(1.0, 2.0)), 0.0),
-    "stalls (leaves)": (Valve({"power": -1.0}, (Port("power", 0.5, "back"),), supply=Supply(1.0, 2.0)), 2.0),
-    "stalls (in the chamber)": (
-        Valve({"return": 0.0, "power": 0.8}, (PORTS[0], IMPACT), None, Chamber(-0.2, 1.15), supply=Supply(0.5, 5.0)),
-        0.12,
-    ),
-}
-
-
-@pytest.mark.parametrize("label", LASTING)
-def test_a_stall_is_told_and_followed_to_the_time_asked_for(label: str) -> None:
-    valve, drag = LASTING[label]
-    made, start = machine(valve, 0.45, drag), Start.rigid(-0.8, 0.3).with_valve("power")
-    motion = run(made, start, modes=0, stop=Stop(time=30.0))
-    assert (motion.label, motion.outcome, motion.end_time) == (label, "stalls", 30.0)
-    assert motion.position(1.0, np.linspace(0.0, 30.0, 3000)).max() < 1e-12
-    now = begun(replace(valve, start="power"), -0.8, 0.3, 1.0)
-    follow(now, valve, 0.45, drag, 8, 30.0)
-    theirs = [time for time, kind, _ in now.events if kind == "impact"]
-    assert motion.blow_times[: len(theirs)] == pytest.approx(theirs, abs=1e-6)
-    assert len(theirs) == min(motion.impacts, 8) and run(made, start, modes=0).impacts == motion.impacts
-
-
 def test_a_great_accumulator_is_a_constant_pressure() -> None:
     constant = Valve({"return": -0.4, "power": 1.8}, PORTS)
     start, stop = Start.rigid(-0.3), Stop(impacts=6, periodic=False)
@@ -127,39 +67,6 @@ def test_a_great_accumulator_is_a_constant_pressure() -> None:
     plain = run(machine(constant), start, modes=0, stop=stop)
     assert fed.blow_times == pytest.approx(plain.blow_times, rel=1e-7)
     assert fed.blow_speeds == pytest.approx(plain.blow_speeds, rel=1e-7)
-
-
-@pytest.mark.parametrize("law", [Kept, Reversed])
-@pytest.mark.parametrize("compliance", [1.5, 6.0])
-def test_elastic_motions_are_those_of_plain_integration(law: type[Kept | Reversed], compliance: float) -> None:
-    """Bars that ring while the pressure follows the place where it acts; the drag is that of all modes."""
-    valve = two_force(Supply(0.9, compliance), chamber=Chamber(0.05, 0.3))
-    made, modes = Machine(UniformBar(6.0, External(0.1)), valve, law(0.3)), 3
-    motion = run(made, Start.rigid(-0.3, 0.2), modes=modes, stop=Stop(impacts=5, periodic=False))
-    now = begun(valve, -0.3, 0.2, 1.0, modes)
-    follow(now, valve, 0.3, 0.1, 5, bar=piston(made, modes), turned=law is Reversed)
-    own = [event for event in motion.events if event.kind in ("impact", "port", "valve")]
-    for event, (time, kind, detail) in zip(own, now.events, strict=False):
-        assert (event.kind, event.time) == (kind, pytest.approx(time, abs=1e-7))
-        if kind == "impact":
-            assert event.impact_velocity == pytest.approx(detail, rel=1e-6)
-    assert motion.impacts == 5 and abs(len(own) - len(now.events)) <= 2
-    assert motion.pressure([motion.blow_times[-1]])[0] == pytest.approx(now.pressure, rel=1e-7)
-
-
-@given(st.integers(0, 2**32 - 1))
-@settings(max_examples=16)
-def test_energy_closes(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    (made, start), modes = random_supplied(rng), int(rng.integers(0, 6))
-    if modes:
-        damping = [External(0.0), Ratio(0.3), KelvinVoigt(0.01), External(3.0)][int(rng.integers(4))]
-        law = (Kept, Reversed)[int(rng.integers(2))](made.contact.restitution)
-        made = replace(made, body=UniformBar(float(rng.uniform(3.0, 20.0)), damping), contact=law)
-    motion = run(made, start, modes=modes, stop=Stop(impacts=8, time=40.0))
-    balance = motion.energy_balance()
-    size = max(abs(balance.input), abs(balance.impacts), abs(balance.stored), float(motion.energy(0.0)[0]))
-    assert abs(balance.imbalance) <= 1e-10 * size
 
 
 @pytest.mark.parametrize("modes", [0, 4])

@@ -76,7 +76,7 @@ def test_an_early_return_turns_unstable_under_a_clock_alone(R: float, stable: bo
 
 @pytest.mark.parametrize("modes", [0, 4])
 @pytest.mark.parametrize("law", [Kept, Reversed])
-@pytest.mark.parametrize("what", ["delay of the return", "delay of the power", "gas", "force of the gas"])
+@pytest.mark.parametrize("what", ["delay of the return", "delay of the power", "gas", "force of the gas", "drag"])
 def test_delays_and_gas_vanish_smoothly(what: str, law: type, modes: int) -> None:
     """A tenth of either changes period, speed and rhythm a tenth as much."""
 
@@ -86,9 +86,10 @@ def test_delays_and_gas_vanish_smoothly(what: str, law: type, modes: int) -> Non
             Port("power", 1.0, "back", late.get("delay of the power", 0.0)),
             Port("return", 0.1, "front", late.get("delay of the return", 0.0)),
         )
+        damping = External(small) if what == "drag" else Ratio(0.2)
         gas = Chamber(late.get("force of the gas", 0.0), late.get("gas", 0.0))
         valve = Valve({"return": -0.6, "power": 1.4}, ports, chamber=gas)
-        cycle = self_excited_motion(Machine(UniformBar(20.0, Ratio(0.2)), valve, law(0.2)), modes=modes).cycle
+        cycle = self_excited_motion(Machine(UniformBar(20.0, damping), valve, law(0.2)), modes=modes).cycle
         return np.array([cycle.period, cycle.blow_speed, cycle.stroke, cycle.rhythm_multiplier.real])
 
     none = figures(0.0)

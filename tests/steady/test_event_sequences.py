@@ -110,6 +110,7 @@ def test_work_and_volume_close_with_a_pump(modes: int) -> None:
         pressure = slow_pressure(cycle)
         seen = pressure_over(cycle, np.linspace(0.0, cycle.period, 2000, endpoint=False))
         assert pressure.least <= seen.min() + 1e-12 and seen.max() <= pressure.greatest + 1e-12
+        assert 0.0 <= pressure.least <= pressure.at_blow + 1e-12 <= pressure.greatest + 2e-12
         assert seen.mean() == pytest.approx(pressure.mean, rel=1e-2)
         assert np.isclose(np.abs(cycle.multipliers().values - pressure.multiplier).min(), 0.0, atol=1e-9)
 
