@@ -96,7 +96,7 @@ def test_the_archive_gives_the_same_and_goes_on_where_it_was_broken_off(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("percuss.explore.jobs.progress._LOOK", 0.0)  # however fast the machine is
-    place, along = tmp_path / "d.zarr", "mean=0.6:1:4"
+    place, along = tmp_path / "d.zarr", "mean=0.7:0.9:3"
     asked = {**SMALL, "up_to": (1, 1), "searched": 1, "switch": 0}
     whole = diagram(RIGID, along, **asked)
     with pytest.raises(Interrupted) as stopped:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
+from orbit_cases import both_ways
 from percuss import Kept, Load, System, steady_states
-from percuss.explore import BranchEvent, SystemFamily, follow, orbit_seeds
+from percuss.explore import orbit_seeds
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import KelvinVoigt, ModalBody, Mounted, Ratio, Reversed, SteppedBar, UniformBar
 from percuss.simulate import Start, Starts, Stop, run, simulate_many
@@ -133,30 +134,6 @@ def test_elastic_instability_beyond_b77():
         values = np.linalg.eigvals(derivative(system, vector(orbit, 8), 8, step=1e-5))
         moduli.append(np.abs(values).max())
     assert min(abs(modulus - 1.000147) for modulus in moduli) < 2e-6
-
-
-@pytest.mark.parametrize("modes", [0, 8])
-@pytest.mark.parametrize("name", ["long bar", "short waves", "harmonics"])
-def test_growth_of_a_perturbation(name, modes):
-    seen = set()
-    for orbit in orbits_of(name, modes):
-        x = vector(orbit, modes)
-        values, vectors = np.linalg.eig(derivative(orbit.system, x, modes))
-        exact = stability_of(orbit, modes=modes)
-        order = np.argsort(-np.abs(values))
-        largest = values[order[0]]
-        if abs(largest.imag) > 1e-6 or abs(largest) < 0.05:
-            continue
-        direction = vectors[:, order[0]].real
-        impacts = 4
-        size = 1e-6 / max(abs(largest) ** impacts, 1.0)
-        ahead = direction * size / np.abs(direction).max()
-        plus, minus = (mapped(orbit.system, x + side * ahead, modes, impacts) for side in (1.0, -1.0))
-        grown = 0.5 * (plus - minus)
-        i = np.abs(ahead).argmax()
-        assert grown[i] / ahead[i] == pytest.approx(exact.multipliers.values[0].real ** impacts, rel=1e-3)
-        seen.add(exact.stable)
-    assert False in seen  # the stable ones turn as they shrink: see test_multipliers
 
 
 # -- orbits with several impacts ---------------------------------------------------------------------------------------
@@ -318,27 +295,7 @@ def check_branch(hammer: RandomHammer, seed: int, tries: int) -> bool:
     if not found or not value or (name == "restitution" and value == 1.0):
         return False
     between = 0.98 * value, min(1.02 * value, 1.0 if name == "restitution" else math.inf)
-    branch = follow(found[0], name, between)
-    assert BranchEvent.LOST not in {point.kind for point in branch.points}
-    family = SystemFamily(hammer.system)
-    middle = branch.values.size // 3
-    there = float(branch.values[middle])
-    system = family.system({name: there})
-    other = PeriodicOrbit(system, found[0].periods, tuple(branch.times[middle].tolist()), hammer.modes).from_first
-    if not other.admissible:  # a place at an end, where it has just ceased to be
-        return False
-    again = follow(other, name, between, family=family, value=there)
-    expected, ours = ([(p.kind, p.value) for p in one.points] for one in (branch, again))
-    if [kind for kind, _ in expected] != [kind for kind, _ in ours] or not near(expected, ours):
-        ours.reverse()
-    assert [kind for kind, _ in ours] == [kind for kind, _ in expected]
-    assert near(expected, ours)
-    return True
-
-
-def near(one: list, other: list) -> bool:
-    """Whether values of the parameter are the same."""
-    return all(abs(a - b) <= 1e-8 * max(1.0, abs(a)) for (_, a), (_, b) in zip(one, other, strict=True))
+    return both_ways(found[0], name, between, 1e-8)
 
 
 @pytest.mark.parametrize("seed", range(12))
