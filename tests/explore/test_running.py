@@ -138,11 +138,6 @@ def test_interrupted_and_resumed_by_others(tmp_path, processes):
     assert all(p.stat().st_mtime_ns == when for p, when in times.items())  # what was done is not done again
 
 
-def test_one_item_and_none():
-    assert same(carry_out(Sines(1)), whole(Sines(1)))
-    assert carry_out(Sines(0))["sine"].size == 0
-
-
 # -- pace --
 
 

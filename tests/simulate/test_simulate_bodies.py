@@ -227,24 +227,6 @@ def test_a_mode_starts_as_itself(body: SteppedBar) -> None:
     assert parts == pytest.approx([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-11)
 
 
-@dataclass(frozen=True, init=False)
-class Squared(Kept):
-    """Another law that keeps the strain: the velocity turns to −R² times itself."""
-
-    kind: ClassVar[str] = "squared"
-
-    def velocity_factors(self, restitution):
-        return -(np.asarray(restitution) ** 2)
-
-
-def test_the_law_says_what_the_velocity_turns_to() -> None:
-    """Not the number that it is made of."""
-    stop = Stop(impacts=12)
-    motions = [run(System(UniformBar(4.0), LOAD, law), modes=4, stop=stop) for law in (Squared(0.5), Kept(0.25))]
-    times = [motion.events.time.tolist() for motion in motions]
-    assert times[0] == times[1] and len(times[0]) >= 12
-
-
 # -- energy ------------------------------------------------------------------------------------------------------------
 
 

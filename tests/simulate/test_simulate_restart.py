@@ -178,7 +178,7 @@ def test_files_of_format_3_are_read(tmp_path):
     same(read.continued(), part.continued())
 
 
-# ---- Files of machines that no simulation has left; for those of systems see `test_simulate_damage`
+# ---- Files of machines that no simulation has left
 
 
 @pytest.mark.slow
