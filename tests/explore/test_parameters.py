@@ -21,16 +21,7 @@ from percuss.explore.continuation.orbit_curve import ParameterRows, SolutionCurv
 from percuss.explore.continuation.walk import CorrectorFailed
 from percuss.explore.parameters import PERIODS, label_of
 from percuss.model import KelvinVoigt, Kept, Machine, Mounted, Ratio, SteppedBar, UniformBar
-from percuss.model.body import (
-    BODIES,
-    DAMPINGS,
-    UNDAMPED,
-    Body,
-    Damping,
-    External,
-    Shape,
-    Table,
-)
+from percuss.model.body import BODIES, DAMPINGS, UNDAMPED, Body, Damping, External, Shape, Table
 from percuss.model.checks import Array
 from percuss.model.contact import LAWS
 from percuss.model.parameter import Parameter

@@ -278,10 +278,7 @@ def test_areas_that_jump_by_nearly_a_million() -> None:
 # -- the machine that switches its own valve ---------------------------------------------------------------------------
 
 
-PORTS = (
-    Port("power", behind=0.13, side="back", delay=5e-3),
-    Port("return", behind=0.004, side="front", delay=5e-4),
-)
+PORTS = (Port("power", behind=0.13, side="back", delay=5e-3), Port("return", behind=0.004, side="front", delay=5e-4))
 
 
 def valve(stiffness: float = 0.0) -> Valve:

@@ -20,12 +20,7 @@ from percuss import Kept, Load, System, stability_of, steady_states
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.explore import REASONS, sweep
 from percuss.model import External, Reversed, UniformBar
-from percuss.stability import (
-    LinearMap,
-    floquet_multipliers,
-    reduced_criterion,
-    waveform_criterion,
-)
+from percuss.stability import LinearMap, floquet_multipliers, reduced_criterion, waveform_criterion
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit, PeriodicOrbit, Reason, orbit_near
 from percuss.steady.multipliers import VERDICTS
