@@ -30,7 +30,7 @@ def defined(orbit: Orbit) -> dict[str, float | None]:
     field = bar.length * omega * orbit.impact_field((np.arange(2000) + 0.5) / 2000)
     energy = 0.5 * mass * float(np.mean(field**2))
     rate, r = system.frequency / orbit.periods, system.restitution
-    phases = (np.arange(20_000 * orbit.periods) + 0.5) * orbit.period / (5_000 * orbit.periods)
+    phases = (np.arange(20_000 * orbit.periods) + 0.5) * orbit.period / (20_000 * orbit.periods)
     force = system.load.value(orbit.phase + phases) * mass * bar.length * omega**2
     driven = orbit.velocity(0.0, phases)[0] * bar.length * omega
     gap = orbit.motion(phases) * bar.length
