@@ -112,14 +112,6 @@ def test_the_report_tells_where_the_energy_went_and_what_formulas_say(percuss):
     assert parts == pytest.approx(blow.energy_before, rel=1e-12)
 
 
-def test_speed_and_window_of_the_options_take_precedence(percuss):
-    asked = ("blow", "blow.toml", "--json", "--until", "0.5 ms", "--velocity")
-    slow, fast = (percuss(*asked, f"{v} m/s").json for v in (5, 10))
-    assert fast["until"] == slow["until"] == 5e-4
-    assert fast["rock_work"] == pytest.approx(4.0 * slow["rock_work"], rel=1e-12)  # without a gap all is homogeneous
-    assert fast["contacts"][0][1] == pytest.approx(slow["contacts"][0][1], rel=1e-12)
-
-
 def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion():
     bare = load_case("stepped-drifter").varied({"blow.velocity": None})
     by_speed, whole = blow_answer(bare, until=3e-4), blow_answer(bare, until=3e-4, whole_field=True)
@@ -192,6 +184,7 @@ def gauge_file():
 
 def test_a_record_is_laid_over_the_blow(percuss):
     gauge_file()
+    percuss("blow", "blow.toml", "--measured", "gauge.csv").refused("no unit of strain, stress or force", "give --unit")
     options = ("blow", "blow.toml", "--gauge", "1 m", "--measured", "gauge.csv", "--unit", "µm/m")
     found = percuss(*options, "--json").json["measured"]
     keys = {"file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap", "notes"}
@@ -201,28 +194,6 @@ def test_a_record_is_laid_over_the_blow(percuss):
     assert found["scale"] == pytest.approx(1.03, abs=5e-3)
     done = percuss(*options, "--plot", "blow.png")
     done.told("Measured at the gauge", "compression negative", "times the computed force")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ([], "no unit of strain, stress or force"),
-        ([], "give --unit"),
-        (["--unit", "kg"], "a unit of mass"),
-        (["--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
-        (["--unit", "µε", "--column", "pressure"], "no column"),
-        (["--unit", "µε", "--measured-sign", "up"], "positive"),
-        (["--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
-    ],
-)
-def test_bad_records_are_refused_with_a_remedy(percuss, arguments, said):
-    gauge_file()
-    percuss("blow", "blow.toml", "--measured", "gauge.csv", *arguments).refused(said)
-
-
-def test_a_record_needs_a_rod(struck):
-    gauge_file()
-    struck(ST_VENANT, "--measured", "gauge.csv").refused("the target is a wall", "[tool]")
 
 
 # -- the best blow ----------------------------------------------------------------------------------------------------

@@ -318,8 +318,17 @@ def test_the_allowed_range_is_what_the_reference_says(table, key, said):
     for value in good:
         case_with(table, key, text(value))
     for value in bad:
-        with pytest.raises(CaseError):
+        with pytest.raises(CaseError) as caught:
             case_with(table, key, text(value))
+        assert key in caught.value.key, caught.value
+
+
+@pytest.mark.parametrize("table", [table for table in TABLES if "History" not in table])
+def test_a_misspelt_key_is_told_with_the_right_one(table):
+    for key in rows(table):
+        if len(key) > 4:
+            with pytest.raises(CaseError, match=f"did you mean '{key}'"):
+                case_with(table, f"{key}{key[-1]}", "1")
 
 
 # -- JSON --
