@@ -39,33 +39,6 @@ def help_of(*words: str) -> str:
 COMMANDS = re.findall(r"^  (\w+)  ", help_of().partition("commands:")[2].partition("\n\n")[0], re.MULTILINE)
 
 
-def section(text: str, title: str) -> str:
-    """What stands below a heading of the second level."""
-    parts = re.split(r"^## (.+)$", text, flags=re.MULTILINE)
-    return dict(zip(parts[1::2], parts[2::2], strict=True))[title]
-
-
-def test_the_reference_has_every_command():
-    assert len(COMMANDS) > 8
-    assert re.findall(r"^## `percuss (\w+)`$", page("commands.md"), re.MULTILINE) == COMMANDS
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_argument_of_a_command_is_in_the_reference(command):
-    """By what the command itself prints as help, word for word."""
-    told, found = help_of(command), section(page("commands.md"), f"`percuss {command}`")
-    listed = told.partition("\noptions:")[2].partition("\nexamples:")[0]
-    listed = re.sub(r"\n\n\S.*:\n", "\n", listed)  # titles of groups
-    options = set(re.findall(r"^  (?:-\w(?: \w+)?, )?(--[a-z-]+)", listed, re.MULTILINE)) - {"--help"}
-    terms = re.findall(r"^(`.+`)\n: \S", found, re.MULTILINE)
-    assert options == {option for term in terms for option in re.findall(r"`(--[a-z-]+)", term)}
-    plain = " ".join(re.sub(r"[\\`*']", "", found).split())
-    for line in re.split(r"\n(?=  \S)", listed):  # an argument and what is said of it
-        words = re.sub("[`'*]", "", " ".join(line.split()))
-        said = re.sub(r"^-.*?(?:--[a-z-]+)?(?: [A-Z]+)? (?=[a-z10'(])", "", words)
-        assert words.startswith("-h") or said in plain, said
-
-
 # -- the case file --
 
 TABLES = {

@@ -226,6 +226,8 @@ def test_a_slider_moved_before_the_unit_is_known_keeps_its_own(desk: Desk) -> No
 
 
 def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow(desk: Desk) -> None:
+    for dear in ("map", "boundaries"):  # never answered
+        held(desk.page, dear)
     page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=300:340 mm")
     expect(page.locator("#map-x-from")).to_have_value("300")
     page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")

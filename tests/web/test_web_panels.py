@@ -263,11 +263,6 @@ def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
     until(page, f"{STATE}(({{ view }}) => view.q === 'blow_energy')")
     until(page, "document.querySelector('#map-status').innerText.startsWith('50')")
     assert ink(page, "#map") != drawn
-    page.select_option("#map-x", "bar.damping")
-    page.wait_for_selector("#map[data-fine='50']")
-    page.focus("#map")
-    page.keyboard.press("Shift+ArrowRight")
-    until(page, f"{STATE}(({{ data }}) => data.tables.bar.damping.value > 0.5)")
     page.select_option("#machine", "mini-breaker")  # whose parameters are others
     expect(page.locator("#map-y")).to_have_value("load_factor")
     page.wait_for_selector("#map[data-coarse]")
