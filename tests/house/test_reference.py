@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from case_texts import plain_case, si_case
 from percuss import Stop, run
 from percuss.case import Case, blow_answer, load_case
 from percuss.case.file_format import plain_form, schema
@@ -37,6 +38,11 @@ def help_of(*words: str) -> str:
 # -- commands --
 
 COMMANDS = re.findall(r"^  (\w+)  ", help_of().partition("commands:")[2].partition("\n\n")[0], re.MULTILINE)
+
+
+def test_the_reference_has_every_command():
+    assert len(COMMANDS) > 8
+    assert re.findall(r"^## `percuss (\w+)`$", page("commands.md"), re.MULTILINE) == COMMANDS
 
 
 # -- the case file --
@@ -362,81 +368,22 @@ ANSWERS = {
 FREE = {"at", "dropped", "sources", "sessions[].versions", "ask", "best_case", "machine.states"}
 """Objects whose keys are names of axes, packages and whatever the question holds."""
 
-SQUARE = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.0
-[load]
-kind = "square"
-amplitude = 1.0
-kappa = 1.4142135623730951
-"""
-"""A hammer that strikes as its load jumps: κ(2 − κ)(1 + R) = 2(κ − 1)(1 − R), theory §6."""
-
-SWITCHING = """
-[bar]
-length = "341 mm"
-diameter = "49 mm"
-[contact]
-restitution = 0.2
-[load]
-kind = "square"
-amplitude = "5 kN"
-kappa = 1.2
-frequency = "60 Hz"
-"""
-"""A hammer that a clock does not keep going, and a valve does."""
-
-TAU = """
-[system]
-s = 20.0
-d = 0.0048
-restitution = 0.6
-law = "b77-tau"
-[load]
-kind = "harmonic"
-mean = 0.9
-amplitude = 1.0
-"""
-"""A hammer whose blows take time."""
-
-FED = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.2
-[load]
-kind = "valve"
-states = {return = -0.4, power = 1.8}
-ports = [{to = "power", behind = 1.0, side = "back"}, {to = "return", on = "impact"}]
-supply = {flow = 0.7, accumulator = 15.0}
-"""
-"""A machine that a pump and an accumulator feed."""
-
-STALLING = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.2
-[load]
-kind = "valve"
-states = {return = 0.4, power = 1.8}
-ports = [{behind = 1.0, side = "back", to = "power"}]
-"""
-"""A machine that stays on the wall."""
-
-STRUCK_ROD = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.6
-[tool]
-impedance = 80.0
-[blow]
-velocity = 0.1
-"""
-"""One blow in dimensionless numbers."""
+VALVE_SWITCHED = (
+    'kind = "valve"\nstates = {return = %s, power = 1.8}\nports = [{behind = 1.0, side = "back", to = "power"}%s]'
+)
+TEXTS = {
+    # strikes as its load jumps: κ(2 − κ)(1 + R) = 2(κ − 1)(1 − R), theory §6
+    "square": plain_case("d = 0.0", kind=f'kind = "square"\namplitude = 1.0\nkappa = {2.0**0.5!r}', restitution=0.0),
+    # a clock does not keep it going, a valve does
+    "switching": si_case(kind='kind = "square"\namplitude = "5 kN"\nkappa = 1.2\nfrequency = "60 Hz"'),
+    "tau": plain_case('d = 0.0048\nlaw = "b77-tau"'),
+    "fed": plain_case(
+        "d = 0.0", "supply = {flow = 0.7, accumulator = 15.0}", restitution=0.2,
+        kind=VALVE_SWITCHED % (-0.4, ', {to = "return", on = "impact"}'),
+    ),
+    "stalling": plain_case("d = 0.0", kind=VALVE_SWITCHED % (0.4, ""), restitution=0.2),
+    "struck": plain_case("d = 0.0").partition("[load]")[0] + "[tool]\nimpedance = 80.0\n[blow]\nvelocity = 0.1\n",
+}  # fmt: skip
 
 
 def documented() -> dict[str, dict[str, set[str]]]:
@@ -470,12 +417,8 @@ def objects(value: object, path: str = "") -> list[tuple[str, set[str]]]:
 def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch):
     """Both ways: every key of an answer is in the table of its object, every key of a table is in some answer."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "square.toml").write_text(SQUARE, encoding="utf-8")
-    (tmp_path / "switching.toml").write_text(SWITCHING, encoding="utf-8")
-    (tmp_path / "stalling.toml").write_text(STALLING, encoding="utf-8")
-    (tmp_path / "fed.toml").write_text(FED, encoding="utf-8")
-    (tmp_path / "tau.toml").write_text(TAU, encoding="utf-8")
-    (tmp_path / "struck.toml").write_text(STRUCK_ROD, encoding="utf-8")
+    for name, text in TEXTS.items():
+        (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
     waves = blow_answer(load_case("laboratory-striker"), gauge=0.6).waves
     assert waves is not None
     record = [(k * 1e-6, waves.incident.at(k * 1e-6) + waves.reflected.at(k * 1e-6)) for k in range(500)]
