@@ -42,7 +42,7 @@ def server() -> Iterator[str]:
 
 
 class Opened:
-    """The browser of a process. It goes before the first test without one: its loop stands in the way of every other."""
+    """The browser of a process; it goes before the first test without one, in whose way its loop would stand."""
 
     def __init__(self) -> None:
         self.stack = ExitStack()
