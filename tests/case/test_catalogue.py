@@ -19,19 +19,7 @@ from percuss.case.catalogue.sample_cases import (
     write_beside,
 )
 
-NAMES = [
-    "hydraulic-drifter",
-    "heavy-drifter",
-    "stepped-drifter",
-    "mini-breaker",
-    "heavy-breaker",
-    "dth-4-inch",
-    "dth-6-inch",
-    "pneumatic-jackleg",
-    "pile-hammer",
-    "laboratory-striker",
-]
-VALVES = ["valve-breaker", "valve-drifter"]
+NAMES, VALVES = ([machine.name for machine in MACHINES if machine.valve == valve] for valve in (False, True))
 
 
 @pytest.mark.parametrize(

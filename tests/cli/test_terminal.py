@@ -7,6 +7,8 @@ import re
 import sys
 import threading
 import time
+from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -100,41 +102,17 @@ def test_no_command_is_silent_for_long(monkeypatch, capsys, seen):
 
 
 def test_what_a_command_is_at():
-    """By where it is: while kernels are compiled, in a room, and elsewhere."""
-    from percuss import Load, System, steady_states
-    from percuss.compiled import _WHOLE, _compile
-    from percuss.simulate import Stop, run
+    """By the file whose function it is in, the inner room first; while kernels are compiled, by that alone."""
 
-    def seen_in(work, word: str) -> bool:
-        """Whether a thread that looks sees the word while the work is done, again where it was too quick."""
-        seen, ended, thread = threading.Event(), threading.Event(), threading.get_ident()
+    def within(file, inner, name="f"):
+        scope = {"inner": inner}
+        exec(compile(f"def {name}():\n    return inner()", str(Path(waiting._HOUSE, file)), "exec"), scope)
+        return scope[name]
 
-        def look():
-            while not ended.wait(0.002):
-                if word in waiting.doing(thread):
-                    seen.set()
-
-        looking = threading.Thread(target=look)
-        looking.start()
-        try:
-            for _ in range(200):
-                work()
-                if seen.is_set():
-                    break
-        finally:
-            ended.set()
-            looking.join()
-        return seen.is_set()
-
-    def compile_() -> None:
-        function = eval("lambda x: 2.0 * x")  # of no file, so that nothing is kept
-        _compile(**_WHOLE)(function)(1.0)
-
-    assert seen_in(compile_, "compiling the kernels once")
-    system = System(20.0, 0.0048, 0.6, Load.harmonic(0.9, 1.0))
-    assert seen_in(lambda: run(system, modes=32, stop=Stop(impacts=100_000, periodic=False)), "simulating")
-    assert seen_in(
-        lambda: [steady_states(System(20.0, 1e-4 * k, 0.6, Load.harmonic(0.9, 1.0))).orbits for k in range(1, 30)],
-        "solving for steady motions",
-    )
-    assert seen_in(lambda: time.sleep(0.05), "computing")
+    here = partial(waiting.doing, threading.get_ident())
+    assert within("cli/app.py", here)() == "computing"
+    assert within("steady/phases.py", here)() == "solving for steady motions"
+    assert within("steady/periodic/search.py", here)() == "looking for orbits"
+    assert within("explore/sweep.py", within("simulate/trajectory.py", here))() == "simulating"
+    assert within("simulate/trajectory.py", within("compiled.py", here, "compile_extra"))() == waiting.COMPILING
+    assert "def compile_extra(" in Path(waiting._HOUSE, "compiled.py").read_text(encoding="utf-8")
