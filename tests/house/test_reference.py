@@ -317,7 +317,7 @@ ANSWERS = {
     "machine": (
         "machine valve-breaker --modes 1",
         "machine stalling.toml",
-        "machine fed.toml",
+        "machine fed.toml --modes 0",
         "machine valve-drifter --modes 0",
     ),
     "machine --blow": ("machine switching.toml --modes 1",),

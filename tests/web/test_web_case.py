@@ -16,7 +16,7 @@ from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.cli import main
 from percuss.steady.figures import CARDS
 from percuss.units import si
-from web_desk import Desk, blown, came, figure, held, knows, let_go, served, settled, slide, steady_json, until
+from web_desk import Desk, came, figure, held, knows, let_go, served, settled, slide, steady_json, until
 
 pytestmark = pytest.mark.browser
 
@@ -229,7 +229,7 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
     settled(page, "map", "boundaries")
     assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
     page.click("#tab-blow")
-    blown(page)
+    expect(page.locator("#blow-sentence")).to_contain_text("A blow of")
     page.focus("#blow-slide-bar-length")
     page.keyboard.press("ArrowRight")
     settled(page, "map", "boundaries")
