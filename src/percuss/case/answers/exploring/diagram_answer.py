@@ -145,6 +145,7 @@ def _branch(line: Branch) -> dict[str, Any]:
         "branch": {
             "value": line.values.tolist(),
             **picked(line, "phases times speeds stable"),
+            **(picked(line, "cycle_times") if line.is_machine else {}),
             "energy": plain_value(line.energies),
             "speeds_m_s": None if scales is None else plain_value(line.speeds * scales[:, :1]),
             "energy_J": None if scales is None else plain_value(line.energies * scales[:, 1]),
