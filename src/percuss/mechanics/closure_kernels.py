@@ -226,10 +226,8 @@ def emptied(room, first, stop):
 
 @inner
 def reduced(matrix, size, columns):
-    """Eliminate below the diagonal, in place; what a row was multiplied by stays there, its pivots in the last column.
-
-    Returns whether there is a pivot in every column.
-    """
+    """Eliminate below the diagonal, in place, where the multipliers stay, with the pivots in the last column."""
+    # Returns whether there is a pivot in every column.
     pivots = matrix.shape[1] - 1
     for k in range(size):
         best = k
@@ -351,10 +349,8 @@ def load_at(room, i, unit, c):
 
 @inner
 def closed(room, x):
-    """The motion with given times that begins at the wall and closes: its states, what is left, and its slope.
-
-    Whether there is one.
-    """
+    """The motion with given times that begins at the wall and closes: its states, what is left, and its slope."""
+    # Whether there is one.
     E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0]
     unit = 2 if room.turned.shape[0] == 0 else 2 * n + 1
     timed(room, x)
@@ -413,10 +409,8 @@ def closed(room, x):
 
 @inner
 def mapped(room, found):
-    """The map of disturbances from blow to blow, of a motion that is `closed`, with the times of wrapped events last.
-
-    On the blow as a section the shift in time is no disturbance.
-    """
+    """The map of disturbances from blow to blow, of a motion that is `closed`; times of wrapped events last."""
+    # On the blow as a section the shift in time is no disturbance.
     E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0]
     size, whole = 2 * n + (1 if room.turned.shape[0] > 0 else 0), found.shape[0]
     emptied(room, 0, whole)
@@ -492,10 +486,8 @@ def in_order(room, x, share):
 
 @entry
 def solved(room, x, most, map_found):
-    """The motion whose times are `x`, or with so many steps at most those near at which everything closes, into `x`.
-
-    With room for it, its map of disturbances. Whether there is such a motion.
-    """
+    """The motion whose times are `x`, or with so many steps at most those near at which everything closes, into `x`."""
+    # With room for it, its map of disturbances. Whether there is such a motion.
     if not (closed(room, x) if most == 0 else root(room, x, most)):
         return False
     if map_found.size > 0:
@@ -569,13 +561,11 @@ FOUND, LOST, TOO_LONG = range(3)
 
 @entry
 def corrected(numbers, rate, base, unit, tick, room, x, normal, along, limits, derivative, tangent):
-    """The point of the curve in a plane, from `x` on and into it, of a machine whose numbers are even in the parameter.
-
-    Those are `numbers` where the parameter, which is counted in `unit`, is `base`, and change by `rate`; times are
-    counted in `tick`. `normal` is that of the plane, `along` which way the tangent points; `limits`: most steps, after
-    how long a step one is the last, which step is too long. Into `derivative` (P, P + 1), and `tangent` (P + 1,); how
-    it ended, and the steps.
-    """
+    """The point of the curve in a plane, from `x` on and into it; the machine's numbers are even in the parameter."""
+    # Those are `numbers` where the parameter, which is counted in `unit`, is `base`, and change by `rate`; times are
+    # counted in `tick`. `normal` is that of the plane, `along` which way the tangent points; `limits`: most steps,
+    # after how long a step one is the last, which step is too long. Into `derivative` (P, P + 1), and `tangent` (P +
+    # 1,); how it ended, and the steps.
     P, work, last = room.error.shape[0], room.solving, math.inf
     most, close, longest = limits
     for step in range(1, most + 1):

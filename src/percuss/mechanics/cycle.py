@@ -163,7 +163,6 @@ class Cycle:
         return closure_kernels().room_for(self.row, self.order, self.kinds, self.size, self.supplied)
 
     def times(self, unknowns: Array) -> Array:
-        """When the events are."""
         blows = np.append(unknowns, 0.0)  # that at time 0 is the last one
         return np.array([blows[one.source] + one.later - one.wrapped * unknowns[-1] for one in self.timings])
 

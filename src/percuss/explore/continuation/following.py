@@ -63,7 +63,7 @@ from percuss.shown import Shown
 from percuss.steady import Orbit, PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import TURNING, Repeating
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
 
@@ -376,11 +376,6 @@ def follow(
         Functions of the motion, by name, whose values are kept along the branch, and those switched to.
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
-
-    Returns
-    -------
-    Branch
-        Its points, what happens on it, and the branches switched to.
 
     Raises
     ------

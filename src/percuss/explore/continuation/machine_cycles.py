@@ -25,8 +25,9 @@ from percuss.mechanics.cycle import Cycle, closure_kernels
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
-from percuss.steady.self_excited import Rhythm, ValveCycle
 from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reordered, sequence_in
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- The cycles of an order of events
 

@@ -32,8 +32,8 @@ from percuss.explore.family import drives_itself
 from percuss.halting import halting
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.multipliers import TURNING
-from percuss.steady.self_excited import ValveCycle
 from percuss.steady.self_excited.event_sequence import sequence_of
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- What happens within a step
 

@@ -449,9 +449,7 @@ def mode_maps(segment: CurveSegment) -> ModeMaps | None:
 # one leave no trace at the ends of a step. The maps depend on the flights and the frequencies alone, and tell the
 # places without any orbit.
 
-Place = tuple[float, CurvePoint]
-"""A place in a segment, and the point of the curve there."""
-
+Place = tuple[float, CurvePoint]  # a place in a segment, and the point of the curve there
 _FINE = 0.4  # rad, by which the fastest mode goes on from sample to sample
 _FEWEST, _MOST_RESONANCES = 9, 1025
 _STILL = 1e-3  # rad, by which a mode goes on in a step, below which it stays as it is

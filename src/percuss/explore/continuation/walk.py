@@ -298,8 +298,7 @@ class Problem(ABC):
 
 # ---- The walk along a curve
 
-FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
-"""Steps along a curve, of each impact in rad."""
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9  # steps along a curve, of each impact in rad
 
 
 Number: TypeAlias = Callable[[CurvePoint], float]

@@ -28,20 +28,15 @@ EDGE, WAY, READS, DEMANDED, DELAY = range(5)
 """Rows of the ports: the place or the speed of each, its direction (0: the blow demands), whether it is a speed, its
 state, and its delay."""
 
-STIFFNESS, DRAG, FACTOR = range(3)
-"""The law of a piston: of its chamber, drag and contact."""
+STIFFNESS, DRAG, FACTOR = range(3)  # the law of a piston: of its chamber, drag and contact
 
 NO_PORTS: list[list[float]] = [[], [], []]
 
-Rows = Any
-"""A table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there."""
+Rows = Any  # a table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there
 
 
 class PistonFlight(NamedTuple):
-    """From the distance x behind the wall with the velocity v away from it; `push` is a, the acceleration at the wall.
-
-    `stiffness` and `drag` are κ and d.
-    """
+    """From x behind the wall with the velocity v away from it; `push` is a at the wall, `stiffness` κ, `drag` d."""
 
     push: float
     stiffness: float
@@ -149,11 +144,10 @@ def nearest_place(ports: Rows, reads: int, here: float, last: float, way: int) -
 
 
 def first_crossing(flight: PistonFlight, ports: Rows, until: float) -> tuple[float, float, int, int]:
-    """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none.
-
-    The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the flight
-    starts, is not passed. The last: whether it is a speed that is passed, which moves as places do, without a push.
-    """
+    """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none."""
+    # The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the
+    # flight starts, is not passed. The last: whether it is a speed that is passed, which moves as places do, without a
+    # push.
     time, place, way = first_passage(flight, ports, 0, until)
     for j in range(len(ports[READS])):
         if ports[READS][j] != 0.0:

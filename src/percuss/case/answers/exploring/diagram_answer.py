@@ -67,8 +67,6 @@ def diagram_answer(
 
     Parameters
     ----------
-    case
-        A hammer whose load keeps time.
     along
         A parameter and its range, ``load_factor=0.3:1.2``, or a key of the case in its unit, ``frequency=40 Hz:80 Hz``;
         with the number of values to simulate behind it, ``load_factor=0.3:1.2:200``, if not 120.
