@@ -275,11 +275,13 @@ def test_the_page_places_blows_on_the_audio_clock(desk: Desk) -> None:
 
 
 def test_the_report_is_one_file(desk: Desk) -> None:
-    page = desk.open("panel=report&machine=mini-breaker")
-    page.route("**/api/report", lambda route: route.fulfill(content_type="text/html", body="<p>180 J"))
-    with page.expect_download() as waiting:
-        page.click("#report-download")
-    assert Path(waiting.value.path()).read_text(encoding="utf-8") == "<p>180 J"
+    """Of every kind of hammer; what stands in it is told by the library."""
+    desk.page.route("**/api/report", lambda route: route.fulfill(content_type="text/html", body="<p>180 J"))
+    for machine in ("mini-breaker", "valve-breaker", "stopped-beam"):
+        page = desk.open(f"panel=report&machine={machine}")
+        with page.expect_download() as waiting:
+            page.click("#report-download")
+        assert Path(waiting.value.path()).read_text(encoding="utf-8") == "<p>180 J"
 
 
 def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
