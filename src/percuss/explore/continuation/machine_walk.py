@@ -52,10 +52,11 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
     curve, last, found = segment.curve, segment.length, None
     for _ in range(_ENDS):
         x = segment.at(last).x
-        below = [name for name, value in curve.tests(x).items() if value < 0.0]
-        fault = None if below else curve.fault(x)
-        if not below and fault is None:
+        sure = any(value < 0.0 for value in curve.tests(x, ()).values())
+        fault = None if sure else curve.fault(x)
+        if not sure and fault is None:
             break
+        below = [name for name, value in curve.tests(x).items() if value < 0.0]
         for name in below:
             kind, which = kind_of(name)
             place = segment.root(partial(_test, curve, name), 0.0, last)
@@ -63,7 +64,7 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
                 place = max(place - _INSIDE * segment.length, 0.0)
             if found is None or place < found.place:
                 found = segment.event(kind, place, which)
-        if fault is not None:
+        if fault is not None and not below:
             kind = OF_FAULTS[fault.kind]
             found = segment.event(kind, _bisected(segment, last))
             if kind is BranchEvent.TOUCH and curve.motion(found.point.x).contact.velocity_factor == 0.0:
@@ -89,7 +90,8 @@ def turns_twice(segment: CurveSegment) -> bool:
 
 
 def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
-    return curve.tests(point.x).get(name, 1.0)
+    found = curve.test(name, point.x)
+    return 1.0 if found is None else found
 
 
 def _bisected(segment: CurveSegment, last: float) -> float:
@@ -119,6 +121,11 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
     return sorted(found, key=lambda one: one.place)
 
 
+def _unstable(cycle: ValveCycle) -> int:
+    """How many multipliers are outside the unit circle; they are found only where powers of the map do not shrink."""
+    return 0 if cycle.contracts else outside(cycle.multipliers().values)
+
+
 def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     """Where a pair of multipliers passes the unit circle, if two more or fewer are outside."""
     curve, aside = segment.curve, _ASIDE * segment.length
@@ -129,7 +136,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
     if low >= high:
         return []
-    counts = outside(values(low)), outside(values(high))
+    counts = tuple(_unstable(curve.motion(segment.at(place).x)) for place in (low, high))
     if abs(counts[1] - counts[0]) < 2:
         return []
     while high - low > _FINE * segment.length:
@@ -228,7 +235,7 @@ class MachineWalk(Walk):
             self.size = _FRESH * self.scale
 
     def mark(self) -> int:
-        return outside(self.curve.motion(self.here.x).multipliers().values)
+        return _unstable(self.curve.motion(self.here.x))
 
     def look(self, target: Target) -> Look:
         segment = CurveSegment(self.curve, self.here, target.point)
@@ -383,7 +390,7 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> str:
             continue
         if found.x[-1] != start.x[-1]:
             towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
-            unstable = outside(wide.motion(found.x).multipliers().values)
+            unstable = _unstable(wide.motion(found.x))
             told = "unstable" if unstable else "stable"
             return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
     return f"{wide.label} begins, to which side and whether it is stable is not resolved"

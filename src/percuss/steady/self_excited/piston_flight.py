@@ -187,29 +187,27 @@ def time_at(flight: PistonFlight, place: float, way: int, number: int, start: fl
         speed = way * math.sqrt(max(0.0, flight.v * flight.v + 2.0 * flight.push * (place - flight.x)))
         return 2.0 * (place - flight.x) / (flight.v + speed) if number == 0 else (speed - flight.v) / flight.push
     x, v = at(flight, start)
-    far, force = abs(place - x), abs(flight.push - flight.stiffness * x)
-    step = min(far / abs(v) if v != 0.0 else math.inf, math.sqrt(far / force) if force != 0.0 else math.inf)
-    step = max(step, SHORTEST)
-    low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
-    while way * (at(flight, high)[0] - place) <= 0.0:
-        if high >= stop:  # passed within rounding of the end
-            return stop
-        step *= 2.0
-        low, high = high, min(start + step, stop)
-    t = 0.5 * (low + high)
+    far, force = abs(place - x), way * (flight.push - flight.stiffness * x - flight.drag * v)
+    root = v * v + 2.0 * force * far
+    mean = 0.5 * (abs(v) + math.sqrt(root)) if root > 0.0 else abs(v)  # nearly, and just so under a constant force
+    low, high, t = start, math.inf, min(start + max(far / mean if mean > 0.0 else 0.0, SHORTEST), stop)
     for _ in range(STEPS):
         now, speed = at(flight, t)
         beyond = way * (now - place)
         if beyond == 0.0:
             return t
-        if beyond < 0.0:
-            low = t
-        else:
+        if beyond > 0.0:
             high = t
+        elif t >= stop:  # passed within rounding of the end
+            return stop
+        else:
+            low = t
+        most = min(high, start + 2.0 * (t - start), stop)  # the end may be far beyond: a soft spring swings slowly
         following = t - beyond / (way * speed) if way * speed > 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if abs(following - t) <= 2.0 * EPS * t or not low < following < high:
+        if not low < following < most:
+            following = most if high == math.inf else 0.5 * (low + high)
+        bent = 0.5 * abs(flight.push - flight.stiffness * now - flight.drag * speed) * (following - t) ** 2
+        if bent <= EPS * t * abs(speed) or not low < following < high:  # the step after this one
             return following
         t = following
     return t
