@@ -113,12 +113,7 @@ def shooting(orbit: PeriodicOrbit) -> float:
     """Seconds for one orbit of a branch by shooting, from its neighbour."""
     state = orbit.states[0]
     near = np.concatenate(
-        [
-            [orbit.times[0]],
-            state.rebound,
-            [orbit.rigid_rebounds[0]],
-            -orbit.system.restitution * state.velocity,
-        ]
+        [[orbit.times[0]], state.rebound, [orbit.rigid_rebounds[0]], -orbit.system.restitution * state.velocity]
     )
     start = time.process_time()
     shot(orbit.system.load.mean + 1e-3, orbit, near)

@@ -208,10 +208,7 @@ def maps(browser: Browser, base: str, number: int = 9) -> list[Row]:
     return [(names[part], told(times)[0], goals[part], told(times)[1]) for part, times in found.items()]
 
 
-PLAYED = {
-    "a blow": "source=start&simulation.modes=32",
-    "its ringing": "source=start&simulation.modes=32&zoom=12",
-}
+PLAYED = {"a blow": "source=start&simulation.modes=32", "its ringing": "source=start&simulation.modes=32&zoom=12"}
 """Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow."""
 
 

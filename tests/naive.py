@@ -50,12 +50,7 @@ def flow(w2: Num, d: Num, t: Num) -> tuple[Num, Num, Num, Num]:
     root = mp.sqrt(mp.mpc(w2 - d * d / 4))  # imaginary for an overdamped mode
     cosine = mp.re(mp.cos(root * t))
     sine = t if root == 0 else mp.re(mp.sin(root * t) / root)
-    return (
-        decay * (cosine + d / 2 * sine),
-        decay * sine,
-        -w2 * decay * sine,
-        decay * (cosine - d / 2 * sine),
-    )
+    return (decay * (cosine + d / 2 * sine), decay * sine, -w2 * decay * sine, decay * (cosine - d / 2 * sine))
 
 
 def digits_for(d: Num) -> Any:

@@ -24,10 +24,7 @@ _asked: ContextVar[Callable[[], bool] | None] = ContextVar("percuss_halt", defau
 
 @contextmanager
 def halting(halt: Callable[[], bool] | None) -> Iterator[None]:
-    """A block whose long loops end with `Interrupted` soon after `halt` has returned true; None never stops it.
-
-    What stops a block around it stops this one as well.
-    """
+    """A block whose long loops end with `Interrupted` soon after its `halt`, or that of a block around, says true."""
     around = _asked.get()
     both = halt if around is None else around if halt is None else lambda: halt() or around()
     before = _asked.set(both)

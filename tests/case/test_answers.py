@@ -86,9 +86,7 @@ def test_where_starts_end_does_not_depend_on_the_clock(monkeypatch) -> None:
 
 def test_a_bar_that_hovers_is_followed_for_so_many_evaluations_and_told() -> None:
     """Hardly any mean force and much damping: thousands of load periods pass between two impacts."""
-    case = Case.from_text(
-        PLAIN.format(mean=1.83e-6, r=0.5, d=141.6).replace("s = 20.0", "s = 1.46"),
-    )
+    case = Case.from_text(PLAIN.format(mean=1.83e-6, r=0.5, d=141.6).replace("s = 20.0", "s = 1.46"))
     ends = ends_of(case, 4)
     assert ends.followed == 4
     assert ends.note.startswith("4 of 4 not followed to their end: each would take more than 400000 evaluations")

@@ -228,10 +228,7 @@ def test_history_beside_the_case(tmp_path: Path) -> None:
         ('file = "."\narea = "6.5 cm^2"', "is a directory"),
         ('file = "pressure.csv"', "load.area: a recorded pressure needs the area"),
         ('file = "pressure.csv"\narea = "-1 cm^2"', "load.area = '-1 cm^2'"),
-        (
-            'file = "pressure.csv"\narea = "6.5 cm^2"\nunit = "kN"',
-            "load.area = '6.5 cm^2': the recorded values are",
-        ),
+        ('file = "pressure.csv"\narea = "6.5 cm^2"\nunit = "kN"', "load.area = '6.5 cm^2': the recorded values are"),
         ('file = "pressure.csv"\narea = "6.5 cm^2"\nunit = "kB"', "kB"),
         ('file = "pressure.csv"\narea = "6.5 cm^2"\ncolumn = "force"', "force"),
         ('file = "pressure.csv"\narea = "6.5 cm^2"\nharmonics = 0', "load.harmonics = 0"),
@@ -310,10 +307,7 @@ def test_wrong_two_faces(tmp_path: Path, old: str, new: str, part: str) -> None:
         ("time [s],pressure [bar]\n", "header only"),
         ("time [s],pressure [bar]\n0,1\n1,2,3\n2,1\n", "ragged"),
         ("time [s],pressure [bar]\n0,1\n2,2\n1,3\n3,1\n", "not monotonic"),
-        (
-            "time [s],pressure [bar]\n" + "".join(f"{i / 100},{math.cos(i / 16)}\n" for i in range(100)),
-            "one cycle",
-        ),
+        ("time [s],pressure [bar]\n" + "".join(f"{i / 100},{math.cos(i / 16)}\n" for i in range(100)), "one cycle"),
         ("time [s],pressure [bar]\n" + "".join(f"{i},nan\n" for i in range(100)), "not finite"),
     ],
 )

@@ -6,15 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from percuss.case import (
-    MACHINES,
-    Case,
-    load_case,
-    machine_answer,
-    simulation_answer,
-    steady_answer,
-    structure_answer,
-)
+from percuss.case import MACHINES, Case, load_case, machine_answer, simulation_answer, steady_answer, structure_answer
 from percuss.case.catalogue.sample_cases import (
     HISTORY_FILE,
     STRUCTURES,

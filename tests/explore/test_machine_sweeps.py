@@ -5,16 +5,7 @@ import pytest
 
 from percuss.case import Case, CaseFamily, load_case, machine_answer, sweep_job_of
 from percuss.errors import CaseError, ParameterError, UnitError
-from percuss.explore import (
-    MACHINE_QUANTITIES,
-    STALLS,
-    Axis,
-    Sweep,
-    SystemFamily,
-    carry_out,
-    sweep,
-    vary,
-)
+from percuss.explore import MACHINE_QUANTITIES, STALLS, Axis, Sweep, SystemFamily, carry_out, sweep, vary
 from percuss.explore.sweeps import sweep_job, true_ranges
 from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.steady import self_excited_motion

@@ -16,10 +16,7 @@ PUBLISHED = {"paper/claim_common.py"}
 RESOLVED = {"blow/closed_forms.py", "case/answers/blow_answer.py"}
 """Blows by waves in closed form: R is what comes out of them, and no law."""
 
-COMPILED = {
-    "simulate/kernels/wall.py",
-    "simulate/kernels/motion.py",
-}
+COMPILED = {"simulate/kernels/wall.py", "simulate/kernels/motion.py"}
 """Compiled functions see no objects: R comes to them as a number of their record."""
 
 

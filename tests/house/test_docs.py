@@ -45,10 +45,7 @@ def name(path: Path) -> str:
 def tracked_files() -> list[Path]:
     """The files that git knows or would add; outside a git checkout, none."""
     done = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
-        capture_output=True,
-        text=True,
-        cwd=ROOT,
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard"], capture_output=True, text=True, cwd=ROOT
     )
     return [path for line in done.stdout.splitlines() if (path := ROOT / line).is_file()]
 

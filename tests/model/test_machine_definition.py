@@ -12,10 +12,7 @@ from percuss.errors import Interrupted
 from percuss.halting import halting, interruptible
 from percuss.model import Bar, Chamber, External, Kept, Machine, Port, Ratio, Reversed, SteppedBar, UniformBar, Valve
 
-PORTS = (
-    Port("power", behind=0.13, side="back", delay=5e-3),
-    Port("return", behind=0.004, side="front", delay=5e-4),
-)
+PORTS = (Port("power", behind=0.13, side="back", delay=5e-3), Port("return", behind=0.004, side="front", delay=5e-4))
 
 
 def valve(stiffness: float = 0.0) -> Valve:

@@ -355,11 +355,7 @@ def test_a_record_that_does_not_run_evenly_gives_a_warning():
         assert analyse(*record(DECAYING, noise=0.02, **good))[1].warnings == ()
 
 
-CLIPPED = {
-    "above": (-np.inf, 3.9, "highest"),
-    "below": (2.2, np.inf, "lowest"),
-    "both": (2.2, 3.9, "lowest.*highest"),
-}
+CLIPPED = {"above": (-np.inf, 3.9, "highest"), "below": (2.2, np.inf, "lowest"), "both": (2.2, 3.9, "lowest.*highest")}
 
 
 @pytest.mark.parametrize("steps", [0.0, 1e-3, 0.02])

@@ -249,10 +249,7 @@ def test_a_bar_that_waves_bring_to_rest_comes_to_rest():
         if system.load.mean < 1.02 or system.body.s < 2.0 or seen == 6:
             continue
         R, s, seen = system.contact.restitution, system.body.s, seen + 1
-        rod, limits = (
-            Rod.of_impedance(s * (1.0 + R) / (1.0 - R)),
-            Stop(impacts=10**5, time=60 * TURN, periodic=False),
-        )
+        rod, limits = (Rod.of_impedance(s * (1.0 + R) / (1.0 - R)), Stop(impacts=10**5, time=60 * TURN, periodic=False))
         waves = run_by_waves(system, rod, Start.rigid(-gap, time=phase), limits, cells=40, estimate=False)
         quiet = waves.impacts.given[waves.impacts.start > 30 * TURN].sum() < 1e-3
         by_law = run(system, Start.rigid(-gap, time=phase), modes=8, stop=Stop(time=60 * TURN, periodic=False))

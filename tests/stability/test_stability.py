@@ -15,12 +15,7 @@ from scipy.optimize import linear_sum_assignment
 import naive
 from percuss import Load, System, stability_of, steady_states
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.stability import (
-    LinearMap,
-    floquet_multipliers,
-    reduced_criterion,
-    waveform_criterion,
-)
+from percuss.stability import LinearMap, floquet_multipliers, reduced_criterion, waveform_criterion
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
 from percuss.steady import Orbit
 from secular_roots import farthest, roots_of_poles, secular_roots

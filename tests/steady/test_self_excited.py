@@ -358,10 +358,7 @@ def test_units_do_not_matter(length: float, time: float) -> None:
         {"return": -0.5, "power": 1.6}, (Port("power", 1.0, "back", 0.15), Port("return", 0.25, "front", 0.08)),
         chamber=Chamber(0.1, 0.2),
     )  # fmt: skip
-    scaled, one = (
-        rigid(valve, Kept(0.25), 0.08 / time).cycle,
-        rigid(plain, Kept(0.25), 0.08).cycle,
-    )
+    scaled, one = (rigid(valve, Kept(0.25), 0.08 / time).cycle, rigid(plain, Kept(0.25), 0.08).cycle)
     assert scaled.period / time == pytest.approx(one.period, rel=1e-10)
     assert scaled.blow_speed * time / length == pytest.approx(one.blow_speed, rel=1e-10)
     assert scaled.multiplier == pytest.approx(one.multiplier, rel=1e-7)

@@ -269,12 +269,7 @@ def test_what_needs_a_free_bar_says_so():
     (orbit,) = (orbit for orbit in steady_states(system).orbits if orbit.admissible)
     judged = stability_of(orbit)
     assert judged.stable and judged.multipliers.largest == pytest.approx(0.6424329487950257, abs=1e-12)
-    for asked in (
-        lambda: judged.reduced,
-        lambda: judged.waveform,
-        lambda: rest_on_wall(system),
-        lambda: system.s,
-    ):
+    for asked in (lambda: judged.reduced, lambda: judged.waveform, lambda: rest_on_wall(system), lambda: system.s):
         with pytest.raises(ParameterError, match="bar"):
             asked()
     with pytest.raises(ParameterError, match=r"keeps the strain|uniform bar"):

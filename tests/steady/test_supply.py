@@ -12,14 +12,7 @@ from hypothesis import strategies as st
 
 from percuss.errors import ParameterError
 from percuss.model import Chamber, External, Kept, Machine, Port, Supply, UniformBar, Valve
-from percuss.steady import (
-    Obstacle,
-    SelfExcited,
-    pressure_over,
-    self_excited_motion,
-    slow_pressure,
-    valve_margins,
-)
+from percuss.steady import Obstacle, SelfExcited, pressure_over, self_excited_motion, slow_pressure, valve_margins
 from percuss.steady.self_excited.settling import followed_to, under_pressure
 from supply_oracle import after_cycle
 

@@ -16,20 +16,7 @@ from percuss.case.catalogue.sample_cases import machine_text, write_history
 from percuss.cli import main
 from percuss.steady.figures import CARDS
 from percuss.units import si
-from web_desk import (
-    Desk,
-    blown,
-    came,
-    figure,
-    held,
-    knows,
-    let_go,
-    served,
-    settled,
-    slide,
-    steady_json,
-    until,
-)
+from web_desk import Desk, blown, came, figure, held, knows, let_go, served, settled, slide, steady_json, until
 
 pytestmark = pytest.mark.browser
 

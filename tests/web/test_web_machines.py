@@ -14,19 +14,7 @@ from playwright.sync_api import expect
 
 from percuss.case import load_case, machine_answer
 from percuss.cli import main
-from web_desk import (
-    STATE,
-    Desk,
-    blown,
-    driven,
-    figure,
-    ink,
-    knows,
-    moved,
-    scene,
-    slide,
-    until,
-)
+from web_desk import STATE, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
 
 pytestmark = pytest.mark.browser
 

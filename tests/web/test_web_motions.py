@@ -437,12 +437,7 @@ def test_a_lesson_begins_before_what_it_asks_to_cross(desk: Desk) -> None:
 
 def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
     page = desk.open("panel=lessons")
-    meanings = [
-        "one blow every load period",
-        "2 blows in 2 load periods",
-        "4 blows in 4 load periods",
-        "never repeat",
-    ]
+    meanings = ["one blow every load period", "2 blows in 2 load periods", "4 blows in 4 load periods", "never repeat"]
     for number, (label, meaning) in enumerate(zip(["z=1/1", "z=2/2", "z=4/4", "aperiodic"], meanings, strict=True), 1):
         scene(page, 3, number)
         expect(page.locator("#verdict")).to_have_text(f"Plays: {label}")

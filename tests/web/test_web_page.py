@@ -21,22 +21,7 @@ from percuss.case import Case, steady_answer
 from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import machine_text
 from percuss.web.application import Shelf
-from web_desk import (
-    PANELS,
-    Desk,
-    blown,
-    came,
-    driven,
-    figure,
-    held,
-    ink,
-    knows,
-    let_go,
-    served,
-    settled,
-    slide,
-    until,
-)
+from web_desk import PANELS, Desk, blown, came, driven, figure, held, ink, knows, let_go, served, settled, slide, until
 
 IMAGES = os.environ.get("PERCUSS_IMAGES")  # a folder: the pictures of docs/workbench.md are made anew there
 

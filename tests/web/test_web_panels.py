@@ -19,20 +19,7 @@ from percuss.case.case import case_of
 from percuss.stability import reduced_criterion
 from percuss.steady import steady_states
 from web_client import unpacked
-from web_desk import (
-    STATE,
-    Desk,
-    came,
-    held,
-    ink,
-    knows,
-    let_go,
-    served,
-    settled,
-    slide,
-    steady_json,
-    until,
-)
+from web_desk import STATE, Desk, came, held, ink, knows, let_go, served, settled, slide, steady_json, until
 
 pytestmark = pytest.mark.browser
 

@@ -17,13 +17,7 @@ from playwright.sync_api import Page, expect
 
 from percuss.case.case import case_of
 from percuss.case.catalogue.sample_cases import machine_text
-from web_desk import (
-    Desk,
-    knows,
-    settled,
-    steady_json,
-    until,
-)
+from web_desk import Desk, knows, settled, steady_json, until
 
 pytestmark = pytest.mark.browser
 

@@ -116,16 +116,13 @@ class RecordFit:
 def fitted_record(
     waves: GaugeWaves, until: float, time: npt.ArrayLike, force: npt.ArrayLike, *, sign: int | None = None
 ) -> RecordFit:
-    """Lay a measured force over that at a gauge.
-
-    The shift is the one at which the computed force, a zero and a factor explain most of the record: searched for by
-    cross-correlation at all shifts, then refined by least squares on the samples. Before the blow the rod is at rest,
-    so what the record shows up to one window before the blow is compared with 0. The computed force is averaged over
-    the time between two samples, as a recorder does.
-
-    `until`: end of the window, in s. `time` (s, increasing), `force` (N), shape (n,): the record. `sign`: if known, 1
-    or −1; otherwise the one that fits better is taken.
-    """
+    """Lay a measured force over that at a gauge."""
+    # The shift is the one at which the computed force, a zero and a factor explain most of the record: searched for by
+    # cross-correlation at all shifts, then refined by least squares on the samples. Before the blow the rod is at rest,
+    # so what the record shows up to one window before the blow is compared with 0. The computed force is averaged over
+    # the time between two samples, as a recorder does.
+    # `until`: end of the window, in s. `time` (s, increasing), `force` (N), shape (n,): the record. `sign`: if known, 1
+    # or −1; otherwise the one that fits better is taken.
     t, y, until = numbers("time", time), numbers("force", force), positive("until", until)
     if t.ndim != 1 or t.shape != y.shape or t.size < _LEAST or not (np.diff(t) > 0.0).all():
         raise ParameterError("time", time, f"{_LEAST} or more increasing times, and as many forces")

@@ -222,11 +222,10 @@ class Sums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class WaveHistory:
-    """A blow until the tick `end`; `first_gap` is that before it.
+    """A blow until the tick `end`; `first_gap` is that before it."""
 
-    Row 2i is the wave to the right in section i by the time at which it leaves the section's left end, row 2i + 1 that
-    to the left; sections are counted from the driven end through the face to the far end.
-    """
+    # Rows 2i and 2i + 1: the waves to the right and to the left in section i, by the time at which they leave its left
+    # end; sections from the driven end through the face to the far end.
 
     held: BlowTables
     end: int
@@ -383,13 +382,11 @@ _LEFT = 1e-9
 
 
 def is_over(course: WaveHistory) -> bool:
-    """Whether the faces can never meet again after the window, which is proved by energy (Cauchy–Schwarz).
-
-    A free bar's end is never further from where it would be without stress than sqrt(2 E G), E the energy of its
-    vibration and G the compliance of the end under inertia relief. So two free bodies cannot touch once the distance
-    of their unstressed ends exceeds both reaches and grows. A wall, and the face of an endless uniform rod without a
-    force on it, stay where they are.
-    """
+    """Whether the faces can never meet again after the window, which is proved by energy (Cauchy–Schwarz)."""
+    # A free bar's end is never further from where it would be without stress than sqrt(2 E G), E the energy of its
+    # vibration and G the compliance of the end under inertia relief. So two free bodies cannot touch once the distance
+    # of their unstressed ends exceeds both reaches and grows. A wall, and the face of an endless uniform rod without a
+    # force on it, stay where they are.
     if not _unloaded(course) or course.in_contact:
         return False
     problem = course.held.problem

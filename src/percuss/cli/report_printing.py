@@ -106,11 +106,9 @@ def answered(
     cut: str = "",
     **files: str | None,
 ) -> int:
-    """Make the files that were asked for, print the answer as JSON or as its report, and name the files.
-
-    A `dataset` is what --csv and --netcdf write, --plot draws the picture, and `files` are those that are made already.
-    Returns the exit code: 130 with a line on what Ctrl-C has `cut` off.
-    """
+    """Make the files that were asked for, print the answer as JSON or as its report, and name the files."""
+    # A `dataset` is what --csv and --netcdf write, --plot draws the picture, and `files` are those that are made
+    # already. Returns the exit code: 130 with a line on what Ctrl-C has `cut` off.
     csv, netcdf, picture = (getattr(options, name, None) for name in ("csv", "netcdf", "plot"))
     if dataset is not None and (csv or netcdf):
         from percuss.explore.jobs.archive_export import write_csv

@@ -22,10 +22,7 @@ from percuss.model.checks import Array
 
 
 class Regions(NamedTuple):
-    """What is looked at: r = rows · displacements − levels − drifts · time, entered where r rises through 0.
-
-    Shapes (k, N + 1), (k,) and (k,); against the length `scale` a touch is small.
-    """
+    """Entered where r = rows · displacements − levels − drifts · time rises through 0; small: against `scale`."""
 
     rows: Array
     levels: Array
@@ -68,11 +65,9 @@ def first_entering(flight: ModalFlight, regions: Regions) -> Entering:
 
 
 def clearances(flight: ModalFlight, regions: Regions, met: int) -> Array:
-    """How far each region is from being entered in a flight that ends where the one with the number `met` is.
-
-    Between two turns r rises from a least to a greatest value; it enters where these have different signs, and is about
-    to where one of them is 0: max(least, −greatest), the least of all rises. Infinite where r never rises.
-    """
+    """How far each region is from being entered in a flight that ends where the one with the number `met` is."""
+    # Between two turns r rises from a least to a greatest value; it enters where these have different signs, and is
+    # about to where one of them is 0: max(least, −greatest), the least of all rises. Infinite where r never rises.
     table, numbers, edges, room = _told(flight, regions)
     _kernels().cleared(table, *numbers, edges, met, *room[:2])
     return np.asarray(room[0][:, -1])

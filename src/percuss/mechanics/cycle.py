@@ -39,11 +39,7 @@ from percuss.model.checks import Array
 
 
 class CycleStep(NamedTuple):
-    """A flight and the event at its end.
-
-    `flow` is the matrix of the flight, `turn` that of the event; `before` and `after` are the rates of the state on the
-    two sides of the event.
-    """
+    """A flight with the matrix `flow`, the event at its end, `turn`, and the rates of the state before and after it."""
 
     flow: Array
     before: Array
@@ -54,11 +50,9 @@ class CycleStep(NamedTuple):
 def linearised(
     events: Iterable[CycleStep], now: Array, later: Callable[[int, Array, Array], Array]
 ) -> tuple[Array, list[Array]]:
-    """The disturbances after the last event, a state with C columns, and those just before each event, wherever it is.
-
-    They are `now` before the first flight. `later` tells how much later an event is, shape (C,): of its number, the
-    disturbances there at fixed times, and the rate.
-    """
+    """The disturbances after the last event, a state with C columns, and those just before each, wherever it is."""
+    # They are `now` before the first flight. `later`: how much later an event is, (C,), of its number, the disturbances
+    # there at fixed times, and the rate.
     seen = []
     for i, event in enumerate(events):
         now = event.flow @ now

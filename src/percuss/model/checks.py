@@ -148,10 +148,7 @@ def having(name: str, value: object, attributes: tuple[str, ...], accepted: str)
 
 
 def numbers(name: str, values: object, accepted: str = "finite numbers", *, nan: bool = False) -> Array:
-    """`values`, a number or numbers in any shape, as floats; no texts, truth values, complex numbers or other objects.
-
-    Not finite ones are refused, unless `nan` says that a NaN stands for something that is not there.
-    """
+    """`values` in any shape as floats, no texts, truth values or complex; finite, or `nan` for what is not there."""
     if isinstance(values, float) and math.isfinite(values):
         return np.asarray(values, dtype=float)
     try:

@@ -89,10 +89,7 @@ _POINTS = 1441  # over two periods
 
 
 def fig3(seed: int) -> PaperFigure:
-    """Columns phase [rad], load, series_3, series_10, series_40; loads in units of q, κ = 1.3.
-
-    The phase of a jump stands there twice, with the load's value before it and after it.
-    """
+    """Columns phase [rad] (a jump twice), load, series_3, series_10, series_40; in units of q, κ = 1.3."""
     square = Load.square(1.0, _KAPPA)
     jumps = np.array([turn + jump.phase for turn in (0.0, 2.0 * math.pi) for jump in square.jumps])
     jumps = jumps[(jumps > 0.0) & (jumps < 4.0 * math.pi)]
@@ -303,17 +300,13 @@ _HEIGHTS = 32  # rows of the map behind the curves
 
 
 def elastic(seed: int) -> tuple[PaperFigure, ...]:
-    """Three figures: the boundaries over s, the largest multiplier over s, and the instability of theory §5.
-
-    elastic.csv: s, upper (the fold), lower_reduced, flip, neimark_sacker (of the exact multipliers of 8 modes on the
-    branch that B77 finds stable); R = 0.5, m = 1, 2πd = 0.03; nan where there is none.
-
-    elastic_multipliers.csv: s, reduced, exact_8, exact_16: largest modulus of the motion with phase beyond π/2 under
-    p = 0.9 + cos t, R = 0.6, m = 1, 2πd = 0.03.
-
-    elastic_instability.csv: the same for R = 0.8, m = 2, d = 0 and s from 4.5 to 5.5, with columns s, reduced, exact_8,
-    exact_16.
-    """
+    """Three figures: the boundaries over s, the largest multiplier over s, and the instability of theory §5."""
+    # elastic.csv: s, upper (the fold), lower_reduced, flip, neimark_sacker (of the exact multipliers of 8 modes on the
+    # branch that B77 finds stable); R = 0.5, m = 1, 2πd = 0.03; nan where there is none.
+    # elastic_multipliers.csv: s, reduced, exact_8, exact_16: largest modulus of the motion with phase beyond π/2 under
+    # p = 0.9 + cos t, R = 0.6, m = 1, 2πd = 0.03.
+    # elastic_instability.csv: the same for R = 0.8, m = 2, d = 0 and s from 4.5 to 5.5, with columns s, reduced,
+    # exact_8, exact_16.
     return (
         _limits(),
         _largest("multipliers", np.geomspace(0.4, 100.0, 241), 0.6, 1, DAMPING),

@@ -304,12 +304,10 @@ class CycleFit:
         return np.asarray(rest - np.mean(rest))
 
     def _move_bounds(self, slope: Array, rest: Array, variance: float) -> None:
-        """One Gauss–Newton step for the phases at the bounds, under a normal prior for the lengths of the cycles.
-
-        The variance of that prior is what the lengths fitted without it vary, less what noise makes them vary:
-        4.392 σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3). The drift is free
-        to move along, as the two are much alike in the half cycles at the ends.
-        """
+        """One Gauss–Newton step for the phases at the bounds, under a normal prior for the lengths of the cycles."""
+        # The variance of that prior is what the lengths fitted without it vary, less what noise makes them vary: 4.392
+        # σ²/Σ slope² for knots of broken lines, the mean of (2 − 2 cos w)/(2/3 + cos w/3). The drift is free to move
+        # along, as the two are much alike in the half cycles at the ends.
         n, basis = self.cycles, self._drift_basis()
         both = self.hats(slope) @ basis
         matrix = np.block([[self.hats(slope**2), both], [both.T, basis.T @ self.hats(np.ones_like(slope)) @ basis]])

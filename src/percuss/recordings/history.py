@@ -39,13 +39,11 @@ _LEAST = 0.005  # share of the samples below which clipping is of no account
 
 
 def clipped_share(values: Array) -> tuple[float, float]:
-    """The shares of the samples that lie exactly at the lowest and at the highest value, where these look like limits.
-
-    A rounded peak that is recorded in steps has several equal samples at its top too, but more of them in the steps
-    next to it: its width grows with the root of the depth. A limit is therefore told from the samples within 2 % of the
-    range (4 steps, if that is more) next to the highest value: where they are fewer than those at it, and those come
-    three and more in a row, the record is cut off there. A record of two values only is a square wave, and is not.
-    """
+    """The shares of the samples exactly at the lowest and at the highest value, where these look like limits."""
+    # A rounded peak recorded in steps has several equal samples at its top too, but more in the steps next to it: its
+    # width grows with the root of the depth. So a limit is told from the samples within 2 % of the range (4 steps, if
+    # that is more) next to the highest value: where they are fewer than those at it, and those come three and more in a
+    # row, the record is cut off there. A record of two values only is a square wave, and is not.
     low, high = float(np.min(values)), float(np.max(values))
     levels = np.unique(values)
     if levels.size < 3:

@@ -70,11 +70,9 @@ def prepared(system: System, modes: int) -> tuple[Spectrum, MotionTable]:
 
 
 def table_of(system: System, modes: int) -> MotionTable:
-    """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change.
-
-    Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it. ResonanceError
-    when a harmonic of the load meets an undamped elastic mode (B77 16).
-    """
+    """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change."""
+    # Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it. ResonanceError
+    # when a harmonic of the load meets an undamped elastic mode (B77 16).
     load = system.load
     harmonics = () if load.is_piecewise else tuple(load.coefficients.tolist())[1:]
     shared = _without_mean(system.body, load.at, harmonics, modes)
@@ -102,11 +100,9 @@ def set_load(bar: np.void, value: float) -> None:
 
 
 def _held(bar: np.void, system: System, modes: int) -> Load:
-    """What the kernels know of a structure, which has no rigid motion; returns the force at the wall that pulls it off.
-
-    Of one mode that is an affine image of the load. Several modes move on while the wall holds their contact: they
-    are not released, and whether they stay on the wall is told by their acceleration.
-    """
+    """What the kernels know of a structure, which has no rigid motion; the force at the wall that pulls it off."""
+    # Of one mode that is an affine image of the load. Several modes move on while the wall holds their contact: they
+    # are not released, and whether they stay on the wall is told by their acceleration.
     bar["held"], bar["contact"], bar["pushing"] = 1.0, 0.0, 0.0
     if not rests(system, modes):
         bar["bears"] = 0.0
@@ -403,11 +399,9 @@ def gathered(
     progress: Callable[[Progress], object] | None,
     idle: tuple[int, bool],
 ) -> tuple[Events, Array, str]:
-    """Calls the kernels stretch by stretch until a motion ends: its events, the states after them, and how it ended.
-
-    `step`: a stretch: how the motion ended, or nothing, and whether its work is done. `gone`: impacts and time so far.
-    `idle`: stretches of work without an impact that end a motion or, where the flag is set, without any event.
-    """
+    """Calls the kernels stretch by stretch until a motion ends: its events, the states after them, and how it ended."""
+    # `step`: a stretch: how the motion ended, or nothing, and whether its work is done. `gone`: impacts and time so
+    # far. `idle`: stretches of work without an impact that end a motion or, where the flag is set, without any event.
     events, states, ended, still, taken, impacts = [], [], "", 0, 0, -1
     row = log.events.itemsize + log.states.itemsize * log.states.shape[1]
     while not ended:

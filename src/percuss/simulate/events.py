@@ -273,11 +273,9 @@ OPEN_CYCLES = ("", "rest/?", "chatter/?")
 
 
 def label_of(outcome: str, cycle: MotionCycle | None, wanders: bool, kind: int = 0) -> str:
-    """The motion's name: ``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``.
-
-    A cycle with rest whose number of load periods hangs on rounding, of `kind` 1 or with chatter 2, is ``rest/?`` or
-    ``chatter/?``. `wanders`: whether the last impacts do not come near any of the ones before.
-    """
+    """``z=p/n``, ``rest/n``, ``chatter/n``, ``rest``, ``departed``, ``aperiodic`` or ``undecided``."""
+    # Of a cycle with rest whose n hangs on rounding, `kind` 1 or 2 with chatter, ``rest/?`` or ``chatter/?``.
+    # `wanders`: whether the last impacts come near none before.
     if outcome in ("rest", "departed"):
         return outcome
     if cycle is not None:
@@ -286,11 +284,10 @@ def label_of(outcome: str, cycle: MotionCycle | None, wanders: bool, kind: int =
 
 
 def main_blows(events: Events) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of the impacts are main blows: all but the bounces of a completed chatter.
-
-    Those are the impacts in front of its end, in an unbroken row, whose flight is shorter than the one before it while
-    the load has not pulled, or shorter than a wave through the bar takes. The blow that they follow is the main one.
-    """
+    """Which of the impacts are main blows: all but the bounces of a completed chatter."""
+    # Those are the impacts in front of its end, in an unbroken row, whose flight is shorter than the one before it
+    # while the load has not pulled, or shorter than a wave through the bar takes. The blow that they follow is the main
+    # one.
     struck = np.flatnonzero(events.code == IMPACT)
     main = np.ones(struck.size, dtype=bool)
     for at in np.flatnonzero(events.code == CHATTER):
@@ -403,12 +400,11 @@ of its supply falls to 0. Each is proved."""
 
 
 def machine_label(ended: str, cycle: MotionCycle | None, wanders: bool) -> str:
-    """The motion's name, of one that `ended` so, one of `STALLS` among them.
-
-    ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of 2
-    or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular`` when the last
-    changes of the valve come near none of the ones before, or ``undecided`` where too little was followed to tell.
-    """
+    """The motion's name, of one that `ended` so, one of `STALLS` among them."""
+    # ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of
+    # 2 or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular`` when the
+    # last changes of the valve come near none of the ones before, or ``undecided`` where too little was followed to
+    # tell.
     if ended in STALLS:
         return f"stalls ({ended})"
     if cycle is None:

@@ -213,11 +213,9 @@ def units(modes: Modes) -> Array:
 
 
 def state_of(body: HeldBody, at: int, modes: int, u: Array, v: Array, gap: Array) -> tuple[Array, Array]:
-    """u_n and u_n', n = 0 … N, of starts of a structure; each of shape (starts, N + 1), u_0 = −g and u_0' = 0.
-
-    `u`, `v` are rows of the modes 0 … N, of which the first numbers do not count; or rows of one number, for which the
-    structure is bent by a force at its contact until this is at `gap`, (starts,), and moves with the speed v.
-    """
+    """u_n and u_n', n = 0 … N, of starts of a structure; each of shape (starts, N + 1), u_0 = −g and u_0' = 0."""
+    # `u`, `v` are rows of the modes 0 … N, of which the first numbers do not count; or rows of one number, for which
+    # the structure is bent by a force at its contact until this is at `gap`, (starts,), and moves with the speed v.
     found = np.zeros((2, gap.size, modes + 1))
     if u.shape[1] == 1:
         shape = body.bent(modes, at)
@@ -387,11 +385,9 @@ def _turn_less_one(angle: Array) -> Array:
 
 
 def panels(a: float, b: float, fastest: float, d: float) -> tuple[Array, Array]:
-    """Gauss's rule on panels of at most two radians of the fastest wave.
-
-    What an impact or a step of the load leaves at `a` dies out at rates up to d, the drift and overdamped modes among
-    them, and its square at 2d: from 1/d after `a` on the panels double until the waves bound them.
-    """
+    """Gauss's rule on panels of at most two radians of the fastest wave."""
+    # What an impact or a step of the load leaves at `a` dies out at rates up to d, the drift and overdamped modes among
+    # them, and its square at 2d: from 1/d after `a` on the panels double until the waves bound them.
     width = 2.0 / fastest
     first = min(1.0 / d, b - a) if d > 0.0 else width
     doublings = max(int(np.ceil(np.log2(width / first))), 0) if first < width else 0

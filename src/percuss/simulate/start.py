@@ -57,11 +57,9 @@ def values_at(profile: Profile, x: Array) -> Array:
 
 
 def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
-    """u_n of a profile, n = 0 … N, with q_n = unit u_n at the striking end; shape (N+1,).
-
-    A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar,
-    every place counted by its mass: in this sense the modes are orthogonal, and the rigid velocity is the momentum.
-    """
+    """u_n of a profile, n = 0 … N, with q_n = unit u_n at the striking end; shape (N+1,)."""
+    # A uniform bar's are its integrals with the modes. Of other bodies they are those that fit it best along the bar,
+    # every place counted by its mass: in this sense the modes are orthogonal, and the rigid velocity is the momentum.
     if body.is_uniform:
         integrals = _integrals(profile, body, unit.size)
         return np.append(integrals[0], integrals[1:] / (body.inertia(unit.size) * unit))
@@ -72,11 +70,9 @@ def modal_parts(profile: Profile, body: Body, unit: Array) -> Array:
 
 
 def _integrals(profile: Profile, bar: Body, count: int) -> Array:
-    """∫₀¹ u(x) φ_n(x)/φ_n(1) dx, n = 0 … `count`: exact for straight lines between samples, else by Gauss's rule.
-
-    φ'' = −(ω/s)² φ and φ' = 0 at both ends, so that ∫ u φ dx = (s/ω)² ∫ u' φ' dx, and u' is constant between samples.
-    The rule is refined until nothing changes.
-    """
+    """∫₀¹ u(x) φ_n(x)/φ_n(1) dx, n = 0 … `count`: exact for straight lines between samples, else by Gauss's rule."""
+    # φ'' = −(ω/s)² φ and φ' = 0 at both ends, so that ∫ u φ dx = (s/ω)² ∫ u' φ' dx, and u' is constant between samples.
+    # The rule is refined until nothing changes.
     if not callable(profile):
         u = np.asarray(profile, dtype=float)
         x = np.linspace(0.0, 1.0, u.size)
@@ -101,10 +97,8 @@ def _finite_at(profile: Profile, x: Array) -> Array:
 
 
 def _masses(body: Body, panels: int) -> tuple[Array, Array]:
-    """Places along the bar and the masses that stand for it there, in sum 1: Gauss's, and the point masses of the ends.
-
-    Between the edges of the panels, of which each step of the bar is one, the mass is taken for evenly spread.
-    """
+    """Places along the bar, and the masses that stand for it there, in sum 1: Gauss's, and those of the ends."""
+    # Between the edges of the panels, each step of the bar one, the mass is taken for evenly spread.
     edges = np.union1d(np.linspace(0.0, 1.0, panels + 1), body.places)
     before = body.mass_before(edges)
     x, w = _gauss(edges)

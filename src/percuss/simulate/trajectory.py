@@ -579,10 +579,7 @@ def _begun(
 
 
 def compiled() -> bool:
-    """Whether numba's cache holds the kernels for this processor, so that using them takes a moment and not a minute.
-
-    False too where that cannot be told, such as with numba's compiler switched off.
-    """
+    """Whether numba's cache holds the kernels for this processor; false where that cannot be told."""
     from numba.core.registry import cpu_target
 
     from percuss.simulate.kernels.motion import follow

@@ -133,12 +133,11 @@ class Reduced(Shown):
 
 
 def elastic_feedback(orbit: Orbit) -> float:
-    """σ = (1/(p_0 T)) Σ_k Re[g_k(1) p_k ik exp(ikφ)] with the body's receptance g_k, the sum over all modes.
-
-    For B77's bar g_k(1) = 2 Σ_{n≥1} (−1)ⁿ H_nk. That is the forced elastic velocity of the striking end at the impact,
-    in units of p_0 T. A piecewise load enters with the harmonics that it keeps: the sum over all k does not converge
-    without damping. ParameterError for a contact law that changes the strain: the multipliers do not depend on σ then.
-    """
+    """σ = (1/(p_0 T)) Σ_k Re[g_k(1) p_k ik exp(ikφ)] with the body's receptance g_k, the sum over all modes."""
+    # For B77's bar g_k(1) = 2 Σ_{n≥1} (−1)ⁿ H_nk. That is the forced elastic velocity of the striking end at the
+    # impact, in units of p_0 T. A piecewise load enters with the harmonics that it keeps: the sum over all k does not
+    # converge without damping. ParameterError for a contact law that changes the strain: the multipliers do not depend
+    # on σ then.
     orbit.system.contact.need(Result.FEEDBACK)
     return orbit.response.by_harmonics.end_velocity(orbit.phase) / (orbit.system.load.mean * orbit.period)
 

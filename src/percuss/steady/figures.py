@@ -23,10 +23,7 @@ _NOTHING = 1e3 * float(np.finfo(float).eps)  # beside the energy of a blow, an i
 
 
 class Striking(Protocol):
-    """What an orbit must have for its figures: of several impacts speeds of the strongest, energies as means.
-
-    The bounces of a chatter are no blows.
-    """
+    """What an orbit must have for its figures: of several impacts the strongest's speeds, mean energies; no bounces."""
 
     @property
     def system(self) -> Any: ...

@@ -79,12 +79,11 @@ class Flown:
 
     @cached_property
     def error_bound(self) -> float:
-        """Bound of the error of the striking end's position that the left-out modes make, relative to the stroke.
-
-        A bound for a uniform bar under a smooth load whose impacts keep the strain, without damping for the first 10¹⁸
-        modes, and for other bodies when their damping outlasts small divisors. Else it is an estimate, as with a load
-        that jumps and with Kelvin–Voigt's damping: modes beyond the probe are taken to fall off like those inside it.
-        """
+        """Bound of the error of the striking end's position that the left-out modes make, relative to the stroke."""
+        # A bound for a uniform bar under a smooth load whose impacts keep the strain, without damping for the first
+        # 10¹⁸ modes, and for other bodies when their damping outlasts small divisors. Else it is an estimate, as with a
+        # load that jumps and with Kelvin–Voigt's damping: modes beyond the probe are taken to fall off like those
+        # inside it.
         lost = self.truncation.lost
         if lost is None:  # a requested number of modes: the forced part is cut as well
             probe = max(4 * self.modes, 2048)
@@ -364,11 +363,9 @@ class Contactless:
 
 
 def flight_check(motion: Flown) -> Contactless:
-    """Find the first passage of the striking end through the wall within the flight, or prove that there is none.
-
-    A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error that
-    the modes left out may make, up to 1e-6 of the stroke; the answer is then not proven.
-    """
+    """Find the first passage of the striking end through the wall within the flight, or prove that there is none."""
+    # A touch within 1e-13 of the stroke counts as none: rounding makes it undecidable. So does one within the error
+    # that the modes left out may make, up to 1e-6 of the stroke; the answer is then not proven.
     first, proven, _ = _search(motion, np.inf)
     if not np.isfinite(first):
         return Contactless(None, proven)
@@ -452,11 +449,9 @@ def _depth(motion: Flown) -> float:
 
 
 def tops(motion: Flown, low: float, high: float) -> tuple[Array, float]:
-    """The cells of time between two times in which y may be greatest: their centres, and half their width.
-
-    By branch and bound, ever more modes the narrower the cells: in the end all of a second look, and cells in which y
-    bends by less than the modes after them could add, or by a millionth of the stroke.
-    """
+    """The cells of time between two times in which y may be greatest: their centres, and half their width."""
+    # By branch and bound, ever more modes the narrower the cells: in the end all of a second look, and cells in which y
+    # bends by less than the modes after them could add, or by a millionth of the stroke.
     most = motion.truncation.some
     modes, cells = motion.truncation.few, 64 * motion.periods
     half = 0.5 * (high - low) / cells

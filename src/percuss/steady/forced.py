@@ -213,10 +213,8 @@ class HarmonicResponse:
         return greatest / room if room > 0.0 else math.inf
 
     def modal_velocity_bound(self, theta: float, omega: float, damping: float) -> float:
-        """P such that |f_n'(θ)| ≤ P/ω_n² for every mode with ω_n ≥ `omega`; inf when `omega` is too low for one.
-
-        f_n' = p'/ω² + Re Σ ik p_k exp(ikθ) (k² − ikd) H_nk/ω², where d_n grows no faster than ω_n² from `damping` on.
-        """
+        """P such that |f_n'(θ)| ≤ P/ω_n² for every mode with ω_n ≥ `omega`; inf when `omega` is too low for one."""
+        # f_n' = p'/ω² + Re Σ ik p_k exp(ikθ) (k² − ikd) H_nk/ω², where d_n grows no faster than ω_n² from `damping` on.
         shift = np.abs(self.k * (self.k - 1j * damping))
         room = omega**2 - shift
         if np.any(room <= 0.0):

@@ -397,11 +397,10 @@ def reason_of(first: complex, margin: float, fold: bool = False, unseen: bool = 
 
 
 def _of_the_whole(matrix: LinearMap | CycleMap, values: ComplexArray, own: int) -> tuple[int, ...]:
-    """The multipliers, `own` of them, in which the motion as a whole takes part most.
-
-    By the real part: where two multipliers meet, their factors grow without bound with opposite signs. Multipliers of 0
-    (R = 0 has one in every block) have no eigenvectors of their own: together they have what the others leave of `own`.
-    """
+    """The multipliers, `own` of them, in which the motion as a whole takes part most."""
+    # By the real part: where two multipliers meet, their factors grow without bound with opposite signs. Multipliers of
+    # 0 (R = 0 has one in every block) have no eigenvectors of their own: together they have what the others leave of
+    # `own`.
     size = values.size
     alive = int(np.count_nonzero(np.abs(values) > _TINY * max(1.0, float(np.abs(values[0])))))
     part = matrix.participation(values[:alive]).real

@@ -25,10 +25,8 @@ _MUCH = 1 << 13  # modes × times from which on it is worth while to look whethe
 
 @lru_cache(maxsize=8)
 def flights(body: Body, at: int, period: float, modes: int) -> tuple[Modes, Propagator]:
-    """The elastic modes n = 1 … `modes` and their propagators over one period, each of shape (modes,).
-
-    The last few are kept: they are the same for every load at the place number `at`, every phase and contact law.
-    """
+    """The elastic modes n = 1 … `modes` and their propagators over one period, each of shape (modes,)."""
+    # The last few are kept: they are the same for every load at the place number `at`, phase and contact law.
     known = body.modes(modes, at)
     step = propagator(known.omega, known.damping, period)
     for values in step:
@@ -127,22 +125,18 @@ _CANCELLED = 8.0 * np.finfo(float).eps  # share of the terms of det(ξ − M_n) 
 def comes_back(
     divisor: npt.ArrayLike, terms: npt.ArrayLike, angle: npt.ArrayLike, factor: npt.ArrayLike
 ) -> npt.NDArray[np.bool_]:
-    """Which modes come back after a cycle by themselves, so that their amplitude is free: internal resonance.
-
-    `divisor` is det(ξ − M_n) with the map M_n of the mode over a cycle, `terms` what it was found from (how far the
-    flights are from half turns of the mode, |cos − (±1)| and sin²), `angle` ω_n T, which is known to four units in its
-    last place, and det(ξ − M_n) grows from 0 at most by `factor` times the square of a change of the angle.
-    """
+    """Which modes come back after a cycle by themselves, so that their amplitude is free: internal resonance."""
+    # `divisor` is det(ξ − M_n) with the map M_n of the mode over a cycle, `terms` what it was found from (how far the
+    # flights are from half turns of the mode, |cos − (±1)| and sin²), `angle` ω_n T, which is known to four units in
+    # its last place, and det(ξ − M_n) grows from 0 at most by `factor` times the square of a change of the angle.
     turned = 2.0 * np.asarray(factor) * (_TURNED * np.asarray(angle)) ** 2
     return np.asarray(np.abs(divisor) <= _CANCELLED * np.asarray(terms) + turned)
 
 
 def refuse_resonance(system: System) -> None:
-    """ResonanceError when an undamped mode is driven at its own frequency; for a uniform bar s = k/(nπ).
-
-    A load of steps contains harmonics without end: all up to 4096 are looked at, and those that the first 4096 modes
-    could meet, or all of a structure. That the load may act at a node of the mode is not looked at.
-    """
+    """ResonanceError when an undamped mode is driven at its own frequency; for a uniform bar s = k/(nπ)."""
+    # A load of steps contains harmonics without end: all up to 4096 are looked at, and those that the first 4096 modes
+    # could meet, or all of a structure. That the load may act at a node of the mode is not looked at.
     body, load = system.body, system.load
     if system.d > 0.0 or load.is_constant:
         return
@@ -296,10 +290,8 @@ def convergents(s: float, periods: int) -> tuple[tuple[int, float], ...]:
 
 @lru_cache(maxsize=256)
 def cubic_sum(s: float, periods: int, start: int, most: float = math.inf, shift: float = 0.0) -> float:
-    """A bound of Σ n⁻³ min(`most`, 1 + 1/(2(‖nα‖ − `shift`))) over the modes n = `start` + 1 … 10¹⁸, α = πsm.
-
-    `most` bounds every factor; damping moves nα by at most `shift`.
-    """
+    """A bound of Σ n⁻³ min(`most`, 1 + 1/(2(‖nα‖ − `shift`))) over the modes n = `start` + 1 … 10¹⁸, α = πsm."""
+    # Damping moves nα by at most `shift`.
     known = convergents(s, periods)
     total = 0.5 / start**2
     for j, (q, eta) in enumerate(known[:-1]):

@@ -268,13 +268,11 @@ def _armed(system: System, arm: float) -> HarmonicResponse:
 
 
 def _matched(phases: Array, phases_b77: Array, curve: Array, curve_b77: Array) -> list[int | None]:
-    """Of each root of one curve the root of the other one that it continues, or None.
-
-    Between the two laws the condition moves in proportion: (1 − ε) of the one plus ε of the other. A root of the one
-    goes over to a root of the other, without meeting a fold that ends it, exactly if both curves pass their levels in
-    the same direction there and neither has another root between the two. The curves, less their levels, are told in
-    the middle between each root and the one after it.
-    """
+    """Of each root of one curve the root of the other one that it continues, or None."""
+    # Between the two laws the condition moves in proportion: (1 − ε) of the one plus ε of the other. A root of the one
+    # goes over to a root of the other, without meeting a fold that ends it, exactly if both curves pass their levels in
+    # the same direction there and neither has another root between the two. The curves, less their levels, are told in
+    # the middle between each root and the one after it.
     rises, rises_b77 = _directions(curve), _directions(curve_b77)
     found: list[int | None] = []
     for phase, rise in zip(phases, rises, strict=True):

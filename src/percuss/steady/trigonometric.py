@@ -29,11 +29,8 @@ Terms: TypeAlias = Sequence[tuple[complex, complex]]
 
 
 def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
-    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing; wave numbers k ≥ 0.
-
-    A root of even order, where g touches zero within rounding, may be given once, twice or not at all; all others
-    are found, each once.
-    """
+    """All real roots in [0, 2π) of g(θ) = Re Σ c_k exp(ikθ), increasing; wave numbers k ≥ 0."""
+    # A root of even order may be given once, twice or not at all; all others are found, each once.
     curvature = float(np.sum(k**2 * np.abs(coefficients)))
     if curvature < np.finfo(float).tiny / _EPS:
         return np.empty(0)  # a constant, or nothing above the smallest numbers
@@ -47,11 +44,9 @@ def trigonometric_roots(k: Array, coefficients: ComplexArray) -> Array:
 
 
 def bounded_roots(value: Curve, length: float, count: int, curvature: float, noise: float) -> tuple[Array, Array]:
-    """All roots of a curve in [0, length) at which it changes its sign, and where it may touch 0 without.
-
-    `value` gives the curve and its slope, `curvature` bounds the second derivative and `noise` the rounding; `count`
-    cells are looked at first.
-    """
+    """All roots of a curve in [0, length) at which it changes its sign, and where it may touch 0 without."""
+    # `value` gives the curve and its slope, `curvature` bounds the second derivative and `noise` the rounding; `count`
+    # cells are looked at first.
     cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
     kept: list[npt.NDArray[np.int64]] = []  # low and high edges in units of the finest grid, and whether narrowest
     for level in range(_LEVELS + 1):
@@ -177,12 +172,10 @@ def phases_of_waves(
     level: Array,
     plain: bool = False,
 ) -> Array:
-    """The phase on arc number `arc`, between two of the `ends`, where Re Σ c_k exp(ikθ) equals `level`; broadcasts.
-
-    The level lies between the heights at the ends of its arc; the first end comes again a turn later. `plain`: a few of
-    them may be found in plain numbers, a quarter of the time of arrays. Rows of a map may not: the bits would depend on
-    how the map is parted.
-    """
+    """The phase on arc number `arc`, between two of the `ends`, where Re Σ c_k exp(ikθ) equals `level`; broadcasts."""
+    # The level lies between the heights at the ends of its arc; the first end comes again a turn later. `plain`: a few
+    # of them may be found in plain numbers, a quarter of the time of arrays. Rows of a map may not: the bits would
+    # depend on how the map is parted.
     if k.size == 1:  # V cos k(θ − θ_0): arccos from the extreme where the arc starts
         from_top = np.clip(level / heights[arc], -1.0, 1.0)
         return np.asarray(ends[arc] + np.arccos(from_top) / k[0])

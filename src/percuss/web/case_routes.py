@@ -207,12 +207,7 @@ def _is_file(request: Request) -> None:
         raise refused(415, "the body must be the file itself", "send Content-Type: application/octet-stream")
 
 
-@router.post(
-    "/api/history",
-    summary="Turn a recording into a load",
-    responses=PROBLEMS,
-    openapi_extra=_FILE,
-)
+@router.post("/api/history", summary="Turn a recording into a load", responses=PROBLEMS, openapi_extra=_FILE)
 async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> Response:
     """The body is the file; of its name only the suffix counts. The options are those of [load] in a case."""
     limits = limits_of(request)
@@ -238,10 +233,7 @@ _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type
 
 
 @router.answer(
-    "/api/report",
-    "A report in one HTML file",
-    _HTML,
-    kernels=lambda asked: "motions" if asked.simulate else None,
+    "/api/report", "A report in one HTML file", _HTML, kernels=lambda asked: "motions" if asked.simulate else None
 )
 def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""

@@ -34,11 +34,7 @@ class Guest(Protocol):
 
 
 class Crowd:
-    """The connections of one worker.
-
-    Connections are cheap to hold open, so silent ones must never keep others out: when there is no room, the server
-    closes the connection that has kept it waiting longest. One that is being answered is never closed for another.
-    """
+    """The connections of one worker: without room, the silent one that kept it waiting longest is closed."""
 
     def __init__(self, limits: Limits) -> None:
         self._most, self._most_of_one = limits.connections, limits.connections_per_address
@@ -219,12 +215,10 @@ class BoundedConnection(HttpToolsProtocol):
 
 
 def protocol(limits: Limits) -> type[asyncio.Protocol]:
-    """The class of connections of one server, which keep within the limits.
-
-    uvicorn bounds none of this: a header without an end would fill the memory, and silent connections would take all
-    places before anything looks at a token; one byte between two requests puts off its time for the next one for good,
-    and a client that does not read holds its connection as long as it likes. `head_bytes` also bounds what is sent
-    around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.requests`.
-    """
+    """The class of connections of one server, which keep within the limits."""
+    # uvicorn bounds none of this: a header without an end would fill the memory, and silent connections would take all
+    # places before anything looks at a token; one byte between two requests puts off its time for the next one for
+    # good, and a client that does not read holds its connection as long as it likes. `head_bytes` also bounds what is
+    # sent around a body and is not of it, as trailers are. Bodies have their bounds in `percuss.web.requests`.
     look = min(1.0, limits.head_seconds / 4.0, limits.idle_seconds / 4.0, limits.write_seconds / 4.0)
     return type("BoundedConnection", (BoundedConnection,), {"limits": limits, "crowd": Crowd(limits), "look": look})

@@ -107,11 +107,7 @@ def motion(case: Case, asked: MotionAsked, terms: Terms) -> Frames:
 
 
 def simulated(
-    case: Case,
-    asked: CaseAsked,
-    start: Mapping[str, Any] | None,
-    simulation: Mapping[str, Any] | None,
-    terms: Terms,
+    case: Case, asked: CaseAsked, start: Mapping[str, Any] | None, simulation: Mapping[str, Any] | None, terms: Terms
 ) -> SimulationAnswer:
     """The motion of a case from a start; one that was asked for a moment ago is not computed again."""
     key = motion_key(asked, start, simulation)
@@ -146,10 +142,7 @@ def blow(case: Case, asked: BlowAsked, terms: Terms) -> Frames:
 
 
 @router.answer(
-    "/api/machine",
-    "A machine that switches itself",
-    BINARY,
-    quick=lambda asked: not asked.whole and asked.modes == 0,
+    "/api/machine", "A machine that switches itself", BINARY, quick=lambda asked: not asked.whole and asked.modes == 0
 )
 def machine(case: Case, asked: MachineAsked, terms: Terms) -> Frames:
     """Position, force and state of the valve over a cycle, or what keeps the machine from running."""

@@ -64,10 +64,7 @@ def problem(key: str, value: object, message: str, remedy: str = "") -> dict[str
 
 
 def problems_of(error: Exception) -> list[dict[str, Any]]:
-    """The problems behind an error of the floors below.
-
-    The names of files of this machine, which an error may know, are left out.
-    """
+    """The problems behind an error of the floors below, without the names of files that it may know."""
     if isinstance(error, CaseError):
         found = getattr(error, "problems", (error,))
         return [problem(e.key, e.value, e.accepted, e.remedy) for e in found]
@@ -180,10 +177,7 @@ class _TooLong(Exception):
 
 
 class _Keys:
-    """The keys of a text: so many in all, and in each object each once, as in a case file.
-
-    Of two values the one that was meant cannot be told; and every unknown key is a problem to be reported.
-    """
+    """The keys of a text: so many in all, and in each object each once, as in a case file."""
 
     def __init__(self, most: int, text: int) -> None:
         self._left, self._text = most, text

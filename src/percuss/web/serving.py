@@ -117,10 +117,8 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
 
 
 def to_open(settings: Settings, folder: str) -> str:
-    """What the browser is told to open: with a token a page in our folder that leads to the address.
-
-    The command line of the browser is in the list of processes, which everybody on this machine can read.
-    """
+    """What the browser is told to open: a page in our folder that leads to the address with its token."""
+    # Everybody on this machine can read the command line of the browser in the list of processes.
     if not settings.token:
         return address(settings)
     page = Path(folder, "percuss.html")
@@ -204,11 +202,9 @@ class _Server(uvicorn.Server):
             self.ready()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """The first signal ends in order, the second at once; neither is an error.
-
-        Only flags are set, which the loop looks at ten times a second: the locks of the lanes may be held where the
-        signal arrives, and would be waited for without end.
-        """
+        """The first signal ends in order, the second at once; neither is an error."""
+        # Only flags are set, which the loop looks at ten times a second: the locks of the lanes may be held where the
+        # signal arrives, and would be waited for without end.
         if self.should_exit and sig == signal.SIGINT:
             self.force_exit = True
         self.should_exit = True

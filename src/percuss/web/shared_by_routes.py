@@ -285,18 +285,13 @@ class Questions(APIRouter):
     def stream(
         self, path: str, summary: str, what: str, kernels: Part | Callable[[Any], Part]
     ) -> Callable[[Work], Work]:
-        """A route of events: those of the iterator that the result of ``prepare(case, asked, limits)`` gives.
-
-        What is refused while it is prepared is refused before the stream begins.
-        """
+        """A route of events, from ``prepare(case, asked, limits)``, which refuses before the stream begins."""
 
         def put(prepare: Work) -> Work:
             async def route(request: Request, asked: Any) -> Response:
                 limits, gate = limits_of(request), gate_of(request)
                 begin = await gate.quick.run(
-                    request,
-                    limits.seconds,
-                    lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits),
+                    request, limits.seconds, lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits)
                 )
                 await compiled(request, kernels(asked) if callable(kernels) else kernels)
 
@@ -414,11 +409,9 @@ _KINDS = {"f": "<f4", "b": "|u1", "u": "|u1", "i": "<i2"}
 
 
 def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
-    """Header and arrays as one byte string: the length of the header in 4 bytes, the header, the arrays.
-
-    Everything is little endian; the header is padded so that every array begins at a multiple of 8. Numbers beyond
-    32 bits become infinite, whole numbers are clipped to 16 bits, truth values are 0 and 1.
-    """
+    """Header and arrays as one byte string: the length of the header in 4 bytes, the header, the arrays."""
+    # Everything is little endian; the header is padded so that every array begins at a multiple of 8. Numbers beyond 32
+    # bits become infinite, whole numbers are clipped to 16 bits, truth values are 0 and 1.
     parts: list[bytes] = []
     told: list[dict[str, Any]] = []
     offset = 0

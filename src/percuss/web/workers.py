@@ -129,11 +129,8 @@ class Lane:
 
 
 def _told_when_done(running: Future[T]) -> asyncio.Event:
-    """An event of the running loop that is set when the work has ended, well or badly.
-
-    Not `asyncio.wrap_future`: what the work raised when nobody waits for it any more would be found by the loop at the
-    end, and complained of.
-    """
+    """An event of the running loop that is set when the work has ended, well or badly."""
+    # `asyncio.wrap_future` would complain of what the work raised when nobody waits any more.
     loop, ended = asyncio.get_running_loop(), asyncio.Event()
 
     def tell(_: Future[T]) -> None:
@@ -195,10 +192,7 @@ class Gate:
 
 
 class Intake:
-    """Bodies that come in, bounded all together: when they are too much, the one that began first is given up.
-
-    It is the one that has taken longest; those that come in at the pace of a network are gone before it is their turn.
-    """
+    """Bodies that come in, bounded together; when they are too much, the one that began first is given up."""
 
     def __init__(self, most: int) -> None:
         self._most = most

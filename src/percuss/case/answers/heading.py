@@ -73,13 +73,11 @@ def clock_in_short(load: Load) -> str:
 def clocked_because(
     load: Load, levels: Iterable[tuple[float, float]], motions: Iterable[tuple[bool, bool]]
 ) -> Clocked | None:
-    """Why the verdict on a load turns on its clock; None where it does not.
-
-    It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
-    switches as a valve does also when another possible motion is unstable, as that one may be the machine's. `levels`
-    has of each number of load periods the level and the greatest v_f, `motions` of each motion whether it is possible,
-    and whether it is stable.
-    """
+    """Why the verdict on a load turns on its clock; None where it does not."""
+    # It does for a recording or a load of steps without a stable motion, or within 2 % of the fold; and for one that
+    # switches as a valve does also when another possible motion is unstable, as that one may be the machine's. `levels`
+    # has of each number of load periods the level and the greatest v_f, `motions` of each motion whether it is
+    # possible, and whether it is stable.
     if load.report is None and not load.is_piecewise:
         return None
     stable = [steady for possible, steady in motions if possible]

@@ -106,12 +106,8 @@ def not_followed(why: str) -> Ends:
 
 
 def ends_of(case: Case, starts: int = STARTS, modes: int | None = None) -> Ends:
-    """Where random starts of a case end, the same starts and motions as `percuss experiment` with so many starts.
-
-    Loads the simulator; its first use on a computer compiles it, which takes up to a minute. A load of very many
-    harmonics is followed for fewer impacts than an experiment takes, and a bar that hovers before the wall for fewer
-    evaluations, so that it is quick all the same. Both are numbers: what comes out does not depend on the computer.
-    """
+    """Where random starts of a case end, the same starts and motions as `percuss experiment` with so many starts."""
+    # A load of very many harmonics, and a bar that hovers, are followed for less, by numbers that no computer changes.
     from percuss.explore.attractors.experiments import experiment_job
 
     number = count("starts", starts, most=_MOST_STARTS)
@@ -371,11 +367,9 @@ def blow_dict(law: Timed, system: System, periods: Sequence[int]) -> dict[str, A
 
 
 def rest_note(rest: Rest, contact: Contact) -> str:
-    """What a possible rest leaves open of motions that fall onto the wall; empty under a law that keeps the strain.
-
-    Seen in simulations of uniform bars under loads that never pull: at s = 20 the bar bounces on from R = 0.7 up, at
-    s = 200 from R = 0.65, at s = 2 at no R. A chatter of small bounces ends at rest under either law.
-    """
+    """What a possible rest leaves open of motions that fall onto the wall; empty under a law that keeps the strain."""
+    # Seen in simulations of uniform bars under loads that never pull: at s = 20 the bar bounces on from R = 0.7 up, at
+    # s = 200 from R = 0.65, at s = 2 at no R. A chatter of small bounces ends at rest under either law.
     if not rest.possible or contact.strain_factor == 1.0:
         return ""
     return (

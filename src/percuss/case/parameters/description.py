@@ -41,10 +41,7 @@ _SLIDES = ("restitution", "load_factor", "kappa")
 
 
 def parameters(case: Case) -> list[dict[str, Any]]:
-    """What a map of the case may have as an axis, with the unit of the case, the value now, and a range around it.
-
-    A machine that switches itself has the keys of its case alone, its ports named as its pictures name them.
-    """
+    """What a map of the case may have as an axis: unit, value, range around it; of a machine its keys alone."""
     return _keys(case) if case.is_machine else [*_dimensionless(case), *_keys(case)]
 
 

@@ -194,11 +194,9 @@ RELATIVE = (*_OF_LOAD, "s", "d", "damping_ratio", "eta")
 
 
 def placed(case: Case, values: Mapping[str, float], harmonics: int = 1024) -> Case:
-    """The case with these parameters, named as `percuss.case.parameters.description.parameters` lists them.
-
-    What has a unit keeps it. A load factor or a mean moves the mean of the load (of a square load: κ), an amplitude
-    its alternating part; a restitution takes the place of a receiving area; s of a case in SI moves Young's modulus.
-    """
+    """The case with these parameters, named as `percuss.case.parameters.description.parameters` lists them."""
+    # A load factor or a mean moves the mean of the load (square: κ), an amplitude its alternating part; a restitution
+    # replaces a receiving area; s of a case in SI moves Young's modulus.
     case = without_files(case)
     tables = json_tables(case)
     keys = [name for name in values if name not in PARAMETERS]

@@ -34,11 +34,9 @@ _SMALL = 1_000_000
 def uploaded_history(
     data: bytes, name: str, options: Mapping[str, Any], halt: Callable[[], bool] | None = None
 ) -> dict[str, Any]:
-    """The load in the bytes of a recording: the table [load] that stands for it, what was found, what was assumed.
-
-    The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be packed
-    or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
-    """
+    """The load in the bytes of a recording: the table [load] that stands for it, what was found, what was assumed."""
+    # The bytes lie in a file of our own naming while they are read; of `name` only the suffix counts. What can be
+    # packed or point elsewhere is looked into first, and then read by a process of its own, as is all that is large.
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
         accepted = f"expected a name that ends in {', '.join(SUFFIXES)}"

@@ -179,13 +179,11 @@ def _next_step(x: tuple[Array, Array, Array], f: tuple[Array, Array, Array]) -> 
 
 
 def roots_on(f: Function, nodes: Array) -> Array:
-    """The roots of a continuous function that its values at the nodes show, increasing; shape (n,).
-
-    Every change of sign between two nodes gives one root. Where the function turns back before it reaches zero, and its
-    three nearest values let an extreme beyond or near zero be expected, the extreme is looked for, so that two roots
-    between two nodes are found as well. Where it is NaN there are no roots; where it changes its sign through a pole
-    neither.
-    """
+    """The roots of a continuous function that its values at the nodes show, increasing; shape (n,)."""
+    # Every change of sign between two nodes gives one root. Where the function turns back before it reaches zero, and
+    # its three nearest values let an extreme beyond or near zero be expected, the extreme is looked for, so that two
+    # roots between two nodes are found as well. Where it is NaN there are no roots; where it changes its sign through a
+    # pole neither.
     values = f(nodes)
     low, high, f_low, f_high = [nodes[:-1]], [nodes[1:]], [values[:-1]], [values[1:]]
     for i in _promising(values):

@@ -37,10 +37,8 @@ _DEAD = 1e-13  # of the greatest velocity of the bar as a whole; less is roundin
 
 @lru_cache(maxsize=64)
 def multipliers(orbit: PeriodicOrbit) -> ComplexArray | None:
-    """The multipliers; None where an impact has no speed, beside which they grow without bound.
-
-    The last ones are kept: each step of a walk asks for those at its start again. Not to be written into.
-    """
+    """The multipliers, not to be written into; None at an impact without speed: beside it they have no bound."""
+    # The last are kept: each step of a walk asks for those at its start again.
     return None if _has_dead(orbit) else orbit.multipliers().values
 
 

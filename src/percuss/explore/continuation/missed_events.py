@@ -77,11 +77,9 @@ _NARROW = 2.0**-12  # share of the segment within which a pair is followed to th
 def crossings(
     segment: CurveSegment, first: float, last: float, fresh: bool, narrow: Sequence[tuple[float, CurvePoint]] = ()
 ) -> list[LocatedEvent]:
-    """Folds, flips and pairs on the unit circle between two places of a step, in order, neither of them a corner.
-
-    Of a `fresh` step, that begins at a flip, folds are not looked for, as rounding decides on them; at the `narrow`
-    places inside more may happen than the ends show. CorrectorFailed where these are not on one sheet of the branch.
-    """
+    """Folds, flips and pairs on the unit circle between two places of a step, in order, neither of them a corner."""
+    # Of a `fresh` step, that begins at a flip, folds are not looked for, as rounding decides on them; at the `narrow`
+    # places inside more may happen than the ends show. CorrectorFailed where these are not on one sheet of the branch.
     points = [(first, segment.at(first))]
 
     def signs(point: CurvePoint) -> list[bool]:
@@ -473,11 +471,7 @@ _ALIKE = 0.2  # of the greater of both ends, by which det K(±1) in between may 
 
 
 class _Least(NamedTuple):
-    """Least values of det(±1 − M_n); each of the shape (k,).
-
-    `mode` counts from 0, `which` is 0 for ξ = 1 and 1 for ξ = −1, `rate` is by how many radians the mode may go on in
-    the place.
-    """
+    """Least values of det(±1 − M_n), (k,): the mode from 0, 0 for ξ = 1 or 1 for −1, its radians in the place."""
 
     mode: npt.NDArray[np.intp]
     which: npt.NDArray[np.intp]
@@ -490,12 +484,9 @@ class _Least(NamedTuple):
 
 
 def resonant_points(segment: CurveSegment, skip: bool) -> list[Place]:
-    """Points inside a segment at which det(1 − M_n) or det(−1 − M_n) of a mode has a small least value, in order.
-
-    A mode that comes back by itself swings up without bound as the place is neared, often on one side only: there it
-    is the points on both sides.
-    To `skip` places without a point they are left out; else CorrectorFailed is raised.
-    """
+    """Points inside a segment at which det(1 − M_n) or det(−1 − M_n) of a mode has a small least value, in order."""
+    # A mode that comes back by itself swings up without bound as the place is neared, often on one side only: there it
+    # is the points on both sides. To `skip` places without a point they are left out; else CorrectorFailed is raised.
     maps = mode_maps(segment)
     least = None if maps is None else _least_values(maps, segment.length)
     if maps is None or least is None:

@@ -67,10 +67,7 @@ class ParameterRows(Generic[N]):
         return self._rows[value]
 
     def near(self, value: float, within: float = 0.0) -> tuple[float, N, Array]:
-        """A value, its row, and the rate of that, from which the rows near a value follow; or PercussError.
-
-        A rate that changes may be that of a value so near.
-        """
+        """A value, its row, and the rate from which the rows near follow; PercussError where the rate changes."""
         if self._last is not None and self._rate is not None and self._rate[2]:
             return (*self._last, self._rate[1])
         known = self._rate is not None and abs(self._rate[0] - value) <= within

@@ -130,11 +130,8 @@ _FAR = 1e6  # times the value, or 1: the ends where no range is given
 
 
 def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Callable[[], bool] | None = None) -> Branch:
-    """The branch of a cycle with rest; see `percuss.explore.follow`.
-
-    All its multipliers are 0, so that it goes on for as long as the same impacts follow the release and the bar comes
-    to rest before the load pulls again.
-    """
+    """The branch of a cycle with rest; see `percuss.explore.follow`."""
+    # All multipliers are 0: it goes on while the same impacts follow and the bar rests before the load pulls again.
     (here,), ((low, high),), share = over.here, over.bounds, 1.0 / (points - 1)
     bounded, far = math.isfinite(high - low), _FAR * max(1.0, abs(here))
     low, high = (low, high) if bounded else (here - far, here + far)

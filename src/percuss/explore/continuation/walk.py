@@ -144,10 +144,9 @@ _KEPT = 256  # systems
 
 
 class Problem(ABC):
-    """Equations whose solutions are a curve: one less than unknowns, the impact times first among these.
+    """Equations, one less than unknowns (the impact times first), whose solutions are a curve."""
 
-    Of one that tells no more than its equations derivatives are taken by differences.
-    """
+    # Of one that tells no more than its equations derivatives are taken by differences.
 
     family: Family
     names: tuple[str, ...]
@@ -403,10 +402,7 @@ class Target(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What is seen of a step: the part of the curve that is gone, what happens on it, and what ends it.
-
-    That is a limit of a parameter, or something after which the walk goes on at a point beyond, or nowhere.
-    """
+    """What is seen of a step: the part of the curve gone, what happens on it, and the limit or end it meets."""
 
     segment: CurveSegment
     between: list[LocatedEvent]

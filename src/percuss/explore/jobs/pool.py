@@ -31,11 +31,9 @@ from percuss.model.checks import cores
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """The block runs to its end: Ctrl-C and SIGTERM take effect after it.
-
-    zarr writes in a thread of its own. Were its caller interrupted, that thread would go on, and might put an older
-    state of a file in the place of the one that is written at the end. Nor is a process left half started.
-    """
+    """The block runs to its end: Ctrl-C and SIGTERM take effect after it."""
+    # zarr writes in a thread of its own. Were its caller interrupted, that thread would go on, and might put an older
+    # state of a file in the place of the one that is written at the end. Nor is a process left half started.
     came: list[int] = []
     handlers = {}
     if threading.current_thread() is threading.main_thread():  # no other hears signals
@@ -61,11 +59,9 @@ _READY, _BAD_JOB, _DONE, _FAILED = "ready", "bad job", "done", "failed"
 
 
 def work(connection: Connection[Any, Any]) -> None:
-    """Answer the asking process until it is gone or kills us.
-
-    A job comes as bytes, a chunk as (number, first, last); what goes back is (word, number, …): `_READY`, `_DONE` with
-    the columns, `_BAD_JOB` or `_FAILED` with the error.
-    """
+    """Answer the asking process until it is gone or kills us."""
+    # A job is bytes, a chunk (number, first, last); back go (word, number, …): `_READY`, `_DONE`, `_BAD_JOB`,
+    # `_FAILED`.
     for which in (signal.SIGINT, signal.SIGTERM):  # Ctrl-C goes to all of a terminal, SIGTERM to all of a batch job;
         signal.signal(which, signal.SIG_IGN)  # the asking process ends us
     threading.Thread(target=_end_with_parent, daemon=True).start()

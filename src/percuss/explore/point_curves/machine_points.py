@@ -59,10 +59,7 @@ _SAME, _ROUNDING = 1e-6, 1e-11
 
 @dataclass(frozen=True)
 class MachinePoints(Problem):
-    """All cycles of an order of events over two parameters for which a number vanishes: `kind` is what they are.
-
-    `test` is the name of a test of the order of events; `pair` a multiplier on the unit circle.
-    """
+    """All cycles of an order of events over two parameters at which a test of it, or a pair on the circle, vanishes."""
 
     base: MachineCurve
     kind: BranchEvent

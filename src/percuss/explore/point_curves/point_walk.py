@@ -148,10 +148,9 @@ _VANISHED = 1e-6  # of the longest row: a row that is 0 has no length of its own
 
 @dataclass(frozen=True)
 class Multiplier(Condition):
-    """A multiplier ξ = 1, a fold, or −1, a flip.
+    """A multiplier ξ = 1, a fold, or −1, a flip."""
 
-    `border` is the left and the right singular vector of K(ξ) with its rows taken by their lengths, and these.
-    """
+    # `border`: singular vectors of K(ξ) with its rows taken by their lengths, and these.
 
     xi: float
     border: tuple[Array, Array, Array]
@@ -296,11 +295,9 @@ _FOLLOW = {BranchEvent.WITH_FOLD, BranchEvent.WITH_FLIP, BranchEvent.RESONANCE_1
 
 
 def without_what_follows(found: list[LocatedEvent], condition: Condition, alike: float) -> list[LocatedEvent]:
-    """What happens, a resonant grazing as one thing, and corners without what jumps there; places may be `alike`.
-
-    At a resonant grazing K(ξ) is singular for every ξ, and so for 1 and −1, which says no more. On a curve of folds or
-    flips it is seen as an impact without speed.
-    """
+    """What happens, a resonant grazing as one thing, and corners without what jumps there; places may be `alike`."""
+    # At a resonant grazing K(ξ) is singular for every ξ, and so for 1 and −1, which says no more. On a curve of folds
+    # or flips it is seen as an impact without speed.
     grazing = isinstance(condition, Death | Touch)
     sign = BranchEvent.RESONANT_GRAZING if grazing else BranchEvent.WITH_DEATH
     for one in [one for one in found if one.kind is sign]:
@@ -446,11 +443,9 @@ def double(orbit: PeriodicOrbit, condition: Multiplier) -> float:
 
 
 def growing(orbit: PeriodicOrbit) -> float:
-    """What the greatest multiplier times the speed of an impact tends to as that goes to 0.
-
-    det(ξ − W) times the speeds is a polynomial of degree 2N + 2 in ξ; where an impact has no speed its first
-    coefficient vanishes, and the second is this number, up to a factor that does not change its sign.
-    """
+    """What the greatest multiplier times the speed of an impact tends to as that goes to 0."""
+    # det(ξ − W) times the speeds is a polynomial of degree 2N + 2 in ξ; where an impact has no speed its first
+    # coefficient vanishes, and the second is this number, up to a factor that does not change its sign.
 
     def scaled(xi: float) -> float:
         rest = float(np.prod(orbit.modal_determinants(xi).real / xi**2))
@@ -590,10 +585,8 @@ class PointWalk(Walk):
         return Look(segment, found, target.limit)
 
     def _other_touch(self, one: LocatedEvent) -> CurvePoint | None:
-        """Where the ringing of a flight touches in two places, the other one, with the way on which this one is lost.
-
-        Beyond, the other touch is what ends motions: this one would come back to it after a loop of none.
-        """
+        """The other place at which the ringing of a flight touches, with the way on which this one is lost."""
+        # Beyond, the other touch is what ends motions: this one would come back to it after a loop of none.
         condition, x = self.curve.condition, one.point.x
         if not (isinstance(condition, Touch) and self.curve.modes):
             return None

@@ -46,11 +46,9 @@ class FallingPush:
         return ((2.0 + left) / (1.0 + 2.0 * left)) ** 2 / left if left > 0.0 else math.inf
 
     def excess(self, q: float) -> float:
-        """By how much q exceeds c, told so that an impact multiplies it by `growth`, however large it is; R > 0.
-
-        The limit of growthⁿ (q₋ₙ − c), q₋ₙ ≥ 0 what q was n impacts before (G. Koenigs, Ann. Sci. Éc. Norm. Sup. (3) 1
-        (1884) Suppl. 3–41).
-        """
+        """By how much q exceeds c, told so that an impact multiplies it by `growth`, however large it is; R > 0."""
+        # The limit of growthⁿ (q₋ₙ − c), q₋ₙ ≥ 0 what q was n impacts before (G. Koenigs, Ann. Sci. Éc. Norm. Sup. (3)
+        # 1 (1884) Suppl. 3–41).
         r, c, factor = self.restitution, self.critical, 1.0
         for _ in range(_MOST):
             if abs(q - c) <= _NEAR * c:

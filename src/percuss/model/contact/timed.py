@@ -129,11 +129,9 @@ class Timed:
         return self._momentum(d) * (finite("velocity", velocity) - self.arm * finite("force", force))
 
     def _momentum(self, d: float) -> float:
-        """(1 + R)(1 + δ), with what the drag changes during the contact, when the bar is slower than before and after.
-
-        External damping lets every wave fade by exp(−dt/2). To first order a uniform bar on a rod or a wall has
-        δ = (1 + R) d t_J/4, which stands for others, too.
-        """
+        """(1 + R)(1 + δ), with what the drag changes during the contact, when the bar is slow."""
+        # External damping lets every wave fade by exp(−dt/2). To first order a uniform bar on a rod or a wall has δ =
+        # (1 + R) d t_J/4, which stands for others, too.
         momentum = 1.0 + self.restitution
         return momentum * (1.0 + 0.25 * momentum * non_negative("d", d) * self.force_centroid)
 

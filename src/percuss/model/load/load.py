@@ -450,11 +450,9 @@ _ROUNDING = 1e-13  # beside the greatest value, a coefficient this small is none
 def coefficients_of(
     function: Callable[[Array], object], harmonics: int | None, tolerance: float, most: int
 ) -> tuple[ComplexArray, float]:
-    """p_0 … p_K of a function with period 2π, K at most `most`, and how far their sum is from it.
-
-    Arrays of phases are tried first, single numbers else. The tolerance is looked for at four times as many phases as
-    are sampled, at 32768 or more that lie between those by an irrational share, and at twice as many elsewhere.
-    """
+    """p_0 … p_K of a function with period 2π, K at most `most`, and how far their sum is from it."""
+    # Arrays of phases are tried first, single numbers else. The tolerance is looked for at four times as many phases as
+    # are sampled, at 32768 or more that lie between those by an irrational share, and at twice as many elsewhere.
     if not callable(function):
         raise ParameterError("function", function, "a function of the load phase in radians")
     wanted = positive("tolerance", tolerance)

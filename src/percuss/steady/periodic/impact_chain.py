@@ -198,12 +198,10 @@ class ImpactChain:
         return self.system.body.is_free and abs(1.0 - kept) < _NEUTRAL
 
     def passage(self, times: Array, rebound: float | None = None, side: Side = "right") -> Passage:
-        """The motion through impacts at times in order, t_p < t_1 + T; shape (p,).
-
-        `rebound` is the rigid velocity just after the first impact; None for that which comes back after a cycle, or
-        where none or every one does, for that which brings the striking end back to the wall best. `side`: which value
-        of the load counts where it jumps at an impact.
-        """
+        """The motion through impacts at times in order, t_p < t_1 + T; shape (p,)."""
+        # `rebound` is the rigid velocity just after the first impact; None for that which comes back after a cycle, or
+        # where none or every one does, for that which brings the striking end back to the wall best. `side`: which
+        # value of the load counts where it jumps at an impact.
         numbers = numbers_of(self.system, self.modes)
         room, kind = numbers.room(self.impacts), _GIVEN
         if rebound is None:

@@ -336,12 +336,10 @@ class _Enclosed(NamedTuple):
 
 
 def proved_pairs(system: System, periods: int, turn: float) -> Array | None:
-    """The times t_1 and t_2 of all pairs of impacts that solve the equations, each once, to 1e-9; shape (K, 2).
-
-    None where that is not proved: where a root is degenerate, as at a fold or at a step of the load, where the rigid
-    velocity does not follow from the times (R = 1 without drag), where it would take millions of boxes, and of a body
-    that is held. `turn` is after how long the load repeats.
-    """
+    """The times t_1 and t_2 of all pairs of impacts that solve the equations, each once, to 1e-9; shape (K, 2)."""
+    # None where that is not proved: where a root is degenerate, as at a fold or at a step of the load, where the rigid
+    # velocity does not follow from the times (R = 1 without drag), where it would take millions of boxes, and of a body
+    # that is held. `turn` is after how long the load repeats.
     if not system.body.is_free:
         return None
     equations = PairEquations(system, periods)

@@ -92,11 +92,9 @@ def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> I
 
 
 def sought_blows(time: Array, force: Array, blows: Array, drag: float, factor: float) -> Array | None:
-    """The times of blows near given ones whose velocity is multiplied by a known factor, −R, or None.
-
-    The first and the last of them stay where they are. With n flights there are 2n conditions, that each ends at the
-    wall and begins with the rebound of the one before it, for the n − 1 other times and the n + 1 speeds.
-    """
+    """The times of blows near given ones whose velocity is multiplied by a known factor, −R, or None; ends stay."""
+    # With n flights 2n conditions, each ends at the wall and begins with the rebound before it, for n − 1 times and n +
+    # 1 speeds.
     through, n = _Through(time, force, drag), blows.size - 1
     found, period = blows.astype(float).copy(), float(np.mean(np.diff(blows)))
     motion = implied_by_record(time, force, blows, drag)
@@ -354,11 +352,9 @@ def recorded_cycles(
     levels: Levels,
     added: float = 0.0,
 ) -> Cycles | None:
-    """The cycles of the record that the load of a system was made from, or None where there are too few.
-
-    `phases` are the load's (rad) at the samples, `rate` what goes by of it in a unit of time of the result; `phase` and
-    `edges` are of the mean cycle: at its blow, and after that; `added` is added to the load.
-    """
+    """The cycles of the record that the load of a system was made from, or None where there are too few."""
+    # `phases` are the load's (rad) at the samples, `rate` what goes by of it in a unit of time of the result; `phase`
+    # and `edges` are of the mean cycle: at its blow, and after that; `added` is added to the load.
     load = system.load
     frequency = (phases[-1] - phases[0]) / (2.0 * np.pi * (record.time[-1] - record.time[0]))
     seconds = system.time_scale if system.is_si else 1.0 / (2.0 * np.pi * frequency)

@@ -249,12 +249,10 @@ class WallTouch(NamedTuple):
 
 
 def first_contact(leg: ReleasedFlight, begin: float, end: float) -> WallTouch | None:
-    """The first time in [begin, end) at which the striking end reaches the wall; None when there is none.
-
-    Cells are dropped only where y + |y'| h + sup|y''| h²/2 < 0 at their middles; the first that is left has a contact
-    when y' exceeds what sup|y''| can take back within twice its width, and y then grows beyond 0. Times are since the
-    start of the leg; the gap at `begin` is negative, or 0 and falling.
-    """
+    """The first time in [begin, end) at which the striking end reaches the wall; None when there is none."""
+    # Cells are dropped only where y + |y'| h + sup|y''| h²/2 < 0 at their middles; the first that is left has a contact
+    # when y' exceeds what sup|y''| can take back within twice its width, and y then grows beyond 0. Times are since the
+    # start of the leg; the gap at `begin` is negative, or 0 and falling.
     low, width = begin, _first_window(leg, begin)
     while low < end:
         wide = min(width, end - low)
@@ -339,10 +337,7 @@ _SAME = 1e-9  # phases nearer than this are one
 
 
 def release_phases(load: Load) -> Array:
-    """The phases in [0, 2π) at which the load begins to pull, increasing; empty where it never pulls, or always.
-
-    Of steps those breaks at which the force jumps below 0. A load that touches 0 from above does not pull.
-    """
+    """The phases in [0, 2π) at which the load begins to pull, increasing; of steps those at which it jumps below 0."""
     if load.is_piecewise:
         values, breaks = np.asarray(load.values), np.asarray(load.breaks)
         return np.asarray(np.sort(on_circle(breaks[(values < 0.0) & (np.roll(values, 1) >= 0.0)])))
@@ -410,13 +405,11 @@ class RestPath:
 
 
 def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
-    """How long until the impacts after this one have piled up; None where that is not certain, or not known.
-
-    Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to
-    T = 2w/((1 − R)P), and to first order in j and d to T(1 − dT/6 − jT/(3P)). What changes the acceleration otherwise,
-    the elastic modes above all, is part of what is not known; of one mode, y'' = P − d y' − ω² y, only the second order
-    in time. `factor` is −R, by which the law multiplies velocities, between −1 and 0.
-    """
+    """How long until the impacts after this one have piled up; None where that is not certain, or not known."""
+    # Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to T =
+    # 2w/((1 − R)P), and to first order in j and d to T(1 − dT/6 − jT/(3P)). What changes the acceleration otherwise,
+    # the elastic modes above all, is part of what is not known; of one mode, y'' = P − d y' − ω² y, only the second
+    # order in time. `factor` is −R, by which the law multiplies velocities, between −1 and 0.
     swing, w, free, k = leg.swing, -leg.start.rate, leg.swing.system.body.is_free, leg.swing.harmonics
     d = swing.system.d if free else float(swing.known.damping[0])
     push = leg.acceleration - d * w

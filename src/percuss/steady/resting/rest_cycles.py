@@ -16,14 +16,7 @@ from percuss.model.load import Side
 from percuss.model.system import set_at_wall
 from percuss.steady.flight import Energy, Stretch, damped, deepest
 from percuss.steady.multipliers import FoundMotions, Multipliers, Repeating
-from percuss.steady.resting.flight_chain import (
-    GapState,
-    RestPath,
-    RestSearch,
-    Swing,
-    release_phases,
-    time_to_release,
-)
+from percuss.steady.resting.flight_chain import GapState, RestPath, RestSearch, Swing, release_phases, time_to_release
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 

@@ -51,10 +51,8 @@ class _Family:
         return np.asarray((k == times * self.k) & (m == times * self.m))
 
     def at(self, phase: Array, s: float, d: float) -> Array:
-        """What a unit jump at phase 0 adds: s/(πk) Re Σ exp(irX)/(r(rκ − id/2)), r = 1, 3, …; X = k·phase + π/2.
-
-        The sum w obeys κw' + wd/2 = −(π/4) sgn sin X and changes its sign with X → X + π.
-        """
+        """What a unit jump at phase 0 adds: s/(πk) Re Σ exp(irX)/(r(rκ − id/2)), r = 1, 3, …; X = k·phase + π/2."""
+        # The sum w obeys κw' + wd/2 = −(π/4) sgn sin X and changes its sign with X → X + π.
         x = np.mod(math.copysign(1.0, self.off) * (self.k * phase + 0.5 * math.pi), TURN)
         sign = np.where(x < math.pi, 1.0, -1.0) * math.copysign(1.0, self.off)
         x, off = np.mod(x, math.pi), abs(self.off)
@@ -195,16 +193,14 @@ _LOOKS = 1 << 16  # the least number of places around the circle for the smooth 
 
 
 def least_contact_force(load: Load, s: float, d: float) -> tuple[float, float]:
-    """The least contact force over the load period, and the load phase where it is.
-
-    Right to about 1e-6 of a jump, or of the force where that is more, when all fronts can be followed. Where more than
-    about half a million are alive (d below 2e-5 times the square of the number of jumps) they are followed with a
-    greater damping, and the harmonics near resonance are mended in closed form. Resonant ringing is then right to one
-    or two jumps, however large it is. Waves too fine for a table, up to 10⁹ quarter waves in the bar, are taken off
-    with all their amplitudes: the force is mostly told too low, by up to about two jumps (by up to half a jump too
-    high at s < 0.1). Without damping the waves have no finite sum for nearly any s; those up to 10⁹ are what is told,
-    and none of the load's harmonics may be one of the resting bar's frequencies.
-    """
+    """The least contact force over the load period, and the load phase where it is."""
+    # Right to about 1e-6 of a jump, or of the force where that is more, when all fronts can be followed. Where more
+    # than about half a million are alive (d below 2e-5 times the square of the number of jumps) they are followed with
+    # a greater damping, and the harmonics near resonance are mended in closed form. Resonant ringing is then right to
+    # one or two jumps, however large it is. Waves too fine for a table, up to 10⁹ quarter waves in the bar, are taken
+    # off with all their amplitudes: the force is mostly told too low, by up to about two jumps (by up to half a jump
+    # too high at s < 0.1). Without damping the waves have no finite sum for nearly any s; those up to 10⁹ are what is
+    # told, and none of the load's harmonics may be one of the resting bar's frequencies.
     jumps = load.jumps
     places, sizes = np.array([jump.phase for jump in jumps]), np.array([jump.after - jump.before for jump in jumps])
     living = max(d, _DEAD * len(jumps) ** 2 / (math.pi * _MOST_FRONTS))

@@ -141,10 +141,7 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
 
 
 class _Blank:
-    """The piston on its way without a tool; x is its distance behind the place of the blow.
-
-    The cushion is two more states, on the way in and on the way out, with a guard each.
-    """
+    """The piston on its way without a tool, x behind the place of the blow; the cushion is a state on either way."""
 
     def __init__(self, piston: Piston, cushion: Cushion | None, valve: Switching, speed: float) -> None:
         self.piston, self.cushion, self.valve = piston, cushion, valve

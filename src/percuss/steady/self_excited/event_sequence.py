@@ -93,10 +93,8 @@ Watched = tuple[ModalFlight, Regions, list[int]]
 
 
 def watched(machine: Machine, flow: StateFlow, flight: ValveFlight, wall: bool = True) -> list[Watched]:
-    """The regions that mean something when entered: beyond the wall, no pressure, and ports that demand another state.
-
-    Those of speeds are looked at in the flight of the velocities, apart from the others.
-    """
+    """The regions that mean something: beyond the wall, no pressure, and ports that demand another state."""
+    # Those of speeds are looked at in the flight of the velocities, apart from the others.
     modes, rows, levels, drifts, which = flow.modes, [], [], [], []
     if wall:
         rows, levels, drifts, which = [modes.end], [0.0], [0.0], [-1]
@@ -361,19 +359,14 @@ _QUARTER = 0.3  # of the time in which a chamber turns a released machine round,
 
 
 def hold_after_release(machine: Machine, modes: MachineModes) -> tuple[float, float]:
-    """How long no contact is looked for when a bar leaves the wall at rest: at least, and while the valve pulls.
-
-    The striking end of finitely many modes moves at once, not after the time of a wave.
-    """
+    """How long no contact is looked for when a bar leaves the wall at rest: at least, and while the valve pulls."""
+    # The striking end of finitely many modes moves at once, not after the time of a wave.
     slowest, wave = float(modes.omega[0]), (1.0 + 0.5 / max(modes.size, 1)) * machine.body.transit_time
     return wave, np.inf if slowest == 0.0 else max(wave, _QUARTER / slowest)
 
 
 def chatter_left(machine: Machine, flow: StateFlow, bar: Array, pressure: float) -> tuple[float, float]:
-    """How long the chatter of a bar that has just struck goes on, and the error of that, as far as it is known.
-
-    Infinite where it is none.
-    """
+    """How long the chatter of a bar that has just struck goes on, with the error of that; infinite where it is none."""
     end, R = flow.modes.end, -machine.contact.velocity_factor
     force, drag = flow.force(bar[:, 0], pressure), float(flow.modes.damping[0])
     acceleration, rebound = flow.rates(bar, pressure)[0][:, 1], -float(end @ bar[:, 1])
@@ -476,10 +469,8 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
 
 
 def _laid(valve: Valve, rhythm: Rhythm, events: list[SequenceEvent]) -> tuple[SequenceEvent, ...] | None:
-    """The events, with where the bar lies on the wall: for as long as the valve presses.
-
-    None where the valve does not, and the end of the chatter lets go: when that is the times of the blows do not tell.
-    """
+    """The events, with where the bar lies on the wall for as long as the valve presses; None where it does not."""
+    # When the end of a chatter lets go is not told by the times of the blows.
     if not rhythm.lying and not rhythm.sticking:
         return tuple(events)
     guarded = [i for i, event in enumerate(events) if event.kind != "due"]

@@ -41,10 +41,8 @@ class RigidCycles:
 def rigid_cycles(
     machines: Sequence[Machine], rooms: Sequence[float | None] | None = None, *, starts: bool = False
 ) -> RigidCycles:
-    """What `self_excited_motion` tells of each of these machines with a rigid piston, without the flights.
-
-    They have the same number of states, and of ports, each; `rooms`: how far behind the wall each can go.
-    """
+    """What `self_excited_motion` tells of each of these machines with a rigid piston, without the flights."""
+    # All have as many states and ports; `rooms`: how far behind the wall each can go.
     ensure_cache()
     from percuss.steady.self_excited import cycle_kernels as kn  # only here is the compiler needed
 

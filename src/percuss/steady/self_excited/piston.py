@@ -27,10 +27,7 @@ _MOST_ROOM = 400  # a leg has no more events
 
 @dataclass(frozen=True)
 class BlowToBlow:
-    """From just after one blow to just after the next one, or to where nothing follows.
-
-    `ending` is one of `piston_kernels`; `rebound` is that of the blow at its end, None without one.
-    """
+    """From just after one blow to the next, or to where nothing follows, the `ending` one of `piston_kernels`."""
 
     ending: int
     duration: float
@@ -175,10 +172,7 @@ _LAST = 4  # rebounds
 
 @dataclass(frozen=True)
 class Lost:
-    """What the last blows of a piston without a cycle tell of it, by `piston_kernels`, and its last leg.
-
-    `started`: the last leg is the first one.
-    """
+    """What the last blows of a piston without a cycle tell, and its last leg; `started`: that is the first one."""
 
     why: int
     leg: BlowToBlow
@@ -226,10 +220,7 @@ class _Search:
 
 
 def cycle_near(machine: Machine, rebound: Rebound, blows: int, *, close: bool = False) -> ValveCycle | None:
-    """The cycle of so many blows to which Newton's method leads from a rebound near it, or None.
-
-    With `close` the rebound is so near it that the steps soon get shorter.
-    """
+    """The cycle of so many blows to which Newton's method leads from a rebound near it (how near: `close`), or None."""
     search = _Search(Piston(machine), 0, _room(rebound))
     return search.near(search.set_out(rebound), blows, kn.CLOSELY if close else kn.SHRINKING)
 
@@ -239,10 +230,7 @@ def _room(rebound: Rebound) -> int:
 
 
 def settled(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
-    """The cycle in which a fast start ends, and without one what the fastest start that tells ends in.
-
-    The last: whether a demand replaced an order in the cycle.
-    """
+    """The cycle of a fast start, or else of the fastest that tells; and whether a demand replaced an order in it."""
     look()
     piston, room, why, part = Piston(machine), _ROOM, kn.UNKNOWN, 1.0
     while why == kn.UNKNOWN and room <= _MOST_ROOM:

@@ -211,10 +211,9 @@ class Step(NamedTuple):
 
 
 def followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
-    """The steps of a cycle, and the valve at its end; the source of an order that it began with is that order's number.
-
-    A source is the number of an event among ports and blows, the port that demanded, and whether it was before.
-    """
+    """The steps of a cycle, and the valve at its end."""
+    # A source: number of the event among ports and blows, the port that demanded, whether before; of orders from
+    # before: that of the order.
     steps: list[Step] = []
     now = Switching(valve, rhythm.state, rhythm.orders)
     now.sources = {order: (i, -1, True) for i, order in enumerate(rhythm.orders.pending)}

@@ -133,11 +133,7 @@ class Obstacle(Enum):
         "the blows differ from each other, and repeat after a few of them",
         "damp the elastic modes, or lower the restitution",
     )
-    IRREGULAR = (
-        "irregular",
-        "the blows do not repeat",
-        "shorten the delays, or lower the restitution",
-    )
+    IRREGULAR = ("irregular", "the blows do not repeat", "shorten the delays, or lower the restitution")
 
 
 class Reasoned(TypedDict, total=False):

@@ -36,10 +36,7 @@ _LONGEST = 16.0  # flights without an event, in periods of the rigid piston
 
 
 class Laid(NamedTuple):
-    """When the last blow before a rest was, after some change of the valve, and how many flights and events before.
-
-    `losses`: how many times the bar has lain down, this one counted.
-    """
+    """When the last blow before a rest was, flights and events before; `losses`: how often the bar has lain down."""
 
     time: float
     flights: int
@@ -182,11 +179,9 @@ class Following:
             self._rest(wait)
 
     def _to_rest(self) -> float | None:
-        """After what time a bar that has just struck lies on the wall; None where it flies.
-
-        As in a simulation: at once where the end has no speed and nothing takes it off the wall, or where the valve
-        holds it, and at the end of a chatter where what is left of it is short and known.
-        """
+        """After what time a bar that has just struck lies on the wall; None where it flies."""
+        # As in a simulation: at once where the end has no speed and nothing takes it off the wall, or where the valve
+        # holds it, and at the end of a chatter where what is left of it is short and known.
         machine, end, now = self.machine, self.modes.end, self.now
         force, R = self.force, -machine.contact.velocity_factor
         push = float(end @ self.flow.rates(now, self.pressure)[0][:, 1])
@@ -231,10 +226,7 @@ class Following:
             self._rest(wait)
 
     def _rest(self, wait: float) -> None:
-        """Lies on the wall, after the end of its chatter, until the valve pulls, and leaves it undeformed.
-
-        No contact is looked for at first: see `hold_after_release`.
-        """
+        """Lies on the wall until the valve pulls, and leaves it undeformed; contacts: see `hold_after_release`."""
         since = self.rests[-1].events if self.rests else 0
         if any(kind == "valve" for _, kind, _ in self.events[since:]):
             self.rests.append(Laid(self.time, len(self.flights), len(self.events), len(self.losses) + 1))
@@ -399,10 +391,7 @@ class Settled(NamedTuple):
 
 
 def settled_from(machine: Machine, count: int, rhythm: Rhythm | None, start: Rebound | None, period: float) -> Settled:
-    """The cycle near a rhythm where it is stable; else where the motion ends that begins with a rebound, if any.
-
-    Of a cycle it is looked, apart from the proof of each of its flights, whether it keeps before the wall.
-    """
+    """The stable cycle near a rhythm, its flights not proved; else where the motion from a rebound, if any, ends."""
     found = _settled(machine, count, rhythm, start, period)
     sound = found.cycle is None or found.cycle.keeps_before_the_wall
     return found if sound else found._replace(cycle=None)
@@ -447,10 +436,7 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
 
 
 def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
-    """The cycle with one blow of a machine that differs little from the one that has the given cycle.
-
-    Its events may come in another order: then it is that of the first blows.
-    """
+    """The cycle of one blow of a machine little different from that of a given cycle; events may change places."""
     found = solved(machine, cycle.modes, cycle.rhythm)
     if found is not None:
         return found

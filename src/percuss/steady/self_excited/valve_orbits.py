@@ -81,10 +81,9 @@ def valve_orbits(
 
 
 def valve_rest_cycles(machine: Machine, rest: str, valve_cycles: int = 1, *, modes: int = 32) -> FoundOrbits:
-    """The cycles of a machine in which it rests on the wall, of the label chatter/n or rest/n: `rest` is the word.
-
-    A bar at rest has forgotten what was before, so that there is one at most for each state in which the valve lets go.
-    """
+    """The cycles of a machine in which it rests on the wall, of the label chatter/n or rest/n: `rest` is the word."""
+    # A bar at rest has forgotten what was before, so that there is one at most for each state in which the valve lets
+    # go.
     kept, wanted = count("modes", modes, least=0, most=_MOST_MODES), count("periods", valve_cycles, most=MOST_PERIODS)
     every = rest_cycles_of(instance("machine", machine, Machine), kept)
     found = tuple(cycle for cycle in every if cycle.label == f"{rest}/{wanted}")

@@ -356,12 +356,10 @@ def branch_frames(
     cycles: int = 1,
     **sizes: Any,
 ) -> Frames:
-    """Whole cycles of a motion at another value of a parameter, simulated once and told again and again.
-
-    `at`: times near those of the impacts of the orbit (rad, increasing), or a phase near that at which a cycle with
-    rest leaves the wall. So an unstable orbit stays what it is. The motion is in the header, and the load over its
-    period in ``load``.
-    """
+    """Whole cycles of a motion at another value of a parameter, simulated once and told again and again."""
+    # `at`: times near those of the impacts of the orbit (rad, increasing), or a phase near that at which a cycle with
+    # rest leaves the wall. So an unstable orbit stays what it is. The motion is in the header, and the load over its
+    # period in ``load``.
     system = CaseFamily(case, {name: unit} if unit else {}).system({name: value})
     found: PeriodicOrbit | RestCycle | None
     if isinstance(at, int | float):

@@ -44,13 +44,11 @@ _IN_SI = (
 def quick_dict(
     case: Case, periods: int = 1, curve: int = 0, modes: int = 32, multipliers: bool = False
 ) -> dict[str, Any]:
-    """All steady motions of a case with one impact in `periods` load periods, as far as a few milliseconds go.
-
-    What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
-    the rest agrees with it, to rounding. Under a law of blows that take time `phase` is that of the force's centroid,
-    as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has. `curve` is
-    the number of samples of v_f and p over a period; all `multipliers` take the longest.
-    """
+    """All steady motions of a case with one impact in `periods` load periods, as far as a few milliseconds go."""
+    # What needs a proof or an integral (admissible, violation, energy, stroke, efficiency) is left to `steady_answer`;
+    # the rest agrees with it, to rounding. Under a law of blows that take time `phase` is that of the force's centroid,
+    # as there, and `blow` says in lines what the law makes of the motion, `blow_alone` of those it alone has. `curve`
+    # is the number of samples of v_f and p over a period; all `multipliers` take the longest.
     system, law = case.system(), case.timed_law()
     timed = None if law is None else timed_period(system, law, periods, None)
     states = steady_states(system, periods) if timed is None else timed.states.b77
