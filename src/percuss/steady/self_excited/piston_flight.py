@@ -28,20 +28,15 @@ EDGE, WAY, READS, DEMANDED, DELAY = range(5)
 """Rows of the ports: the place or the speed of each, its direction (0: the blow demands), whether it is a speed, its
 state, and its delay."""
 
-STIFFNESS, DRAG, FACTOR = range(3)
-"""The law of a piston: of its chamber, drag and contact."""
+STIFFNESS, DRAG, FACTOR = range(3)  # the law of a piston: of its chamber, drag and contact
 
 NO_PORTS: list[list[float]] = [[], [], []]
 
-Rows = Any
-"""A table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there."""
+Rows = Any  # a table of numbers: an array where it is compiled, lists where it is interpreted, which are quicker there
 
 
 class PistonFlight(NamedTuple):
-    """From the distance x behind the wall with the velocity v away from it; `push` is a, the acceleration at the wall.
-
-    `stiffness` and `drag` are κ and d.
-    """
+    """From x behind the wall with the velocity v away from it; `push` is a at the wall, `stiffness` κ, `drag` d."""
 
     push: float
     stiffness: float
@@ -149,11 +144,10 @@ def nearest_place(ports: Rows, reads: int, here: float, last: float, way: int) -
 
 
 def first_crossing(flight: PistonFlight, ports: Rows, until: float) -> tuple[float, float, int, int]:
-    """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none.
-
-    The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the flight
-    starts, is not passed. The last: whether it is a speed that is passed, which moves as places do, without a push.
-    """
+    """Time, place and direction of the first passage of the wall or of a port; direction 0 when there is none."""
+    # The wall is passed towards it, −1, a port in its own direction. A place that is only touched, or at which the
+    # flight starts, is not passed. The last: whether it is a speed that is passed, which moves as places do, without a
+    # push.
     time, place, way = first_passage(flight, ports, 0, until)
     for j in range(len(ports[READS])):
         if ports[READS][j] != 0.0:
@@ -187,27 +181,29 @@ def time_at(flight: PistonFlight, place: float, way: int, number: int, start: fl
         speed = way * math.sqrt(max(0.0, flight.v * flight.v + 2.0 * flight.push * (place - flight.x)))
         return 2.0 * (place - flight.x) / (flight.v + speed) if number == 0 else (speed - flight.v) / flight.push
     x, v = at(flight, start)
-    far, force = abs(place - x), way * (flight.push - flight.stiffness * x - flight.drag * v)
-    root = v * v + 2.0 * force * far
-    mean = 0.5 * (abs(v) + math.sqrt(root)) if root > 0.0 else abs(v)  # nearly, and just so under a constant force
-    low, high, t = start, math.inf, min(start + max(far / mean if mean > 0.0 else 0.0, SHORTEST), stop)
+    far, force = abs(place - x), abs(flight.push - flight.stiffness * x)
+    step = min(far / abs(v) if v != 0.0 else math.inf, math.sqrt(far / force) if force != 0.0 else math.inf)
+    step = max(step, SHORTEST)
+    low, high = start, min(start + step, stop)  # the end may be far beyond the passage: a soft spring swings slowly
+    while way * (at(flight, high)[0] - place) <= 0.0:
+        if high >= stop:  # passed within rounding of the end
+            return stop
+        step *= 2.0
+        low, high = high, min(start + step, stop)
+    t = 0.5 * (low + high)
     for _ in range(STEPS):
         now, speed = at(flight, t)
         beyond = way * (now - place)
         if beyond == 0.0:
             return t
-        if beyond > 0.0:
-            high = t
-        elif t >= stop:  # passed within rounding of the end
-            return stop
-        else:
+        if beyond < 0.0:
             low = t
-        most = min(high, start + 2.0 * (t - start), stop)  # the end may be far beyond: a soft spring swings slowly
+        else:
+            high = t
         following = t - beyond / (way * speed) if way * speed > 0.0 else low
-        if not low < following < most:
-            following = most if high == math.inf else 0.5 * (low + high)
-        bent = 0.5 * abs(flight.push - flight.stiffness * now - flight.drag * speed) * (following - t) ** 2
-        if bent <= EPS * t * abs(speed) or not low < following < high:  # the step after this one
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        if abs(following - t) <= 2.0 * EPS * t or not low < following < high:
             return following
         t = following
     return t
