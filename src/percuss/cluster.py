@@ -22,17 +22,9 @@ from percuss.explore.jobs.archive_layout import versions
 from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import Chunk, packed
 
-__all__ = ["Cluster", "pool"]
-
-_RECOUNT = 5.0
-"""Seconds between two counts of the workers."""
-
-_FETCH = 1.0
-"""Seconds to wait for the numbers of a chunk that is done, before looking after the others."""
-
-_LONELY = 60.0
-"""Seconds without any worker after which nothing is expected any more."""
-
+_RECOUNT = 5.0  # seconds between two counts of the workers
+_FETCH = 1.0  # seconds to wait for the numbers of a chunk that is done, before looking after the others
+_LONELY = 60.0  # seconds without any worker after which nothing is expected any more
 _CHECK = (
     "check the address, that a firewall lets its port through, that 'dask scheduler' runs there, and that the versions "
     "of Python, dask and percuss are the same on all machines"

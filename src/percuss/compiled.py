@@ -263,8 +263,7 @@ _INNER: dict[str, Any] = {
 }  # fmt: skip
 _SUMS = {"reassoc", "contract", "nsz"}
 
-inner: Callable[[Any], Any] = _compile(**_INNER)
-"""Compile a function that only compiled functions call."""
+inner: Callable[[Any], Any] = _compile(**_INNER)  # compile a function that only compiled functions call
 
 inlined: Callable[[Any], Any] = _compile(**(_INNER | {"forceinline": True}))
 """Compile a function that is copied into those that call it: records of arrays are costly to pass."""
@@ -278,11 +277,8 @@ inlined_sums: Callable[[Any], Any] = _compile(**(_INNER | {"fastmath": _SUMS, "f
 
 
 def entry(function: Callable[..., Any]) -> Any:
-    """Compile a function that Python calls, cached for as long as none of its sources changes.
-
-    By itself numba looks at the date of the function's own file, and would go on using machine code that has an older
-    version of a function of another file in it.
-    """
+    """Compile a function that Python calls, cached for as long as none of its sources changes."""
+    # By itself numba looks at the date of the function's own file only, not at what it calls.
     dispatcher = _compile(cache=True, no_cfunc_wrapper=True, **_COMMON, **_WHOLE)(function)
     if not hasattr(dispatcher, "_cache"):  # the compiler is switched off
         return dispatcher
@@ -316,17 +312,14 @@ def twin(function: Any) -> Any:
     return _TWINS[function]
 
 
-_ROOM = "kernels"
-"""Name of a folder of compiled functions."""
+_ROOM = "kernels"  # name of a folder of compiled functions
 
 
 @cache
 def sources_digest(own: Path) -> str:
-    """SHA-256 of the sources that a compiled function may consist of.
-
-    Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` and `*_flight.py`
-    beside it, the flow, and the room of the simulation. And this file, for all.
-    """
+    """SHA-256 of the sources that a compiled function may consist of."""
+    # Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` and `*_flight.py`
+    # beside it, the flow, and the room of the simulation. And this file, for all.
     here = Path(__file__)
     if own.parent.name == _ROOM:
         sources = [*own.parent.glob("*.py")]

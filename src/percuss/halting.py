@@ -14,8 +14,6 @@ from typing import TypeVar
 
 from percuss.errors import Interrupted
 
-__all__ = ["halting", "interruptible", "look", "on_threads"]
-
 Answer = TypeVar("Answer")
 Item = TypeVar("Item")
 

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from percuss.errors import PercussError
 
-__all__ = ["ensure_cache"]
-
 _KERNELS = (
     "blow/kernels",
     "mechanics",

@@ -14,23 +14,6 @@ import re
 from dataclasses import asdict, dataclass
 from typing import Any
 
-__all__ = [
-    "AREAS",
-    "BOTH",
-    "CYCLE",
-    "FAMILIES",
-    "KINDS",
-    "SHARES",
-    "SIGN",
-    "STABILITY",
-    "STRAIN",
-    "VERDICTS",
-    "Colour",
-    "ColourFamily",
-    "family_of",
-    "palette_dict",
-]
-
 
 @dataclass(frozen=True)
 class Colour:

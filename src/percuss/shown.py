@@ -13,10 +13,8 @@ from html import escape
 from importlib import import_module
 from typing import Any, ClassVar, Protocol, TypeVar
 
-LONG = 240
-"""Characters of a line; a result that would need more shows its summary instead, …"""
-LONGEST = 600
-"""… or, without one, is cut off here."""
+LONG = 240  # characters of a line; a result that would need more shows its summary instead, …
+LONGEST = 600  # … or, without one, is cut off here
 _SHORT = 60
 _LEFT = 'style="text-align:left"'
 _FEW = 6
@@ -102,8 +100,7 @@ def _line(value: Any) -> str:
 
 # ---- A progress bar in notebooks, for long calls whose caller gives no progress callback
 
-PATIENCE = 1.0
-"""Seconds before a bar is shown: what is done by then needs none."""
+PATIENCE = 1.0  # seconds before a bar is shown: what is done by then needs none
 _STEP = 0.2  # seconds between two pictures
 _busy: ContextVar[bool] = ContextVar("percuss_bar", default=False)  # what a long call calls itself has no bar
 

@@ -21,8 +21,6 @@ from percuss.errors import PercussError, extra_package
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["PARTS", "replaced", "synced", "whole_file", "write_dataset", "write_whole"]
-
 PARTS = ".percuss-????????????????.part"
 """Names of what is being written, for `glob`; one is left behind only by a process that was killed."""
 

@@ -18,14 +18,13 @@ from percuss.case import (
     machine_answer,
     simulation_answer,
     steady_answer,
-    structure_answer,
 )
 from percuss.case.answers.blow_answer import blow_report
 from percuss.case.answers.facts import Fact, Report, Teller, json_of, rows_of
 from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.machine_figures import CYCLE, POWER, Running
 from percuss.case.answers.simulation_answer import motion_report
-from percuss.case.answers.steady_report import steady_report, structure_report
+from percuss.case.answers.steady_report import steady_report
 
 CLOCKED = [
     "hydraulic-drifter", "heavy-drifter", "stepped-drifter", "mini-breaker", "heavy-breaker", "dth-4-inch",
@@ -84,9 +83,9 @@ def test_what_is_said_of_a_hammer_is_whole(name: str) -> None:
 
 @pytest.mark.parametrize("name", STRUCTURES)
 def test_what_is_said_of_a_structure_is_whole(name: str) -> None:
-    answer = structure_answer(load_case(name), (1, 2))
+    answer = steady_answer(load_case(name), (1, 2))
     whole(answer.to_json_dict())
-    spoken(structure_report(answer))
+    spoken(steady_report(answer))
 
 
 @pytest.mark.parametrize("name", VALVES)

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from percuss import plot
-from percuss.case import Case, branch_answer, load_case, orbits_answer, steady_answer, structure_answer
+from percuss.case import Case, branch_answer, load_case, orbits_answer, steady_answer
 from percuss.cli import main
 from percuss.errors import CaseError, ParameterError
 from percuss.explore import sweep
@@ -134,12 +134,12 @@ def test_tables_that_do_not_go_together(folder, text, old, new, key):
 
 def test_answers_of_a_structure(folder, capsys):
     case = Case.read("case.toml")
-    answer = structure_answer(case, [1, 2])
-    assert answer.runs and [len(found) for found in answer.motions] == [2, len(answer.motions[1])]
+    answer = steady_answer(case, [1, 2])
+    assert answer.running and answer.rest is None and len(answer.periods[0].orbits) == 2
     first = answer.to_json_dict()["periods"][0]
     assert first["gap"] == 0.3 and first["orbits"][0]["stable"] and first["orbits"][0]["reason"] is None
     assert first["orbits"][0]["phase"] == pytest.approx(0.36067474794776)
-    for asked in (lambda: steady_answer(case), lambda: case.blow_question()):
+    for asked in (lambda: steady_answer(case, starts=3), lambda: case.blow_question()):
         with pytest.raises((ParameterError, CaseError), match=r"held|free"):
             asked()
     for command in ("steady case.toml", "steady mass.toml", "simulate case.toml", "simulate mass.toml"):
@@ -180,18 +180,18 @@ def test_a_map_leaves_out_what_only_free_bars_have(folder):
 def test_the_picture_of_a_structure(folder, name, unit):
     assert main(["steady", name, "--periods", "1,2", "--plot", "structure.png"]) == 0
     assert (folder / "structure.png").stat().st_size > 5000
-    answer = structure_answer(Case.read(name), [1, 2])
+    answer = steady_answer(Case.read(name), [1, 2])
     load, contact, multipliers = plot.steady(answer).axes
     assert contact.get_ylabel() == f"contact from the wall [{unit}]"
-    forward = [one for motions in answer.motions for one in motions if one.orbit.impact_velocity > 0.0]
+    forward = [one for period in answer.periods for one in period.orbits if one.orbit.impact_velocity > 0.0]
     assert len(contact.get_lines()) == len(forward) + 1  # and the wall
     for line, one in zip(contact.get_lines(), forward, strict=False):
         assert not one.orbit.admissible or max(line.get_ydata()) < 1e-9
     assert len(load.get_lines()) == len(forward) + 2
     assert sum(len(found.get_offsets()) for found in multipliers.collections) <= sum(
-        one.multipliers.values.size for one in forward
+        one.stability.multipliers.values.size for one in forward
     )
-    assert len(plot.steady(answer.states[0]).axes) == 3
+    assert len(plot.steady(answer.periods[0].states).axes) == 3
 
 
 def test_words_of_a_structure(folder, capsys):

@@ -355,12 +355,16 @@ def test_the_death_of_an_impact_is_told_from_the_points_before_it() -> None:
     end = curve.corrected(curve.unknowns(death.orbit, death.value), curve.level)
     into = end.tangent if min(curve.motion(end.x + 1e-6 * end.tangent).speeds) > 0.0 else -end.tangent
     points = [curve.corrected(end.x + aside * into, into) for aside in (4e-8, 2e-8)]
-    found = dying_impact(curve, points)
+
+    def speeds(point: CurvePoint) -> np.ndarray:
+        return curve.motion(point.x).speeds
+
+    found = dying_impact(points, speeds)
     assert found is not None
     assert found.kind is BranchEvent.DEATH
     assert curve.value(found.point.x) == pytest.approx(death.value, abs=1e-11)
-    assert dying_impact(curve, points[::-1]) is None
-    assert dying_impact(curve, points[:1]) is None
+    assert dying_impact(points[::-1], speeds) is None
+    assert dying_impact(points[:1], speeds) is None
 
 
 def test_a_branch_that_a_mode_turns_to_and_fro_in_the_middle_of_a_step_has_both_folds() -> None:

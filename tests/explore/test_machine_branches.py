@@ -114,6 +114,10 @@ def test_the_doubled_branch_leads_from_flip_to_flip():
     ends = [point.value for line in branch.switched for point in line.ends]
     assert len(flips) >= 4 and sorted(ends) == pytest.approx(sorted(flips), rel=1e-10)
     assert all(point.kind is BranchEvent.HALVING for line in branch.switched for point in line.ends)
+    for flip in branch.at(BranchEvent.FLIP):
+        assert flip.side in ("greater", "smaller") and flip.criticality in ("supercritical", "subcritical")
+        stable = flip.beyond.endswith(", stable")
+        assert not stable or flip.criticality == "supercritical"
 
 
 # -- the samples ------------------------------------------------------------------------------------------------------

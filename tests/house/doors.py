@@ -126,7 +126,7 @@ MEANT = (
         "empty",
         """
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
-        case.reach_answer.names case.structure_answer.periods case.steady_answer.periods steady.level.restitution
+        case.reach_answer.names case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
         """,
     ),
@@ -419,7 +419,6 @@ class Arguments:
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
             "case.machine_*": {"case": drilling},
             "case.recorded_answer": {"case": Case.from_text(SQUARE)},
-            "case.structure_answer": {"case": Case.from_text(HELD, "held.toml"), "periods": [1], "modes": 4},
             "case.steady_answer": {"periods": [1], "modes": 4, "starts": 0},
             "units.known_dimension": {"unit": "mm"},
             "units.si": {"value": "1 mm"},

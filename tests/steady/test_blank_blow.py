@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from percuss.errors import ParameterError
 from percuss.model import Chamber, Cushion, External, Kept, Machine, Port, Supply, UniformBar, Valve
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited import BlankBlow, blank_blow
+from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
 
 
 def machine(

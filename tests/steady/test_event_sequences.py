@@ -233,6 +233,27 @@ def test_orbits_are_motions_of_the_simulator_and_none_is_missing(seed: int) -> N
             assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * max(1.0, float(np.abs(theirs).max())))
 
 
+@pytest.mark.parametrize(("modes", "pump", "cycles"), [(0, False, 1), (0, True, 2), (2, False, 2), (1, True, 1)])
+def test_orders_may_wait_longer_than_a_cycle(modes: int, pump: bool, cycles: int) -> None:
+    """With all delays whole cycles longer the cycle is the same; its multipliers are those of differences."""
+    ports = (Port("power", 1.0, "back", 0.1), Port("return", on="impact", delay=0.1))
+    valve = Valve({"return": -0.4, "power": 1.8}, ports, supply=Supply(0.7, 30.0) if pump else None)
+    machine = Machine(UniformBar(5.0, External(0.1)), valve, Reversed(0.3))
+    cycle = found(machine, modes)
+    later = tuple(replace(port, delay=port.delay + cycles * cycle.period) for port in ports)
+    waiting = [(one.time + k * cycle.period, one.to) for k in range(cycles) for one in cycle.switches]
+    rhythm = replace(cycle.rhythm, orders=replace(cycle.orders, pending=tuple(waiting)))
+    machine = machine.with_valve(replace(valve, ports=later))
+    (same,) = orbits(machine, 1, 1, modes=modes, tries=1, near={"shifted": [rhythm]}).orbits
+    assert [due for due, _ in same.orders.pending] == pytest.approx([due for due, _ in waiting])
+    assert same.period == pytest.approx(cycle.period, rel=1e-12)
+    begin = beginning(same)
+    assert landed(same, begin).numbers == pytest.approx(begin, abs=1e-9)
+    own, theirs = np.poly(same.multipliers().values), np.poly(np.linalg.eigvals(differences(same)))
+    assert own[: theirs.size] == pytest.approx(theirs, abs=1e-6 * np.abs(theirs).max())
+    assert [end.kind for end in follow(same, "restitution", (0.28, 0.32), value=0.3).ends] == [BranchEvent.LIMIT] * 2
+
+
 def test_simulated_motions_are_starts_and_a_search_ends_when_told() -> None:
     machine = late_return(0.8, 3.0, 1.0)
     seeds = orbit_seeds(machine, 2, 2, modes=0, motions=2)

@@ -5,8 +5,8 @@ import pytest
 
 from percuss.model import Chamber, External, KelvinVoigt, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited import Obstacle
 from percuss.steady.self_excited.many_pistons import rigid_cycles
+from percuss.steady.self_excited.self_switching import Obstacle
 
 NO_GAS = Chamber()
 

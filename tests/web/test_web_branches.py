@@ -70,13 +70,36 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
         assert float(cells[0]) == pytest.approx(point["value"], rel=1e-6) and cells[1] == label
         assert rows.nth(i).get_attribute("data-event") == point["type"]
         assert cells[3] == point["beyond"].replace("load_factor", "load factor p₀/p₁")
-    every = [kind.value for kind in BranchEvent]  # all have words but those of valves and those on curves over two
-    elsewhere = every[every.index("order_lost") : every.index("period_halving")]
+    every = [kind.value for kind in BranchEvent]  # all have words but those on curves over two
+    elsewhere = every[every.index("cusp") : every.index("period_halving")]
     assert set(knows(page, "branches_picture.js:EVENTS")) >= {*every} - {*elsewhere}
     fold = next(point for _, point in points if point["type"] == "fold")
     page.click("tr[data-event=fold] button")
     expect(page.locator("#branches-readout")).to_contain_text(f"{fold['value']:.4f}"[:-1])
     until(page, f"Math.abs(document.querySelector('#branches-stage').dataset.value - {fold['value']}) < 1e-3")
+
+
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_branches_of_a_machine_are_those_of_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk.open("panel=branches&machine=valve-breaker&bmodes=0&alongr=115:200&every=1/1&settled=1")
+    assert followed(page) == "1/1"
+    assert main(["follow", "valve-breaker", "--along", "load.pressure=115 bar:200 bar", "--modes", "0", "--json"]) == 0
+    points = json.loads(capsys.readouterr().out)["points"]
+    rows = page.locator("#branches-events > table tbody tr")
+    assert rows.evaluate_all("all => all.map(row => row.dataset.event)") == [point["type"] for point in points]
+    assert {"fold", "corner", "port_not_reached"} <= {point["type"] for point in points}
+    expect(page.locator("#branches-facts")).to_contain_text("9.19\N{NARROW NO-BREAK SPACE}m/s")
+    expect(page.locator("#branches-settled")).to_contain_text("runs 1/1")
+    expect(page.locator("#branches-every")).to_have_text("Found: 1 branch.")
+    assert page.locator("#branches").get_attribute("data-others") == "0"  # it is the branch that was followed
+    page.select_option("#branches-up", "period")
+    page.locator("#branches").press("End")
+    expect(page.locator("#branches-readout")).to_contain_text("supply pressure = 199")
+    page.click("#branches-carry")
+    until(page, "document.querySelector('#branches-readout').textContent && location.hash.includes('199')")
+    page.select_option("#branches-search", "1/1")
+    page.locator("#branches-found button").click()
+    until(page, "location.hash.includes('begin=1/1:1')")
 
 
 def test_a_place_is_clicked_dragged_and_stepped_along_and_its_motion_plays(desk: Desk) -> None:
@@ -151,8 +174,6 @@ def test_what_cannot_be_followed_is_said(desk: Desk, request: pytest.FixtureRequ
     page.fill("#branches-from", "7")
     page.keyboard.press("Tab")
     expect(page.locator("#branches-range-problem")).to_contain_text("keeps the previous range")
-    page = desk.open("panel=branches&machine=valve-breaker")
-    expect(page.locator("#panel-branches .own")).to_contain_text("this machine has no clock")
 
 
 # -- the diagram of the panel branches in a real browser -------------------------------------------------------------

@@ -359,6 +359,13 @@ def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:
     until(page, "location.hash.includes('starts=40')")
 
 
+def test_where_a_machine_ends_up_is_counted(desk: Desk) -> None:
+    page = desk.open("panel=experiment&machine=valve-breaker&starts=30")
+    page.click("#experiment-run")
+    expect(page.locator("#experiment-status")).to_contain_text("30 starts, all followed")
+    expect(page.locator("#experiment-shares .share").first).to_have_attribute("data-label", "runs 1/1")
+
+
 def test_an_experiment_can_be_cancelled_and_is_bounded(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open("panel=experiment&machine=mini-breaker&emodes=16")

@@ -24,17 +24,13 @@ OBJECTIVES = {
 }
 """What a search may look for: the figure, and whether more of it is better (1) or less (−1)."""
 
-_NONE = 1e9
-"""Cost of a blow that there is not."""
+_NONE = 1e9  # cost of a blow that there is not
 
-_LOCAL = 0.25
-"""Share of the blows that is kept for the search around the best place."""
+_LOCAL = 0.25  # share of the blows that is kept for the search around the best place
 
-_PER_RANGE = 10
-"""Places per range in each generation."""
+_PER_RANGE = 10  # places per range in each generation
 
-_EDGE = 0.05
-"""Of the first simplex, inside the unit cube."""
+_EDGE = 0.05  # of the first simplex, inside the unit cube
 
 
 @dataclass(frozen=True)

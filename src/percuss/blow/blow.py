@@ -180,14 +180,8 @@ class Blow(BlowBalance):
 
     Attributes
     ----------
-    striker, target
-        What struck, and what was struck.
     velocity
         Of each section before the blow, shape (K,); None where a field was given.
-    until
-        End of the window.
-    outcome
-        How it ended.
     """
 
     striker: Striker

@@ -19,8 +19,7 @@ from percuss.model.checks import Array, choice, count, finite, instance, non_neg
 # ---- What is struck: a rigid wall, or a rod of sections with what is at its far end, such as a bit on rock
 
 End = Literal["infinite", "free", "fixed", "rock"]
-ENDS: tuple[End, ...] = ("infinite", "free", "fixed", "rock")
-"""What a rod can have at its far end."""
+ENDS: tuple[End, ...] = ("infinite", "free", "fixed", "rock")  # what a rod can have at its far end
 
 
 @dataclass(frozen=True)
@@ -189,8 +188,7 @@ def _joint_masses(given: Iterable[Any], sections: int) -> tuple[tuple[int, float
 
 # ---- The striker as a chain of sections: impedances, transit times, where they lie, and areas where they are known
 
-Striker = SizedBody | Body
-"""What strikes: with its sizes in SI, or dimensionless."""
+Striker = SizedBody | Body  # what strikes: with its sizes in SI, or dimensionless
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,6 @@ class EnergyOverTime:
 
 
 def energy_over_time(course: WaveHistory, times: Array) -> EnergyOverTime:
-    """At times in the window."""
     t = np.clip(times / course.scales.time, 0.0, course.end * course.tick)
     striker, momentum, rod = np.zeros(t.size), np.zeros(t.size), np.zeros(t.size)
     for i in range(course.size):
@@ -220,8 +219,7 @@ def _rock(course: WaveHistory, t: Array) -> tuple[Array, Array]:
 
 _INSTANTS = 4000
 """Of the window, at which the force of bent waves is looked at; waves of no more pieces also between all breaks."""
-_NO_WIDTH = 1e-9
-"""Share of the window that lies between arrivals that coincide but for rounding."""
+_NO_WIDTH = 1e-9  # share of the window that lies between arrivals that coincide but for rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,9 +272,7 @@ def _instants(arrivals: list[tuple[Trace, float]], end: float) -> Array:
 
 # ---- The greatest compression and tension in every section, over its whole length and the whole window, exactly
 
-_NOTHING = 1e-12
-"""Share of the greatest force of all sections that is rounding."""
-
+_NOTHING = 1e-12  # share of the greatest force of all sections that is rounding
 _Extreme = tuple[float, float, float]
 """A greatest force, the time of a wave from the section's left end to where it is, and when."""
 

@@ -12,8 +12,7 @@ from percuss.blow.wave_history import Trace
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, numbers, positive
 
-_NOTHING = 1e-12
-"""Share of the peak that counts as no force."""
+_NOTHING = 1e-12  # share of the peak that counts as no force
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,12 +42,8 @@ from percuss.model.checks import Array, count, finite, numbers, positive, severa
 
 # ---- A blow as it is asked for, checked: what strikes what, how fast, under which load, for how long
 
-_MOST_TRANSITS = 20
-"""Transit times of the striker for which a blow is followed unless told otherwise."""
-
-_LONGEST = 1e6
-"""Transit times that a window may have."""
-
+_MOST_TRANSITS = 20  # transit times of the striker for which a blow is followed unless told otherwise
+_LONGEST = 1e6  # transit times that a window may have
 Field = tuple[Callable[[Array], Array], Callable[[Array], Array]]
 """Velocity and compressive force of the striker before the blow, as functions of x from 0 to 1."""
 
@@ -351,8 +347,7 @@ def _carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTa
         look()
 
 
-MOST_PIECES = 4_000_000
-"""Pieces of waves of one blow, unless told otherwise: half a gigabyte."""
+MOST_PIECES = 4_000_000  # pieces of waves of one blow, unless told otherwise: half a gigabyte
 
 
 def strike(
@@ -394,8 +389,6 @@ def strike(
 
     Raises
     ------
-    ParameterError
-        For values out of range, and parts that do not go together.
     Interrupted
         When the computation was told to stop.
 

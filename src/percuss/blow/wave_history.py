@@ -377,8 +377,7 @@ def _restricted(row: Array, low: float, high: float) -> Array:
 
 # ---- When a blow is over: no further contact is possible, or nothing is left to pass on
 
-_LEFT = 1e-9
-"""Share of the momentum that no longer matters."""
+_LEFT = 1e-9  # share of the momentum that no longer matters
 
 
 def is_over(course: WaveHistory) -> bool:
@@ -454,8 +453,7 @@ def _free_body(course: WaveHistory, first: int, last: int, right: bool) -> tuple
 
 # ---- The contacts of a blow: when the faces were pressed together, with which impulse and which greatest force
 
-_GRAZING = 1e-12
-"""Share of the greatest impulse below which a contact is rounding, or a touch without force."""
+_GRAZING = 1e-12  # share of the greatest impulse below which a contact is rounding, or a touch without force
 
 
 def contacts(course: WaveHistory) -> tuple[tuple[ContactInterval, ...], int]:

@@ -21,15 +21,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
-    from percuss.case.answers.steady_answer import (
-        CaseReach,
-        OrbitAnswer,
-        PeriodAnswer,
-        SteadyAnswer,
-        StructureAnswer,
-        steady_answer,
-        structure_answer,
-    )
+    from percuss.case.answers.steady_answer import CaseReach, OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, SampleMachine, load_case

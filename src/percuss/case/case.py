@@ -349,7 +349,6 @@ class Case:
 
 
 def checked_case(case: object) -> None:
-    """Refuse what is no case, such as the name of one."""
     if not isinstance(case, Case):
         raise ParameterError("case", case, "a Case", "make one with Case.read, Case.from_text or load_case")
 

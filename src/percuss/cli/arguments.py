@@ -15,14 +15,11 @@ from percuss.errors import CaseError, MissingExtraError, PercussError, UsageErro
 if TYPE_CHECKING:
     from percuss.case import Case
 
-MAX_PERIODS = 1000
-"""The most load periods per impact, and the most different numbers of them in one question."""
+MAX_PERIODS = 1000  # the most load periods per impact, and the most different numbers of them in one question
 
-MAX_MODES = 4096
-"""The most elastic modes that the command line takes."""
+MAX_MODES = 4096  # the most elastic modes that the command line takes
 
-PICTURES = (".png", ".svg", ".pdf")
-"""What a picture can be saved as."""
+PICTURES = (".png", ".svg", ".pdf")  # what a picture can be saved as
 
 
 # ---- A command is a function and a table of options
@@ -70,7 +67,6 @@ class Command:
         self._run, self._about, self._options = run, about, options
 
     def parser(self) -> Parser:
-        """The parser of its arguments."""
         about = self._about if isinstance(self._about, str) else self._about()
         return Parser(self._run.__name__, about, self.examples, self._options)
 
@@ -289,8 +285,7 @@ def csv_option(about: str) -> Option:
     return made("--csv FILE", about, (".csv",), ("io", "xarray"))
 
 
-NETCDF = ("io", "xarray", "h5netcdf")
-"""What writes and reads NetCDF."""
+NETCDF = ("io", "xarray", "h5netcdf")  # what writes and reads NetCDF
 
 
 # ---- The case

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 _BLOWS = 1500
 
-_PATIENCE = 60.0
-"""Seconds that one blow may take before Ctrl-C loses the best one so far."""
+_PATIENCE = 60.0  # seconds that one blow may take before Ctrl-C loses the best one so far
 
 
 @command(
@@ -169,7 +168,9 @@ def _as_option(key: re.Match[str]) -> str:
     return f"--{key[1].replace('_', '-')} "
 
 
-_PLAIN = {"velocity": "lengths per radian", "time": "radians", "length": "a time of a wave in radians"}
+_PLAIN = {
+    "velocity": "lengths per radian", "time": "radians", "length": "a time of a wave in radians", "pressure": "a force",
+}  # fmt: skip
 """What a plain number is in a dimensionless case."""
 
 
@@ -223,7 +224,7 @@ def _best(parser: Parser, options: argparse.Namespace) -> int:
 
     case = named_case(options.case)
     spans = [Span.parsed(text) for text in options.vary]
-    below = _stress(parser, options.below, case)
+    below = _value(parser, case, "--below", options.below, "pressure")
     most, seed = options.blows or _BLOWS, options.seed or 0
     with watching(parser, _PATIENCE) as watch:
 
@@ -248,17 +249,3 @@ def _text(case: Case, path: str) -> str:
         return case.to_toml()
     there = os.path.relpath(case.folder / name, os.path.dirname(path) or ".")
     return case.varied({"load.file": there.replace(os.sep, "/")}).to_toml()
-
-
-def _stress(parser: Parser, text: str | None, case: Case) -> float | None:
-    if text is None:
-        return None
-    try:
-        value = si(text, "pressure", "--below") if case.is_si else float(text)
-    except PercussError as error:
-        parser.error(f"argument {error}")
-    except ValueError:
-        parser.error(f"argument --below: '{text}': the case is dimensionless, give a force")
-    if not 0.0 < value < float("inf"):
-        parser.error(f"argument --below: '{text}': give a stress greater than 0")
-    return value

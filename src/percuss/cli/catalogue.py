@@ -32,7 +32,6 @@ structures that strike a stop.""",
     option("--json", "print the list as JSON (kg, Hz, J)"),
 )
 def machines(_: Parser, options: argparse.Namespace) -> int:
-    """List the machines."""
     from percuss.case.answers.facts import quantity
     from percuss.case.catalogue.sample_cases import MACHINES, STRUCTURES
 
@@ -73,7 +72,6 @@ history or the table of modes that the case names, if any.""",
     option("--force", "overwrite existing files"),
 )
 def new(parser: Parser, options: argparse.Namespace) -> int:
-    """Print or write a sample case."""
     from percuss.case.catalogue.sample_cases import MACHINES, file_beside, machine_text
 
     name = options.machine
@@ -138,7 +136,6 @@ _WIDTH = 100
     option("TABLE", "its name, as 'percuss keys' lists it", nargs="?"),
 )
 def keys(_: Parser, options: argparse.Namespace) -> int:
-    """Print the tables, or the keys of one."""
     from percuss.case.file_format.key_tables import TABLES, rows_of, table_class
 
     if options.table is None:
@@ -183,7 +180,6 @@ package's own figures of what an elastic bar adds; and the claims of its section
     option("--seed N", "seed of all random numbers", whole()),
 )
 def paper(parser: Parser, options: argparse.Namespace) -> int:
-    """Make what is named."""
     for name in options.names:
         if name not in (*NAMES, "all"):
             from percuss.errors import did_you_mean

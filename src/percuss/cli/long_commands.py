@@ -28,25 +28,15 @@ if TYPE_CHECKING:
     from percuss.explore.jobs.job import Columns, Job
     from percuss.explore.jobs.progress import JobProgress
 
-PATIENCE = 0.5
-"""Seconds before a progress bar is shown."""
-
+PATIENCE = 0.5  # seconds before a progress bar is shown
 FIRST_LINE = 10.0
 """Seconds of work before the first line of progress in a log file; the next ones come at growing intervals."""
 
 MOST_SECONDS = 3600.0
-MOST_BYTES = 10 * 10**9
-"""What needs no ``--yes``."""
-
-UNHEARD = 0.5
-"""Seconds without a report of progress after which Ctrl-C no longer waits for the next one."""
-
-SELDOM = 5.0
-"""The same where it is asked more seldom, as in a long proof."""
-
-SCHEDULER_TIMEOUT = 10.0
-"""Seconds for a scheduler to answer."""
-
+MOST_BYTES = 10 * 10**9  # what needs no ``--yes``
+UNHEARD = 0.5  # seconds without a report of progress after which Ctrl-C no longer waits for the next one
+SELDOM = 5.0  # the same where it is asked more seldom, as in a long proof
+SCHEDULER_TIMEOUT = 10.0  # seconds for a scheduler to answer
 CARRYING: tuple[Option, ...] = (
     made("-o, --output ARCHIVE", "save finished work in this folder (name.zarr), for --resume"),
     option("--resume", "continue the archive given by -o; start it if there is none"),
@@ -265,7 +255,6 @@ which versions wrote it, and how to continue it. You can look at an archive whil
     option("--json", "print all of it as JSON, the whole question included"),
 )
 def show(_: Parser, options: argparse.Namespace) -> int:
-    """Tell of one archive."""
     from percuss.cli.report_printing import answered
     from percuss.explore.jobs.archive import Archive
 
@@ -284,7 +273,6 @@ Items that an incomplete archive lacks are NaN, or −1 in columns of whole numb
     made("-o, --output FILE", f"the file, {' or '.join(_KINDS)}", _KINDS, ("io", "xarray"), required=True),
 )
 def export(_: Parser, options: argparse.Namespace) -> int:
-    """Write one archive into one file."""
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.archive_export import dataset_of, write_csv
     from percuss.whole_file import write_dataset

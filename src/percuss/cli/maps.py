@@ -99,7 +99,6 @@ for equal ratios, or a list A,B,C; a quantity in SI needs a unit with the number
     *CARRYING,
 )
 def sweep(parser: Parser, options: argparse.Namespace) -> int:
-    """Make one map."""
     from percuss import plot
     from percuss.case import sweep_job_of
     from percuss.case.answers.exploring.exploration import sweep_dict, sweep_report
@@ -221,7 +220,6 @@ wall, velocity V N(0, 1); gentle, on the wall, leaving with 0 to V/20.""",
     *CARRYING,
 )
 def experiment(parser: Parser, options: argparse.Namespace) -> int:
-    """Make one experiment."""
     from percuss.case import experiment_job_of
     from percuss.explore.attractors.experiments import Experiment
 
@@ -272,7 +270,6 @@ have units; the axes of the result are dimensionless even then. A machine that s
     *CARRYING,
 )
 def basins(parser: Parser, options: argparse.Namespace) -> int:
-    """Make one image."""
     from percuss.case import basins_job_of
     from percuss.explore import Axis, Basins
 

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
     from percuss.steady import Orbit
-    from percuss.steady.self_excited import ValveCycle
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 MAX_STARTS = 1000
 
@@ -84,7 +84,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
 def steady(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one case; a structure that is held, and a machine that switches itself, have answers of their own."""
     from percuss import plot
-    from percuss.case.answers.steady_report import steady_report, structure_report
+    from percuss.case.answers.steady_report import steady_report
     from percuss.cli.report_printing import answered
 
     case, cut = named_case(options.case), ""
@@ -102,22 +102,14 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
                 rows, cut = _reached(parser, options, case, cycle)
                 machine = replace(machine, reach=rows)
             return _told_machine(options, machine, cut=cut)
-    if case.tables.body is not None:
-        from percuss.case import structure_answer
-
-        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
-        held = structure_answer(case, options.periods, options.modes)
-        if reaches:
-            rows, cut = _reached(parser, options, case, None if held.chosen is None else held.chosen.orbit)
-            held = replace(held, reach=rows)
-        return answered(
-            options, held.to_json_dict, lambda: structure_report(held), lambda: plot.steady(held), indent=1, cut=cut
-        )
     from percuss.case import steady_answer
 
+    held = case.tables.body is not None
+    if held:
+        _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
     with _undisturbed(), of_file(case):
         answer = steady_answer(case, options.periods, options.modes)
-        answer = replace(answer, starts=_ends(case, options))
+        answer = answer if held else replace(answer, starts=_ends(case, options))
     if reaches:
         chosen = answer.chosen
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
@@ -229,7 +221,6 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
     option("--longest-delay TIME", 'of a recorded load: the longest delay of the valve, such as "10 ms"'),
 )
 def machine(parser: Parser, options: argparse.Namespace) -> int:
-    """Answer for one machine."""
     from percuss.case import machine_answer
 
     case, record = named_case(options.case), None
@@ -312,8 +303,7 @@ def _times(path: str) -> list[float]:
 
 # ---- Simulated motions
 
-LAST = 10
-"""Events in the report for people."""
+LAST = 10  # events in the report for people
 
 
 @command(

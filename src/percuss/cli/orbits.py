@@ -76,7 +76,6 @@ answer is what has been found so far.""",
     option("--json", "print the orbits as JSON"),
 )
 def orbits(parser: Parser, options: argparse.Namespace) -> int:
-    """Search for the orbits of a case."""
     from percuss.case import orbits_answer
     from percuss.case.answers.exploring.orbits_answer import (
         is_rest_label,
@@ -189,7 +188,6 @@ been followed so far.""",
     made("-o, --output FILE", "write the branches, or the curves, as a table, .csv", (".csv",)),
 )
 def follow(parser: Parser, options: argparse.Namespace) -> int:
-    """Follow one orbit."""
     from percuss import plot
     from percuss.case import branch_answer, point_curves_answer
     from percuss.case.answers.exploring.orbits_answer import begun_at, branch_dict, branch_report, branch_table
@@ -294,7 +292,6 @@ grazings, as lines; what happens on them, as marks. After Ctrl-C the answer is w
     *CARRYING,
 )
 def diagram(parser: Parser, options: argparse.Namespace) -> int:
-    """Make one diagram."""
     from percuss import plot
     from percuss.case import diagram_job_of
     from percuss.case.answers.exploring.diagram_answer import diagram_dict, diagram_report

@@ -16,16 +16,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import threading
 
-PATIENCE = 2.0
-"""Seconds of silence that need no word; later ones may be longer, by a share of what has gone by."""
-
+PATIENCE = 2.0  # seconds of silence that need no word; later ones may be longer, by a share of what has gone by
 _SHARE = 0.3
-_LOOKS = 0.25
-"""Seconds between two looks."""
-
+_LOOKS = 0.25  # seconds between two looks
 COMPILING = "compiling the kernels once, about 20 s; later runs take them from a cache"
-_COMPILED = 1.0
-"""Seconds after which that is said."""
+_COMPILED = 1.0  # seconds after which that is said
 
 _OTHERWISE = "computing"
 

@@ -37,8 +37,8 @@ from percuss.steady.figures import FIGURES
 from percuss.steady.forced import forced_response
 from percuss.steady.multipliers import NEUTRAL, VERDICTS
 from percuss.steady.phases import Arcs
-from percuss.steady.self_excited import Obstacle, self_excited_motion
 from percuss.steady.self_excited.many_pistons import rigid_cycles
+from percuss.steady.self_excited.self_switching import Obstacle, self_excited_motion
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
@@ -61,13 +61,10 @@ class StrikingFamily(Protocol):
     """A family of hammers that know what they strike, such as `percuss.case.CaseFamily`."""
 
     @property
-    def is_si(self) -> bool:
-        """Whether its blows are in SI."""
-        ...
+    def is_si(self) -> bool: ...
 
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the hammer at these values; PercussError where there is none."""
-        ...
 
 
 def failure(error: Exception) -> int:
@@ -117,12 +114,10 @@ class SweepJob:
 
     @cached_property
     def groups(self) -> set[Group]:
-        """The groups of what is asked."""
         return needs(self.quantities, known_quantities(self.family))
 
     @cached_property
     def simulates(self) -> bool:
-        """Whether any cell is simulated."""
         return bool(self.groups & {"simulation", "lyapunov"})
 
     @cached_property
@@ -510,8 +505,7 @@ def _blows(
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
 
-_MOST = 1 << 20
-"""Branches × cells handled at once: a load of a thousand harmonics has two thousand branches."""
+_MOST = 1 << 20  # branches × cells handled at once: a load of a thousand harmonics has two thousand branches
 
 _NAMES = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margin", "stable", "margin"}
 

@@ -25,15 +25,12 @@ class Family(Protocol):
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system at these values; PercussError where there is none."""
-        ...
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError when a parameter is unknown or cannot have its unit; `names` maps names to units."""
-        ...
 
     def describe(self) -> dict[str, Any]:
         """All that the systems depend on, of JSON's types."""
-        ...
 
 
 class SwitchingFamily(Family, Protocol):
@@ -42,15 +39,12 @@ class SwitchingFamily(Family, Protocol):
     @property
     def is_machine(self) -> bool:
         """Whether it has machines in place of systems."""
-        ...
 
     def machine(self, values: Mapping[str, float]) -> Machine:
         """The machine at these values; PercussError where there is none."""
-        ...
 
     def room(self, machine: Machine) -> float | None:
         """How far behind the wall the piston of one of its machines can go, in bar lengths; None without a limit."""
-        ...
 
 
 def drives_itself(family: Family) -> TypeGuard[SwitchingFamily]:
@@ -137,9 +131,7 @@ def family_of(what: System | Machine | Family) -> Family:
 
 # ---- One axis of a map: a parameter and the values it takes
 
-MAX_VALUES = 10**7
-"""The most values of one axis."""
-
+MAX_VALUES = 10**7  # the most values of one axis
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.ASCII)
 _FORM = "FROM:TO:NUMBER, FROM:TO:NUMBER:log or a list A,B,C, with or without a unit"
 

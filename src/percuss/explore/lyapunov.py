@@ -46,8 +46,6 @@ class Lyapunov(Shown):
         The same per load period; of a machine that switches its own valve, per unit of its time.
     error
         Standard error of `exponent`, from the scatter of the means of 20 stretches; 0 of −inf.
-    impacts
-        Impacts that were used.
     outcome
         One of `LYAPUNOV_OUTCOMES`.
     spectrum
@@ -133,8 +131,6 @@ def lyapunov_exponent(
         What moves: a bar or a structure under a clock, or a machine that switches its own valve.
     start
         Where the motion begins; that of `run` by default.
-    modes
-        N, the elastic modes kept.
     impacts
         Impacts over which the growth is averaged, 20 or more. The average is weighted by exp(−1/(t(1 − t))), t from
         0 to 1 over them, which costs a chaotic motion a quarter more of error and gives a regular one many digits
@@ -147,8 +143,6 @@ def lyapunov_exponent(
 
     Raises
     ------
-    ParameterError
-        For numbers out of range.
     ResonanceError
         When a harmonic of the load meets an undamped elastic mode.
 

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from percuss.steady import ValveCycle
     from percuss.steady.self_excited.rhythm import Rhythm
 
-SWITCHED = "branches of shorter orbits"
-"""What the starts are called."""
-
+SWITCHED = "branches of shorter orbits"  # what the starts are called
 _MOST_POINTS = 400  # of a branch, each way
 _AROUND = 0.2  # of the pressure or the flow, on either side, where flips of machines are looked for
 
@@ -41,10 +39,6 @@ def switched_seeds(
     ----------
     system
         What moves; nothing holds it.
-    impacts, periods
-        p and n.
-    modes
-        N.
     reach
         Share of the mean load by which it is changed, 0 to 1.
     tries
@@ -105,9 +99,7 @@ def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int
 
 # ---- Starts for a search for orbits: close returns of simulated motions
 
-SIMULATED = "simulated motions"
-"""What the starts are called."""
-
+SIMULATED = "simulated motions"  # what the starts are called
 _IMPACTS = 600  # of each motion, at most
 _KEPT = 64  # last impacts that are looked at, besides a cycle
 _CLOSE = 0.5  # rad, by which an impact may miss the time a cycle after itself
@@ -135,14 +127,8 @@ def orbit_seeds(
     ----------
     system
         What moves; or a machine that switches its own valve.
-    impacts, periods
-        p and n.
-    modes
-        N.
     motions
         How many are simulated, from random starts.
-    seed
-        Of the random starts.
     halt
         Once it returns true no more motions are followed.
 
@@ -153,8 +139,6 @@ def orbit_seeds(
 
     Raises
     ------
-    ParameterError
-        For numbers out of range.
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
 
@@ -266,11 +250,6 @@ def orbit_of(motion: Trajectory) -> PeriodicOrbit | None:
     A motion that is called ``aperiodic`` or ``undecided`` may be on its way to a long cycle: the lengths up to 64
     impacts after which its last impacts nearly come back are tried, and an orbit is the answer if it is stable and the
     last impacts are near it.
-
-    Parameters
-    ----------
-    motion
-        The motion, of `percuss.simulate.run`.
 
     Returns
     -------

@@ -16,14 +16,11 @@ from percuss.model.body import BODIES, DAMPINGS, Body
 from percuss.model.checks import finite, mapping
 from percuss.model.parameter import Parameter
 
-PERIODS = "m"
-"""The axis of the load periods per impact: a parameter of the question, not of the hammer."""
+PERIODS = "m"  # the axis of the load periods per impact: a parameter of the question, not of the hammer
 
-AXES = ("restitution", "load_factor", PERIODS)
-"""What may vary where arrays answer."""
+AXES = ("restitution", "load_factor", PERIODS)  # what may vary where arrays answer
 
-Driven = TypeVar("Driven", System, Machine)
-"""What has a body."""
+Driven = TypeVar("Driven", System, Machine)  # what has a body
 
 _SHAPE, _SIZE, _ONE, _MEAN, _FACTOR, _CONTACT, _PRESSURE, _BODY = range(8)
 """Turns: the shape of the load before its size, both before one harmonic or step, the amplitude before the mean that is
@@ -272,8 +269,7 @@ Besides those listed each harmonic of a load has its `amplitude2` and `phase2`, 
 
 # ---- Of machines that switch their own valve
 
-PRESSURE = "pressure"
-"""The parameter of all forces of the valve at once."""
+PRESSURE = "pressure"  # the parameter of all forces of the valve at once
 
 
 @lru_cache(maxsize=32)

@@ -13,11 +13,9 @@ from percuss.explore.jobs.job import Column
 from percuss.model.checks import several
 from percuss.steady.figures import FIGURES
 from percuss.steady.multipliers import VERDICTS
-from percuss.steady.self_excited import Obstacle
+from percuss.steady.self_excited.self_switching import Obstacle
 
-BRANCHES = 8
-"""The most orbits of a cell whose phases are kept."""
-
+BRANCHES = 8  # the most orbits of a cell whose phases are kept
 CELL_OUTCOMES = ("ok", "does not push", "resonance", "not accurate", "no system", "failed", "no start")
 """How a cell ended, by number: ``outcome`` of every map.
 

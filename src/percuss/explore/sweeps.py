@@ -148,16 +148,8 @@ class Sweep(OfColumns):
 
     Attributes
     ----------
-    axes
-        The parameters and their values.
-    quantities
-        What was asked for.
     arrays
         By column, of the map's shape, and of one item's shape behind it.
-    columns
-        What they hold.
-    ask
-        All that was asked.
     """
 
     axes: tuple[Axis, ...]
@@ -261,11 +253,6 @@ def sweep(
     **running
         How it is carried out: ``workers``, ``archive``, ``resume``, ``pool``, ``progress``; see
         `percuss.explore.carry_out`.
-
-    Returns
-    -------
-    Sweep
-        With a value in every cell; what could not be computed in one is its ``outcome``.
 
     Examples
     --------

@@ -184,10 +184,8 @@ def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventR
 
 
 def _orders(motion: Trajectory, e: Events) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Of each event the slot of the order that it carries out, and of that which it gives; −1 for none.
-
-    The order that a change of the valve carries out is that to its state which was due then.
-    """
+    """Of each event the slot of the order that it carries out, and of that which it gives; −1 for none."""
+    # The order that a change of the valve carries out is that to its state which was due then.
     ports, names = motion.machine.valve.ports, motion.mechanism.names
     to, delay = [names.index(port.to) for port in ports], [port.delay for port in ports]
     waiting: list[tuple[float, int]] = []
@@ -363,12 +361,10 @@ def added(now, more, j, share, i):
 
 @entry
 def log_growths(own, rows, now, more, waits, room, late, growth):
-    """Logarithms of the growth of differences over each flight and impact, into `growth`; returns of how many.
-
-    `now`, `more`: the columns, as `differences` says; `waits`, zeros: whether each order waits; `room`: of the motion,
-    its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: three rows of a number for each
-    column.
-    """
+    """Logarithms of the growth of differences over each flight and impact, into `growth`; returns of how many."""
+    # `now`, `more`: the columns, as `differences` says; `waits`, zeros: whether each order waits; `room`: of the
+    # motion, its rates on the two sides of an event and one more, of the shape (4, n, 2); `late`: three rows of a
+    # number for each column.
     motion, before, after, other = room[0], room[1], room[2], room[3, :, 0]
     shift, rebound, charge = late[0], late[1], late[2]
     size, columns, impacts, since = now.shape[0], now.shape[2], 0, 0.0

@@ -19,7 +19,7 @@ response = twin(flow.response)
 
 OMEGA, DAMPING, DRIVEN = range(3)
 HELD, DRAW, SUPPLIED, SOFT = range(4)
-KIND, SOURCE, DUE, GUARD, BLOW = range(5)
+KIND, SOURCE, WAITS, DUE, GUARD, BLOW = range(6)
 STRIKES = 1
 
 
@@ -30,8 +30,9 @@ class ClosureRoom(NamedTuple):
     `forces`: of a flow, and 1/c in place of the compliance, (K, 4). `rows`: of the guards, and last of the wall, for
     the state after the blow, (E + 1, n, 2). `levels`, `later`: (E,). `law`: α, β. `turned`: from the coordinates of a
     flight to those of the next, (E, n, n), and (0, n, n) without a supply, whose coordinates are the same throughout.
-    `order`: of each event the kind of its flight, its source, its number among those that wait for the cycle before,
-    and among the guarded, −1 for none, and whether it is a blow, 2 for one that lays the bar down, (E, 5).
+    `order`: of each event the kind of its flight, its source, how many cycles before that is, the first of its
+    numbers among the orders that wait at the blow, one for each of these cycles, its number among the guarded, −1 for
+    none, and whether it is a blow, 2 for one that lays the bar down, (E, 6).
 
     `times`, `spans`: of the guarded events, of the flights. `responses`: of the coordinates in them, (E, 4, n).
     `columns`: (n, 2, C), the last one of a motion; `seen`: as they were before each event. `states`: before each event,
@@ -74,7 +75,7 @@ def room_for(numbers: Any, order: Any, kinds: int, size: int, supplied: bool) ->
         length = math.prod(shape)
         parts.append(now[at : at + length].reshape(shape))
         at += length
-    P, W = int((order[:, GUARD] >= 0).sum()), int((order[:, DUE] >= 0).sum())
+    P, W = int((order[:, GUARD] >= 0).sum()), int(order[:, WAITS].sum())
     whole = 2 * n + supplied
     C = max((whole if supplied else 2) + 1 + P, whole + W) + 1
     square = whole if supplied else 0
@@ -94,11 +95,9 @@ def timed(room, x):
     """How long the flights are, and what the coordinates do in them; `x` begins with the unknown times."""
     order, modal, last, period = room.order, room.modal, 0.0, x[room.error.shape[0] - 1]
     for i in range(order.shape[0]):
-        time, k = room.later[i], order[i, KIND]
+        time, k = room.later[i] - order[i, WAITS] * period, order[i, KIND]
         if order[i, SOURCE] >= 0:
             time += x[order[i, SOURCE]]
-        if order[i, DUE] >= 0:
-            time -= period
         room.spans[i], last = time - last, time
         for m in range(modal.shape[2]):
             square = modal[k, OMEGA, m] * modal[k, OMEGA, m]
@@ -227,10 +226,8 @@ def emptied(room, first, stop):
 
 @inner
 def reduced(matrix, size, columns):
-    """Eliminate below the diagonal, in place; what a row was multiplied by stays there, its pivots in the last column.
-
-    Returns whether there is a pivot in every column.
-    """
+    """Eliminate below the diagonal, in place, where the multipliers stay, with the pivots in the last column."""
+    # Returns whether there is a pivot in every column.
     pivots = matrix.shape[1] - 1
     for k in range(size):
         best = k
@@ -352,10 +349,8 @@ def load_at(room, i, unit, c):
 
 @inner
 def closed(room, x):
-    """The motion with given times that begins at the wall and closes: its states, what is left, and its slope.
-
-    Whether there is one.
-    """
+    """The motion with given times that begins at the wall and closes: its states, what is left, and its slope."""
+    # Whether there is one.
     E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0]
     unit = 2 if room.turned.shape[0] == 0 else 2 * n + 1
     timed(room, x)
@@ -384,7 +379,7 @@ def closed(room, x):
         flown(room, i, unit + 1, unit + 1 + P, -1)
         rise, fall = rates_at(room, i)
         for p in range(P):
-            by = (1.0 if room.order[i, SOURCE] == p else 0.0) - (1.0 if room.order[i, DUE] >= 0 and p == P - 1 else 0.0)
+            by = (1.0 if room.order[i, SOURCE] == p else 0.0) - (room.order[i, WAITS] if p == P - 1 else 0.0)
             room.shifts[0, p] = by
             if by != 0.0:
                 moved(room, 0, rise, unit + 1 + p, by)
@@ -414,10 +409,8 @@ def closed(room, x):
 
 @inner
 def mapped(room, found):
-    """The map of disturbances from blow to blow, of a motion that is `closed`, with the times of wrapped events last.
-
-    On the blow as a section the shift in time is no disturbance.
-    """
+    """The map of disturbances from blow to blow, of a motion that is `closed`; times of wrapped events last."""
+    # On the blow as a section the shift in time is no disturbance.
     E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0]
     size, whole = 2 * n + (1 if room.turned.shape[0] > 0 else 0), found.shape[0]
     emptied(room, 0, whole)
@@ -442,7 +435,7 @@ def mapped(room, found):
                     by -= room.rows[i, m, 1] * room.columns[m, 1, c] / rate
                 room.shifts[g + 1, c] = by
             elif due >= 0:
-                by = 1.0 if c == size + due else 0.0
+                by = 1.0 if c == size + due + room.order[i, WAITS] - 1 else 0.0
             room.pressures[i, c] = by
             moved(room, 0, rise, c, by)
         turned(room, i, 0, whole)
@@ -454,9 +447,10 @@ def mapped(room, found):
         if size > 2 * n:
             found[2 * n, c] = room.charges[c]
         for i in range(E):
-            if room.order[i, DUE] >= 0:
-                source = room.order[i, SOURCE]
-                found[size + room.order[i, DUE], c] = room.shifts[source + 1, c] - room.shifts[P, c]
+            source, due = room.order[i, SOURCE], room.order[i, DUE]
+            for k in range(room.order[i, WAITS]):
+                before = room.shifts[source + 1, c] if k == 0 else 1.0 if c == size + due + k - 1 else 0.0
+                found[size + due + k, c] = before - room.shifts[P, c]
 
 
 # ---- Newton's method: for the times of one cycle, and back to a curve of cycles
@@ -470,12 +464,10 @@ OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 @inner
 def time_of(room, x, share, i):
     """When an event is, a share of a step further."""
-    P, order = room.error.shape[0], room.order
-    time, source = room.later[i], order[i, SOURCE]
+    P, source = room.error.shape[0], room.order[i, SOURCE]
+    time = room.later[i] - room.order[i, WAITS] * (x[P - 1] + share * room.solving[P - 1, P])
     if source >= 0:
         time += x[source] + share * room.solving[source, P]
-    if order[i, DUE] >= 0:
-        time -= x[P - 1] + share * room.solving[P - 1, P]
     return time
 
 
@@ -494,10 +486,8 @@ def in_order(room, x, share):
 
 @entry
 def solved(room, x, most, map_found):
-    """The motion whose times are `x`, or with so many steps at most those near at which everything closes, into `x`.
-
-    With room for it, its map of disturbances. Whether there is such a motion.
-    """
+    """The motion whose times are `x`, or with so many steps at most those near at which everything closes, into `x`."""
+    # With room for it, its map of disturbances. Whether there is such a motion.
     if not (closed(room, x) if most == 0 else root(room, x, most)):
         return False
     if map_found.size > 0:
@@ -507,7 +497,8 @@ def solved(room, x, most, map_found):
 
 @inner
 def root(room, x, most):
-    """Newton's method, by steps that keep the order of events."""
+    """Newton's method, by steps that keep the order of events and after which the next one is shorter."""
+    # by the derivatives at hand (Deuflhard, Newton Methods for Nonlinear Problems, 2004, § 3.3)
     P, work, smallest = room.error.shape[0], room.solving, math.inf
     nearly = NEARLY if room.turned.shape[0] == 0 else NEARLY_SUPPLIED
     good = closed(room, x)
@@ -519,28 +510,49 @@ def root(room, x, most):
         if not good or not reduced(work, P, P + 1):
             return False
         back(work, P, P)
-        size, share, kept_order = 0.0, 1.0, False
+        longest, share, kept_order = 0.0, 1.0, False
         for i in range(P):
             if not abs(work[i, P]) < math.inf:
                 return False
-            size = max(size, abs(work[i, P]))
-        size /= x[P - 1]
+            longest = max(longest, abs(work[i, P]))
+        size = longest / x[P - 1]
         done = size <= CLOSED or (smallest <= nearly and size >= 0.5 * smallest)
         smallest = min(smallest, size)
-        if not done:
-            for _ in range(HALVINGS):
-                kept_order = in_order(room, x, share)
-                if kept_order:
+        for halving in range(1 if done else HALVINGS):
+            kept_order = done or in_order(room, x, share)
+            if kept_order:
+                for i in range(P):
+                    x[i] += share * work[i, P]
+                good = closed(room, x)
+                shorter = size <= nearly or (good and following(room) <= (1.0 - 0.25 * share) * longest)
+                if done or shorter or halving == HALVINGS - 1:
                     break
-                share *= 0.5
-            if not kept_order:
-                return False
-        for i in range(P):
-            x[i] += share * work[i, P]
-        good = closed(room, x)
+                for i in range(P):
+                    x[i] -= share * work[i, P]
+            share *= 0.5
         if done:
             return good
+        if not kept_order:
+            return False
     return False
+
+
+@inner
+def following(room):
+    """The greatest part of the step that follows one, by the derivatives of that."""
+    P, work, greatest = room.error.shape[0], room.solving, 0.0
+    for i in range(P):
+        work[i, P + 1] = -room.error[i]
+    for k in range(P):
+        best = int(work[k, P + 2])
+        work[k, P + 1], work[best, P + 1] = work[best, P + 1], work[k, P + 1]
+    for i in range(P):
+        for j in range(i):
+            work[i, P + 1] -= work[i, j] * work[j, P + 1]
+    back(work, P, P + 1)
+    for i in range(P):
+        greatest = max(greatest, abs(work[i, P + 1]))
+    return greatest
 
 
 DIFFERENCE = 1e-5  # of the unit of the parameter
@@ -549,13 +561,11 @@ FOUND, LOST, TOO_LONG = range(3)
 
 @entry
 def corrected(numbers, rate, base, unit, tick, room, x, normal, along, limits, derivative, tangent):
-    """The point of the curve in a plane, from `x` on and into it, of a machine whose numbers are even in the parameter.
-
-    Those are `numbers` where the parameter, which is counted in `unit`, is `base`, and change by `rate`; times are
-    counted in `tick`. `normal` is that of the plane, `along` which way the tangent points; `limits`: most steps, after
-    how long a step one is the last, which step is too long. Into `derivative` (P, P + 1), and `tangent` (P + 1,); how
-    it ended, and the steps.
-    """
+    """The point of the curve in a plane, from `x` on and into it; the machine's numbers are even in the parameter."""
+    # Those are `numbers` where the parameter, which is counted in `unit`, is `base`, and change by `rate`; times are
+    # counted in `tick`. `normal` is that of the plane, `along` which way the tangent points; `limits`: most steps,
+    # after how long a step one is the last, which step is too long. Into `derivative` (P, P + 1), and `tangent` (P +
+    # 1,); how it ended, and the steps.
     P, work, last = room.error.shape[0], room.solving, math.inf
     most, close, longest = limits
     for step in range(1, most + 1):

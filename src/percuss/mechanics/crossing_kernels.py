@@ -111,11 +111,9 @@ def offs(table, edges, touch, known):
 
 @entry
 def entered(table, force, ramp, span, scale, edges, known, sight, waiting):
-    """The first time at which an edge is passed, infinite for none, which one, and whether this is proved.
-
-    `known` (k, 5), `sight` (n, 4) and `waiting` (100, 2) are room to work in. Cells of time are looked at from the
-    earliest on, and halved where nothing is proved of them.
-    """
+    """The first time at which an edge is passed, infinite for none, which one, and whether this is proved."""
+    # `known` (k, 5), `sight` (n, 4) and `waiting` (100, 2) are room to work in. Cells of time are looked at from the
+    # earliest on, and halved where nothing is proved of them.
     n, size, best, which, work, proven = table.shape[1], edges.shape[0], math.inf, -1, 0, True
     touch = TOUCH * scale
     slow = touch / span
@@ -200,10 +198,8 @@ def rose(known, k, low, high):
 
 @entry
 def cleared(table, force, ramp, span, edges, met, known, sight):
-    """How far each edge is from being passed in a flight, into its last column; that of the number `met` ends it.
-
-    Room to work in as of `entered`.
-    """
+    """How far each edge is from being passed in a flight, into its last column; that of the number `met` ends it."""
+    # Room to work in as of `entered`.
     n, looks = table.shape[1], LOOKS + LOOKS_A_MODE * table.shape[1]
     for k in range(edges.shape[0]):
         drift, off = edges[k, n + 1], -edges[k, n]

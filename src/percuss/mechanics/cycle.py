@@ -84,13 +84,13 @@ _STEPS, _NO_MAP = 30, np.empty((0, 0))
 class Timing(NamedTuple):
     """When an event of a cycle is: `later` than that with the number `source` among those whose times are unknown.
 
-    It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `wrapped`: its source is that of the
-    cycle before. `lies`: the bar is laid down undeformed, as by a blow after which it rests on the wall.
+    It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `wrapped`: how many cycles before its
+    source is. `lies`: the bar is laid down undeformed, as by a blow after which it rests on the wall.
     """
 
     source: int
     later: float
-    wrapped: bool
+    wrapped: int
     guarded: bool
     blow: bool
     lies: bool = False
@@ -141,12 +141,13 @@ class Cycle:
         self.guards = [i for i, one in enumerate(timings) if one.guarded]
         self.size, self.supplied = flows[0].modes.omega.size, flows[0].compliance < np.inf
         kinds = {id(flow): flow for flow in flows}
-        number, wrapped = {key: i for i, key in enumerate(kinds)}, [i for i, one in enumerate(timings) if one.wrapped]
-        self.order = np.full((len(timings), 5), -1)
+        number, self.kinds, self.wrapped = {key: i for i, key in enumerate(kinds)}, len(kinds), 0
+        self.order = np.full((len(timings), 6), -1)
         for i, one in enumerate(timings):
-            self.order[i, [0, 1, 4]] = number[id(flows[i])], one.source, one.blow + one.lies
-        self.order[wrapped, 2], self.order[self.guards, 3] = np.arange(len(wrapped)), np.arange(len(self.guards))
-        self.kinds, self.wrapped = len(kinds), len(wrapped)
+            waits = self.wrapped if one.wrapped else -1
+            self.order[i, [0, 1, 2, 3, 5]] = number[id(flows[i])], one.source, one.wrapped, waits, one.blow + one.lies
+            self.wrapped += one.wrapped
+        self.order[self.guards, 4] = np.arange(len(self.guards))
         modal = [(flow.modes.omega, flow.modes.damping, flow.modes.driven) for flow in kinds.values()]
         forces = [(flow.held, flow.draw, flow.supplied, 1.0 / flow.compliance) for flow in kinds.values()]
         later = [one.later for one in timings]
@@ -162,7 +163,6 @@ class Cycle:
         return closure_kernels().room_for(self.row, self.order, self.kinds, self.size, self.supplied)
 
     def times(self, unknowns: Array) -> Array:
-        """When the events are."""
         blows = np.append(unknowns, 0.0)  # that at time 0 is the last one
         return np.array([blows[one.source] + one.later - one.wrapped * unknowns[-1] for one in self.timings])
 

@@ -28,10 +28,8 @@ _TERMS, _FEW, _FEWER = 16, 11, 8
 
 
 def response(t: float, stiffness: float, drag: float) -> tuple[float, float, float, float]:
-    """s′, s, q and w at the time t: velocity and place after a unit velocity, place under a unit force, under a ramp.
-
-    A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
-    """
+    """s′, s, q and w at the time t: velocity and place after a unit velocity, place under unit force and ramp."""
+    # A long swing by its circle, all else by power series and by doubling the time: smooth in κ and d, down to 0.
     square = stiffness - 0.25 * drag * drag
     if not (stiffness * t * t > _SMALL and square > 0.5 * stiffness and drag <= stiffness * t):
         return series(t, t, stiffness, drag)
@@ -184,10 +182,8 @@ Response = tuple[Array, Array, Array, Array]
 
 
 def response_of(modes: MachineModes, t: Array) -> Response:
-    """s′, s, q and w of every coordinate at the times t; each of shape (N + 1, len(t)).
-
-    The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
-    """
+    """s′, s, q and w of every coordinate at the times t; each of shape (N + 1, len(t))."""
+    # The motion as a whole is taken from its series, which is exact down to no chamber and no drag.
     ds, s, q, w = np.empty((4, modes.omega.size, t.size))
     ds[0], s[0], q[0], w[0] = _whole(modes, t)
     if modes.size:
@@ -244,11 +240,9 @@ class StateFlow(NamedTuple):
         return np.stack([v, force * modes.driven - modes.omega**2 * u - modes.damping * v], axis=1), rise
 
     def maps(self, response: Response) -> tuple[Array, Array, Array]:
-        """What becomes of every coordinate after some times, (…, times) each.
-
-        The matrices of its state, (N + 1, 2, 2), where a unit force takes the state 0, and where `held` and the ramp
-        do, (N + 1, 2).
-        """
+        """What becomes of every coordinate after some times, (…, times) each."""
+        # The matrices of its state, (N + 1, 2, 2), where a unit force takes the state 0, and where `held` and the ramp
+        # do, (N + 1, 2).
         ds, s, q, w = response
         square, driven = self.modes.omega[:, None] ** 2, self.modes.driven[:, None]
         matrices = np.moveaxis(np.array([[1.0 - square * q, s], [-square * s, ds]]), 2, 0)

@@ -62,8 +62,7 @@ def unit_interval(name: str, value: object) -> float:
     return number
 
 
-MOST_FORCE = 1e100
-"""Far beyond any load: the squares of forces stay in the range of double precision."""
+MOST_FORCE = 1e100  # far beyond any load: the squares of forces stay in the range of double precision
 
 
 def force(name: str, value: object, least: float = 2.3e-308) -> float:

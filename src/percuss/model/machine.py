@@ -94,8 +94,7 @@ def _machine_modes(body: Body, at: int, stiffness: float, elastic: int) -> Machi
     return found
 
 
-_QUICK = 300
-"""Modes of which the matrix takes no tenth of a second; 4096 take a minute."""
+_QUICK = 300  # modes of which the matrix takes no tenth of a second; 4096 take a minute
 
 _known = lru_cache(maxsize=32)(_machine_modes)
 
@@ -118,12 +117,8 @@ class Machine(SIScales):
 
     Parameters
     ----------
-    body
-        What strikes.
     valve
         States, ports and chamber; forces P/(M L Ω²), distances in bar lengths.
-    contact
-        How the body leaves the wall.
     at
         The number of the place where the valve's force acts, 0 for the driven end.
     bar
@@ -166,8 +161,6 @@ class Machine(SIScales):
 
         Parameters
         ----------
-        bar
-            The body with its sizes.
         valve
             Forces in N, distances in m, delays in s, the stiffness of the chamber in N/m.
         contact, at, pressure
@@ -213,12 +206,8 @@ class Machine(SIScales):
 # wave is for 100 % of it, one of five harmonics for 87 %, a trapezoid with edges of a fifth of the period for 72 %; a
 # harmonic load is for 41 %, a triangle for 30 %.
 
-NEAR = 0.15
-"""How near a level, as a part of the distance of the two, the load counts as at it."""
-
-LEAST_SHARE = 0.7
-"""Part of the period from which on a load at its levels switches."""
-
+NEAR = 0.15  # how near a level, as a part of the distance of the two, the load counts as at it
+LEAST_SHARE = 0.7  # part of the period from which on a load at its levels switches
 _SAMPLES = 2048
 _PER_HARMONIC = 8
 

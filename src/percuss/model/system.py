@@ -37,12 +37,8 @@ class System(SIScales):
 
     Parameters
     ----------
-    body
-        What strikes.
     load
         The dimensionless load P/(M L² Ω²), with the place where it acts.
-    contact
-        How the body leaves the wall.
     bar, frequency
         The body with its sizes in SI and the frequency (Hz) of the load's fundamental behind an SI system, or None.
     s, d, restitution

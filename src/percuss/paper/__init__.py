@@ -13,14 +13,11 @@ if TYPE_CHECKING:
 
 __all__ = ["CLAIMS", "FIGURES", "NAMES", "figures", "write_figures"]
 
-FIGURES = ("fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "elastic")
-"""The figures."""
+FIGURES = ("fig2", "fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "elastic")  # the figures
 
-CLAIMS = "claims"
-"""The numerical experiments on what B77 claims; `percuss.paper.claims` runs them."""
+CLAIMS = "claims"  # the numerical experiments on what B77 claims; `percuss.paper.claims` runs them
 
-NAMES = (*FIGURES, CLAIMS)
-"""All that can be made."""
+NAMES = (*FIGURES, CLAIMS)  # all that can be made
 
 
 def figures(name: str, seed: int = 1977) -> tuple[PaperFigure, ...]:
@@ -56,10 +53,6 @@ def write_figures(names: Sequence[str], directory: str | Path, seed: int = 1977)
     ----------
     names
         Some of `FIGURES`.
-    directory
-        Made when it is not there.
-    seed
-        As in `figures`.
 
     Raises
     ------

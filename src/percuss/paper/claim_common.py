@@ -18,14 +18,11 @@ from percuss.simulate import Starts, Stop
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
-HOLDS, PARTLY, NOT = "holds", "holds only where", "does not hold"
-"""The verdicts."""
+HOLDS, PARTLY, NOT = "holds", "holds only where", "does not hold"  # the verdicts
 
-DAMPED = 0.03 / (2.0 * math.pi)
-"""d of B77's damped curves, 2πd = 0.03."""
+DAMPED = 0.03 / (2.0 * math.pi)  # d of B77's damped curves, 2πd = 0.03
 
-RIGID = 1e6
-"""s of a bar that is as good as rigid: what remains of the elastic terms is of the order 1/s²."""
+RIGID = 1e6  # s of a bar that is as good as rigid: what remains of the elastic terms is of the order 1/s²
 
 
 @dataclass(frozen=True)
@@ -72,7 +69,6 @@ class Trial:
         impacts: int | None = None,
         tolerance: float = 1e-9,
     ) -> Experiment:
-        """An experiment on all cores."""
         stop = Stop(impacts=self.size.impacts if impacts is None else impacts, tolerance=tolerance)
         return experiment(system, starts, distribution, self.seed, modes=modes, stop=stop, workers=1, threads=None)
 
@@ -138,7 +134,6 @@ def tried(groups: Iterable[tuple[str, int, int]]) -> Verdict:
 
 
 def sentence(verdict: Verdict) -> str:
-    """A verdict inside a sentence."""
     return {PARTLY: "holds only at some points", NOT: "does not hold"}.get(verdict.verdict, "holds") + (
         f" ({verdict.where})" if verdict.where else ""
     )

@@ -34,8 +34,7 @@ RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8)
 KAPPAS = (1.05, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)
 ELASTIC = tuple((r, kappa) for r in (0.2, 0.5, 0.8) for kappa in (1.2, 1.5))
 LEAST, MOST = 0.05, 0.10
-ALIKE = 0.10
-"""Medians of the scatter from two distributions that differ by less than this part are alike."""
+ALIKE = 0.10  # medians of the scatter from two distributions that differ by less than this part are alike
 
 
 @dataclass(frozen=True)

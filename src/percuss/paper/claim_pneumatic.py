@@ -29,8 +29,7 @@ from percuss.stability import stability_of
 from percuss.steady import Orbit, steady_states
 
 RESTITUTIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 0.9)
-FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)
-"""Of the upper curve of Fig. 5, where claim a is tried."""
+FRACTIONS = (0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97)  # of the upper curve of Fig. 5, where claim a is tried.
 
 
 @dataclass(frozen=True)
@@ -151,8 +150,7 @@ def claim_a(trial: Trial, ends: Sequence[StartsEnd]) -> Claim:
 # ---- Claims b and c: which m are reached, and from how many starts
 
 MOST_PERIODS = 8
-NEAR = 1e-3
-"""Starts beside an orbit differ from it by this, relative for the speed and in radians for the phase."""
+NEAR = 1e-3  # starts beside an orbit differ from it by this, relative for the speed and in radians for the phase
 
 
 @dataclass(frozen=True)
@@ -194,12 +192,6 @@ def allowed(restitution: float, load_factor: float, most: int = MOST_PERIODS) ->
     return found
 
 
-def points_b() -> list[tuple[float, float]]:
-    """Points where more than one m exists."""
-    grid = [(r, x) for r in (0.5, 0.6, 0.7, 0.8, 0.9) for x in (0.4, 0.6, 0.8, 0.89, 1.0, 1.2, 1.4, 2.0)]
-    return [(r, x) for r, x in grid if x < upper_curve(r, 2)]
-
-
 def verdict_b(reaches: Sequence[StartsReach]) -> Verdict:
     """A motion is reached when any start beside it ends in it."""
     groups = []
@@ -211,7 +203,8 @@ def verdict_b(reaches: Sequence[StartsReach]) -> Verdict:
 
 def claim_b(trial: Trial) -> Claim:
     """Where several m are possible, each can be reached by a proper start."""
-    points = points_b()
+    grid = [(r, x) for r in (0.5, 0.6, 0.7, 0.8, 0.9) for x in (0.4, 0.6, 0.8, 0.89, 1.0, 1.2, 1.4, 2.0)]
+    points = [(r, x) for r, x in grid if x < upper_curve(r, 2)]  # where more than one m exists
     wanted = [(r, x, motion) for r, x in points for motion in allowed(r, x)]
     each, reaches = max(20, min(trial.size.each(len(wanted)) // 3, 2000)), []
     draw = np.random.default_rng(trial.seed)

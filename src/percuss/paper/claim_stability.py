@@ -32,9 +32,7 @@ from percuss.simulate import Starts
 from percuss.stability import stability_of
 from percuss.steady import steady_states
 
-COARSE = np.linspace(0.0, 0.98, 50).tolist()
-"""Values of R for exact multipliers and simulations."""
-
+COARSE = np.linspace(0.0, 0.98, 50).tolist()  # values of R for exact multipliers and simulations
 PERIODS = (1, 2, 5)
 VARIANTS = (("rigid, d = 0", 1e6, 0.0, 0), ("s = 20, 2πd = 0.03, N = 16", 20.0, DAMPED, 16))
 
@@ -177,20 +175,15 @@ def _loads(r: float, m: int, d: float) -> list[float]:
 # ---- Claim f: what the stiffness of the bar does to stability
 
 SPEEDS = (0.4, 1.0, 2.0, 5.0, 8.0, 20.0, 50.0, 100.0)
-STIFF = 10.0
-"""sπ from which on a bar counts as stiff."""
-
+STIFF = 10.0  # sπ from which on a bar counts as stiff
 FEW_PERCENT = 0.01
 _LOOSE: dict[str, Any] = {"impacts": 5000, "tolerance": 1e-3}  # elastic modes ring for thousands of impacts
 MODES = 16
-RESTITUTIONS = (0.2, 0.4, 0.6, 0.8)
-"""Restitutions at which the stable range is looked at."""
+RESTITUTIONS = (0.2, 0.4, 0.6, 0.8)  # restitutions at which the stable range is looked at
 
-FRACTIONS = tuple(np.linspace(0.05, 0.95, 9).tolist())
-"""Places in that range, from its lower end to its upper one."""
+FRACTIONS = tuple(np.linspace(0.05, 0.95, 9).tolist())  # places in that range, from its lower end to its upper one
 
-POINTS = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))
-"""(R, p_0/p_1) of the random starts."""
+POINTS = ((0.4, 0.6), (0.6, 0.9), (0.8, 1.2))  # (R, p_0/p_1) of the random starts
 
 
 @dataclass(frozen=True)
@@ -303,7 +296,6 @@ def claim_f(trial: Trial) -> Claim:
 
 
 def _told(found: Sequence[Stiffness], rows: Sequence[tuple[Any, ...]], each: int) -> Claim:
-    """The claim with its numbers."""
     columns = (
         "s", "sπ", "damping", "lower curve moves by, %", "stable where the rigid bar is", "greatest multiplier", "at R",
         "p_0/p_1", "reason there", "share of z=1/1 shifts by, points", "by chance up to",

@@ -125,8 +125,7 @@ def _cell(value: Any) -> str:
 DEFAULT = Size(starts=60_000)
 FULL = Size(starts=1_000_000)
 
-PART = "claims.part.json"
-"""The finished claims of an audit that is not."""
+PART = "claims.part.json"  # the finished claims of an audit that is not
 
 LOST = "the claim in progress is lost, finished ones are kept: ask for the same again to continue"
 
@@ -168,8 +167,6 @@ def run(
         Made when it does not exist; files of these names are replaced.
     full
         10⁶ starts for each claim; a few minutes become an hour or so.
-    seed
-        Of all starts.
     progress
         Called with a `ClaimsProgress`; something true ends the audit.
     size

@@ -36,14 +36,8 @@ class PaperFigure:
     ----------
     name
         Of its files: ``fig5`` for fig5.csv, fig5.svg and fig5.png.
-    title
-        What it shows.
     columns
         The table, arrays of equal shape (n,) by name; numbers, truth values or words.
-    paint
-        Draws the figure onto an empty picture.
-    width, height
-        Of the picture, in inches.
     marks
         What the picture shows besides the table, by name.
     """
@@ -147,20 +141,15 @@ def branch_legend(axes: Axes) -> None:
 
 # ---- What the figures of B77 share: the systems in the limit s → ∞, the values of R, branches as rows
 
-STIFF = 1e7
-"""s of the limit s → ∞: σ falls off like 1/(12 s²) or faster and is below rounding there."""
+STIFF = 1e7  # s of the limit s → ∞: σ falls off like 1/(12 s²) or faster and is below rounding there
 
-DAMPING = 0.03 / (2.0 * math.pi)
-"""d of B77's damped curves, 2πd = 0.03."""
+DAMPING = 0.03 / (2.0 * math.pi)  # d of B77's damped curves, 2πd = 0.03
 
-RESTITUTIONS = np.linspace(0.0, 0.99, 100)
-"""R of the curves over R."""
+RESTITUTIONS = np.linspace(0.0, 0.99, 100)  # R of the curves over R
 
-KAPPAS = (1.0 + 1e-6, 2.0 - 1e-6)
-"""The range of κ in which the square wave pushes."""
+KAPPAS = (1.0 + 1e-6, 2.0 - 1e-6)  # the range of κ in which the square wave pushes
 
-TENTHS = tuple(i / 10 for i in range(10))
-"""R of the families of curves."""
+TENTHS = tuple(i / 10 for i in range(10))  # R of the families of curves
 
 
 def pneumatic(s: float = STIFF, d: float = 0.0) -> System:

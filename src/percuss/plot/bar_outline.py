@@ -8,8 +8,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.body.uniform import Piece
 
-_ROOM = 0.06
-"""Around the bar, as a share of its length: for the arrow of the load, and the wall."""
+_ROOM = 0.06  # around the bar, as a share of its length: for the arrow of the load, and the wall
 
 
 def bar_outline(system: System) -> str:

@@ -30,8 +30,7 @@ def _axes_of(answer: BlowAnswer) -> Units:
 # ---- What happens along striker and rod in a blow: the waves over place and time, and the greatest stresses
 
 _TIMES, _CELLS = 400, 300
-_REACH = 4.0
-"""Of an endless rod: lengths of the striker that are shown."""
+_REACH = 4.0  # of an endless rod: lengths of the striker that are shown
 
 
 def waves_along(figure: Any, axes: Any, answer: BlowAnswer, last: float, mark: str) -> None:
@@ -121,20 +120,12 @@ def _areas(answer: BlowAnswer, which: int) -> Array:
 
 # ---- The picture of one blow: forces, waves over place and time, greatest stresses, the rock, where the energy goes
 
-_SHOWN = 3.0
-"""Transit times of the striker after the last force that curves go on for."""
-_FELT = 1e-3
-"""Share of its peak that counts as a force on the rock."""
+_SHOWN = 3.0  # transit times of the striker after the last force that curves go on for
+_FELT = 1e-3  # share of its peak that counts as a force on the rock
 
 
 def blow(answer: BlowAnswer) -> Figure:
-    """Draw one blow.
-
-    Parameters
-    ----------
-    answer
-        What `percuss.case.blow_answer` gives.
-    """
+    """Draw one blow."""
     having("answer", answer, ("title", "blow", "gauge", "peaks"), "the answer of percuss.case.blow_answer")
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
@@ -262,18 +253,11 @@ def _efficiency(axes: Any, answer: BlowAnswer, mark: str) -> None:
 
 # ---- The picture of a best blow beside that of the case as it is: forces at the face and on the rock, shapes, stresses
 
-_BEST_SHOWN = 1.5
-"""Times the end of the last contact that curves go on for."""
+_BEST_SHOWN = 1.5  # times the end of the last contact that curves go on for
 
 
 def best(answer: BestAnswer) -> Figure:
-    """Draw what a search for the best blow has found.
-
-    Parameters
-    ----------
-    answer
-        What `percuss.case.best_answer` gives.
-    """
+    """Draw what a search for the best blow has found."""
     having("answer", answer, ("own", "best", "spans"), "the answer of percuss.case.best_answer")
     both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))
     with canvas(10.0, 8.0, answer.own.title) as figure:

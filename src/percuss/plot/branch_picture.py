@@ -104,8 +104,6 @@ def branch(found: Branch, title: str = "") -> Figure:
     found
         A `percuss.explore.Branch`, drawn with those that were switched to from it. Of cycles with rest the first
         impacts after each release are drawn, and among the phases when the bar is let go and comes to rest.
-    title
-        What stands above.
 
     Examples
     --------
@@ -153,8 +151,6 @@ def curves(found: Sequence[PointCurve], title: str = "") -> Figure:
     ----------
     found
         The curves, all of them over the same two parameters.
-    title
-        What stands above.
 
     Examples
     --------

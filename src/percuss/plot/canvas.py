@@ -31,14 +31,11 @@ if TYPE_CHECKING:
     from percuss.model.checks import Array
     from percuss.palette import Colour
 
-SUFFIXES = (".png", ".svg", ".pdf")
-"""What a picture can be saved as."""
+SUFFIXES = (".png", ".svg", ".pdf")  # what a picture can be saved as
 
 INK = "#333333"
 
-COLOURS = tuple(kind.light for kind in palette.KINDS)
-"""Kinds of things: blue, vermilion, green, purple, orange, sky."""
-
+COLOURS = tuple(kind.light for kind in palette.KINDS)  # kinds of things: blue, vermilion, green, purple, orange, sky
 _STYLE = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -149,8 +146,6 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> Path:
 
     Raises
     ------
-    ParameterError
-        For any other suffix.
     PercussError
         When the file cannot be written.
     """

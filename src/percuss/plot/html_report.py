@@ -19,8 +19,6 @@ from percuss.steady.figures import CARDS, REPORTED
 if TYPE_CHECKING:
     from percuss.case import Case, SimulationAnswer, SteadyAnswer
 
-__all__ = ["report_html"]
-
 _STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #f2f4f7; --line: #ccd; }
 @media (prefers-color-scheme: dark) { :root { --ink: #eee; --paper: #16181d; --soft: #22262e; --line: #445; } }

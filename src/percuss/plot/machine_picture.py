@@ -198,11 +198,9 @@ def _varied(machine: Machine) -> tuple[str, float, str]:
 
 # ---- The picture of a simulated motion of a machine that switches its own valve: piston, force, blows, phase portrait
 
-CYCLES = 4
-"""Cycles of a periodic motion that are shown; of others as many times the changes that two cycles would have."""
+CYCLES = 4  # cycles of a periodic motion that are shown; of others as many times the changes that two cycles would have
 
-MOST_EVENTS = 120
-"""Events shown of a motion that is not periodic."""
+MOST_EVENTS = 120  # events shown of a motion that is not periodic
 
 
 def _window(motion: Trajectory) -> tuple[float, float, str]:

@@ -33,7 +33,6 @@ _UNANSWERED = 2  # outcomes from this one on, and −1, leave a cell without a v
 
 
 def answered_cells(found: Sweep) -> np.ndarray[Any, Any]:
-    """Where the cells have values at all."""
     outcome = np.asarray(found["outcome"])
     return np.asarray((outcome >= 0) & (outcome < _UNANSWERED))
 
@@ -159,8 +158,7 @@ def _hatched(ax: Axes, x: Any, y: Any, here: Any, hatch: str) -> None:
 
 # ---- Words in the cells of a map: which there are, in which order, and what stands where there is none
 
-MOST_WORDS = 12
-"""Labels with a colour of their own: the most frequent; the others share one."""
+MOST_WORDS = 12  # labels with a colour of their own: the most frequent; the others share one
 
 HATCH = palette.BOTH["none"]  # on white: no value
 
@@ -204,8 +202,7 @@ def _order(label: str) -> tuple[int, str, int, int]:
 
 # ---- A panel of a map over one parameter
 
-RESTS = palette.BOTH["rest"]
-"""Of what comes to rest."""
+RESTS = palette.BOTH["rest"]  # of what comes to rest
 
 
 def line(ax: Axes, found: Sweep, name: str) -> dict[str, Any]:
@@ -480,10 +477,6 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
 
     Parameters
     ----------
-    found
-        A `percuss.explore.Sweep`.
-    title
-        Above all panels.
     curves
         Boundaries over a plane, as `percuss.explore.boundaries` gives them, or curves of `percuss.explore.follow_point`
         over the same two parameters, drawn into every panel.
@@ -528,12 +521,8 @@ def sweep(found: Sweep, title: str = "", curves: Sequence[Any] = ()) -> Figure:
 
 # ---- The pictures of where starts end: the shares of an experiment, and basins of attraction as an image
 
-MOST_SHOWN = 10
-"""Attractors with a line or a colour of their own: the most frequent."""
-
-MOST_POINTS = 20_000
-"""Starts drawn; of more an even choice."""
-
+MOST_SHOWN = 10  # attractors with a line or a colour of their own: the most frequent
+MOST_POINTS = 20_000  # starts drawn; of more an even choice
 _REST = "#B5B5B5"
 _NAMES = {
     "time": "load phase of the start [rad]",
@@ -595,7 +584,9 @@ def basins(found: Basins, title: str = "") -> Figure:
             vmax=MOST_SHOWN + 0.5, rasterized=True,
         )  # fmt: skip
         ax.set(xlabel=x_name, ylabel=y_name)
-        _legend(ax, found.shares, n)
+        looks = [{"facecolor": _colour(i), "label": _name(found.shares, i)} for i in range(n)]
+        others = len(found.shares) - n
+        patches_beside(ax, [*looks, {"facecolor": _REST, "label": f"{others} others"}] if others else looks)
     return figure
 
 
@@ -618,13 +609,6 @@ def _name(shares: Sequence[Share], i: int) -> str:
     share = shares[i]
     alone = sum(other.label == share.label for other in shares) == 1
     return share.label if alone else f"{share.label} {share.attractor.mark}".rstrip()
-
-
-def _legend(ax: Axes, shares: Sequence[Share], n: int) -> None:
-    looks = [{"facecolor": _colour(i), "label": _name(shares, i)} for i in range(n)]
-    if len(shares) > n:
-        looks.append({"facecolor": _REST, "label": f"{len(shares) - n} others"})
-    patches_beside(ax, looks)
 
 
 def _bars(ax: Axes, shares: Sequence[Share]) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.steady_answer import PeriodAnswer, StructureAnswer, judged
+from percuss.case.answers.steady_answer import PeriodAnswer, judged
 from percuss.model.checks import having
 from percuss.plot.canvas import COLOURS, INK, Units, canvas, draw_waves, nothing, phase_axis, units_of, wall
 from percuss.steady import SteadyStates
@@ -33,8 +32,9 @@ class _Motions(NamedTuple):
 
     @property
     def coloured(self) -> list[tuple[str, OrbitAnswer]]:
-        """Every orbit with the colour of its m."""
-        return [(_colour(i), found) for i, period in enumerate(self.periods) for found in period.orbits]
+        """Every orbit with the colour of its m; of a held structure those that strike: each has one striking back."""
+        every = [(_colour(i), found) for i, period in enumerate(self.periods) for found in period.orbits]
+        return [pair for pair in every if self.system.body.is_free or pair[1].orbit.impact_velocity > 0.0]
 
     @property
     def timed(self) -> list[tuple[int, TimedPeriod]]:
@@ -44,16 +44,6 @@ class _Motions(NamedTuple):
 
 def _colour(i: int) -> str:
     return COLOURS[i % len(COLOURS)]
-
-
-def _of_states(states: Sequence[SteadyStates], title: str = "") -> _Motions:
-    """Steady states without a judged answer; of held structures those that strike."""
-    system = states[0].system
-    free = system.body.is_free  # else for each blow there is one that strikes backwards
-    shown = [[one for one in each.orbits if free or one.impact_velocity > 0.0] for each in states]
-    periods = [PeriodAnswer(each, tuple(map(judged, some))) for each, some in zip(states, shown, strict=True)]
-    chosen = min(periods[0].orbits, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
-    return _Motions(title or str(system), system, tuple(periods), chosen)
 
 
 # ---- In the picture of a steady answer: the motions of a law of blows that take time, beside those of B77's law
@@ -98,14 +88,12 @@ def _timed_phase(answer: _Motions, orbit: Orbit) -> str:
 
 # ---- The picture of a steady answer: where the phases come from, the load, the gap, the multipliers and the waves
 
-POINTS = 721
-"""Samples of a curve over one load period."""
+POINTS = 721  # samples of a curve over one load period
 
-EDGE = 1.7
-"""How far the panel of the multipliers reaches; what lies beyond is an arrow at its edge."""
+EDGE = 1.7  # how far the panel of the multipliers reaches; what lies beyond is an arrow at its edge
 
 
-def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
+def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
     """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
@@ -128,9 +116,9 @@ def steady(answer: SteadyAnswer | StructureAnswer | SteadyStates) -> Figure:
     True
     """
     if isinstance(answer, SteadyStates):
-        shown = _of_states([answer])
-    elif isinstance(answer, StructureAnswer):
-        shown = _of_states(answer.states, answer.title)
+        judged_orbits = tuple(map(judged, answer.orbits))
+        chosen = min(judged_orbits, key=lambda one: (not one.runs, not one.orbit.admissible), default=None)
+        shown = _Motions(str(answer.system), answer.system, (PeriodAnswer(answer, judged_orbits),), chosen)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
         shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen)

@@ -41,11 +41,9 @@ def titled_motion(shown: Any, clocked: bool) -> tuple[str, Trajectory]:
 
 _TURN = 2.0 * math.pi
 
-LONG_CYCLE = 12
-"""Load periods of a cycle that is too long to be shown twice."""
+LONG_CYCLE = 12  # load periods of a cycle that is too long to be shown twice
 
-MOST_VALUES = 4_000_000
-"""Samples times modes."""
+MOST_VALUES = 4_000_000  # samples times modes
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,6 @@ class Window:
 
     @cached_property
     def events(self) -> Events:
-        """The events of the stretch."""
         time = self.motion.events.time
         return self.motion.events[(time >= self.first) & (time <= self.last)]
 
@@ -80,7 +77,6 @@ class Window:
 
     @cached_property
     def gap(self) -> Array:
-        """The gap at `times`."""
         return np.minimum(self.motion.gap(self.times), 0.0)
 
     @cached_property
@@ -125,8 +121,7 @@ def window_of(motion: Trajectory) -> Window:
 
 # ---- The picture of a simulated motion: its last flights, its history, its map, and the waves in the bar
 
-MOST_POINTS = 20_000
-"""Points of a scatter; of more impacts an even choice is drawn."""
+MOST_POINTS = 20_000  # points of a scatter; of more impacts an even choice is drawn
 
 
 _MARKS = {

@@ -69,14 +69,12 @@ _GAUGE = ColumnQuery(
     "strain",
 )
 
-QUERIES = {"load": LOAD, "gauge": _GAUGE}
-"""By the word that `read_recording` takes."""
+QUERIES = {"load": LOAD, "gauge": _GAUGE}  # by the word that `read_recording` takes
 
 
 # ---- What a file of measured series holds, before a column is chosen
 
-RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'
-"""Where nothing in the file tells it."""
+RATE_REMEDY = 'give the rate of the recorder, in the form sample_rate = "… kHz"'  # where nothing in the file tells it
 
 
 @dataclass(frozen=True)
@@ -183,7 +181,6 @@ Column = str | int
 
 
 def _find(table: RecordedTable, key: Column, option: str) -> int:
-    """The column that `key` names."""
     every = range(len(table.names))
     if isinstance(key, str):
         wanted = key.strip().casefold()
@@ -214,11 +211,6 @@ def _time_like(table: RecordedTable, i: int) -> bool:
     words = re.split(r"[\W\d_]+", table.names[i].lower())
     named = table.names[i] != "T" and any(word in TIME_WORDS for word in words)
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
-
-
-def _is_asked_for(table: RecordedTable, i: int) -> bool:
-    unit = table.units[i]
-    return unit is not None and known_dimension(unit, table.query.dimensions) is not None
 
 
 def _find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
@@ -260,7 +252,7 @@ def _likely_values(table: RecordedTable, clock: int | None, unit_given: bool) ->
     """The only column of values that could be meant."""
     free = [i for i, good in enumerate(table.numeric) if good and i != clock and not _time_like(table, i)]
     for fits in (
-        [i for i in free if _is_asked_for(table, i)],
+        [i for i in free if (unit := table.units[i]) is not None and known_dimension(unit, table.query.dimensions)],
         [i for i in free if dimension(table.units[i]) is None and table.query.words.match(table.names[i])],
         free if unit_given else [],
     ):
@@ -412,8 +404,7 @@ def against_clock(table: RecordedTable, column: Column | None, rate: float) -> l
 
 # ---- Samples without a value: how they are left out of a record, and how many may be
 
-MOST_MISSING = 0.1
-"""The share of the samples that may be missing."""
+MOST_MISSING = 0.1  # the share of the samples that may be missing
 
 
 def without_gaps(time: Array, values: list[Array], table: RecordedTable, notes: list[str]) -> tuple[Array, list[Array]]:

@@ -132,8 +132,7 @@ def too_few_cycles(count: float, frequency: float) -> HistoryError:
 # ---- The fit of one repeated waveform to a record: boundaries of the cycles, drift and harmonics
 
 TURN = 2.0 * math.pi
-MAX_CYCLES = 400
-"""Cycles beyond these add nothing and are left out (the report says so)."""
+MAX_CYCLES = 400  # cycles beyond these add nothing and are left out (the report says so)
 MAX_HARMONICS = 64
 SIGNIFICANT = 3.5  # standard errors: one false harmonic in some thousand records
 NEGLIGIBLE = 1e-3  # of the largest harmonic

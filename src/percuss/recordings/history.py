@@ -65,10 +65,8 @@ def clipped_share(values: Array) -> tuple[float, float]:
 
 # ---- From a recorded history to one period of the load
 
-UNSTEADY = 0.03
-"""Variation of the period, as a fraction of it, from which the report warns."""
-DRIFTING = 0.25
-"""Drift of the mean, as a fraction of the rms of the alternating part, from which the report warns."""
+UNSTEADY = 0.03  # variation of the period, as a fraction of it, from which the report warns
+DRIFTING = 0.25  # drift of the mean, as a fraction of the rms of the alternating part, from which the report warns
 
 
 @dataclass(frozen=True)

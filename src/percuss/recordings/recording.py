@@ -134,8 +134,7 @@ def _cut(
 
 # ---- Reading a measured history from a file: force or pressure of a load, strain or stress or force at a gauge
 
-MAX_BYTES = 64 * 2**20
-"""The largest file that is read; 40 cycles are enough, and fill a hundredth of it."""
+MAX_BYTES = 64 * 2**20  # the largest file that is read; 40 cycles are enough, and fill a hundredth of it
 
 
 @dataclass(frozen=True)

@@ -26,17 +26,14 @@ from percuss.errors import HistoryError, Interrupted, MissingExtraError, Percuss
 from percuss.halting import look
 from percuss.recordings.untrusted_files import Damaged
 
-Found = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]
-"""What a reader answers: plain values, and arrays by name."""
+Found = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]  # what a reader answers: plain values, and arrays by name
 
 _MEMORY, _SECONDS = 2 * 2**30, 20.0
 _ERRORS = import_module("percuss.errors")  # by its name: the package imports what imports this
 _START = "from percuss.recordings.separate_process import serve; serve()"
-_COPIES = 12
-"""Times its size that a file may take in memory: as it is, unpacked, and on its way."""
+_COPIES = 12  # times its size that a file may take in memory: as it is, unpacked, and on its way
 
-inside = False
-"""Whether this is such a process: what it reads, it reads itself."""
+inside = False  # whether this is such a process: what it reads, it reads itself
 
 
 class Died(HistoryError):

@@ -16,8 +16,7 @@ from percuss.errors import HistoryError
 from percuss.recordings.columns import Array, RecordedTable, dimension, is_stamp
 from percuss.units import split_header
 
-LONGEST_LINE = 20_000
-"""Characters of one line: millions of columns would be looked at one by one."""
+LONGEST_LINE = 20_000  # characters of one line: millions of columns would be looked at one by one
 
 
 def read_text(path: Path) -> RecordedTable:

@@ -19,9 +19,7 @@ from percuss.errors import HistoryError, MissingExtraError, extra_package
 MOST_NUMBERS = 2**25
 """In one file, all its arrays together; as many as the largest file that is read holds of 16 bits each."""
 
-MOST_UPLOADED = 5_000_000
-"""The same of a file that comes from elsewhere; as many as a text of 10 MB can hold."""
-
+MOST_UPLOADED = 5_000_000  # the same of a file that comes from elsewhere; as many as a text of 10 MB can hold
 _MOST_ARRAYS = 10_000
 _REMEDY = "save the plain numbers of time and force or pressure alone, or as CSV"
 

@@ -274,7 +274,6 @@ class Snapshot:
 
     @property
     def impacts(self) -> int:
-        """Impacts from the start."""
         return int(self.count["impacts"][0])
 
     @property
@@ -288,8 +287,7 @@ def _copied_record(values: Records) -> Records:
     return values.view(np.uint8).copy().view(values.dtype) if values.dtype.names else values.copy()
 
 
-NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))
-"""For motions of which nothing is recorded."""
+NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))  # for motions of which nothing is recorded
 
 
 def begins(

@@ -81,8 +81,6 @@ class Ensemble(Shown):
 
     Attributes
     ----------
-    modes
-        N, the elastic modes of all.
     code
         How each ended: its number in `OUTCOMES`; see `outcome`.
     impacts
@@ -225,15 +223,11 @@ def simulate_many(
         One of them for all members, or as many as members; systems, or machines.
     modes
         N, the elastic modes kept; 0 is the rigid bar.
-    stop
-        When a member ends; see `Stop`.
     keep
         What is kept of each member: ``"statistics"``; a number n, the last n impacts besides; or ``"everything"``. Of
         machines statistics, and nothing of which the next two are said.
     discard
         Impacts that the statistics leave out when no periodic motion is found: half of the stop rule's by default.
-    threads
-        How many; by default as many as cores.
     work
         Evaluations of its motion after which a member ends as ``work``, whatever the computer; by default more than any
         motion needs but that of a bar that hovers before the wall. Does not go with ``keep="everything"``.

@@ -226,8 +226,6 @@ class Summary(Shown):
 
     Attributes
     ----------
-    impacts
-        In the whole motion.
     first, last
         The settled part: from this impact to that one, numbered from 0. Whole cycles when a periodic motion was
         found, else the second half (all of them when they are fewer than 20, or when the bar has come to rest or left
@@ -268,8 +266,7 @@ class Summary(Shown):
     si: SISummary | None
 
 
-OPEN_CYCLES = ("", "rest/?", "chatter/?")
-"""Cycles with rest whose number of load periods hangs on rounding, by kind."""
+OPEN_CYCLES = ("", "rest/?", "chatter/?")  # cycles with rest whose number of load periods hangs on rounding, by kind
 
 
 def label_of(outcome: str, cycle: MotionCycle | None, wanders: bool, kind: int = 0) -> str:

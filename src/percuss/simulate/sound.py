@@ -30,8 +30,7 @@ from percuss.simulate.kernels.motion_records import (
 from percuss.simulate.stop import MAX_MODES, MOST_IMPACTS, OUTCOMES
 
 Motion: TypeAlias = Any  # a Trajectory, which is made of what this lets through
-_MOST = 1e100
-"""No number of a motion is greater: its square must not overflow."""
+_MOST = 1e100  # no number of a motion is greater: its square must not overflow
 
 
 def true(good: object, what: str) -> None:
@@ -208,8 +207,7 @@ def _counts(whole: npt.NDArray[Any], pieces: int, impacts: int, events: int) -> 
         true(least[name] <= whole[name][0] <= most[name], f"{name} of engine_count")
 
 
-_HELD = 1e-8
-"""Time after a graze in which none is looked for."""
+_HELD = 1e-8  # time after a graze in which none is looked for
 
 
 def _same(name: str, found: npt.ArrayLike, kept: npt.ArrayLike) -> None:

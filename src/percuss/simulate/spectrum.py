@@ -270,7 +270,6 @@ class ClockedFlights:
 
     @property
     def system(self) -> System:
-        """What moves."""
         return self.spectrum.system
 
     def states(self, rows: Array, phase: Array, piece: npt.NDArray[np.int64]) -> tuple[Array, Array]:
@@ -345,7 +344,6 @@ class ClockedFlights:
         return self.spectrum.elastic.at_load * self.spectrum.unit
 
     def put_in(self, at: Moment) -> Array:
-        """The power that is put in."""
         velocity = at.modes.velocity
         return np.asarray(self.force(at) * (velocity[0] + self._at_load @ velocity[1:]))
 

@@ -119,9 +119,7 @@ def _gauss(edges: Array, points: int = 8) -> tuple[Array, Array]:
 DISTRIBUTIONS = ("rigid", "still", "ringing")
 """The named distributions of random starts."""
 
-DEFAULT_RANDOM_MODES = 32
-"""Elastic modes that a random start excites."""
-
+DEFAULT_RANDOM_MODES = 32  # elastic modes that a random start excites
 _TURN = 2.0 * np.pi
 _MOST_STARTS = 10**9
 
@@ -359,8 +357,6 @@ class Start:
 
         Parameters
         ----------
-        modes
-            N.
         system
             Whose modes they are; those of a uniform bar, driven at its end, by default.
         """
@@ -575,10 +571,6 @@ class Starts(Shown):
         ----------
         system
             Whose load sets the scale.
-        size
-            How many.
-        seed
-            Of numpy's default generator.
         """
         return cls(*drawn(system, size, seed, distribution, modes))
 

@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 from percuss.errors import ParameterError
 from percuss.model.checks import count, finite, flag, instance
 
-DEFAULT_IMPACTS = 2000
-"""Impacts after which a motion ends when nothing else is asked for."""
+DEFAULT_IMPACTS = 2000  # impacts after which a motion ends when nothing else is asked for
 
-MAX_MODES = 4096
-"""The most elastic modes of a simulation."""
+MAX_MODES = 4096  # the most elastic modes of a simulation
 
 MOST_IMPACTS = 10**9
 

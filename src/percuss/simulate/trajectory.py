@@ -87,8 +87,6 @@ class Trajectory(Shown):
     ----------
     hammer, modes
         What moved, and N, the number of its elastic modes; see `system` and `machine`.
-    events
-        The event table.
     states
         The state after each event in the form of the engine, shape (events, 2N + 2): gap, u_0', amplitudes; see
         `displacement` and `velocity` for u_n and u_n'. Of a machine with a supply one number more, see `pressure`.
@@ -106,8 +104,6 @@ class Trajectory(Shown):
         ``irregular``, or ``undecided`` where too little was followed to tell.
     cycle
         The periodic motion, or None when none was found.
-    stop
-        The rule it was stopped by.
     begin_time, end_time
         First and last time for which the motion is known.
     snapshot
@@ -455,8 +451,6 @@ class Trajectory(Shown):
         stop
             The new rule; impacts and time count from the start of the motion, not from here. None: as many impacts
             again, whether a periodic motion is found or not.
-        progress
-            See `run`.
         """
         from percuss.simulate.motion_files import continued
 

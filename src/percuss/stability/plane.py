@@ -82,8 +82,6 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
         Gives the body, the contact law and the alternating part of the load.
     restitution, load_factor
         Arrays that broadcast together; R in [0, 1].
-    periods
-        m.
 
     Examples
     --------
@@ -197,17 +195,11 @@ class ExactPlane(Shown):
 
     Attributes
     ----------
-    plane
-        Phases and the reduced criterion.
-    modes
-        N.
     multiplier
         The multiplier of largest modulus (of a pair, the one turning backward); where the load jumps at the impact,
         the worse of both sides. NaN where there is no root, or no answer.
     mode
         The mode with the greatest share in its eigenvector: 0 is the rigid motion; −1 where there is no answer.
-    fold
-        Whether two motions meet here.
     outcome
         Numbers of `OUTCOMES`.
     """
@@ -268,8 +260,6 @@ def exact_plane(
 
     Raises
     ------
-    ParameterError
-        For what `stability_plane` refuses, N out of range, or a plane of another shape.
     ResonanceError
         When an undamped bar is driven at one of its own frequencies.
 

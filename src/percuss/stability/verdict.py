@@ -218,8 +218,6 @@ def floquet_multipliers(orbit: Repeating, modes: int | None = None, *, side: Sid
 
     Parameters
     ----------
-    orbit
-        The orbit, whatever way it was found.
     modes
         N, 0 to 16384, of a motion of `steady_states`; by default those that it was asked for, or 32. Other orbits have
         the modes that they were found with.
@@ -262,8 +260,6 @@ class Stability(Shown):
         `margin_ringing`.
     criteria
         `reduced` and `waveform`, B77's criterion and the designer's; None of a body that is held.
-    multipliers
-        The exact ones.
     disagreement
         Where B77's criterion says otherwise, in words; else None.
     """
@@ -420,8 +416,6 @@ class TimedStability(Shown):
     kind
         What decides, one of `percuss.steady.Reason`; None where the law cannot judge, as the load jumps just where the
         blow is.
-    reason
-        In words.
     margin
         1 minus the largest modulus, per blow: to be compared with `Stability.margin_rhythm` of B77's motion.
     multipliers

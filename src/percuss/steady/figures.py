@@ -123,10 +123,6 @@ def _mean_force(orbit: Striking) -> float | None:
     return float(orbit.system.contact.impulse * whole / orbit.period)
 
 
-def _frequency(system: System) -> float:
-    return system.angular_frequency if system.frequency is None else system.frequency  # the former tells of no scales
-
-
 def _speed(system: System) -> float:
     return system.speed_scale
 
@@ -159,7 +155,8 @@ FIGURES = {
         lambda o: o.delivered_energy, _energy,
     ),
     "blow_rate": Figure(
-        "blow rate", "blows in a load period, or in a second", "Hz", lambda o: o.impacts / o.periods, _frequency
+        "blow rate", "blows in a load period, or in a second", "Hz", lambda o: o.impacts / o.periods,
+        lambda s: s.angular_frequency if s.frequency is None else s.frequency,  # the former tells of no scales
     ),
     "power": Figure(
         "percussive power", "blow energy times blow rate; the rebound keeps a part", "W",

@@ -59,8 +59,7 @@ class Flown:
         def impact_velocity(self) -> float: ...
         def modal_state(self, modes: int) -> ModalState: ...
 
-    start_gap = 0.0
-    """Where it starts: at the wall."""
+    start_gap = 0.0  # where it starts: at the wall
 
     @cached_property
     def response(self) -> Response:
@@ -537,17 +536,7 @@ def _added_beyond(motion: Flown, few: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Energy(Shown):
-    """Energy over one impact period, dimensionless.
-
-    Parameters
-    ----------
-    input
-        Put in by the load.
-    damping
-        Taken by the damping.
-    impact
-        Taken by the impact.
-    """
+    """Energy over one impact period, dimensionless."""
 
     input: float
     damping: float

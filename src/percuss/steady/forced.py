@@ -223,7 +223,6 @@ class HarmonicResponse:
         return slope + float(np.sum(self.k * np.abs(self.p) * shift / room))
 
     def ringing(self, modes: int) -> Array:
-        """Nothing rings."""
         return np.zeros(modes)
 
     @property

@@ -260,12 +260,8 @@ def energy_shares(omega: Array, gamma: Array, u: ComplexArray, v: ComplexArray, 
 # ---- Exact Floquet multipliers of an orbit with N elastic modes (not in B77; theory §5), and which motion each belongs
 # to
 
-NEUTRAL = 1e-10
-"""Moduli this close to 1 are neither stable nor unstable: rounding would decide."""
-
-TURNING = 1e-6
-"""Part of its modulus from which on the imaginary part of a multiplier makes it one of a pair that turns."""
-
+NEUTRAL = 1e-10  # moduli this close to 1 are neither stable nor unstable: rounding would decide
+TURNING = 1e-6  # part of its modulus from which on the imaginary part of a multiplier makes it one of a pair that turns
 _DENSE = 40  # up to this many modes a dense eigensolve is as fast
 _DENSE_CHECK = 300  # up to this many it may stand in for roots that failed their check
 _TINY = 1e-6  # multipliers this small beside the largest, or beside 1, are taken for 0
@@ -278,8 +274,6 @@ class Multipliers(Shown):
 
     Parameters
     ----------
-    label
-        Of the orbit.
     modes
         N: modes 0 … N were kept.
     values

@@ -37,10 +37,6 @@ class Orbit(Flown, Repeating):
 
     Parameters
     ----------
-    system
-        What vibrates.
-    periods
-        m, the load periods per impact.
     phase
         φ, the phase of the load at the impact, in [0, 2π).
     fold

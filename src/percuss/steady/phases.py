@@ -24,8 +24,7 @@ from percuss.steady.forced import PiecewiseResponse, Response, forced_response
 from percuss.steady.oscillator import modal_state
 from percuss.steady.trigonometric import TURN, bounded_roots, on_circle
 
-RELEASED_MODES = 512
-"""Modes of the sums where an impact changes the strain: more of them hardly help."""
+RELEASED_MODES = 512  # modes of the sums where an impact changes the strain: more of them hardly help
 
 _EPS = np.finfo(float).eps
 
@@ -396,8 +395,6 @@ def grows(
         Gives s, d and the alternating part of the load.
     phases
         Impact phases in rad, of any shape; NaN where there is none.
-    periods
-        m.
     modes
         None for the continuous bar, or N for a bar of modes 0 … N.
     restitution

@@ -32,10 +32,8 @@ LOOSE, PATIENCE = 1e-7, 12  # in a crowd larger ones, after so many sweeps
 
 @inner
 def joined(count, work):
-    """Equal poles taken together; those without residue, and all but one of equal ones, are roots already.
-
-    Returns how many are left, in front; their roots are not known, those behind are.
-    """
+    """Equal poles taken together; those without residue, and all but one of equal ones, are roots already."""
+    # Returns how many are left, in front; their roots are not known, those behind are.
     scale = max(1.0, abs(work[POLE, 0]), abs(work[POLE, count - 1]))
     live, behind, i = 0, count, 0
     while i < count:
@@ -136,10 +134,8 @@ def beside_complex_poles(live, work, state):
 
 @inner
 def beside_poles(live, work, state):
-    """The real roots that lie beside their poles; returns the number of the others, listed in `state`.
-
-    Its steps at least halve, so that it stays in the nearer half of the way to the next pole: no root is found twice.
-    """
+    """The real roots that lie beside their poles; returns the number of the others, listed in `state`."""
+    # Its steps at least halve, so that it stays in the nearer half of the way to the next pole: no root is found twice.
     strong = 0
     for j in range(live):
         pole, residue = work[POLE, j], work[RESIDUE, j]
@@ -269,11 +265,9 @@ ASIDE = 2.0  # where a pole is put that stands in for one of the rigid motion
 
 @summed
 def jumps(beta, alpha, mean, pull, forced, forced_rate, bar, period, work):
-    """g_n and g_n' of the saltation matrix into `work`; returns the speed of the striking end before the impact.
-
-    `mean`, `pull`: p_0 and p(φ) − p_0. `forced`, `forced_rate`: f_n less its static part, and f_n', n = 1 … N. The
-    state before the impact solves (I − ΦD)(u, u') = (I − Φ)(f, f'), with D = diag(α, β) of the contact law.
-    """
+    """g_n and g_n' of the saltation matrix into `work`; returns the speed of the striking end before the impact."""
+    # `mean`, `pull`: p_0 and p(φ) − p_0. `forced`, `forced_rate`: f_n less its static part, and f_n', n = 1 … N. The
+    # state before the impact solves (I − ΦD)(u, u') = (I − Φ)(f, f'), with D = diag(α, β) of the contact law.
     speed, bent, turning, impulse, apart = 0.0, 0.0, 1.0 - alpha, 1.0 - beta, alpha - beta
     for n in range(1, bar.shape[1]):
         omega, b, versine, half, loss = bar[OMEGA, n], bar[B, n], bar[VERSINE, n], bar[HALF, n], bar[LOSS, n]
@@ -339,11 +333,9 @@ def real_fractions(beta, alpha, speed, bar, work):
 
 @inner
 def complex_fractions(beta, alpha, speed, bar, work):
-    """Poles and residues into `work` where the strain is turned over: β times the eigenvalues of Φ_n, many in pairs.
-
-    Without drag both poles of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no
-    zero moves.
-    """
+    """Poles and residues into `work` where the strain is turned over: β times the eigenvalues of Φ_n, many in pairs."""
+    # Without drag both poles of the rigid motion are β then, and one is put elsewhere by the factor (μ − α)/(μ − 2): no
+    # zero moves.
     others = 0.0
     for n in range(1, bar.shape[1]):
         a, b, e, decay = bar[A, n], bar[B, n], bar[E, n], bar[DECAY, n]
@@ -417,12 +409,10 @@ def all_multipliers(beta, alpha, speed, bar, work, state):
 
 @entry
 def largest_multipliers(beta, alpha, mean, pull, forced, forced_rate, bar, period, work, state, found, mode):
-    """The multiplier of largest modulus of many orbits, and the mode that it belongs to.
-
-    Parameters are arrays over the orbits, β and α those of their contact laws, `forced` and `forced_rate` with N
-    columns; see `jumps`. Results: real and imaginary part into the rows of `found`, and `mode`, which is −1 where the
-    roots failed their check.
-    """
+    """The multiplier of largest modulus of many orbits, and the mode that it belongs to."""
+    # Parameters are arrays over the orbits, β and α those of their contact laws, `forced` and `forced_rate` with N
+    # columns; see `jumps`. Results: real and imaginary part into the rows of `found`, and `mode`, which is −1 where the
+    # roots failed their check.
     for i in range(beta.shape[0]):
         mode[i] = -1
         found[0, i], found[1, i] = math.nan, math.nan

@@ -54,8 +54,6 @@ class SteadyStates(FoundMotions):
 
     Parameters
     ----------
-    system, periods
-        The system, and m.
     level
         c, the right-hand side of B77 (14); where the contact law changes the strain, less what the mean load adds. Of a
         body that is held the gap g.
@@ -68,8 +66,6 @@ class SteadyStates(FoundMotions):
     note
         What else must be known, or "": roots of B77 (14) that are no motion of this bar (with R = 1 and no damping its
         ringing may grow), and a continuum of motions, for which one orbit stands.
-    modes
-        The modes asked for, or None.
     """
 
     system: System
@@ -126,19 +122,10 @@ def steady_states(
 
     Parameters
     ----------
-    system
-        The bar, its load and its contact.
-    periods
-        m, the load periods per impact.
     modes
         None for the continuous bar (as many modes as `tolerance` asks for), or N for a bar of modes 0 … N.
     tolerance
         Wanted error of the striking end's position, relative to the stroke (dimensionless).
-
-    Returns
-    -------
-    SteadyStates
-        With all roots in order of phase; look at `orbit.admissible` before believing one.
 
     Raises
     ------
@@ -146,8 +133,6 @@ def steady_states(
         When the load does not push (mean ≤ 0) or is constant: there are no steady impacts then.
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
-    ParameterError
-        For periods, modes or a tolerance out of range.
 
     References
     ----------
@@ -282,8 +267,6 @@ def greatest_drag(system: System, periods: int) -> float | None:
     ------
     LoadError
         When the load does not push or is constant.
-    ParameterError
-        For anything that is no system, and periods out of range.
     """
     check_pushes(instance("system", system, System))
     period = 2.0 * math.pi * count("periods", periods, most=MAX_PERIODS)

@@ -41,14 +41,8 @@ class TimedOrbit(Shown):
 
     Parameters
     ----------
-    system, law
-        What vibrates, and the law of its blow.
-    periods
-        m, the load periods per blow.
     phase
         φ_J, the phase of the load at the centroid of the force, in [0, 2π).
-    fold
-        Whether two steady motions meet here.
     force
         p(φ_J); of a blow during which the load jumps, the load that acts on average.
     b77
@@ -430,17 +424,8 @@ def timed_states(system: System, law: Timed, periods: int = 1, *, modes: int | N
     ----------
     system
         The bar and its load; its restitution is replaced by that of the law.
-    law
-        The law of the blow.
-    periods
-        m, the load periods per blow.
     modes
         Elastic modes of the motions of B77's law beside it, as in `steady_states`.
-
-    Returns
-    -------
-    TimedStates
-        With every motion, and for each the motion of B77's law that it continues.
 
     Raises
     ------

@@ -240,7 +240,6 @@ class Shelf:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What there is."""
         return tuple(sorted(self._files))
 
     def compress(self) -> None:

@@ -225,8 +225,7 @@ async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> 
 
 # ---- The report as a download
 
-_drawing = threading.Lock()
-"""matplotlib's settings belong to the whole process: one picture at a time."""
+_drawing = threading.Lock()  # matplotlib's settings belong to the whole process: one picture at a time
 
 
 _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}

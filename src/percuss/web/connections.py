@@ -84,8 +84,7 @@ def neighbourhood(address: str) -> str:
 
 # ---- HTTP as uvicorn reads it, with a bound on what a client may cost before and after its request is worked on
 
-_PROGRESS = 65_536
-"""Bytes that a client must take within `Limits.write_seconds`, unless it takes all there are."""
+_PROGRESS = 65_536  # bytes that a client must take within `Limits.write_seconds`, unless it takes all there are
 
 
 class BoundedConnection(HttpToolsProtocol):
@@ -136,7 +135,8 @@ class BoundedConnection(HttpToolsProtocol):
         elif now > self._taken + self.limits.write_seconds:
             self.transport.abort()  # close() would wait for the client to read
         self._backlog = max(backlog, self._backlog)
-        if not self._is_busy() and now > self._until and not self.transport.is_closing():
+        busy = self.cycle is not None and not self.cycle.response_complete  # the head has come, the answer not gone
+        if not busy and now > self._until and not self.transport.is_closing():
             self.transport.close()
 
     # -- what the crowd asks --
@@ -157,10 +157,6 @@ class BoundedConnection(HttpToolsProtocol):
         self._taken = self.loop.time()
 
     # -- requests --
-
-    def _is_busy(self) -> bool:
-        """Whether a request is under way: its head has come, and its answer has not gone."""
-        return self.cycle is not None and not self.cycle.response_complete
 
     def _wait(self, seconds: float) -> None:
         self._since = self.loop.time()

@@ -178,7 +178,7 @@ def experiment(case: Case, asked: ExperimentAsked, limits: Limits) -> Callable[[
     def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
         for look in _followed(job, asked, halt):
             yield "progress", look.to_json_dict()
-            if look.is_done:
+            if look.done == look.size:
                 yield "done", experiment_dict(case, look.found)
 
     return looks

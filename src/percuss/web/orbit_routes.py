@@ -18,7 +18,6 @@ from percuss.case import (
     orbits_answer,
     rest_cycles_answer,
     steady_answer,
-    structure_answer,
     sweep_job_of,
 )
 from percuss.case.answers.exploring.diagram_answer import diagram_dict, watched_diagram
@@ -96,8 +95,7 @@ def steady(case: Case, asked: SteadyAsked, terms: Terms) -> dict[str, Any]:
     """Every steady motion, with proofs, energies and figures in SI."""
     periods = tuple(sorted(set(asked.periods)))
     check_steady(case.system(), periods, asked.modes, terms.limits)
-    answer = structure_answer if case.tables.body is not None else steady_answer
-    return answer(case, periods, asked.modes).to_json_dict()
+    return steady_answer(case, periods, asked.modes).to_json_dict()
 
 
 @router.answer("/api/curves", "v_f, the load, and the branches over the load factor", kernels="multipliers")
@@ -146,7 +144,6 @@ def boundary_curves(case: Case, asked: BoundariesAsked, terms: Terms) -> dict[st
 
 
 def axis_of(asked: AxisAsked, key: str) -> Axis:
-    """The axis of a map."""
     from percuss.explore.family import Axis
 
     if asked.values is not None:
@@ -228,11 +225,9 @@ def _packed_map(found: Sweep, x: Axis, y: Axis, milliseconds: float) -> Frames:
 
 # ---- Orbits of any label: searched for, followed through a parameter, and shown where a branch is looked at
 
-_LABELS = 16
-"""Of the branches in one diagram, at most."""
+_LABELS = 16  # of the branches in one diagram, at most
 
-_SHARE = 0.7
-"""Of the time of a question, after which what has been followed so far is the answer."""
+_SHARE = 0.7  # of the time of a question, after which what has been followed so far is the answer
 
 
 @router.answer("/api/orbits", "What percuss orbits --json answers, of one label", kernels="orbits")

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 # ---- What goes wrong, as one form of JSON: a list of problems with key, value, message and remedy
 
-_MOST_TEXT = 200
-"""Characters of a value or a message that are sent back."""
+_MOST_TEXT = 200  # characters of a value or a message that are sent back
 
 
 class Refusal(HTTPException):
@@ -261,8 +260,6 @@ class StrictRoute(APIRoute):
 
 # ---- What every request must pass before anything looks at it: host, origin, token; and what every answer carries
 
-__all__ = ["CONTENT_SECURITY_POLICY", "Guard", "overcrowded", "plain_refusal"]
-
 CONTENT_SECURITY_POLICY = "; ".join(
     [
         "default-src 'none'",
@@ -290,8 +287,7 @@ _HEADERS = {
     "permissions-policy": "camera=(), geolocation=(), microphone=(), payment=(), usb=()",
 }
 
-_OPEN = ("/api/about",)
-"""What is answered without the token: whether one is needed."""
+_OPEN = ("/api/about",)  # what is answered without the token: whether one is needed
 
 _log = logging.getLogger("percuss.web")
 

@@ -29,9 +29,7 @@ if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
     from types import FrameType
 
-_GRACE = 1
-"""Seconds that requests under way have to end after the server is told to stop."""
-
+_GRACE = 1  # seconds that requests under way have to end after the server is told to stop
 _REMEDIES: dict[int | None, str] = {
     errno.EADDRINUSE: "--port 0 takes a free port",
     errno.EACCES: "ports below 1024 are reserved for the system: --port 8321, or --port 0 for a free one",
@@ -41,14 +39,11 @@ _OPEN = """\
 percuss: listening on {host}: everyone who can reach this machine and has the token can use it to compute.
 percuss: what is sent is not encrypted; in a network that is not yours, put a reverse proxy with TLS in front of it."""
 
-_TICK = 0.1
-"""Seconds between two looks of the supervisor at whether the end is asked for."""
-
+_TICK = 0.1  # seconds between two looks of the supervisor at whether the end is asked for
 _TURN = 1e-3
 """Seconds that a long computation goes on while a quick question waits; Python's own 5 ms are a whole answer."""
 
-_TIDY = 0.3
-"""Seconds that threads have to notice the end and to remove their temporary files."""
+_TIDY = 0.3  # seconds that threads have to notice the end and to remove their temporary files
 
 
 def address(settings: Settings) -> str:
@@ -83,8 +78,6 @@ def serve(settings: Settings, workers: int = 1, browser: bool = True) -> None:
 
     Parameters
     ----------
-    settings
-        Where, for whom, and how much.
     workers
         Processes; requests are stateless, so that any of them answers any.
     browser

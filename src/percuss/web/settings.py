@@ -90,16 +90,12 @@ class Settings:
 
     Attributes
     ----------
-    host, port
-        Where it listens.
     token
         What every request to ``/api/`` must carry; "" for none, which only a loopback address may have.
     names
         Other names by which the page is reached, for example behind a reverse proxy.
     case
         TOML text of the case that the page opens with; "" for none.
-    limits
-        The most of one request.
     """
 
     host: str = "127.0.0.1"

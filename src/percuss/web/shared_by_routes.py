@@ -45,8 +45,7 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Work = TypeVar("Work", bound=Callable[..., Any])
 
-MOST_MODES = 256
-"""Of a structure that is told by a table of its modes."""
+MOST_MODES = 256  # of a structure that is told by a table of its modes
 
 
 class Memory(Generic[T]):
@@ -104,7 +103,6 @@ def case_key(asked: CaseAsked) -> str:
 
 
 def case_asked(asked: CaseAsked, harmonics: int) -> Case:
-    """The case of a request."""
     given = [name for name in ("case", "toml", "machine") if getattr(asked, name) is not None]
     if len(given) != 1:
         raise refused(422, "expected exactly one of case, toml and machine", "", given[1] if given else "case")
@@ -139,18 +137,10 @@ def _made(asked: CaseAsked, harmonics: int) -> Case:
 
 # ---- What all routes share: the place in a lane, the answer as JSON or bytes, the checks that need the case
 
-_FEW = 64
-"""Modes and harmonics of a small question."""
-
-_LOOK = 0.25
-"""Seconds between two looks at whether the client still waits for the compiler."""
-
-_UNASKED = 256
-"""Modes that are reckoned with where none are asked for: then the sums take as many as they need."""
-
-_LOW = 4
-"""The highest harmonic of a light one: its level has a handful of roots at most."""
-
+_FEW = 64  # modes and harmonics of a small question
+_LOOK = 0.25  # seconds between two looks at whether the client still waits for the compiler
+_UNASKED = 256  # modes that are reckoned with where none are asked for: then the sums take as many as they need
+_LOW = 4  # the highest harmonic of a light one: its level has a handful of roots at most
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {
         "description": what,
@@ -186,13 +176,11 @@ BINARY: dict[int | str, dict[str, Any]] = {
 
 
 def limits_of(request: Request) -> Limits:
-    """The limits of the server."""
     found: Limits = request.app.state.settings.limits
     return found
 
 
 def gate_of(request: Request) -> Gate:
-    """The lanes of this worker."""
     found: Gate = request.app.state.gate
     return found
 
@@ -404,8 +392,7 @@ def motion_key(asked: CaseAsked, start: Mapping[str, Any] | None, simulation: Ma
 
 # ---- Arrays on their way to the page: a short JSON header and then the numbers as they lie in memory
 
-_KINDS = {"f": "<f4", "b": "|u1", "u": "|u1", "i": "<i2"}
-"""What each kind of numpy's travels as."""
+_KINDS = {"f": "<f4", "b": "|u1", "u": "|u1", "i": "<i2"}  # what each kind of numpy's travels as
 
 
 def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
@@ -431,14 +418,11 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) ->
 
 # ---- Long computations told while they go on: server-sent events from a thread, until the last or the client leaves
 
-Tell = Callable[[str, Any], None]
-"""Sends an event: its name, and what it says."""
+Tell = Callable[[str, Any], None]  # sends an event: its name, and what it says
 
-_PING = 1.0
-"""Seconds of silence after which a comment is sent: writing is how a closed connection shows."""
+_PING = 1.0  # seconds of silence after which a comment is sent: writing is how a closed connection shows
 
-_LOOK_AFTER = 0.1
-"""Seconds between two looks at whether the client is still there, and the server not ending."""
+_LOOK_AFTER = 0.1  # seconds between two looks at whether the client is still there, and the server not ending
 
 _log = logging.getLogger("percuss.web")
 

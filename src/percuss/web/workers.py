@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-_LOOK = 0.1
-"""Seconds between two looks at whether the client is still there."""
+_LOOK = 0.1  # seconds between two looks at whether the client is still there
 
 
 class Halt:
@@ -222,8 +221,7 @@ Part = Literal["multipliers", "motions", "blows", "machines", "orbits"]
 """Those of the planes of exact multipliers, those of the simulator and what is made with it, those of blows, those of
 machines that switch themselves: their maps and their motions, and those of orbits and their branches."""
 
-_PATIENCE = 5.0
-"""Seconds that loading the kernels from numba's cache does not take."""
+_PATIENCE = 5.0  # seconds that loading the kernels from numba's cache does not take
 
 _log = logging.getLogger("percuss.web")
 

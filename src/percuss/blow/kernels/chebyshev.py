@@ -7,8 +7,7 @@ import numpy as np
 from percuss.blow.kernels.wave_records import WIDTH
 from percuss.compiled import inner
 
-HALVES = np.array([0.0 if k % 2 else 1.0 / (1.0 - k * k) for k in range(2 * WIDTH)])
-"""∫ T_k over [−1, 1], halved."""
+HALVES = np.array([0.0 if k % 2 else 1.0 / (1.0 - k * k) for k in range(2 * WIDTH)])  # ∫ T_k over [−1, 1], halved
 
 
 @inner
@@ -41,10 +40,8 @@ def right(c, n):
 
 @inner
 def restricted(c, n, low, high, out, work):
-    """p on [low, high], stretched to [−1, 1]: Clenshaw's recurrence with polynomials in place of numbers.
-
-    `out` may be `c`. `work` has two rows.
-    """
+    """p on [low, high], stretched to [−1, 1]: Clenshaw's recurrence with polynomials in place of numbers."""
+    # `out` may be `c`. `work` has two rows.
     if n == 0:
         out[0] = c[0]
         return
@@ -144,11 +141,9 @@ FINEST = 1e-13  # of the interval: below it two crossings are one
 
 @inner
 def first_above(c, n, least, work):
-    """Where p, below `least` at first, last crossed 0 before it exceeds `least`: in [−1, 1], or NEVER.
-
-    Each part of the interval is either shown to have p ≤ least by the sum of its coefficients, or to be monotonic by
-    that of the derivative's, |T_k'| ≤ k², or halved. `work` has three rows.
-    """
+    """Where p, below `least` at first, last crossed 0 before it exceeds `least`: in [−1, 1], or NEVER."""
+    # Each part of the interval is either shown to have p ≤ least by the sum of its coefficients, or to be monotonic by
+    # that of the derivative's, |T_k'| ≤ k², or halved. `work` has three rows.
     if n == 0:
         return -1.0 if c[0] > least else NEVER
     if left(c, n) > least:

@@ -122,12 +122,10 @@ def overlap(s1, s2, r1, r2, transit, end, work):
 
 @entry
 def greatest_pair(waves, row, transit, end, near, sign, order, high, low, highs, lows, work, found):
-    """The greatest sign·(f − g) of all pairs that meet; found = value, s, r.
-
-    `high`, `low`: bounds of sign·f and of −sign·g, as `piece_bounds` leaves them. `highs`, `lows`: the greatest of
-    every BLOCK of them. `order`: blocks of f, the greatest first. Blocks, and pieces, whose bounds together do not
-    exceed what has been found are passed over.
-    """
+    """The greatest sign·(f − g) of all pairs that meet; found = value, s, r."""
+    # `high`, `low`: bounds of sign·f and of −sign·g, as `piece_bounds` leaves them. `highs`, `lows`: the greatest of
+    # every BLOCK of them. `order`: blocks of f, the greatest first. Blocks, and pieces, whose bounds together do not
+    # exceed what has been found are passed over.
     best, size = -1e300, waves.pieces[row]
     for a in order:
         first, last = BLOCK * a, min(BLOCK * a + BLOCK, size)

@@ -108,10 +108,8 @@ def turned_over(now, count, penetration, residual):
 
 @inner
 def fed(machine, now, count, alone):
-    """Feed the tool when it has been left alone for long enough and the striker leaves it the room.
-
-    It lies at rest against fresh rock then, deeper by what the last blow has left, or at its old place.
-    """
+    """Feed the tool when it has been left alone for long enough and the striker leaves it the room."""
+    # It lies at rest against fresh rock then, deeper by what the last blow has left, or at its old place.
     bit = machine.bit
     residual = (1.0 - bit.ratio) * now.greatest
     advance = residual if bit.kept else 0.0
@@ -198,11 +196,9 @@ _SAME_CONTACT = 1.5  # steps without contact that do not end one: smaller than a
 
 @inlined
 def broken(before, here, after):
-    """A cell's mean as two values: where in the cell the first ends, and both.
-
-    The neighbours' values with the break that keeps the mean (Harten 1989: subcell resolution); the mean itself where
-    it lies outside them.
-    """
+    """A cell's mean as two values: where in the cell the first ends, and both."""
+    # The neighbours' values with the break that keeps the mean (Harten 1989: subcell resolution); the mean itself where
+    # it lies outside them.
     if (here - after) * (before - here) <= 0.0:
         return 1.0, here, here
     return (here - after) / (before - after), before, after
@@ -253,10 +249,8 @@ def returned(now, face):
 
 @inlined
 def meeting(now, count, contacts, face, push, time, step, f, f_next, g, g_next):
-    """One step of the face: the waves that leave it into the striker and into the rod, means over the cell.
-
-    f and g arrive (theory: v = f + g, N = Z (f − g)); `push` is the force that the load gives the striker meanwhile.
-    """
+    """One step of the face: the waves that leave it into the striker and into the rod, means over the cell."""
+    # f and g arrive (theory: v = f + g, N = Z (f − g)); `push` is the force that the load gives the striker meanwhile.
     if now.gap > 2.0 * step * (max(now.arrived, f, f_next) - min(now.met, g, g_next)):  # out of reach
         now.momentum += push * step
         now.gap -= 2.0 * (f - g) * step
@@ -313,11 +307,9 @@ def meeting(now, count, contacts, face, push, time, step, f, f_next, g, g_next):
 
 @inlined
 def through(chain, entering, force, force_at):
-    """One step of the waves at all inner steps of a chain; `force` acts at the step with the number `force_at`.
-
-    `entering` goes into the first section at its left end. What comes out at both ends is read before by the caller,
-    who puts in afterwards what enters at the right end.
-    """
+    """One step of the waves at all inner steps of a chain; `force` acts at the step with the number `force_at`."""
+    # `entering` goes into the first section at its left end. What comes out at both ends is read before by the caller,
+    # who puts in afterwards what enters at the right end.
     right, left, slot, first = chain.right, chain.left, chain.slot, chain.first
     enters = entering
     for i in range(chain.cells.size):

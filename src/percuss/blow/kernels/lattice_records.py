@@ -83,8 +83,7 @@ class Bit(NamedTuple):
     wait: float
 
 
-LOAD, UNLOAD, OFF = range(3)
-"""How bit and rock meet: deeper than ever, back and again forward, apart."""
+LOAD, UNLOAD, OFF = range(3)  # how bit and rock meet: deeper than ever, back and again forward, apart
 
 REBOUNDED = 2
 

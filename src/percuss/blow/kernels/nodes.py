@@ -104,11 +104,9 @@ def at_face(problem, waves, state, start, end):
 
 @inner
 def _turn(now, d, k, half, h, work):
-    """Where the faces meet or part in this interval, or NEVER.
-
-    With the gap 0 it is first settled whether they are closed now: by the sign of f − g, and where that is 0, by the
-    sign it has next. Faces that touch, and come together at no speed, do not meet, however long that goes on.
-    """
+    """Where the faces meet or part in this interval, or NEVER."""
+    # With the gap 0 it is first settled whether they are closed now: by the sign of f − g, and where that is 0, by the
+    # sign it has next. Faces that touch, and come together at no speed, do not meet, however long that goes on.
     meets = 0.0
     if now.gap == 0.0:
         begins = left(d, k)
@@ -170,11 +168,9 @@ def _leave(problem, waves, state, start, stop, f, n, g, m, d, k):
 
 @inner
 def relaxed(rate, half, q, n, start, w, least, work):
-    """w' = −rate w + q on an interval of length 2·half, w(−1) = start. The degree, and whether that is enough.
-
-    It is where what is left out is rounding of w, or `least`: a start that differs by rounding from where a fast motion
-    is at rest is no motion. `work` has two rows.
-    """
+    """w' = −rate w + q on an interval of length 2·half, w(−1) = start. The degree, and whether that is enough."""
+    # It is where what is left out is rounding of w, or `least`: a start that differs by rounding from where a fast
+    # motion is at rest is no motion. `work` has two rows.
     top = MOST_DEGREE
     alpha, beta = work[0], work[1]
     a, two = rate * half, 0.0
@@ -227,10 +223,8 @@ def crept(stiffness, drag, half, q, n, place, speed, u, v, work):
 
 @inner
 def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
-    """u' = v, v' = −stiffness u − drag v + q, likewise; the degree of both, and whether it is enough.
-
-    The factors α_k are polynomials in the matrix of the motion, [[0, 1], [−stiffness, −drag]]. `work` has six rows.
-    """
+    """u' = v, v' = −stiffness u − drag v + q, likewise; the degree of both, and whether it is enough."""
+    # The factors α_k are polynomials in the matrix of the motion, [[0, 1], [−stiffness, −drag]]. `work` has six rows.
     top = MOST_DEGREE
     m00, m01, m10, m11 = 0.0, -half, stiffness * half, drag * half  # −half times that matrix
     # of the first row left out, −s m (1 + s m)⁻¹
@@ -346,10 +340,8 @@ def _stiffness(problem, now):
 
 @inner
 def _moved(problem, now, start, stop, f, n, u, v, work):
-    """Penetration, counted from where the branch has no force, and velocity; how far, and the degrees of f and these.
-
-    Where one polynomial cannot follow, the interval is made shorter, f with it.
-    """
+    """Penetration, from where the branch has no force, and velocity; how far, and the degrees of f and these."""
+    # Where one polynomial cannot follow, the interval is made shorter, f with it.
     z, m = problem.impedance[-1], problem.joint_mass[-1]
     stiff, place, q = _stiffness(problem, now), now.penetration - _relaxed_at(problem, now), work[10]
     while True:
@@ -586,11 +578,9 @@ def _at_joint(problem, waves, state, node, start, end, force):
 
 @entry
 def go_on(problem, waves, state, target, budget):
-    """Carry every node on to the target at least; REACHED, FULL when a row is full, PAUSED after `budget` steps.
-
-    Each node goes as far as its arrivals are known. Where every node waits for a piece to be known as a whole, the one
-    that is last goes on with a part of it.
-    """
+    """Carry every node on to the target at least; REACHED, FULL when a row is full, PAUSED after `budget` steps."""
+    # Each node goes as far as its arrivals are known. Where every node waits for a piece to be known as a whole, the
+    # one that is last goes on with a part of it.
     last, used = last_node(problem), 0
     node, whole, moved, reached, slowest = 0, True, False, True, 0
     while used < budget:

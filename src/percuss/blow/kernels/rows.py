@@ -48,11 +48,9 @@ for _n in _DEGREES:
 
 @inner
 def joined(p, m, before, c, n, after, spent, out, work):
-    """One polynomial in place of p and the c that follows it, of lengths `before` and `after`; its degree and error.
-
-    The degree is −1 where none is found that is, with the error `spent` in p before, within APART of both. `work` has
-    three rows.
-    """
+    """One polynomial in place of p and the c that follows it, of lengths `before` and `after`; its degree and error."""
+    # The degree is −1 where none is found that is, with the error `spent` in p before, within APART of both. `work` has
+    # three rows.
     if _bent(p, m, before, c, n, after):
         return -1, 0.0
     share = before / (before + after)
@@ -121,10 +119,8 @@ def has_room(waves, row):
 
 @inner
 def arriving_until(problem, waves, row, time):
-    """Until when the piece that arrives at a time lasts, as far as is known; the row's cursor is set to it.
-
-    Breaks within `near` of the time are at that time.
-    """
+    """Until when the piece that arrives at a time lasts, as far as is known; the row's cursor is set to it."""
+    # Breaks within `near` of the time are at that time.
     transit, last = problem.transit[row >> 1], waves.pieces[row] - 1
     k = waves.cursor[row]
     while k < last and waves.start[row, k + 1] + transit <= time + problem.near:

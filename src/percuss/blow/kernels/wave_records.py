@@ -10,9 +10,7 @@ import numpy.typing as npt
 Floats = npt.NDArray[np.float64]
 Wholes = npt.NDArray[np.int64]
 
-MOST_DEGREE = 24
-"""Of a piece: enough for e^{−x} over a length of 10 to the last digit."""
-
+MOST_DEGREE = 24  # of a piece: enough for e^{−x} over a length of 10 to the last digit
 WIDTH = MOST_DEGREE + 8  # numbers in a row of work
 ROWS = 16
 JOINED = 1e-15  # neighbouring constants that differ by less, in units of the striker's speed, are one piece

@@ -92,11 +92,6 @@ class LatticeRun:
         return self._gone + int(self.count["contacts"][0])
 
     @property
-    def blow_over(self) -> bool:
-        """Whether the tool has been fed since the last contact."""
-        return not self.count["struck"][0]
-
-    @property
     def rock_work(self) -> float:
         """That the rock keeps of all blows; of the one under way as far as it has come."""
         now, bit = self.now[0], self.machine.bit
@@ -156,8 +151,7 @@ def _ordered(chain: LatticeRow, step: float) -> Array:
 
 # ---- Contacts gathered to impacts, with what each impact did
 
-ROUND_TRIP = 2.0
-"""Transit times: contacts nearer than the way of waves there and back belong to one impact."""
+ROUND_TRIP = 2.0  # transit times: contacts nearer than the way of waves there and back belong to one impact
 
 _GRAZE = 1e-9  # of the greatest impulse
 
@@ -180,8 +174,6 @@ class Impacts(Shown):
         an impact that lasts for a good part of a load period, such as a chatter that ends in rest.
     mean_before, mean_after
         Mean velocity of the striker when the contact starts and when it has ended.
-    peak_force
-        The greatest N.
     ringing_share
         Elastic energy when the contact has ended, over the striker's energy when it started.
     given
@@ -282,9 +274,7 @@ def _sums(values: Array, at: npt.NDArray[np.intp]) -> Array:
 
 # ---- Whether a machine does the same again: its whole state at the ends of load periods, compared
 
-MOST_PERIODS = 16
-"""The longest cycle that is looked for."""
-
+MOST_PERIODS = 16  # the longest cycle that is looked for
 _CONFIRMED = 2
 _NEAR = 100.0  # times the tolerance
 
@@ -379,18 +369,12 @@ class WaveMotion(Shown):
         Whether the rod is pushed back to its place as soon as the striker has left it the room, or stays where it is.
     quiet
         Whether all ringing was made to end between blows.
-    start, stop, lattice
-        As asked for, and the cells.
     impacts, grazes
         All impacts that have ended, and how many contacts without an impulse to speak of were left out.
     outcome
         One of `percuss.simulate.OUTCOMES`: why it was followed no further.
-    cycle
-        The periodic motion, or None.
     touching, since, end_time
         Whether the faces are in contact at the end, since when (NaN out of contact), and when that is, in radians.
-    energy
-        The balance.
     uncertainty
         What a coarser lattice gives; None where that was not asked for.
     """
@@ -641,7 +625,7 @@ def _finished(course: LatticeRun, system: System) -> tuple[Impacts, int]:
     transit, tool = system.body.transit_time, _tool(course)
     found, grazes = impacts_of(course.contacts, system.load, transit, tool)
     if tool is not None:
-        open_ = not course.blow_over
+        open_ = bool(course.count["struck"][0])  # the tool has not been fed since
     else:
         open_ = course.touching or (found.size > 0 and course.time - found.end[-1] < ROUND_TRIP * transit)
     return found.part(slice(0, max(0, found.size - open_))), grazes

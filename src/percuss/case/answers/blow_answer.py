@@ -65,8 +65,6 @@ class BlowAnswer(Shown):
         The case as it was named, its title, and what was assumed, one sentence each.
     blow
         The blow: contacts, forces, energies, stresses.
-    speed
-        Where the speed comes from, in words.
     gauge
         Place on the rod, from the struck face, that waves are told of: m, or dimensionless a time of a wave; None
         where there is no rod.
@@ -294,8 +292,7 @@ _PEAK = "compression compression_place compression_time tension tension_place te
 
 # ---- What formulas say of a blow beside what its waves gave, and what the theory of such waves leaves out
 
-_ALIKE = 1e-9
-"""Relative difference of two impedances, or two times, that counts as none."""
+_ALIKE = 1e-9  # relative difference of two impedances, or two times, that counts as none
 
 
 class Formula(NamedTuple):
@@ -430,8 +427,7 @@ def _left_out(answer: BlowAnswer) -> tuple[tuple[str, str], ...]:
 
 # ---- A blow in one sentence: where its energy went
 
-_NEGLIGIBLE = 1e-3
-"""Share of the energy that is not worth a clause."""
+_NEGLIGIBLE = 1e-3  # share of the energy that is not worth a clause
 
 
 def blow_in_words(answer: BlowAnswer) -> str:
@@ -451,7 +447,8 @@ def blow_in_words(answer: BlowAnswer) -> str:
     if blow.penetration is not None and left > _NEGLIGIBLE * before:
         clauses.append(f"{answer.tell(left, 'energy', 3)} stay in the rod")
     sentence = f"{head} {clauses[0]}" + "".join(f"; {clause}" for clause in clauses[1:])
-    return f"{sentence}; {_stress(answer)}{_how_often(answer)}."
+    often = "" if len(blow.contacts) == 1 else f", in {counted(len(blow.contacts), 'contact')}"
+    return f"{sentence}; {_stress(answer)}{often}."
 
 
 def _given(answer: BlowAnswer, before: float) -> str:
@@ -473,15 +470,9 @@ def _stress(answer: BlowAnswer) -> str:
     return f"the {name} sees {answer.tell(own[-1].compression, 'stress', 3)}"
 
 
-def _how_often(answer: BlowAnswer) -> str:
-    contacts = len(answer.blow.contacts)
-    return "" if contacts == 1 else f", in {counted(contacts, 'contact')}"
-
-
 # ---- The dispatcher's answer to "what does one blow of this hammer do?"
 
-_MIDDLE = 0.5
-"""Where a gauge is unless told otherwise, as a share of the first section of the rod."""
+_MIDDLE = 0.5  # where a gauge is unless told otherwise, as a share of the first section of the rod
 
 
 def blow_answer(
@@ -513,8 +504,6 @@ def blow_answer(
     ------
     CaseError
         When the case has no speed and no steady motion to take it from.
-    ParameterError
-        For values out of range.
 
     Examples
     --------
@@ -646,8 +635,7 @@ def _field_of(orbit: Orbit, striker: SizedBody | Body) -> Field:
 
 # ---- Forces and waves of a blow over time, as a dataset for files
 
-POINTS = 4001
-"""Equal steps of the window, less one."""
+POINTS = 4001  # equal steps of the window, less one
 
 
 def blow_dataset(answer: BlowAnswer) -> Dataset:
@@ -676,13 +664,10 @@ def blow_dataset(answer: BlowAnswer) -> Dataset:
 # ---- The report
 
 
-_SHOWN = 12
-"""Contacts that are listed one by one."""
+_SHOWN = 12  # contacts that are listed one by one
 
 
 def blow_report(answer: BlowAnswer) -> Report:
-    """The report of `percuss blow`."""
-
     def section(heading: str, *facts: Fact[BlowAnswer]) -> ReportSection:
         return ReportSection(heading, tuple(rows_of(answer, facts, answer.tell)))
 
@@ -855,8 +840,7 @@ _SIGNS = {"auto": None, "positive": 1, "negative": -1}
 _FEW_SAMPLES = 10
 """Samples while a wave runs through the striker and back, below which the record says little of its shape."""
 _PARTLY = 0.5
-_UNLIKE = 0.15
-"""Residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more."""
+_UNLIKE = 0.15  # residual over the peak, after scaling, that is told of: a wrong place of the gauge gives more
 
 
 def measured_gauge(

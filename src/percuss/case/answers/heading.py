@@ -32,9 +32,7 @@ if TYPE_CHECKING:
 # ---- What must be said of a load that switches as a valve does: here it keeps time by itself
 
 
-Clocked = Literal["no motion", "unstable", "near the fold"]
-"""Why a verdict turns on the clock of the load."""
-
+Clocked = Literal["no motion", "unstable", "near the fold"]  # why a verdict turns on the clock of the load
 NEAR_FOLD = 0.02
 """Distance of the level from the greatest v_f, as a part of it, below which a motion counts as near the fold."""
 
@@ -118,8 +116,7 @@ def system_dict(system: System) -> dict[str, Any]:
     }
 
 
-SHOWN_MODES = 8
-"""Elastic modes that are told of a body."""
+SHOWN_MODES = 8  # elastic modes that are told of a body
 
 
 def body_dict(system: System) -> dict[str, Any]:
@@ -154,13 +151,9 @@ def contact_dict(system: System | Machine) -> dict[str, str]:
     return {"law": system.contact.law, "strain": system.contact.kind}
 
 
-# ---- The hammer as the first section of a report
-
-
 # ---- What was understood of a hammer, the first section of its reports
 
-_FEW = 8
-"""Sections of a bar that are told one by one."""
+_FEW = 8  # sections of a bar that are told one by one
 
 
 def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed | None = None) -> ReportSection:
@@ -251,7 +244,6 @@ def _history_text(report: HistoryReport) -> str:
 
 
 def law_in_words(law: Timed, system: System) -> str:
-    """The numbers of the law."""
     tell = Teller.of(system)
     lasts, centroid = (tell(time, "time", 3, plain=4) for time in (law.duration, law.force_centroid))
     text = (

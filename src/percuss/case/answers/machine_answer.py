@@ -49,14 +49,16 @@ from percuss.model.checks import DEFAULT_MODES, count
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
-from percuss.steady.self_excited import slow_pressure, valve_margins
+from percuss.steady.self_excited.margins import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, CycleCurve
     from percuss.case.answers.steady_answer import CaseReach
     from percuss.case.case import Case
     from percuss.model import Machine
-    from percuss.steady.self_excited import SelfExcited, SlowPressure, ValveCycle, ValveMargins
+    from percuss.steady.self_excited.margins import SlowPressure, ValveMargins
+    from percuss.steady.self_excited.self_switching import SelfExcited
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 
 # ---- How a machine runs that switches itself, and what of it is told: outcome and label, warnings, margins
@@ -68,14 +70,10 @@ class MachineAnswer(Shown):
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
     motion
         Its cycle with elastic modes, or what keeps it from running.
     rigid
         The same of a rigid piston.
-    notes
-        What was assumed, one sentence each.
     reach
         How far parameters may move before the cycle is lost (`percuss.case.reach_answer`); None unless asked for.
     """
@@ -231,8 +229,7 @@ def _hysteresis(answer: MachineAnswer) -> float:
 
 # ---- The answer for a machine that switches itself in plain values, with the names that other programs read
 
-SHOWN_MULTIPLIERS = 16
-"""The greatest multipliers, which are told."""
+SHOWN_MULTIPLIERS = 16  # the greatest multipliers, which are told
 
 
 def cycle_dict(answer: MachineAnswer) -> dict[str, Any]:
@@ -545,7 +542,6 @@ _NOTHING = 1e-12  # a multiplier that is rounding
 
 
 def machine_report(answer: MachineAnswer) -> Report:
-    """The report of `percuss machine`."""
     tell = Teller.of(answer.machine)
     sections: list[ReportSection | Grid] = [
         machine_section(answer.name, answer.machine, answer.notes, answer.motion.room)
@@ -603,8 +599,6 @@ def _events_grid(machine: Machine, cycle: ValveCycle) -> Grid:
 
 
 class _Happens(NamedTuple):
-    """Something that happens in a cycle."""
-
     time: float
     what: str
     behind: float | None

@@ -14,15 +14,15 @@ from percuss.case.answers.facts import Fact, Teller, json_number, json_of, numbe
 from percuss.model import Cushion
 from percuss.shown import Shown
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
-from percuss.steady.self_excited import pressure_over
-from percuss.steady.self_excited.margins import MachineQuantity, quantities_of
+from percuss.steady.self_excited.margins import MachineQuantity, pressure_over, quantities_of
 
 if TYPE_CHECKING:
     from percuss.model import Machine
     from percuss.model.checks import Array
     from percuss.simulate import Trajectory
     from percuss.steady import BlankBlow
-    from percuss.steady.self_excited import SelfExcited, ValveCycle
+    from percuss.steady.self_excited.self_switching import SelfExcited
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 
 class Running(NamedTuple):
@@ -126,11 +126,9 @@ def _blank_distance(machine: Machine, cycle: ValveCycle) -> float | None:
 
 # ---- How the energy and the rate of a machine that switches itself follow its pressure, ports, delays and restitution
 
-_STEP = 0.1
-"""Of a parameter: what a sensitivity is told for."""
+_STEP = 0.1  # of a parameter: what a sensitivity is told for
 
-_CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))
-"""Pressures of the curve, as multiples of that of the case."""
+_CURVE = tuple(round(0.5 + 0.05 * i, 2) for i in range(21))  # pressures of the curve, as multiples of that of the case
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ from percuss.steady.recorded.force_record import load_phases
 if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.steady import Interval, Reading, RecordedSwitch, RecordedValve
-    from percuss.steady.self_excited import ValveCycle
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 
 # ---- A recorded load read as a valve, and what of it is told: the reading, the verdict of a clock, the machine

@@ -74,8 +74,7 @@ _COARSE = 0.01
 class ToldMotion(Shown, ABC):
     """A motion that is told event by event, or impact by impact."""
 
-    ROWS: ClassVar[str] = "events"
-    """The key of the list."""
+    ROWS: ClassVar[str] = "events"  # the key of the list
 
     @abstractmethod
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
@@ -377,7 +376,6 @@ def _summary(answer: SimulationAnswer) -> tuple[str, str]:
 
 
 def label_in_words(motion: Trajectory) -> str:
-    """What the label of a motion says."""
     name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
     system = motion.system
     who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")

@@ -28,9 +28,8 @@ from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.shown import Shown
-from percuss.stability import floquet_multipliers, stability_of, timed_stability
+from percuss.stability import stability_of, timed_stability
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
-from percuss.steady.multipliers import NEUTRAL
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
     from percuss.simulate import Ensemble
-    from percuss.stability import Multipliers, Reduced, Stability, TimedStability
+    from percuss.stability import Reduced, Stability, TimedStability
     from percuss.steady import Drag, Orbit, Rest, SIReport, SteadyStates, TimedOrbit, TimedStates
 
 
@@ -48,9 +47,7 @@ if TYPE_CHECKING:
 STARTS = 24
 """Starts that `percuss steady` follows: of those that end otherwise one in ten is missed once in twelve times."""
 
-DISTRIBUTION, SEED = "wall", 0
-"""Of the starts, as `percuss experiment` draws them when nothing else is asked for."""
-
+DISTRIBUTION, SEED = "wall", 0  # of the starts, as `percuss experiment` draws them when nothing else is asked for
 _MOST_STARTS = 1000
 _MOST_MODES = 64  # elastic modes; more of them cost time and change no end
 _LEAST_IMPACTS = 200
@@ -507,6 +504,8 @@ class OrbitAnswer(Shown):
     def to_json_dict(self) -> dict[str, Any]:
         """The motion in plain values."""
         orbit, judged = self.orbit, self.stability
+        if not orbit.system.body.is_free:
+            return self._of_structure()
         told = plain_of(self, ORBIT) | {
             "violation": None if orbit.violation is None else picked(orbit.violation, "time depth"),
             "reduced": reduced_dict(judged.reduced),
@@ -517,6 +516,20 @@ class OrbitAnswer(Shown):
             "si": None if self.si is None else plain(asdict(self.si)),
         }
         return with_blow(told, self.timed) if self.ended or self.timed is not None else told
+
+    def _of_structure(self) -> dict[str, Any]:
+        orbit, system = self.orbit, self.orbit.system
+        found = {
+            **picked(orbit, "phase impact_velocity rebound_velocity blow_energy admissible fold"),
+            "energy": picked(orbit.energy, "input damping impact"),
+            "reason": None if orbit.obstacle is None else orbit.obstacle.value,
+            "multipliers": plain_value(self.stability.multipliers.values),
+            "stable": self.stability.stable,
+        }
+        if system.is_si:
+            found["impact_velocity_m_s"] = json_number(orbit.impact_velocity * system.speed_scale)
+            found["blow_energy_J"] = json_number(orbit.blow_energy * system.energy_scale)
+        return found
 
 
 @dataclass(frozen=True)
@@ -533,9 +546,12 @@ class PeriodAnswer(Shown):
     timed: TimedPeriod | None = None
 
     def to_json_dict(self) -> dict[str, Any]:
-        """The motions in plain values."""
-        told, nearest = plain_of(self.states, PERIOD), self.states.nearest
-        told["orbits"] = [one.to_json_dict() for one in self.orbits]
+        """The motions in plain values; of a structure the level is its gap, and the place of its contact meets it."""
+        states, orbits = self.states, [one.to_json_dict() for one in self.orbits]
+        if not states.system.body.is_free:
+            places = {"gap": json_number(states.level), "greatest_place": json_number(states.level_max)}
+            return {**picked(states, "periods modes"), **places, "note": states.note, "orbits": orbits}
+        told, nearest = plain_of(states, PERIOD) | {"orbits": orbits}, states.nearest
         if nearest is not None:
             told["nearest"] = {**picked(nearest, "load_factor restitution"), "d": json_number(self.greatest_drag)}
         if self.timed is not None:
@@ -545,22 +561,18 @@ class PeriodAnswer(Shown):
 
 @dataclass(frozen=True)
 class SteadyAnswer(Shown):
-    """The answer to "what steady motions does this hammer have?".
+    """The answer to "what steady motions does this hammer, or this structure that is held, have?".
 
     Attributes
     ----------
-    name, title
-        The case as it was named, and its title.
     system
         The system; `system.load.report` tells of a recorded history.
     notes
         What was assumed in reading the recording and of the load's clock.
     periods
         One entry for every number m of load periods that was asked for.
-    rest
-        Lying on the wall for all time.
-    starts
-        Where random starts end.
+    rest, starts
+        Lying on the wall for all time, None of a structure; and where random starts end.
     law
         The law of a blow that takes time, where the case names one; None for B77's impact.
     reach
@@ -572,7 +584,7 @@ class SteadyAnswer(Shown):
     system: System
     notes: tuple[str, ...]
     periods: tuple[PeriodAnswer, ...]
-    rest: Rest
+    rest: Rest | None
     starts: Ends = field(default_factory=lambda: not_followed("none were asked for"))
     law: Timed | None = None
     reach: tuple[CaseReach, ...] | None = None
@@ -604,14 +616,19 @@ class SteadyAnswer(Shown):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss steady --json` prints it."""
+        head = heading_dict(self.name, self.title, self.system, self.notes)
+        periods = [period.to_json_dict() for period in self.periods]
+        reach = None if self.reach is None else [one.to_json_dict() for one in self.reach]
+        if self.rest is None:
+            return {**head, "periods": periods} | ({} if reach is None else {"reach": reach})
         return {
-            **heading_dict(self.name, self.title, self.system, self.notes),
+            **head,
             **self._blow(),
             "clocked": None if self.clocked is None else {"because": self.clocked, "note": CLOCKED},
-            "periods": [period.to_json_dict() for period in self.periods],
+            "periods": periods,
             "rest": plain_of(self.rest, REST) | {"note": rest_note(self.rest, self.system.contact)},
             "starts": plain(self.starts.to_json_dict(self.system)),
-            "reach": None if self.reach is None else [one.to_json_dict() for one in self.reach],
+            "reach": reach,
         }
 
     def _blow(self) -> dict[str, Any]:
@@ -630,159 +647,30 @@ def steady_answer(
 
     Parameters
     ----------
-    periods
-        Numbers of load periods per impact.
     modes
         Elastic modes for the mode sums and for the multipliers; by default the sums take as many as their
         tolerance needs and the multipliers 32.
     starts
-        How many random starts to follow besides, 0 to 1000; see `percuss.case.answers.steady_answer.ends_of`.
+        How many random starts of a free bar to follow besides, 0 to 1000; see `percuss experiment`.
 
     Raises
     ------
     LoadError
-        When the load does not push or is constant.
+        When the load is constant, or does not push a free bar.
     ResonanceError
-        When an undamped bar is driven at one of its own frequencies.
+        When an undamped mode is driven at its own frequency.
     CaseError
         When the recording of the case cannot be used.
 
     Examples
     --------
-    >>> from percuss.case import load_case
+    >>> from percuss.case import Case, load_case
     >>> answer = steady_answer(load_case("laboratory-striker"))
     >>> [found.stability.stable for found in answer.periods[0].orbits]
     [False, True]
-    """
-    checked_case(case)
-    need_free(case.system().body, "this answer; `structure_answer` tells of a structure")
-    asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
-    system, law = case.system(), case.timed_law()
-    found = [_period_answer(system, law, m, modes) for m in asked]
-    number = count("starts", starts, least=0)
-    ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
-    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest_on_wall(system), ends, law)
 
+    A structure that is held:
 
-def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:
-    timed = None if law is None else timed_period(system, law, m, modes)
-    states = steady_states(system, m, modes=modes) if timed is None else timed.states.b77
-    orbits = tuple(judged(orbit, timed) for orbit in states.orbits)
-    return PeriodAnswer(states, orbits, greatest_drag(system, m) if states.nearest is not None else None, timed)
-
-
-def judged(orbit: Orbit, timed: TimedPeriod | None = None) -> OrbitAnswer:
-    """A steady motion with its verdict and, of a bar in SI, its figures."""
-    si = si_report(orbit) if orbit.system.is_si and orbit.system.body.is_free else None
-    found = None if timed is None else timed.continuing(orbit)
-    ended = timed is not None and found is None
-    return OrbitAnswer(orbit, stability_of(orbit), si, found, ended)
-
-
-# ---- The steady motions with one impact of a structure that is held
-
-
-@dataclass(frozen=True)
-class StructureMotion(Shown):
-    """One motion, and its multipliers; where the load jumps at the impact the worse ones of the two sides."""
-
-    orbit: Orbit
-    multipliers: Multipliers
-
-    @property
-    def stable(self) -> bool:
-        """Whether small disturbances die out."""
-        return self.multipliers.largest < 1.0 - NEUTRAL and not self.orbit.fold
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The motion in plain values."""
-        orbit = self.orbit
-        found = {
-            **picked(orbit, "phase impact_velocity rebound_velocity blow_energy admissible fold"),
-            "energy": picked(orbit.energy, "input damping impact"),
-            "reason": None if orbit.obstacle is None else orbit.obstacle.value,
-            "multipliers": plain_value(self.multipliers.values),
-            "stable": self.stable,
-        }
-        if orbit.system.is_si:
-            found["impact_velocity_m_s"] = json_number(orbit.impact_velocity * orbit.system.speed_scale)
-            found["blow_energy_J"] = json_number(orbit.blow_energy * orbit.system.energy_scale)
-        return found
-
-
-@dataclass(frozen=True)
-class StructureAnswer(Shown):
-    """The answer to "what steady motions with one impact does this structure have?".
-
-    Parameters
-    ----------
-    name, title, system, notes
-        As of a `SteadyAnswer`.
-    states
-        For every m that was asked for; its `level_max` is how far the contact would come at most.
-    motions
-        Those of each of them, by phase.
-    reach
-        How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
-    """
-
-    name: str
-    title: str
-    system: System
-    notes: tuple[str, ...]
-    states: tuple[SteadyStates, ...]
-    motions: tuple[tuple[StructureMotion, ...], ...]
-    reach: tuple[CaseReach, ...] | None = None
-
-    @property
-    def chosen(self) -> StructureMotion | None:
-        """The first motion that is possible and stable."""
-        each = (one for motions in self.motions for one in motions)
-        return next((one for one in each if one.stable and one.orbit.admissible), None)
-
-    @property
-    def runs(self) -> bool:
-        """Whether one of the motions is possible and stable."""
-        return self.chosen is not None
-
-    def to_json_dict(self) -> dict[str, Any]:
-        """The answer in plain values."""
-        periods = [
-            {
-                **picked(states, "periods modes"),
-                "gap": json_number(states.level),
-                "greatest_place": json_number(states.level_max),
-                "note": states.note,
-                "orbits": [one.to_json_dict() for one in motions],
-            }
-            for states, motions in zip(self.states, self.motions, strict=True)
-        ]
-        reach = {} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}
-        return {**heading_dict(self.name, self.title, self.system, self.notes), "periods": periods, **reach}
-
-
-def structure_answer(case: Case, periods: Sequence[int] = (1,), modes: int | None = None) -> StructureAnswer:
-    """The steady motions with one impact of the structure of a case, all of them, with their multipliers.
-
-    Parameters
-    ----------
-    case
-        A case with a table [body].
-    periods
-        The m to answer for.
-    modes
-        N; None for all that its table has, or 32 of a bar.
-
-    Raises
-    ------
-    ParameterError
-        For a case of a free bar, of which `steady_answer` tells.
-    LoadError, ResonanceError
-        When the load is constant, or drives an undamped mode at its own frequency.
-
-    Examples
-    --------
-    >>> from percuss.case import Case
     >>> tables = '''
     ... [body]
     ... kind = "mounted"
@@ -794,20 +682,31 @@ def structure_answer(case: Case, periods: Sequence[int] = (1,), modes: int | Non
     ... mean = 0.0
     ... amplitude = 0.25
     ... '''
-    >>> answer = structure_answer(Case.from_text(tables))
-    >>> [round(one.orbit.impact_velocity, 9) for one in answer.motions[0]]
+    >>> [round(found.orbit.impact_velocity, 9) for found in steady_answer(Case.from_text(tables)).periods[0].orbits]
     [3.333333333, -3.333333333]
     """
     checked_case(case)
-    system = case.system()
-    if system.body.is_free:
-        raise ParameterError("case", case.title, "a case with a table [body]", "ask steady_answer of a free bar")
     asked = several("periods", periods, "whole numbers of load periods, such as [1, 2]")
-    states = tuple(steady_states(system, m, modes=modes) for m in asked)
-    motions = tuple(tuple(_of_structure(orbit) for orbit in each.orbits) for each in states)
-    return StructureAnswer(case.file, case.title, system, case.notes, states, motions)
+    system, law = case.system(), case.timed_law()
+    found = [_period_answer(system, law, m, modes) for m in asked]
+    if number := count("starts", starts, least=0):
+        need_free(system.body, "the random starts of this answer")
+    ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
+    rest = rest_on_wall(system) if system.body.is_free else None
+    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest, ends, law)
 
 
-def _of_structure(orbit: Orbit) -> StructureMotion:
-    sides = [floquet_multipliers(orbit, orbit.modes, side=side) for side in orbit.system.load.sides]
-    return StructureMotion(orbit, max(sides, key=lambda found: found.largest))
+def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:
+    timed = None if law is None else timed_period(system, law, m, modes)
+    states = steady_states(system, m, modes=modes) if timed is None else timed.states.b77
+    orbits = tuple(judged(orbit, timed) for orbit in states.orbits)
+    return PeriodAnswer(states, orbits, greatest_drag(system, m) if states.nearest is not None else None, timed)
+
+
+def judged(orbit: Orbit, timed: TimedPeriod | None = None) -> OrbitAnswer:
+    """A steady motion with its verdict and, of a bar in SI, its figures."""
+    free = orbit.system.body.is_free
+    si = si_report(orbit) if orbit.system.is_si and free else None
+    found = None if timed is None else timed.continuing(orbit)
+    ended = timed is not None and found is None
+    return OrbitAnswer(orbit, stability_of(orbit, modes=None if free else orbit.modes), si, found, ended)

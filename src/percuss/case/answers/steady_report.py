@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
+    PLAIN,
     Fact,
     Report,
     ReportSection,
@@ -36,13 +37,11 @@ if TYPE_CHECKING:
         OrbitAnswer,
         PeriodAnswer,
         SteadyAnswer,
-        StructureAnswer,
-        StructureMotion,
         TimedAnswer,
     )
     from percuss.model import System, Timed
     from percuss.stability import Stability, TimedStability
-    from percuss.steady import SteadyStates
+    from percuss.steady import Rest
 
 
 # ---- Where random starts end, in words: the same for the terminal and for a report
@@ -122,6 +121,10 @@ class FirstLines:
 def summary_of(answer: SteadyAnswer) -> FirstLines:
     """The first lines of an answer."""
     running = answer.running
+    if answer.rest is None:
+        number_of = sum(len(period.orbits) for period in answer.periods)
+        text = f"{counted(number_of, 'steady motion')} with one impact, {len(running)} of them possible and stable."
+        return FirstLines(text, "", bool(running))
     labels = {f"z=1/{found.orbit.periods}" for found in running}
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED
     told = [ends_sentence(answer.starts, labels, answer.system), clock]
@@ -232,20 +235,6 @@ def existence_row(period: PeriodAnswer) -> list[tuple[str, str]]:
     return [(states.law.law, f"{counted(len(states.orbits), 'steady motion')}: {compared}")]
 
 
-def timed_heading(answer: OrbitAnswer, law: Timed | None) -> str:
-    """What is added to the heading of a motion of B77's law."""
-    if law is None:
-        return ""
-    return f"; by {law.law} {'no motion' if answer.timed is None else _judged(answer.timed)}"
-
-
-def timed_rows(answer: OrbitAnswer, law: Timed | None) -> list[tuple[str, str]]:
-    """The lines on a motion of B77's law that say what becomes of it when its blows take time."""
-    if law is None:
-        return []
-    return [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, answer.stability)
-
-
 def alone_sections(period: PeriodAnswer) -> list[ReportSection]:
     """Cards of the motions that continue none of B77's."""
     if period.timed is None:
@@ -270,13 +259,14 @@ def _rows(found: TimedAnswer, judged: Stability | None) -> list[tuple[str, str]]
 
 # ---- One orbit as a section of the report: what it is, whether it can be sustained, and what to change if not
 
-MOST_WARNINGS = 3
-"""Warnings that a card shows; the rest is in the JSON."""
+MOST_WARNINGS = 3  # warnings that a card shows; the rest is in the JSON
 
 
 def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> ReportSection:
     """The card of an orbit, with what a law of blows that take time makes of it."""
     orbit, judged, tell = answer.orbit, answer.stability, Teller.of(answer.orbit.system)
+    if not orbit.system.body.is_free:
+        return _of_structure(answer, name)
     verdict = "stable" if judged.stable else "unstable"
     possible = "possible" if orbit.admissible else "not possible"
     phase = f"{number(orbit.phase, 5)} rad = {number(math.degrees(orbit.phase))}°"
@@ -297,13 +287,28 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
         told = tell(-orbit.impact_velocity, "speed", plain=6)
         moving = f"the striking end would be leaving the wall at {told}"
         rows.append(("blow", f"none: {moving if orbit.impact_velocity else 'the end would stand still'}"))
-    rows += timed_rows(answer, law)
+    if law is not None:  # what becomes of it when its blows take time
+        rows += [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, judged)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
     if len(orbit.warnings) > MOST_WARNINGS:
         rows.append(("", f"and {len(orbit.warnings) - MOST_WARNINGS} more; --json has them all"))
     tone = GOOD if answer.runs else BAD
-    heading = f"{name}: {verdict}, {possible}{timed_heading(answer, law)}"
+    heading = f"{name}: {verdict}, {possible}"
+    if law is not None:
+        heading += f"; by {law.law} {'no motion' if answer.timed is None else _judged(answer.timed)}"
     return ReportSection(heading, tuple(rows), tone, level=2)
+
+
+def _of_structure(answer: OrbitAnswer, heading: str) -> ReportSection:
+    orbit, tell, largest = answer.orbit, Teller.of(answer.orbit.system), answer.stability.multipliers.largest
+    speed, energy = tell(orbit.impact_velocity, "speed", plain=6), tell(orbit.blow_energy, "energy")
+    stable = "stable" if answer.stability.stable else "not stable"
+    rows = (
+        ("impact", f"at the load phase {number(orbit.phase, 6)} rad with {speed}; kinetic energy {energy}"),
+        ("motion", "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"),
+        ("stability", f"{stable}: largest multiplier {number(largest, 6)}"),
+    )
+    return ReportSection(heading, rows, GOOD if answer.runs else BAD)
 
 
 def _possible(answer: OrbitAnswer) -> str:
@@ -465,7 +470,6 @@ def _line(end: End, followed: int, system: System) -> str:
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
-    """The report of `percuss steady`."""
     sections = [system_section(answer.name, answer.system, answer.notes, answer.law)]
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))
@@ -475,10 +479,11 @@ def steady_report(answer: SteadyAnswer) -> Report:
         sections += alone_sections(period)
     if answer.reach is not None:
         law = "" if answer.law is None else ", by B77's law"
-        motion = "" if answer.chosen is None else f"{name_of(answer, answer.chosen)}{law}"
+        motion = "" if answer.chosen is None or answer.rest is None else f"{name_of(answer, answer.chosen)}{law}"
         sections.append(_reach_section(answer.reach, motion))
-    sections.append(_rest_section(answer))
-    sections.append(ends_section(answer.starts, answer.name, answer.system))
+    if answer.rest is not None:
+        sections.append(_rest_section(answer.rest, answer.system))
+        sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
     return Report(answer.title, told.text, GOOD if told.runs else BAD, tuple(sections))
 
@@ -490,6 +495,14 @@ def _existence_section(system: System, period: PeriodAnswer) -> ReportSection:
     states = period.states
     count = len(states.orbits)
     heading = f"One impact {every(states.periods)} (m = {states.periods})"
+    if not system.body.is_free:
+        compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
+        text, tone = f"{counted(count, 'steady motion')}: {compared}", PLAIN
+        if states.note:
+            text, tone = f"not looked for: {states.note}", BAD
+        elif not states.exists:
+            text, tone = f"no: the contact does not reach the wall so ({compared})", BAD
+        return ReportSection(heading, (("exists", text),), tone)
     compared = f"level {number(states.level)}, greatest v_f {number(states.level_max)}"
     if states.note and not states.exists:
         return ReportSection(heading, (("exists", f"no: {states.note} ({compared})"),), BAD)
@@ -539,8 +552,7 @@ def _reach_section(reach: tuple[CaseReach, ...], motion: str) -> ReportSection:
     return ReportSection("How far parameters may move", tuple(rows))
 
 
-def _rest_section(answer: SteadyAnswer) -> ReportSection:
-    rest, system = answer.rest, answer.system
+def _rest_section(rest: Rest, system: System) -> ReportSection:
     tell = Teller.of(system)
     least, load = tell(rest.least_contact_force, "force"), tell(rest.quasi_static, "force")
     if not math.isfinite(rest.least_contact_force):
@@ -569,44 +581,3 @@ def _rest_section(answer: SteadyAnswer) -> ReportSection:
         )
     note = rest_note(rest, system.contact)
     return ReportSection("At rest on the wall", (("rest", f"{text}. {note}" if note else text),))
-
-
-# ---- The report of `percuss steady` on a structure that is held
-
-
-def structure_report(answer: StructureAnswer) -> Report:
-    """The report of `percuss steady`."""
-    sections = [system_section(answer.name, answer.system, answer.notes)]
-    for states, motions in zip(answer.states, answer.motions, strict=True):
-        sections.append(_existence(states))
-        for i, one in enumerate(motions):
-            sections.append(_motion(one, f"Orbit {i + 1} of {len(motions)}, m = {states.periods}"))
-    if answer.reach is not None:
-        sections.append(_reach_section(answer.reach, ""))
-    number_of = sum(len(motions) for motions in answer.motions)
-    stable = sum(one.stable and one.orbit.admissible for motions in answer.motions for one in motions)
-    text = f"{counted(number_of, 'steady motion')} with one impact, {stable} of them possible and stable."
-    return Report(answer.title, text, GOOD if answer.runs else BAD, tuple(sections))
-
-
-def _existence(states: SteadyStates) -> ReportSection:
-    heading = f"One impact {every(states.periods)} (m = {states.periods})"
-    if states.note:
-        return ReportSection(heading, (("exists", f"not looked for: {states.note}"),), BAD)
-    compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
-    if not states.exists:
-        return ReportSection(heading, (("exists", f"no: the contact does not reach the wall so ({compared})"),), BAD)
-    return ReportSection(heading, (("exists", f"{counted(len(states.orbits), 'steady motion')}: {compared}"),))
-
-
-def _motion(one: StructureMotion, heading: str) -> ReportSection:
-    orbit, tell = one.orbit, Teller.of(one.orbit.system)
-    speed, energy = tell(orbit.impact_velocity, "speed", plain=6), tell(orbit.blow_energy, "energy")
-    possible = "possible" if orbit.obstacle is None else f"not possible: {orbit.obstacle.words}"
-    largest = one.multipliers.largest
-    rows = (
-        ("impact", f"at the load phase {number(orbit.phase, 6)} rad with {speed}; kinetic energy {energy}"),
-        ("motion", possible),
-        ("stability", f"{'stable' if one.stable else 'not stable'}: largest multiplier {number(largest, 6)}"),
-    )
-    return ReportSection(heading, rows, GOOD if one.stable and orbit.admissible else BAD)

@@ -24,11 +24,9 @@ if TYPE_CHECKING:
 
 # ---- The catalogue: sample cases of real kinds of hammers, and of structures, ready to run and to be changed
 
-HISTORY_FILE = "drifter_pressure.csv"
-"""The name under which the sample history lies beside its case."""
+HISTORY_FILE = "drifter_pressure.csv"  # the name under which the sample history lies beside its case
 
-MODES_FILE = "beam_modes.csv"
-"""The name of the sample table of modes beside its case."""
+MODES_FILE = "beam_modes.csv"  # the name of the sample table of modes beside its case
 
 _FOLDER = "machines"
 

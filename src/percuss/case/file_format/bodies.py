@@ -125,8 +125,7 @@ def _no_plain_damping(value: Any, info: ValidationInfo) -> Any:
 BarDamping = Annotated[DampingTable, Kind("table", _no_drag)]
 """The table in [bar], where older case files have a quantity, which is told what it is called now."""
 
-SystemDamping = Annotated[DampingTable, Kind("table", _no_plain_damping)]
-"""The table in [system]."""
+SystemDamping = Annotated[DampingTable, Kind("table", _no_plain_damping)]  # the table in [system]
 
 
 # ---- The bar, in SI and in plain numbers

@@ -16,7 +16,6 @@ from pydantic import BaseModel
 from percuss.case.file_format.bodies import (
     COLUMNS,
     BodyTable,
-    SystemTable,
     columns_of,
     plain_body,
     plain_damping,
@@ -280,7 +279,7 @@ class Parts:
             name, make = "system", plain_body
             if tables.system.s is None:
                 found = "system.s", None, "missing", "add it, or a table [body] for a structure that is held"
-            elif not _says_its_damping(tables.system):
+            elif all(getattr(tables.system, key) is None for key in ("d", "damping", "impedances", "transit_times")):
                 remedy = 'add it, or a law of damping: damping = {kind = "ratio", value = 0.001}'
                 found = "system.d", None, "missing", remedy
         if found is not None:
@@ -361,10 +360,6 @@ class Parts:
         return None
 
 
-def _says_its_damping(table: SystemTable) -> bool:
-    return (table.d, table.damping, table.impedances, table.transit_times) != (None, None, None, None)
-
-
 def _some_body(bar: SizedBody) -> Body | None:
     """The body under a load that takes as long as a wave from end to end; None when that is out of scale."""
     try:
@@ -386,7 +381,6 @@ def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
 
 
 def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
-    """The system of a case."""
     contact = parts.contact or parts.contact_of_blow(tables)
     try:
         if parts.bar is None:

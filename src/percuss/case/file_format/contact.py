@@ -295,9 +295,7 @@ def _check_law(table: ContactTable | SystemTable, target: bool) -> None:
 
 # ---- The contact of a case by one blow resolved by waves: its restitution, its duration, how far the tool moves on
 
-_SPENT = 1e-9
-"""A restitution that is as good as 0: the bar has given its momentum away."""
-
+_SPENT = 1e-9  # a restitution that is as good as 0: the bar has given its momentum away
 _FORWARD = (
     "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
     "steps that on an endless tool never end: make the tool "

@@ -98,8 +98,7 @@ def _reads(value: Any, info: ValidationInfo) -> Any:
     raise ParameterError("reads", value, '"centre", or a place on the bar from 0 (driven end) to 1 (striking end)')
 
 
-Reads = Annotated[str | float, Kind('`"centre"` or number', _reads)]
-"""Whose place a port reads."""
+Reads = Annotated[str | float, Kind('`"centre"` or number', _reads)]  # whose place a port reads
 
 
 class PortTable(CaseTable):
@@ -316,8 +315,7 @@ AnyLoad = Annotated[
 
 # ---- From the table [load] of a case to a load, except recordings
 
-_MOST_STEPS = 1000
-"""Steps of a load; each of the thousands of harmonics is a sum over them."""
+_MOST_STEPS = 1000  # steps of a load; each of the thousands of harmonics is a sum over them
 
 
 def load_of(table: AnyLoad) -> Load:

@@ -19,14 +19,12 @@ from percuss.errors import CaseError, ParameterError, did_you_mean
 if TYPE_CHECKING:
     from percuss.case.file_format.plain_form import PlainCase
 
-MAX_BYTES = 1_000_000
-"""The largest case file that is read; a case is a page of text, data belong in a history file."""
+MAX_BYTES = 1_000_000  # the largest case file that is read; a case is a page of text, data belong in a history file
 
 
 _DATA = 'a case is a page of TOML text; a recording is named in it with kind = "history" and file = "…"'
 
-MAX_KEYS = 1_000
-"""Keys and tables of a case; it has some forty, and each unknown one is a problem to be told."""
+MAX_KEYS = 1_000  # keys and tables of a case; it has some forty, and each unknown one is a problem to be told
 
 # A key before "=", bare or in quotes, or a table's head; a row of an array, [1.0, 0.0], is neither.
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -140,8 +138,7 @@ def _replaced(held: Any, steps: Sequence[Step], value: Any) -> Any:
 
 # ---- Problems of a case file, worded so that they can be fixed: file, key, value, what is accepted, did you mean
 
-_MOST = 100
-"""Problems that are told; a text with thousands is not a case, and each is looked up among the known keys."""
+_MOST = 100  # problems that are told; a text with thousands is not a case, and each is looked up among the known keys
 
 
 class CaseErrors(CaseError):
@@ -163,7 +160,6 @@ class CaseErrors(CaseError):
 
 
 def raise_all(problems: Sequence[CaseError]) -> NoReturn:
-    """Raise the one problem, or all of them as one `CaseErrors`."""
     raise problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
@@ -334,7 +330,6 @@ def _how_to_give(key: str) -> str:
 
 
 def checked_tables(data: dict[str, Any], file: str) -> PhysicalCase | PlainCase:
-    """The tables of a parsed file."""
     form = _form(data, file)
     missing, found = _missing(form, data), None
     try:

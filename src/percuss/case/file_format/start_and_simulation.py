@@ -138,7 +138,6 @@ def checked_start(table: StartTable) -> None:
 
 
 def start_of(table: StartTable | None, system: System | Machine, modes: int, file: str) -> Start:
-    """The start that a table describes."""
     from percuss.simulate import Start
 
     if table is None:

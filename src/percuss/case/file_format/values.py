@@ -171,8 +171,7 @@ def list_of(what: str, example: str) -> Kind:
     return Kind("list of tables", check)
 
 
-FROM_THE_BLOW = "from the blow"
-"""The restitution of a contact whose blow is resolved by waves."""
+FROM_THE_BLOW = "from the blow"  # the restitution of a contact whose blow is resolved by waves
 
 
 def _restitution(value: Any, info: ValidationInfo) -> Any:
@@ -184,9 +183,7 @@ def _restitution(value: Any, info: ValidationInfo) -> Any:
     raise ParameterError(info.field_name or "restitution", value, f'{accepted}, or "{FROM_THE_BLOW}"', remedy)
 
 
-Strain = Literal["kept", "reversed"]
-"""The contact laws by what they do to the strain."""
-
+Strain = Literal["kept", "reversed"]  # the contact laws by what they do to the strain
 Law = Literal["b77", "b77-tau", "b77-blow"]
 """The laws of a blow: what is known of its restitution, its duration and its advance."""
 

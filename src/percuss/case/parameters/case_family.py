@@ -48,8 +48,6 @@ class CaseFamily:
 
     Parameters
     ----------
-    case
-        The hammer that the others are made from.
     units
         Of the keys that are varied, by name; none for plain numbers.
 
@@ -109,21 +107,17 @@ class CaseFamily:
 
     def check(self, names: Mapping[str, str]) -> None:
         """ParameterError for a name or a unit that does not go with the case."""
-        refuse_twice({name: self._thing(name) for name in mapping("names", names, "parameters and their units")})
+        keys = {name: self.key(name) for name in mapping("names", names, "parameters and their units")}
+        refuse_twice({n: (key_of(key).sets or key) if key else self._plain[n].thing for n, key in keys.items()})
         for name, unit in names.items():
             if self.units.get(name, "") != unit:
                 raise ParameterError(name, unit, f"the unit of the family: {self.units.get(name) or 'a plain number'}")
-            key = self.key(name)
-            if not key:
+            if not (key := keys[name]):
                 self._plain[name].check(self.case.hammer)
             elif key == LOAD_SCALE and unit:
                 raise ParameterError(name, unit, "a plain number: a factor on the load")
             elif key_of(key).sets == DAMPING:
                 check_same_law(self.case, name, key)
-
-    def _thing(self, name: str) -> str:
-        key = self.key(name)
-        return (key_of(key).sets or key) if key else self._plain[name].thing
 
     def system(self, values: Mapping[str, float]) -> System:
         """The system of the case with these values."""

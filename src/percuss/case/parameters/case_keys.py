@@ -247,9 +247,7 @@ def with_held(given: Any, value: Any) -> Any:
 
 # ---- Which keys of damping a case may be varied by: those of the law that it names
 
-DAMPING = "damping"
-"""The word of what the keys of damping set, and the key that names its law."""
-
+DAMPING = "damping"  # the word of what the keys of damping set, and the key that names its law
 _LAWS = {"damping_ratio": Ratio, "drag": External, "d": External}
 """The other keys of damping, and the laws whose number they are."""
 

@@ -127,9 +127,7 @@ def _row(
 
 # ---- What is known of a case before anything is computed: its form in SI and in plain numbers, its scales
 
-_MODES = 8
-"""Elastic modes that are told of the body of a machine."""
-
+_MODES = 8  # elastic modes that are told of the body of a machine
 _SCALES = {
     "length_m": "length_scale",
     "time_s": "time_scale",

@@ -186,8 +186,7 @@ MOVES: dict[str, Callable[[Tables, float, System], None]] = {
 }
 """How each dimensionless parameter is moved: in tables, to a value, from the system that they make now."""
 
-RELATIVE = (*_OF_LOAD, "s", "d", "damping_ratio", "eta")
-"""What is moved by its ratio to the value now."""
+RELATIVE = (*_OF_LOAD, "s", "d", "damping_ratio", "eta")  # what is moved by its ratio to the value now
 
 
 # ---- A case moved to other values of its parameters, in the units that it is written in: what a slider does

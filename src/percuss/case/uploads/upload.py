@@ -19,16 +19,13 @@ from percuss.recordings.untrusted_files import MOST_UPLOADED, plain_mat
 
 _PLAIN = (".csv", ".tsv", ".txt", ".dat", ".wav")
 
-SUFFIXES = (*_PLAIN, *PACKED)
-"""What an uploaded recording may be called; the suffix says how it is read."""
-
+SUFFIXES = (*_PLAIN, *PACKED)  # what an uploaded recording may be called; the suffix says how it is read
 BOUNDS = ReaderBounds(answer=4_000_000)
 """What reading an upload may take; a thousand harmonics are an answer of 50 000 characters."""
 
 _DIED = "it could not be read within the memory and the time allowed for an upload"
 
-_SMALL = 1_000_000
-"""Bytes that are read in a second or two; what takes longer must be possible to give up."""
+_SMALL = 1_000_000  # bytes that are read in a second or two; what takes longer must be possible to give up
 
 
 def uploaded_history(

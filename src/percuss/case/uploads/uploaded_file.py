@@ -21,11 +21,9 @@ from percuss.errors import CaseError, HistoryError
 from percuss.recordings.separate_process import Found
 from percuss.recordings.untrusted_files import MOST_UPLOADED, vetted
 
-PACKED = (".mat", ".h5", ".hdf5", ".tdms")
-"""Suffixes of what can be packed or point elsewhere."""
+PACKED = (".mat", ".h5", ".hdf5", ".tdms")  # suffixes of what can be packed or point elsewhere
 
-FILE = "load.file"
-"""The key of a case that names a recording."""
+FILE = "load.file"  # the key of a case that names a recording
 
 
 def read_here(path: Path, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 # ---- Starts as columns
 
-UNIT_OF_TIME = "machine's unit of time"
-"""Of a hammer that no clock drives."""
+UNIT_OF_TIME = "machine's unit of time"  # of a hammer that no clock drives
 
 
 def start_columns(displacements: int, velocities: int, clock: bool = True) -> dict[str, Column]:
@@ -208,24 +207,19 @@ def _chosen(rows: int, block: int, seed: int) -> npt.NDArray[np.int64]:
 
 # ---- Starts of one's own for an experiment: a file, a function of the seed, a plane
 
-MODE = re.compile(r"[uv]_([1-9]\d{0,3})")
-"""The name of an amplitude of a start."""
+MODE = re.compile(r"[uv]_([1-9]\d{0,3})")  # the name of an amplitude of a start
 
 
 def own(what: System | Machine, source: Any, seed: int = 0) -> Starts:
-    """The rows of one's own distribution: a file, a function of the seed, or the starts themselves.
-
-    A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
-    ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``, ``u_1``,
-    …, ``v_0``, ``v_1``, … of the modes of the hammer, and ``time``. The bar is at u(1) ≤ 0; the wall is at 0.
-    Dimensionless, the time in radians.
-
-    Instead of a load phase a table of a machine has the column ``state``: the name of the valve's state or its number
-    from 0. Without it all start with the valve's own starting state, as `Starts` do.
-
-    ParameterError for a file that cannot be read or has unknown columns, a state that the valve does not have, and for
-    a function that gives no starts.
-    """
+    """The rows of one's own distribution: a file, a function of the seed, or the starts themselves."""
+    # A file is a CSV table with a heading, an ``.npz`` archive or a NetCDF file (``.nc``) with columns of one length:
+    # ``position``, ``velocity``, ``time`` for rigid starts (what is left out is 0), or modal amplitudes ``u_0``,
+    # ``u_1``, …, ``v_0``, ``v_1``, … of the modes of the hammer, and ``time``. The bar is at u(1) ≤ 0; the wall is at
+    # 0. Dimensionless, the time in radians.
+    # Instead of a load phase a table of a machine has the column ``state``: the name of the valve's state or its number
+    # from 0. Without it all start with the valve's own starting state, as `Starts` do.
+    # ParameterError for a file that cannot be read or has unknown columns, a state that the valve does not have, and
+    # for a function that gives no starts.
     from percuss.simulate import Starts
 
     names = states_of(what)

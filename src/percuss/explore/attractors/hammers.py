@@ -33,11 +33,9 @@ if TYPE_CHECKING:
 
 # ---- Which motions are the same
 
-CYCLE_KINDS = ("no rest", "rest", "chatter and rest")
-"""What a periodic motion has in it, by number."""
+CYCLE_KINDS = ("no rest", "rest", "chatter and rest")  # what a periodic motion has in it, by number
 
-DISTANCE = 1e-4
-"""How far apart, in radians and relative speeds, motions of one label are different attractors."""
+DISTANCE = 1e-4  # how far apart, in radians and relative speeds, motions of one label are different attractors
 
 
 @dataclass(frozen=True)
@@ -181,14 +179,12 @@ class Hammer(ABC):
 
     @classmethod
     def matched(cls, columns: Columns, speed: float, distance: float = DISTANCE) -> npt.NDArray[np.int64]:
-        """The number of the attractor of each motion, 0 for the most frequent.
-
-        Motions of one label are one attractor unless their numbers leave a gap: they are cut apart wherever, in the
-        order of one of the numbers, two neighbours differ by more than `distance`, in radians, relative periods, and
-        speeds relative to their scale plus the speed. What is spread by an early end of a slow approach therefore stays
-        together, and so do motions that differ by whole load periods: their phases are the same. Motions that are not
-        periodic are told apart by their labels alone.
-        """
+        """The number of the attractor of each motion, 0 for the most frequent."""
+        # Motions of one label are one attractor unless their numbers leave a gap: they are cut apart wherever, in the
+        # order of one of the numbers, two neighbours differ by more than `distance`, in radians, relative periods, and
+        # speeds relative to their scale plus the speed. What is spread by an early end of a slow approach therefore
+        # stays together, and so do motions that differ by whole load periods: their phases are the same. Motions that
+        # are not periodic are told apart by their labels alone.
         values = cls.tells_apart(columns, speed)
         values = np.where(np.isfinite(values), values, 1e9)
         names, key = np.unique(cls.labels(columns), return_inverse=True)
@@ -361,12 +357,10 @@ def _columns(many: Ensemble, harmonics: npt.NDArray[np.int64]) -> Columns:
 def invariants_of(
     phases: Array, speeds: Array, impacts: npt.NDArray[np.int64], periods: npt.NDArray[np.int64], harmonics: Any
 ) -> tuple[Array, Array, Array]:
-    """Invariants of the last `impacts` impacts of each row, and phase and speed of the fastest of them.
-
-    Sums over the impacts of a cycle do not depend on which of them comes first, and cosine and sine know no seam at
-    2π; weights v² and v³ leave the smallest impacts of a chatter, of which there may be one more or less, without
-    weight. Phases count modulo the true period of the load, 2π over the greatest common divisor of its harmonics.
-    """
+    """Invariants of the last `impacts` impacts of each row, and phase and speed of the fastest of them."""
+    # Sums over the impacts of a cycle do not depend on which of them comes first, and cosine and sine know no seam at
+    # 2π; weights v² and v³ leave the smallest impacts of a chatter, of which there may be one more or less, without
+    # weight. Phases count modulo the true period of the load, 2π over the greatest common divisor of its harmonics.
     turn = float(reduce(math.gcd, (int(k) for k in harmonics), 0) or 1)
     rows, most = impacts.size, int(impacts.max(initial=0))
     sums = np.zeros((INVARIANTS, rows))

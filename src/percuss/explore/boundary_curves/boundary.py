@@ -222,13 +222,6 @@ _HALVES = 5  # before a touch is solved for
 _STEPS = 80  # halves, or touches that are not the first
 
 
-def grazings(
-    stretch: MotionArc, samples: int | None, told: Callable[[float], None] | None = None
-) -> list[BoundaryCrossing]:
-    """Where the bar touches the wall between two impacts; at R = 0 also starts into it; where the speed is 0."""
-    return [crossing for _, crossing in _switches(stretch, samples, told)[1]]
-
-
 def admissible_on(stretch: MotionArc, t: Array, samples: int | None = None) -> npt.NDArray[np.bool_]:
     """Whether the motions at many places of a branch are possible, from the places where that changes."""
     first, switches = _switches(stretch, samples)
@@ -374,8 +367,7 @@ def _peak(motion: Orbit, low: float, high: float) -> float:
 
 # ---- The boundaries of steady motions in a plane of two parameters, as curves that are solved for
 
-KINDS = (FOLD, FLIP, SPIRAL, GRAZING)
-"""What can happen on a branch of steady motions."""
+KINDS = (FOLD, FLIP, SPIRAL, GRAZING)  # what can happen on a branch of steady motions
 
 CRITERIA = ("reduced", "exact")
 
@@ -408,7 +400,6 @@ class BoundaryCurve(Shown):
 
     @property
     def found(self) -> npt.NDArray[np.bool_]:
-        """Where there is a boundary."""
         return ~np.isnan(self.y)
 
     def without(self, points: npt.NDArray[np.bool_]) -> BoundaryCurve:
@@ -422,8 +413,6 @@ class Boundaries(OfValues):
 
     Parameters
     ----------
-    x_name, y_name
-        The parameters.
     x
         Values of the first, shape (n,).
     low, high
@@ -565,8 +554,6 @@ def boundaries(
         periods per impact.
     y
         Another parameter and the range in which boundaries are looked for; of an axis the range of its values.
-    periods
-        m, unless x is m.
     criterion
         ``reduced`` for B77 (29)–(32), ``exact`` for the multipliers of modes 0 … `modes`.
     modes
@@ -709,7 +696,7 @@ def _on_line(line: Line, criterion: str, kinds: tuple[str, ...], samples: int | 
         elif FLIP in kinds or SPIRAL in kinds:
             crossings += reduced_crossings(stretch, samples, SPIRAL in kinds)
         if grazing:
-            crossings += grazings(stretch, samples, told)
+            crossings += [crossing for _, crossing in _switches(stretch, samples, told)[1]]
             part += 1
         found += [crossing for crossing in crossings if crossing.kind in kinds]
     return [crossing._replace(speed=_speed(line, crossing)) for crossing in found]

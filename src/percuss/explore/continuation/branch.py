@@ -21,7 +21,7 @@ from percuss.model.checks import Array, ComplexArray, choice
 from percuss.shown import Shown
 from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import Repeating
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 if TYPE_CHECKING:
     import xarray
@@ -31,11 +31,6 @@ if TYPE_CHECKING:
 
 class BranchEvent(Enum):
     """A kind of point on a branch or on a curve; its value is the word in files and tables.
-
-    Attributes
-    ----------
-    words
-        The same in a few words.
 
     Examples
     --------
@@ -235,9 +230,7 @@ class BranchPoint(Shown):
 # ---- Branches and curves
 
 
-KEPT_IMPACTS = 8
-"""Impacts after each release that a branch has, at most: those of a chatter have no last one."""
-
+KEPT_IMPACTS = 8  # impacts after each release that a branch has, at most: those of a chatter have no last one
 _TURN = 2.0 * np.pi
 _OF_POINT = ("values", "beyond", "impact", "touch_phase", "side", "criticality")
 
@@ -260,8 +253,6 @@ class Branch(OfValues):
 
     Parameters
     ----------
-    parameters
-        The name of the parameter, alone.
     label, modes
         z=p/n, chatter/n or rest/n, the same all along; and N.
     values

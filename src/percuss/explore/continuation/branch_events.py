@@ -320,6 +320,26 @@ class Side(NamedTuple):
     stable: bool | None
     supercritical: bool | None = None
 
+    @property
+    def towards(self) -> str:
+        """The word for the side."""
+        return "greater" if self.greater else "smaller"
+
+    @property
+    def criticality(self) -> str | None:
+        """The word for `supercritical`."""
+        return None if self.supercritical is None else "supercritical" if self.supercritical else "subcritical"
+
+
+def side_told(name: str, side: Side | None) -> str:
+    """Towards which values of a parameter a branch begins and whether it is stable there, or what is not resolved."""
+    if side is None:
+        return ", to which side and whether it is stable is not resolved"
+    towards = f" towards {side.towards} {name}"
+    if side.stable is None:
+        return f"{towards}, whether it is stable is not resolved"
+    return f"{towards}, {'stable' if side.stable else 'unstable'}"
+
 
 class FlipForm(NamedTuple):
     """Both terms of c times the determinant, that taken by its other factors, and the null vectors of K(−1)."""

@@ -24,6 +24,7 @@ from percuss.explore.continuation.branch_events import (
     other_end,
     outside,
     side_of_doubled,
+    side_told,
     to_corner,
     unstable,
 )
@@ -62,7 +63,7 @@ from percuss.shown import Shown
 from percuss.steady import Orbit, PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import TURNING, Repeating
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- Where the following of an orbit begins: the value of its parameter, the range around it, the point of the curve
 
@@ -165,16 +166,6 @@ _PLAIN = {
 }
 
 
-def _told(curve: SolutionCurve, side: Side | None) -> str:
-    """Towards which values a branch begins, and whether it is stable there, or what of that is not resolved."""
-    if side is None:
-        return ", to which side and whether it is stable is not resolved"
-    towards = f" towards {'greater' if side.greater else 'smaller'} {curve.name}"
-    if side.stable is None:
-        return f"{towards}, whether it is stable is not resolved"
-    return f"{towards}, {'stable' if side.stable else 'unstable'}"
-
-
 def _into(partner: Partner) -> Side | None:
     """The same of the branch itself, by steps into it that shrink until two say the same; None if none do."""
     curve, start = partner
@@ -205,7 +196,7 @@ def _flip(curve: SolutionCurve, point: CurvePoint) -> tuple[str, Side | None]:
     if side is None or side.stable is None:
         tried = _into(partner)
         side = tried if side is None else side._replace(stable=None if tried is None else tried.stable)
-    return f"{partner[0].label} begins{_told(curve, side)}", side
+    return f"{partner[0].label} begins{side_told(curve.name, side)}", side
 
 
 def _pair(curve: SolutionCurve, point: CurvePoint) -> str:
@@ -228,7 +219,7 @@ def _grazing(curve: SolutionCurve, one: LocatedEvent, impact: int | None) -> tup
     if is_joined(curve):
         partner = grazing_partner(curve, one.point, one.kind, one.which)
         side = None if partner is None else _into(partner)
-        return here if partner is None else f"{here}; {label} begins here{_told(curve, side)}", side
+        return here if partner is None else f"{here}; {label} begins here{side_told(curve.name, side)}", side
     found = other_end(curve, one.point, one.kind, one.which)
     if found is None:
         return f"{here}; no end of {label} was found near", None
@@ -386,11 +377,6 @@ def follow(
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
 
-    Returns
-    -------
-    Branch
-        Its points, what happens on it, and the branches switched to.
-
     Raises
     ------
     LoadError, ResonanceError
@@ -532,9 +518,7 @@ def branch_point(curve: SolutionCurve, one: LocatedEvent, refusal: str) -> Branc
         beyond, side = sentence(curve, one, impact, refusal)
     except Interrupted:
         beyond, side = one.kind.words, None
-    towards = None if side is None else "greater" if side.greater else "smaller"
-    known = side is not None and side.supercritical is not None
-    criticality = ("supercritical" if side.supercritical else "subcritical") if side and known else None
+    towards, criticality = (None, None) if side is None else (side.towards, side.criticality)
     return BranchPoint(
         one.kind, (curve.value(one.point.x),), orbit, beyond, values, impact, phase, towards, criticality
     )  # fmt: skip

@@ -7,6 +7,7 @@ that they go on smoothly beyond every end of the branch: there a margin changes 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,8 +25,9 @@ from percuss.mechanics.cycle import Cycle, closure_kernels
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
-from percuss.steady.self_excited import Rhythm, ValveCycle
 from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reordered, sequence_in
+from percuss.steady.self_excited.rhythm import Rhythm
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- The cycles of an order of events
 
@@ -33,6 +35,7 @@ _KEPT = 256  # motions
 _MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
 _MOST_ROWS, _RATE_WITHIN, _ROW_WITHIN = 8, 1e-4, 1e-9  # of the unit of the parameter
 _STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
+_SILENT = 2.0 * math.log(1e3)  # of a mode within a cycle, from which on nothing of it comes back
 _ROUNDED, _INSTANT = 1e-8, 1e-7  # of a flight, before its end; of the period: nothing is met in a shorter flight
 
 
@@ -156,6 +159,9 @@ class MachineCurve(Problem):
     def _rooms(self) -> dict[int, Any]:
         return {}
 
+    def _room(self, posed: Cycle) -> Any:
+        return self._rooms.get(posed.row.size) or self._rooms.setdefault(posed.row.size, posed.room)
+
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """As of other curves, over one parameter, by compiled functions."""
         look()
@@ -164,9 +170,8 @@ class MachineCurve(Problem):
         try:
             for _ in range(_MOST_ROWS):
                 base, posed, rate = self.rows.near(self.value(x), _RATE_WITHIN * unit)
-                room = self._rooms.get(posed.row.size) or self._rooms.setdefault(posed.row.size, posed.room)
                 ended, taken = closure_kernels().corrected(
-                    posed.row, rate, base, unit, self.tick, room, x, normal, along,
+                    posed.row, rate, base, unit, self.tick, self._room(posed), x, normal, along,
                     (_MOST_STEPS, _CLOSE, _LONGEST), matrix, tangent,
                 )  # fmt: skip
                 if ended:
@@ -200,6 +205,27 @@ class MachineCurve(Problem):
         found = self.motion(point.x).slope
         with np.errstate(all="ignore"):
             return float(np.linalg.det(np.eye(len(found)) + found))
+
+    def flips_about(self, first: CurvePoint, stop: CurvePoint) -> tuple[Callable[[Array], float], float]:
+        """A quick `flip` between two points, and by how much (rad) the fastest mode that still rings goes on."""
+        # the numbers of machines in between are taken to change evenly
+        here, there = (self.value(point.x) for point in (first, stop))
+        posed, other = self._posed(here), self._posed(there)
+        room, size = self._room(posed), 2 * posed.size + posed.supplied + posed.wrapped
+        found, past = np.empty((size, size)), int(self.modes == 0)
+        unit = np.eye(size - past)
+
+        def quick(x: Array) -> float:
+            share = (self.value(x) - here) / (there - here) if there != here else 0.0
+            room.numbers[:] = posed.row + share * (other.row - posed.row)
+            with np.errstate(all="ignore"):
+                good = closure_kernels().solved(room, self.times(x), 0, found)
+                return float(np.linalg.det(unit + found[past:, past:])) if good else np.nan
+
+        modes, faster = posed.flows[0].modes, other.flows[0].modes.omega
+        spans = [np.diff(self.times(point.x), prepend=0.0) for point in (first, stop)]
+        turned = np.abs(np.outer(modes.omega, spans[0]) - np.outer(faster, spans[1])).sum(axis=1)
+        return quick, float(turned[modes.damping * spans[0].sum() < _SILENT].max(initial=0.0))
 
     # -- orders of events with twice and half as many blows --
 

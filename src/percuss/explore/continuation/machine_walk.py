@@ -11,9 +11,9 @@ import numpy as np
 
 from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
-from percuss.explore.continuation.branch_events import in_words, outside
+from percuss.explore.continuation.branch_events import Side, in_words, outside, side_told
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
-from percuss.explore.continuation.missed_events import nearest
+from percuss.explore.continuation.missed_events import dying_impact, nearest
 from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,
@@ -32,8 +32,8 @@ from percuss.explore.family import drives_itself
 from percuss.halting import halting
 from percuss.model.checks import Array, ComplexArray
 from percuss.steady.multipliers import TURNING
-from percuss.steady.self_excited import ValveCycle
 from percuss.steady.self_excited.event_sequence import sequence_of
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- What happens within a step
 
@@ -42,6 +42,9 @@ _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another on
 _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
+_TURNED, _FEWEST, _MOST_LOOKS = 0.8, 4, 64  # rad of a mode in a part of a step that is looked at for flips; parts
+_NEXT, _PARABOLAS = 1e-3, 6  # of a step, beside its ends; towards a least value
+_DEEP, _DOUBTFUL = 0.1, 1e-2  # of what is beside a least value: one that is sought, and one that is solved for
 _SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
 _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
@@ -104,7 +107,7 @@ def _bisected(segment: CurveSegment, last: float) -> float:
 
 def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> list[LocatedEvent]:
     """Folds, flips and pairs on the unit circle in a step up to a place, in order."""
-    curve, stop = segment.curve, segment.at(last)
+    stop = segment.at(last)
 
     def along(point: CurvePoint) -> float:
         return float(point.tangent[-1])
@@ -112,8 +115,8 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
     found = []
     if not fresh and along(segment.start) * along(stop) < 0.0:
         found.append(segment.event(BranchEvent.FOLD, segment.root(along, 0.0, last)))
-    if not fresh and curve.flip(segment.start) * curve.flip(stop) < 0.0:
-        found.append(segment.event(BranchEvent.FLIP, segment.root(curve.flip, 0.0, last)))
+    if not fresh:
+        found += _flips(segment, last)
     places = sorted([0.0, *(one.place for one in found), last])
     if not fresh:
         for low, high in pairwise(places):
@@ -124,6 +127,74 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
 def _unstable(cycle: ValveCycle) -> int:
     """How many multipliers are outside the unit circle; they are found only where powers of the map do not shrink."""
     return 0 if cycle.contracts else outside(cycle.multipliers().values)
+
+
+def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
+    """The flips in a step up to a place; between which places they are is told by quick looks at its parts."""
+    curve = segment.curve
+    if not last > 0.0:
+        return []
+    quick, turned = curve.flips_about(segment.start, segment.stop)
+
+    def about(place: float) -> float:
+        return float(quick(segment.beside(place)))
+
+    parts = min(max(math.ceil(turned * last / segment.length / _TURNED), _FEWEST), _MOST_LOOKS)
+    places = [*np.linspace(0.0, last, parts + 1).tolist()]
+    if last < segment.length:  # at an end a guard may be met without speed, where the number has a pole
+        places.insert(-1, max(last - _ASIDE * segment.length, 0.5 * (places[-2] + last)))
+    values = [curve.flip(segment.start), *map(about, places[1:-1]), curve.flip(segment.at(last))]
+    seen = list(zip(places, values, strict=True))
+    for end, inner, way in ((0, 1, 1.0), (-1, -2, -1.0)):  # a least value may be between an end and what is next to it
+        if values[end] * values[inner] > 0.0 and abs(values[end]) <= abs(values[inner]):
+            place = places[end] + way * _NEXT * last
+            seen.append((place, about(place)))
+    seen.sort()
+    ends = {seen[0][0], seen[-1][0]}
+    for one, other in pairwise(seen):
+        ends |= {one[0], other[0]} if one[1] * other[1] < 0.0 else set()
+    for before, here, after in zip(seen, seen[1:], seen[2:], strict=False):
+        ends |= _least(about, before, here, after)
+    signs = [(place, curve.flip(segment.at(place))) for place in sorted(ends)]
+    found = []
+    for one, other in pairwise(pair for pair in signs if math.isfinite(pair[1])):
+        if one[1] * other[1] < 0.0:
+            place = segment.root(curve.flip, one[0], other[0])
+            if abs(curve.flip(segment.at(place))) < min(abs(one[1]), abs(other[1])):  # else it is a pole
+                found.append(segment.event(BranchEvent.FLIP, place))
+    return found
+
+
+def _least(number: Callable[[float], float], *three: tuple[float, float]) -> set[float]:
+    """The place between the outer two of three at which a number comes near 0 and turns, if it does."""
+    (low, first), (place, least), (high, last) = three
+    sign = math.copysign(1.0, least)
+    first, least, last = sign * first, sign * least, sign * last
+    if not (first >= least and last >= least):
+        return set()
+    for _ in range(_PARABOLAS):
+        left, right = (first - least) / (low - place), (last - least) / (high - place)
+        bend = (right - left) / (high - low)
+        slope = left + bend * (place - low)
+        if not bend > 0.0:
+            break
+        step = -0.5 * slope / bend
+        if least - 0.25 * slope * slope / bend > _LEVEL * least and least > _DEEP * max(first, last):
+            break
+        step = step or 1e-3 * (high - low)
+        new, value = place + step, sign * number(place + step)
+        if not low < new < high or not math.isfinite(value):
+            break
+        if value < least:
+            low, first, high, last = (place, least, high, last) if step > 0.0 else (low, first, place, least)
+            place, least = new, value
+        elif step > 0.0:
+            high, last = new, value
+        else:
+            low, first = new, value
+        if least < 0.0:
+            break
+    return {place} if least < _DOUBTFUL * max(first, last) else set()
 
 
 def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
@@ -234,6 +305,9 @@ class MachineWalk(Walk):
         if fresh:
             self.size = _FRESH * self.scale
 
+    def keep(self, point: CurvePoint, mark: int) -> None:
+        super().keep(point._replace(motion=point.curve.motion(point.x)), mark)
+
     def mark(self) -> int:
         return _unstable(self.curve.motion(self.here.x))
 
@@ -302,6 +376,8 @@ class MachineWalk(Walk):
         m = self.curve.impacts
         if self.here.x[m - 1] > _STANDSTILL * self.points[0].x[m - 1]:
             self.end(BranchEvent.STALL)
+        elif (death := dying_impact(self.points, lambda point: point.motion.blow_speeds)) is not None:
+            super().at_last(death, Look(CurveSegment(self.curve, self.here, death.point), []))
         else:
             self.end(BranchEvent.LOST if self.refusal is None else refused(self.refusal))
 
@@ -343,12 +419,12 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
         x = halves[0]
     motion = cycle.motion(x)
     values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
-    beyond = one.kind.words
+    beyond, side = one.kind.words, None
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
         beyond = f"the branch turns back; beyond {told} neither of its two cycles exists"
     elif one.kind is BranchEvent.FLIP:
-        beyond = _flip(curve, one.point)
+        beyond, side = _flip(curve, one.point)
     elif one.kind is BranchEvent.NEIMARK_SACKER and values is not None:
         turning = values[values.imag > TURNING * np.abs(values)]
         pair = turning[np.argmin(np.abs(np.abs(turning) - 1.0))]
@@ -371,29 +447,49 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     elif one.kind in (BranchEvent.LIMIT, BranchEvent.STOPPED):
         beyond = "the branch goes on"
     impact = one.which + 1 if one.kind is BranchEvent.DEATH else None
-    return BranchPoint(one.kind, curve.values(one.point.x), motion, beyond, values, impact)
+    towards, criticality = (None, None) if side is None else (side.towards, side.criticality)
+    return BranchPoint(
+        one.kind, curve.values(one.point.x), motion, beyond, values, impact, None, towards, criticality
+    )  # fmt: skip
 
 
-_TRIED = (0.02, 0.01, 0.005)
+_TRIED = 0.02 * 0.5 ** np.arange(8.0)  # of times and the parameter together, into a branch, until two tell the same
 
 
-def _flip(curve: MachineCurve, point: CurvePoint) -> str:
+def _flip(curve: MachineCurve, point: CurvePoint) -> tuple[str, Side | None]:
     """Where the doubled cycle begins, and whether it is stable there, by steps into it."""
     partner = doubled(point)
     if partner is None:
-        return "a cycle of twice as many blows begins"
+        return "a cycle of twice as many blows begins", None
     wide, start = partner
+    values = curve.motion(point.x).multipliers().values
+    settled = not outside(np.delete(values, np.argmin(np.abs(values + 1.0))))
+    side = last = None
     for size in _TRIED:
         try:
             found = wide.corrected(start.x + size * start.tangent, start.tangent, start.tangent, start)
         except CorrectorFailed:
             continue
-        if found.x[-1] != start.x[-1]:
-            towards = "greater" if found.x[-1] > start.x[-1] else "smaller"
-            unstable = _unstable(wide.motion(found.x))
-            told = "unstable" if unstable else "stable"
-            return f"{wide.label} begins towards {towards} {curve.names[0]}, {told}"
-    return f"{wide.label} begins, to which side and whether it is stable is not resolved"
+        by, last = float(found.x[-1] - start.x[-1]), side
+        flipped = _flipped(curve, point, by)
+        side = Side(by > 0.0, not _unstable(wide.motion(found.x)), flipped)
+        if side == last and side.stable == (flipped and settled):  # else it is beyond a fold of its own
+            break
+    else:
+        side = None
+    return f"{wide.label} begins{side_told(curve.names[0], side)}", side
+
+
+def _flipped(curve: MachineCurve, point: CurvePoint, by: float) -> bool | None:
+    """Whether the cycle is no longer stable in this direction at a value that differs by so much from its flip's."""
+    if not (by and point.tangent[-1]):
+        return None
+    try:
+        x = point.x + by / point.tangent[-1] * point.tangent
+        beside = curve.corrected(x, np.eye(x.size)[-1], point.tangent, point)
+    except CorrectorFailed:
+        return None
+    return abs(nearest(curve.motion(beside.x).multipliers().values, -1.0)) > 1.0
 
 
 # ---- Cycles of machines followed through a parameter, both ways
@@ -463,7 +559,7 @@ def _branch(
 ) -> Branch:
     """The branch of walks from one point, and those that begin at its flips; `met` are those that were followed."""
     points, marks, happened = joined(ways)
-    motions = [point.curve.motion(point.x) for point in points]
+    motions = [point.motion for point in points]
     found = tuple(machine_point(one, way) for one, way in happened)
     met += [(curve.label, point.value) for point in found if point.kind is BranchEvent.HALVING]
     switched = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -329,7 +329,7 @@ def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: Percus
         kind = BranchEvent.RESONANCE
     elif refusal is not None:
         kind = refused(refusal)
-    elif (death := dying_impact(curve, points)) is not None:
+    elif (death := dying_impact(points, lambda point: curve.motion(point.x).speeds)) is not None:
         return death
     elif curve.impacts % 2 == curve.periods % 2 == 0:  # where the halves meet a step of the load, not at their flip
         apart = halves(curve, points[-1].x)[1]
@@ -337,12 +337,12 @@ def dead_end(curve: SolutionCurve, points: Sequence[CurvePoint], refusal: Percus
     return LocatedEvent(kind, 0.0, points[-1])
 
 
-def dying_impact(curve: SolutionCurve, points: Sequence[CurvePoint]) -> LocatedEvent | None:
+def dying_impact(points: Sequence[CurvePoint], speeds: Callable[[CurvePoint], Array]) -> LocatedEvent | None:
     """The death just beyond some points that lead there, or None: no step gets past where several impacts die."""
     last = points[-1]
-    now = curve.motion(last.x).speeds
+    now = speeds(last)
     for first in points[-2 : -_BACK - 2 : -1]:  # so near to the place, the last step may have gone back by rounding
-        before, way = curve.motion(first.x).speeds, last.x - first.x
+        before, way = speeds(first), last.x - first.x
         which = int(np.argmin(now / before))
         nearer = float(before[which] - now[which])
         share = float(now[which]) / nearer if nearer > 0.0 else 0.0
@@ -449,9 +449,7 @@ def mode_maps(segment: CurveSegment) -> ModeMaps | None:
 # one leave no trace at the ends of a step. The maps depend on the flights and the frequencies alone, and tell the
 # places without any orbit.
 
-Place = tuple[float, CurvePoint]
-"""A place in a segment, and the point of the curve there."""
-
+Place = tuple[float, CurvePoint]  # a place in a segment, and the point of the curve there
 _FINE = 0.4  # rad, by which the fastest mode goes on from sample to sample
 _FEWEST, _MOST_RESONANCES = 9, 1025
 _STILL = 1e-3  # rad, by which a mode goes on in a step, below which it stays as it is

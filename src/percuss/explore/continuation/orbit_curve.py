@@ -323,8 +323,7 @@ def where_it_vanishes(curve: Problem, x: Array, number: Number) -> Array:
 
 # ---- Where an impact meets a step of the load: a curve of orbits has a corner there, with a tangent on either side
 
-Passed: TypeAlias = npt.NDArray[np.int64]
-"""How many steps of the load there are before each impact."""
+Passed: TypeAlias = npt.NDArray[np.int64]  # how many steps of the load there are before each impact
 
 _ASIDE = 1e-5  # rad, by which an impact is moved to one side of a step: more than differences by the parameter move it
 

@@ -111,6 +111,7 @@ class CurvePoint(NamedTuple):
     steps: int  # that Newton's method took
     matrix: Array | None = None  # the derivatives of the equations, where it was asked for them
     curve: Any = None  # on which it is, where a walk goes on from one curve to another
+    motion: Any = None  # there, where a walk keeps it
 
 
 class Limit(NamedTuple):
@@ -297,8 +298,7 @@ class Problem(ABC):
 
 # ---- The walk along a curve
 
-FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9
-"""Steps along a curve, of each impact in rad."""
+FIRST, LONGEST, SHORTEST = 0.02, 0.1, 1e-9  # steps along a curve, of each impact in rad
 
 
 Number: TypeAlias = Callable[[CurvePoint], float]
@@ -334,6 +334,13 @@ class CurveSegment:
             near = self.start if place < 0.5 * length else self.stop
             self._points[place] = self.curve.corrected(start, ahead, ahead, near)
         return self._points[place]
+
+    def beside(self, place: float) -> Array:
+        """About the unknowns at a place: on the cubic through both ends and their tangents."""
+        start, stop, u = self.start, self.stop, place / self.length
+        ends = np.stack([start.x, stop.x, start.tangent, stop.tangent / (stop.tangent @ start.tangent)])
+        v, w = u * u * (3.0 - 2.0 * u), u * (1.0 - u) * self.length
+        return np.asarray(np.array([1.0 - v, v, w * (1.0 - u), -w * u]) @ ends)
 
     def root(self, number: Number, low: float = 0.0, high: float | None = None, below: float | None = None) -> float:
         """Where a number vanishes between two places; `below` is that at `low`, where rounding decides on its sign."""

@@ -65,12 +65,8 @@ from percuss.whole_file import PARTS, replaced, synced
 # between, with a check sum. A record that was being written when the process was killed is passed over, and so is all
 # behind it.
 
-FILE = ".percuss-underway"
-"""Name of the file inside the folder of the archive."""
-
-Record = tuple[int, int, Columns]
-"""First item, the one after the last, and their columns."""
-
+FILE = ".percuss-underway"  # name of the file inside the folder of the archive
+Record = tuple[int, int, Columns]  # first item, the one after the last, and their columns
 _HEAD = struct.Struct("<8sQQQI")
 _MARK = b"percuss2"
 _APPEND = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -147,8 +143,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 
-LOCK = ".percuss-lock"
-"""Name of the file inside the folder that it locks."""
+LOCK = ".percuss-lock"  # name of the file inside the folder that it locks
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
@@ -273,10 +268,6 @@ class Archive:
 
     Attributes
     ----------
-    path
-        The folder.
-    ask
-        What was asked for, as the job told it.
     columns
         What is kept of each item.
     size, chunk

@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
     from percuss.explore.jobs.archive import Archive
 
-_ROWS = 1 << 15
-"""Rows of a CSV file that are made at once."""
+_ROWS = 1 << 15  # rows of a CSV file that are made at once
 
 
 def variables_of(
@@ -194,10 +193,11 @@ def write_csv(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         if not set(dims) <= set(variable.dims):
             continue
         values = variable.transpose(*dims, ...).values
-        inner = values.shape[len(dims) :]
+        inner, words = values.shape[len(dims) :], variable.attrs.get("words")
+        values = values if words is None else np.array([*str(words).split(", "), ""])[values]
         for index in np.ndindex(inner):
             mark = "".join(f"_{j}" for j in index)
-            fields.append((_header(f"{name}{mark}", variable), _worded(variable, values[(..., *index)])))
+            fields.append((_header(f"{name}{mark}", variable), values[(..., *index)]))
     with whole_file(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([header for header, _ in fields])
@@ -227,11 +227,6 @@ def _row_dims(dataset: xarray.Dataset) -> tuple[str, ...]:
 def _header(name: str, variable: xarray.DataArray) -> str:
     unit = str(variable.attrs.get("units", ""))
     return f"{name} [{unit}]" if unit not in ("", "1") else name
-
-
-def _worded(variable: xarray.DataArray, values: Any) -> Any:
-    words = variable.attrs.get("words")
-    return values if words is None else np.array([*str(words).split(", "), ""])[values]
 
 
 def _texts(values: Any) -> list[Any]:

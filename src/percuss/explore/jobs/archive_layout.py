@@ -125,11 +125,9 @@ def _typed(word: str) -> str:
 
 # ---- What was asked for, as text: the same ask is the same text, and two that differ can be told apart part by part
 
-_DEEPEST = 60
-"""Tables in tables; what asks go through calls itself for each."""
+_DEEPEST = 60  # tables in tables; what asks go through calls itself for each
 
-_SHOWN = 6
-"""Differences that a message lists."""
+_SHOWN = 6  # differences that a message lists
 
 
 def canonical(ask: dict[str, Any]) -> str:
@@ -202,14 +200,10 @@ def _short(value: Any, limit: int = 60) -> str:
 
 # ---- The files of an archive: a zarr v3 group with an array for each column, and what the attributes say
 
-FORMAT = 2
-"""Of the layout; archives of a higher number are refused. Those of 1 have no check sums."""
-
+FORMAT = 2  # of the layout; archives of a higher number are refused. Those of 1 have no check sums.
 TITLE = "percuss archive"
 DONE = "done"
-RESUME = "--resume (resume=True)"
-"""How to continue an archive, on the command line and in Python."""
-
+RESUME = "--resume (resume=True)"  # how to continue an archive, on the command line and in Python
 BEGIN = "use a copy of it, or start another archive"
 MEND = f"{RESUME} recomputes what is damaged and keeps the rest"
 """What helps when an archive is damaged: in what it says of itself, and in a chunk."""

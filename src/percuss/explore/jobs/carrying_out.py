@@ -64,7 +64,6 @@ class Sheet:
         return new
 
     def part(self, first: int, last: int) -> Columns:
-        """The columns of some items."""
         return {name: values[first:last] for name, values in self.columns.items()}
 
     def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
@@ -87,21 +86,16 @@ def _memory() -> float:
 
 # ---- How long an item takes: measured on a few items spread over the job; their results are kept
 
-CHUNK_SECONDS = 2.0
-"""Work in one chunk: writing it takes some hundredths of a second."""
-
+CHUNK_SECONDS = 2.0  # work in one chunk: writing it takes some hundredths of a second
 _MANY_CHUNKS = 4000
 _LONG_CHUNK = 60.0
 """Each chunk is a file for every column: when there are more, chunks grow, to a minute of work at most."""
 
-_WRITERS = 16
-"""Workers whose chunks of a second one process writes without falling behind; for more the chunks grow."""
+_WRITERS = 16  # workers whose chunks of a second one process writes without falling behind; for more the chunks grow
 
-_ENOUGH = 0.4
-"""Seconds of measuring."""
+_ENOUGH = 0.4  # seconds of measuring
 
-_CLEAR = 0.01
-"""Seconds of a portion in which the calls themselves do not count any more."""
+_CLEAR = 0.01  # seconds of a portion in which the calls themselves do not count any more
 
 _GROWTH = 8
 
@@ -154,18 +148,11 @@ def chunk_of(size: int, item_seconds: float, workers: int) -> int:
 
 
 def check_job(job: Job) -> None:
-    """Refuse what is no job."""
     having("job", job, ("size", "columns", "ask", "compute"), "a job, such as percuss.case.sweep_job_of makes")
 
 
 def estimate(job: Job) -> Estimate:
-    """What a job would take, from a fraction of a second of it.
-
-    Parameters
-    ----------
-    job
-        Of any size: nothing of its size is made.
-    """
+    """What a job would take, from a fraction of a second of it."""
     check_job(job)
     pace = measured(job, lambda: False) if job.size else Pace(0.0)
     return Estimate(job.size * pace.item_seconds, bytes_of(job))
@@ -173,29 +160,21 @@ def estimate(job: Job) -> Estimate:
 
 # ---- One job under way: what of it is there, where it is kept, and who computes the rest
 
-_PORTION = 0.25
-"""Seconds of work here between two looks at what is asked."""
+_PORTION = 0.25  # seconds of work here between two looks at what is asked
 
-_WAIT = 0.1
-"""Seconds between two looks while others work."""
+_WAIT = 0.1  # seconds between two looks while others work
 
-_UNIT = 0.5
-"""Seconds of work that are asked of a worker at once: what it has not sent is lost when the job is ended."""
+_UNIT = 0.5  # seconds of work that are asked of a worker at once: what it has not sent is lost when the job is ended
 
-_EVERY = 1.0
-"""Seconds between two times when what is done of chunks that are not complete is kept …"""
+_EVERY = 1.0  # seconds between two times when what is done of chunks that are not complete is kept …
 
-_SHARE = 0.03
-"""… more when keeping it would take more than this share of the time."""
+_SHARE = 0.03  # … more when keeping it would take more than this share of the time
 
-_MOST_UNDERWAY = 1 << 25
-"""Bytes that are kept for chunks that are complete by now, before they are cleared away."""
+_MOST_UNDERWAY = 1 << 25  # bytes that are kept for chunks that are complete by now, before they are cleared away
 
-_MANY = 16
-"""Workers whose units of half a second one process receives without falling behind; for more they grow."""
+_MANY = 16  # workers whose units of half a second one process receives without falling behind; for more they grow
 
-_HELPED = 8
-"""Of so many workers the asking process is one; of more it only writes down what they send."""
+_HELPED = 8  # of so many workers the asking process is one; of more it only writes down what they send
 
 _END = object()
 
@@ -416,8 +395,6 @@ def carry_out(
 
     Parameters
     ----------
-    job
-        What is to be computed.
     archive
         A folder that keeps what is done, chunk by chunk; see `percuss.explore.Archive`. None is kept by default.
     resume
@@ -435,11 +412,6 @@ def carry_out(
     progress
         Called a few times a second with a `JobProgress`; something true ends the job. Nothing is written before the
         first one that tells a rate.
-
-    Returns
-    -------
-    dict
-        All columns, arrays of shape (size, …), with the shape of one item behind the size.
 
     Raises
     ------

@@ -9,11 +9,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-ASK_FORMAT = 1
-"""Of what is asked, as an archive keeps it; every ask has it as ``percuss``."""
+ASK_FORMAT = 1  # of what is asked, as an archive keeps it; every ask has it as ``percuss``
 
-Columns = dict[str, npt.NDArray[Any]]
-"""Arrays by name, each of shape (items, *shape of one item)."""
+Columns = dict[str, npt.NDArray[Any]]  # arrays by name, each of shape (items, *shape of one item)
 
 
 @dataclass(frozen=True)
@@ -60,21 +58,17 @@ class Job(Protocol):
     @property
     def size(self) -> int:
         """Number of items."""
-        ...
 
     @property
     def columns(self) -> Mapping[str, Column]:
         """What is computed of each item."""
-        ...
 
     @property
     def ask(self) -> dict[str, Any]:
         """All that was asked for, of JSON's types: the same ask gives the same numbers."""
-        ...
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         """Items `first` … `last` − 1; an item that fails carries its outcome in a column.
 
         `stopped` says when the answer is no longer wanted; what is returned then does not matter.
         """
-        ...

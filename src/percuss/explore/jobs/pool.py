@@ -104,9 +104,7 @@ def _sendable(error: BaseException) -> BaseException:
 
 # ---- Who computes the chunks: processes of this machine, or whatever else keeps the same few promises
 
-_TRIES = 2
-"""How often a chunk is begun whose worker dies of it."""
-
+_TRIES = 2  # how often a chunk is begun whose worker dies of it
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """What keeps a worker on its one core."""
 
@@ -126,27 +124,21 @@ class Pool(Protocol):
     @property
     def workers(self) -> int:
         """How many chunks are computed at once; may change."""
-        ...
 
     def begin(self, job: Job) -> None:
         """The chunks that follow are of this job."""
-        ...
 
     def submit(self, chunk: Chunk) -> None:
         """Have a chunk computed; returns at once."""
-        ...
 
     def finished(self, seconds: float) -> list[tuple[Chunk, Columns]]:
         """The chunks that are ready, waiting at most so long for the first; or the error of one that fails."""
-        ...
 
     def cancel(self) -> None:
         """Forget all chunks; within a second nothing of them is computed any more."""
-        ...
 
     def close(self) -> None:
         """Let the workers go."""
-        ...
 
 
 def packed(job: Job) -> bytes:
@@ -186,7 +178,6 @@ class Processes:
 
     @property
     def workers(self) -> int:
-        """How many there are."""
         return self._number
 
     def begin(self, job: Job) -> None:
@@ -343,8 +334,7 @@ def _surroundings(with_main: bool) -> Iterator[None]:
 # functions or classes of the script's own main part makes them import it; that is safe where the call stands under
 # ``if __name__ == "__main__":``.
 
-SMALL = 3.0
-"""Seconds of work for which no processes are started: they take a second or two themselves."""
+SMALL = 3.0  # seconds of work for which no processes are started: they take a second or two themselves
 
 
 def helpers(job: Job, asked: int | None) -> int:

@@ -8,14 +8,11 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-_LOOK = 0.1
-"""Seconds between two calls of whoever watches."""
+_LOOK = 0.1  # seconds between two calls of whoever watches
 
-_MEMORY = 30.0
-"""Seconds over which the rate is taken."""
+_MEMORY = 30.0  # seconds over which the rate is taken
 
-_APART = 0.05
-"""Seconds between two parts of an item that the rate remembers."""
+_APART = 0.05  # seconds between two parts of an item that the rate remembers
 
 
 @dataclass(frozen=True)
@@ -99,7 +96,6 @@ class Meter:
         return (after - before) / (now - since) if now > since else self.expected
 
     def progress(self) -> JobProgress:
-        """How far it is."""
         rate, left = self.rate, self.size - self.done - self.part
         seconds = 0.0 if not left else left / rate if rate > 0.0 else math.nan
         return JobProgress(self.done, self.size, rate, seconds, self._bytes, self.damaged, self.part)

@@ -38,7 +38,7 @@ from percuss.halting import halting
 from percuss.model import System
 from percuss.model.checks import Array, callback, count, instance, several
 from percuss.steady import PeriodicOrbit, RestCycle
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- What a point of a branch of orbits is, as a condition, and the unknowns that this brings
 
@@ -124,11 +124,6 @@ def follow_point(
         Points of each way at most.
     halt
         Called again and again; once it returns true, what has been followed so far is the answer.
-
-    Returns
-    -------
-    PointCurve
-        Its points, and what happens on it.
 
     References
     ----------

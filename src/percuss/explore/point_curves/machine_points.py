@@ -36,8 +36,8 @@ from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.multipliers import TURNING
 from percuss.steady.periodic.periodic_orbit import slope
-from percuss.steady.self_excited import ValveCycle
 from percuss.steady.self_excited.event_sequence import sequence_of
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 FOLLOWED_OF_MACHINES = (
     BranchEvent.FOLD, BranchEvent.FLIP, BranchEvent.NEIMARK_SACKER, BranchEvent.TOUCH, BranchEvent.DEATH,

@@ -378,9 +378,7 @@ def maxima(flight: Flight, modes: int) -> tuple[Array, Array]:
 
 # ---- Numbers that vanish at points of codimension two: smooth along a curve of folds, flips, grazings, corners, pairs
 
-Tests: TypeAlias = list[tuple[BranchEvent, Number]]
-"""Kinds of points, and of each the number that vanishes there."""
-
+Tests: TypeAlias = list[tuple[BranchEvent, Number]]  # kinds of points, and of each the number that vanishes there
 _APART = 1e-4  # of ξ from 1 or −1, for the derivative of g
 _FAR = 1e4  # ξ at which the multipliers that are finite count no more
 

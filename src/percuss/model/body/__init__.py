@@ -6,33 +6,6 @@ from percuss.model.body.modal import ModalBody, Mounted, SizedModes, SizedMounte
 from percuss.model.body.stepped import Section, SectionedBar, SteppedBar
 from percuss.model.body.uniform import Bar, SizedBody, UniformBar
 
-__all__ = [
-    "BODIES",
-    "DAMPINGS",
-    "SIZED_BODIES",
-    "UNDAMPED",
-    "Bar",
-    "Body",
-    "Damping",
-    "External",
-    "HeldBody",
-    "KelvinVoigt",
-    "ModalBody",
-    "Modes",
-    "Mounted",
-    "Ratio",
-    "Section",
-    "SectionedBar",
-    "Shape",
-    "SizedBody",
-    "SizedModes",
-    "SizedMounted",
-    "SteppedBar",
-    "Table",
-    "UniformBar",
-    "need_free",
-]
-
 BODIES: dict[str, type[Body]] = {body.kind: body for body in (UniformBar, SteppedBar, Mounted, ModalBody)}
 """The kinds of bodies by their word."""
 

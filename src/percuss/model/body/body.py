@@ -363,8 +363,7 @@ _known_modes = lru_cache(maxsize=32)(_modes)
 # is y = Σ a_n q_n − g ≤ 0, with a_n the mode at the contact, b_n the mode at the load (modal mass 1) and g the gap. In
 # the words of `Modes`: 1/inertia = a_n², at_load = b_n/a_n, so that γ_n = a_n b_n and q_n = b_n z_n.
 
-MOST_GAP = 1e12
-"""Far beyond any gap: displacements keep some digits of an impact."""
+MOST_GAP = 1e12  # far beyond any gap: displacements keep some digits of an impact
 
 
 class HeldBody(Body):

@@ -12,8 +12,7 @@ from percuss.errors import ParameterError
 from percuss.model.checks import Array, ComplexArray, instance, non_negative, numbers
 from percuss.model.parameter import Parameter, of_field
 
-MOST_DAMPING = 1e6
-"""Far beyond any bar, in radians of the load."""
+MOST_DAMPING = 1e6  # far beyond any bar, in radians of the load
 
 _SOME_LOSS = (1.0 - 0.02j) ** 0.5  # keeps a lossless bar that stands for a table of dampings off its resonances
 

@@ -22,8 +22,7 @@ from percuss.model.checks import Array, ComplexArray, instance, non_negative, nu
 
 # ---- A chain of sections as its mechanics see it: impedances, transit times, and which point lies in which section
 
-Numbers = npt.NDArray[np.intp]
-"""Numbers of sections, from 0 on."""
+Numbers = npt.NDArray[np.intp]  # numbers of sections, from 0 on
 
 
 class SectionChain:
@@ -353,12 +352,8 @@ def _waves(sections: SectionChain, omega: Array, numbers: Array) -> ComplexArray
 
 # ---- The stepped bar: sections of different cross-section or material, joined end to end
 
-MOST_SECTIONS = 200
-"""Sections of a bar: far more than a machine's, and few enough for thousands of modes in a second."""
-
-MOST_JUMP = 1e6
-"""Impedances of two neighbours that differ by more are a slip of units, not a bar."""
-
+MOST_SECTIONS = 200  # sections of a bar: far more than a machine's, and few enough for thousands of modes in a second
+MOST_JUMP = 1e6  # impedances of two neighbours that differ by more are a slip of units, not a bar
 _MOST_RATIO = 1e15  # of two impedances, or two transit times: beyond it one of the sections is nothing
 _LEAST_KEPT = 64
 _ROUNDING = 1e-12  # by which equal impedances may differ
@@ -378,8 +373,6 @@ class SteppedBar(Body):
     impedances, transit_times
         Z_i = A_i √(E_i ρ_i) of the 1 to 200 sections from the driven end to the striking end, and times of a wave
         through them, each in any one unit.
-    damping
-        The law of damping.
     lengths
         Their lengths, in any one unit, which say where x is. Without them x runs with the transit time.
 
@@ -598,8 +591,6 @@ class SectionedBar(SizedBody):
     ----------
     sections
         From the driven end to the striking end, 1 to 200 of them; each a `Section`, or a dict of what makes one.
-    damping
-        A law of damping with its times in s.
 
     Examples
     --------

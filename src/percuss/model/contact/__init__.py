@@ -8,19 +8,4 @@ from percuss.model.contact.kept import Kept
 from percuss.model.contact.reversed import Reversed
 from percuss.model.contact.timed import ADVANCES, Advance, Timed
 
-__all__ = [
-    "ADVANCES",
-    "LAWS",
-    "Advance",
-    "Contact",
-    "Kept",
-    "Result",
-    "Reversed",
-    "Timed",
-    "impedance_ratio",
-    "restitution_of_ratio",
-    "restitutions",
-]
-
-LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}
-"""The laws by their word in case files."""
+LAWS: dict[str, type[Contact]] = {law.kind: law for law in (Kept, Reversed)}  # the laws by their word in case files

@@ -2,5 +2,3 @@
 
 from percuss.model.load.load import MAX_HARMONICS, MOST_STEPS, Jump, Load, Side
 from percuss.model.load.valve import Chamber, Cushion, Port, Supply, Valve
-
-__all__ = ["MAX_HARMONICS", "MOST_STEPS", "Chamber", "Cushion", "Jump", "Load", "Port", "Side", "Supply", "Valve"]

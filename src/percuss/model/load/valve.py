@@ -142,14 +142,11 @@ class Supply:
 
 # ---- A load that the piston itself switches: a valve with states, ports, delays, and a gas chamber behind the piston
 
-MOST_STATES = 64
-"""The most states a valve may have."""
+MOST_STATES = 64  # the most states a valve may have
 
-MOST_PORTS = 64
-"""The most ports a valve may have."""
+MOST_PORTS = 64  # the most ports a valve may have
 
-_LEAST_FORCE = 1e-100
-"""What a smaller force does takes longer than any number can count."""
+_LEAST_FORCE = 1e-100  # what a smaller force does takes longer than any number can count
 
 
 @dataclass(frozen=True)
@@ -180,8 +177,7 @@ class Chamber:
         object.__setattr__(self, "stiffness", non_negative("stiffness", self.stiffness))
 
 
-NO_CHAMBER = Chamber()
-"""No gas behind the piston."""
+NO_CHAMBER = Chamber()  # no gas behind the piston
 
 
 @dataclass(frozen=True)
@@ -192,8 +188,6 @@ class Port:
 
     Parameters
     ----------
-    to
-        The state that it demands.
     behind
         Distance of the edge of its region from the wall, greater than 0 (dimensionless); None with `speed`, and with
         `on="impact"`.
@@ -293,8 +287,6 @@ class Valve:
     states
         The force of each state by its name, in order, without that of the chamber (dimensionless, as a load is). Kept
         as pairs.
-    ports
-        What demands states.
     start
         The state at the start, which counts as the last one demanded; the first of `states` by default.
     chamber

@@ -123,10 +123,8 @@ class Blur(NamedTuple):
 
 @inlined
 def blur_of(bar, modes, motion, osc, ring1, ring2, curve):
-    """The parts of the error for a flight from the anchor.
-
-    `ring1`, `ring2`, `curve`: bounds of the derivatives of the oscillating modes, and of the smooth curvature.
-    """
+    """The parts of the error for a flight from the anchor."""
+    # `ring1`, `ring2`, `curve`: bounds of the derivatives of the oscillating modes, and of the smooth curvature.
     now = motion.now
     error = EPS * (8.0 + 0.125 * modes.omega.shape[0] + 0.5 * osc.shape[1])
     drifting, place, creeps, crush = abs(now.drift) + bar.sway, 0.0, 0.0, ring2
@@ -143,13 +141,11 @@ def blur_of(bar, modes, motion, osc, ring1, ring2, curve):
 
 @inlined
 def blur(size, tau, first, second):
-    """The rounding error of the gap at τ, where `first` and `second` are those of `drift`.
-
-    It is some eps, already in `size`, times the sum of the absolute values of what is summed: the gap at the anchor;
-    the drift b `first` + mean `second`; what the load's harmonics add, at most Σk|amplitude| τ or twice the amplitudes;
-    the oscillating modes, whose phase is known to eps λτ while they last, e^{−dτ/2} τ ≤ 2/(e d); and the creeping
-    ones, |q'(0)| h + |q(0)| g with h ≤ `first` and g ≤ ω² `second` (`creep`).
-    """
+    """The rounding error of the gap at τ, where `first` and `second` are those of `drift`."""
+    # It is some eps, already in `size`, times the sum of the absolute values of what is summed: the gap at the anchor;
+    # the drift b `first` + mean `second`; what the load's harmonics add, at most Σk|amplitude| τ or twice the
+    # amplitudes; the oscillating modes, whose phase is known to eps λτ while they last, e^{−dτ/2} τ ≤ 2/(e d); and the
+    # creeping ones, |q'(0)| h + |q(0)| g with h ≤ `first` and g ≤ ω² `second` (`creep`).
     total = size.at + size.drifting * abs(first) + size.push * second + size.swing * min(tau, 2.0)
     total = total + size.ring * min(tau, size.lasting)
     return total + min(size.place, size.creeps * second)

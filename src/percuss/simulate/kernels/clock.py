@@ -55,10 +55,8 @@ def set_load(bar, value):
 
 @inner
 def set_clock(table, now, count, phase):
-    """The clock of a resting bar put to the next time of a load phase, with the step of the load that holds then.
-
-    The phase is set as it is, so that each release at it is the same one to the last bit.
-    """
+    """The clock of a resting bar put to the next time of a load phase, with the step of the load that holds then."""
+    # The phase is set as it is, so that each release at it is the same one to the last bit.
     bar, breaks, values = table.bar, table.breaks, table.values
     if phase < now.phase:
         count.period += 1
@@ -88,10 +86,8 @@ def load_at(harmonics, mean, c, s):
 
 @entry
 def release_phases(harmonics, mean, bend, force, out):
-    """Phases at which a Fourier series turns from push to pull, ascending, into `out`; returns how many there are.
-
-    Stepped over with the bound of p'', like a flight; a touch of 0 within rounding is no pull.
-    """
+    """Phases at which a Fourier series turns from push to pull, ascending, into `out`; returns how many there are."""
+    # Stepped over with the bound of p'', like a flight; a touch of 0 within rounding is no pull.
     if bend == 0.0:
         return 0
     t, found, least, pushed_at, blind = 0.0, 0, 64.0 * EPS * force, -1.0, 1e-9
@@ -137,11 +133,9 @@ def pull_begins(bar, harmonics, now):
 
 @inner
 def pull_ahead(table, now):
-    """Time until the load pulls a resting bar off the wall, and the load phase then; −1 and now when it never does.
-
-    `releases`: the phases at which the load begins to pull, ascending; for step loads the begin of those steps. A bar
-    laid down within rounding after such a phase is released now and not a period later.
-    """
+    """Time until the load pulls a resting bar off the wall, and the load phase then; −1 and now when it never does."""
+    # `releases`: the phases at which the load begins to pull, ascending; for step loads the begin of those steps. A bar
+    # laid down within rounding after such a phase is released now and not a period later.
     bar, harmonics, releases = table.bar, table.harmonics, table.releases
     p, _ = load_at(harmonics, bar.wall, now.cosine, now.sine)
     least = 0.0 if table.values.shape[0] else 64.0 * EPS * bar.force
@@ -188,10 +182,8 @@ def first_pull(bar, harmonics, now):
 
 @inner
 def pull_lasts(table, now, count):
-    """Time from a release on until the load pushes again; inf when it never does.
-
-    Up to then the end of the continuous bar only moves away from the wall: all that arrives there are pulls.
-    """
+    """Time from a release on until the load pushes again; inf when it never does."""
+    # Up to then the end of the continuous bar only moves away from the wall: all that arrives there are pulls.
     bar, harmonics, breaks, values = table.bar, table.harmonics, table.breaks, table.values
     if values.shape[0]:
         ahead, piece = to_break(now, count, breaks), count.piece

@@ -28,10 +28,9 @@ from percuss.simulate.kernels.motion_records import AWAY, CONTACT, EPS, GRAZE, N
 
 @inlined
 def refined(table, motion, desk, here, low, high, jerk, slip):
-    """The root of the gap that is unique between two times, from a time, gap, rate and acceleration near it.
-
-    Returns its time, the gap's rate there, how much later than the last evaluation it is, `slip`, and the evaluations.
-    """
+    """The root of the gap that is unique between two times, from a time, gap, rate and acceleration near it."""
+    # Returns its time, the gap's rate there, how much later than the last evaluation it is, `slip`, and the
+    # evaluations.
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     tau, y, v, a = here
     bend, h, evaluations = 0.0, 0.0, 0  # y‴, from the last two evaluations
@@ -64,13 +63,11 @@ def refined(table, motion, desk, here, low, high, jerk, slip):
 
 @inner
 def approach(table, motion, desk, here, behind, noise, size, jerk, horizon, slip):
-    """What becomes of a gap that is within its error of the wall while its rate does not decide.
-
-    CONTACT, with two times between which the gap passes 0: it comes to more than its error. GRAZE, at its summit: it
-    does not. NOTHING: neither before `horizon`. Followed by steps over which the third derivative takes no more than
-    the error. `here`: time, gap, rate and acceleration. Returns what was found, the same there, the two times, `slip`,
-    and the evaluations.
-    """
+    """What becomes of a gap that is within its error of the wall while its rate does not decide."""
+    # CONTACT, with two times between which the gap passes 0: it comes to more than its error. GRAZE, at its summit: it
+    # does not. NOTHING: neither before `horizon`. Followed by steps over which the third derivative takes no more than
+    # the error. `here`: time, gap, rate and acceleration. Returns what was found, the same there, the two times,
+    # `slip`, and the evaluations.
     bar, modes, now, z, osc = table.bar, table.modes, motion.now, motion.z, desk.osc
     tau, y, v, a = here
     if v <= 0.0:
@@ -146,10 +143,9 @@ def sure_rise(size, v, a, first, jerk, wide):
 
 @inlined
 def tried(table, motion, desk, way, bounds, guess):
-    """A time worth trying: since when the gap is known to be free when it is until some time after that, or inf.
-
-    Returns that time, the time tried with gap, rate and acceleration there, in what time the gap passes 0, and `slip`.
-    """
+    """A time worth trying: since when the gap is known to be free when it is until some time after that, or inf."""
+    # Returns that time, the time tried with gap, rate and acceleration there, in what time the gap passes 0, and
+    # `slip`.
     now, size = motion.now, way.size
     ds, vs, sa, first, second = smooth_and_drift(table.bar, now, desk.osc, guess)
     df, fv, fa, slip = elastic(table.bar, table.modes, motion.z, now, desk, guess)
@@ -166,10 +162,8 @@ def tried(table, motion, desk, way, bounds, guess):
 
 @inlined
 def let_go(table, motion, desk, way, begin, horizon):
-    """The end of the time for which a flight is known to be free: OPEN, and all there is at the last time looked at.
-
-    CONTACT: the load pushes again, and the bar is still, or back, on the wall. NOTHING: not before the horizon.
-    """
+    """The end of the time for which a flight is known to be free: OPEN, and all there is at the last time looked at."""
+    # CONTACT: the load pushes again, and the bar is still, or back, on the wall. NOTHING: not before the horizon.
     bar, now = table.bar, motion.now
     here, part, df, noise, slip = (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0
     for tries in range(9):  # the ripple of a finite number of modes may still lap at the wall
@@ -189,12 +183,11 @@ def let_go(table, motion, desk, way, begin, horizon):
 
 @inlined
 def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free_from, horizon):
-    """How far the gap is free by the smooth part with a bound of the elastic one.
-
-    `part`, `df`, `noise`: the smooth part, the elastic one and the error at the time of `here`. `risen`: when the
-    bounds of S'' were taken. OPEN up to a time; CONTACT when `free_from` is reached; NOTHING before the horizon; AWAY.
-    Returns that, the time, when the smooth part was last looked at, what it was then, how often, and the bounds.
-    """
+    """How far the gap is free by the smooth part with a bound of the elastic one."""
+    # `part`, `df`, `noise`: the smooth part, the elastic one and the error at the time of `here`. `risen`: when the
+    # bounds of S'' were taken. OPEN up to a time; CONTACT when `free_from` is reached; NOTHING before the horizon;
+    # AWAY. Returns that, the time, when the smooth part was last looked at, what it was then, how often, and the
+    # bounds.
     bar, now, n, size = table.bar, motion.now, table.modes.omega.shape[0], way.size
     tau, t, at, looks = here[0], here[0], here[0], 0
     u1, u2 = here[1] + noise, now.gap + part[0] + bounds.top + noise
@@ -233,11 +226,9 @@ def stepped(table, motion, desk, way, bounds, here, part, df, noise, risen, free
 
 @inlined
 def looked(table, motion, desk, way, bounds, here, part, at, tau, stuck, since, risen, horizon):
-    """The gap at τ, and whether its rate and its bounds there decide: CONTACT, with two times between which it is 0.
-
-    `part`: the smooth part when it was last looked at, `at`. `stuck`: whether there was no way on. Otherwise GRAZE,
-    NOTHING, or OPEN. `since`, `risen`: when the bounds were taken.
-    """
+    """The gap at τ, and whether its rate and its bounds there decide: CONTACT, with two times between which it is 0."""
+    # `part`: the smooth part when it was last looked at, `at`. `stuck`: whether there was no way on. Otherwise GRAZE,
+    # NOTHING, or OPEN. `since`, `risen`: when the bounds were taken.
     bar, now, size, behind = table.bar, motion.now, way.size, here[0]
     if at != tau:
         part = smooth_and_drift(bar, now, desk.osc, tau)
@@ -267,12 +258,10 @@ def looked(table, motion, desk, way, bounds, here, part, at, tau, stuck, since, 
 
 @inlined
 def next_contact(table, motion, desk, on_wall, begin, guess, horizon, limit):
-    """The first contact after the anchor, or the proof that there is none before `horizon`.
-
-    `begin` > 0: the flight up to there is known to be free. `guess` > 0: a time worth trying. Returns what was found,
-    its time, the gap's rate there, the number of evaluations of the modal sum, how much later than the last one the
-    contact is, and what `phasors` said.
-    """
+    """The first contact after the anchor, or the proof that there is none before `horizon`."""
+    # `begin` > 0: the flight up to there is known to be free. `guess` > 0: a time worth trying. Returns what was found,
+    # its time, the gap's rate there, the number of evaluations of the modal sum, how much later than the last one the
+    # contact is, and what `phasors` said.
     now = motion.now
     way, bounds = bounds_at_anchor(table, motion, desk)
     here, part = (0.0, now.gap, now.gap_rate, now.acceleration), (0.0, now.smooth_rate, 0.0, 0.0, 0.0)

@@ -12,11 +12,9 @@ from percuss.simulate.kernels.motion_records import EPS, POWERS, SINGLY
 
 @inner
 def creep(d, square, omega, tau):
-    """g, h, h' and 1 − g of a mode that is overdamped or close to it, each without cancellation.
-
-    h is the answer to a unit push, h(0) = 0 and h'(0) = 1, and g = ω² ∫h, so that the free motion is
-    q − q(0) = q'(0) h − q(0) g, with rate q'(0) h' − q(0) ω² h. `square`: λ² = ω² − d²/4, of either sign.
-    """
+    """g, h, h' and 1 − g of a mode that is overdamped or close to it, each without cancellation."""
+    # h is the answer to a unit push, h(0) = 0 and h'(0) = 1, and g = ω² ∫h, so that the free motion is q − q(0) = q'(0)
+    # h − q(0) g, with rate q'(0) h' − q(0) ω² h. `square`: λ² = ω² − d²/4, of either sign.
     x = d * tau
     if x < 1.0:  # the power series of h, its terms divided by τ
         y = omega * tau
@@ -50,12 +48,10 @@ def creep(d, square, omega, tau):
 
 @inner
 def most_of(d, square, omega, q, q1, tau, start, start1):
-    """Bounds of |q|, |q'|, |q''|, |q‴| from τ on for a mode that is overdamped or close to it.
-
-    `q`, `q1`: value and rate at τ; `start`, `start1`: at the anchor. As 0 ≤ h ≤ 1/d and |1 − g| ≤ 1 (`creep`),
-    |q| ≤ |q(τ)| + |q'(τ)|/d. With the two rates a < b of decay, p = q' + a q obeys p' = −b p: it fades at the quick
-    one, q' = p − a q, q'' = a² q − d p, q‴ = (a² + b d) p − a³ q, and nothing cancels.
-    """
+    """Bounds of |q|, |q'|, |q''|, |q‴| from τ on for a mode that is overdamped or close to it."""
+    # `q`, `q1`: value and rate at τ; `start`, `start1`: at the anchor. As 0 ≤ h ≤ 1/d and |1 − g| ≤ 1 (`creep`), |q| ≤
+    # |q(τ)| + |q'(τ)|/d. With the two rates a < b of decay, p = q' + a q obeys p' = −b p: it fades at the quick one, q'
+    # = p − a q, q'' = a² q − d p, q‴ = (a² + b d) p − a³ q, and nothing cancels.
     most = abs(q) + abs(q1) / d
     if square >= 0.0:
         q2 = -d * q1 - omega * omega * q
@@ -75,10 +71,8 @@ def most_of(d, square, omega, q, q1, tau, start, start1):
 
 @inner
 def creeping(modes, z, work, tau):
-    """Of the creeping modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives.
-
-    q(τ) and the rest are read off `work`, where `elastic` left them, unless τ is 0.
-    """
+    """Of the creeping modes: the most that Σ(q − q(0)) comes to from τ on, and bounds of its derivatives."""
+    # q(τ) and the rest are read off `work`, where `elastic` left them, unless τ is 0.
     grown = 1.0 + 1e-12
     most, sup1, sup2, sup3 = 0.0, 0.0, 0.0, 0.0
     for i in range(modes.creeping.shape[0]):
@@ -97,11 +91,9 @@ def creeping(modes, z, work, tau):
 
 @inner
 def creep_sizes(bar, modes, z):
-    """Of the creeping modes: what Σ|q − q(0)| is below at any time, and below times (1 − e^{−d_0τ})/d_0's integral …
-
-    … then Σ|q'(0)| and Σ(d|q'| + ω²|q|): what rounding is measured by. A mode damped less than the rigid motion has no
-    second bound.
-    """
+    """Of the creeping modes: what Σ|q − q(0)| is below at any time, and below times (1 − e^{−d_0τ})/d_0's integral …"""
+    # … then Σ|q'(0)| and Σ(d|q'| + ω²|q|): what rounding is measured by. A mode damped less than the rigid motion has
+    # no second bound.
     place, push, rate, curve = 0.0, 0.0, 0.0, 0.0
     for i in range(modes.creeping.shape[0]):
         j = modes.creeping[i]
@@ -121,10 +113,8 @@ def creep_sizes(bar, modes, z):
 
 @inlined
 def sine_cosine(x):
-    """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials.
-
-    Its own sums are never reordered, whatever is said of those it is copied into: that would undo its rounding.
-    """
+    """sin x and cos x together, each to 2e-16, by reduction to |x| ≤ π/4 in three parts and Taylor's polynomials."""
+    # Its own sums are never reordered, whatever is said of those it is copied into: that would undo its rounding.
     if not abs(x) < 1e5:
         return math.sin(x), math.cos(x)
     turns = (x * 0.6366197723675814 + 6755399441055744.0) - 6755399441055744.0  # to the nearest whole number
@@ -171,10 +161,8 @@ def drift(d, tau):
 
 @inlined
 def sway(d, spring, tau):
-    """The answer h to a unit push of a damped motion on a spring and its integral: `drift` with a frequency.
-
-    h is 0 and h' = 1 − d h − ω² ∫h is 1 at τ = 0; smooth in d and ω, down to 0.
-    """
+    """The answer h to a unit push of a damped motion on a spring and its integral: `drift` with a frequency."""
+    # h is 0 and h' = 1 − d h − ω² ∫h is 1 at τ = 0; smooth in d and ω, down to 0.
     if spring == 0.0:
         return drift(d, tau)
     return sprung(d, spring, tau)
@@ -233,10 +221,8 @@ def reach(u, v, m):
 
 @inner
 def reach_cubic(u, v, a, m, m2):
-    """How far u + v h + a h²/2 + m h³/6 surely stays below 0, knowing besides that the curvature is at most `m2`.
-
-    On [0, H] the third term is at most (m H/3) h²/2: a parabola for each H tried.
-    """
+    """How far u + v h + a h²/2 + m h³/6 surely stays below 0, knowing besides that the curvature is at most `m2`."""
+    # On [0, H] the third term is at most (m H/3) h²/2: a parabola for each H tried.
     best = reach(u, v, m2)
     width = 4.0 * best
     if a < 0.0:
@@ -294,12 +280,10 @@ def powers(work, ar, ai, n):
 
 @inlined
 def phasors(bar, modes, work, tau):
-    """e^{iλ_nτ} − 1 of the oscillating modes into `work`, but for a turn by −δ_n times the result.
-
-    A harmonic spectrum needs the powers of one phasor. What damping takes from its frequencies, δ_n = ω_n − λ_n, is
-    left to the caller, or, when it is more than `SMALL`, each phasor is computed by itself. With the law `RATIO` the
-    damping is harmonic, too, and so are λ_n; then, and with `SINGLY`, the phasors have the damping in them.
-    """
+    """e^{iλ_nτ} − 1 of the oscillating modes into `work`, but for a turn by −δ_n times the result."""
+    # A harmonic spectrum needs the powers of one phasor. What damping takes from its frequencies, δ_n = ω_n − λ_n, is
+    # left to the caller, or, when it is more than `SMALL`, each phasor is computed by itself. With the law `RATIO` the
+    # damping is harmonic, too, and so are λ_n; then, and with `SINGLY`, the phasors have the damping in them.
     n = modes.omega.shape[0]
     if bar.law == SINGLY:
         damped_phasors(modes, work, tau)
@@ -325,11 +309,9 @@ def phasors(bar, modes, work, tau):
 
 @inner
 def damped_phasors(modes, work, tau):
-    """e^{(−d_n/2 + iλ_n)τ} − 1 of every oscillating mode by itself, and 0 of the others.
-
-    `sine_cosine` without a branch, for vector code; and e^{−x} − 1 by Taylor's polynomial of x/2¹², squared twelve
-    times as e(2 + e), of which nothing is left beyond x = 64.
-    """
+    """e^{(−d_n/2 + iλ_n)τ} − 1 of every oscillating mode by itself, and 0 of the others."""
+    # `sine_cosine` without a branch, for vector code; and e^{−x} − 1 by Taylor's polynomial of x/2¹², squared twelve
+    # times as e(2 + e), of which nothing is left beyond x = 64.
     n = modes.omega.shape[0]
     for j in range(n):
         angle = 0.5 * modes.lam[j] * tau
@@ -365,10 +347,8 @@ def damped_phasors(modes, work, tau):
 
 @inlined_sums
 def elastic(bar, modes, z, now, work, tau):
-    """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`.
-
-    There stand besides, for the creeping modes, q(τ) and q'(τ) (`aside`), and q(τ) − q(0) (`forced`).
-    """
+    """f(τ) − f(0), f'(τ), f''(τ) of the free elastic part, and what `phasors` returned; the phasors stay in `work`."""
+    # There stand besides, for the creeping modes, q(τ) and q'(τ) (`aside`), and q(τ) − q(0) (`forced`).
     if modes.omega.shape[0] == 0:
         return 0.0, 0.0, 0.0, 0.0
     slip = phasors(bar, modes, work, tau)
@@ -436,11 +416,9 @@ def faded_singly(modes, z, work):
 
 @inlined_sums
 def turn_modes(bar, modes, z, work, tau, late, slip):
-    """The amplitudes of the free motion at τ.
-
-    `late`: how much earlier the phasors in `work` were computed; inf when there are none near. `slip`: what `phasors`
-    returned then.
-    """
+    """The amplitudes of the free motion at τ."""
+    # `late`: how much earlier the phasors in `work` were computed; inf when there are none near. `slip`: what `phasors`
+    # returned then.
     n = modes.omega.shape[0]
     if n == 0:
         return
@@ -481,10 +459,8 @@ def turn_modes(bar, modes, z, work, tau, late, slip):
 
 @inlined_sums
 def forced_modes(table, work, c, s, order):
-    """Displacement (order 0) or velocity (1) of every q_n under the harmonics, or behind a ramp, into `work`.
-
-    `c`, `s`: cosine and sine of the load phase.
-    """
+    """Displacement (order 0) or velocity (1) of every q_n under the harmonics, or behind a ramp, into `work`."""
+    # `c`, `s`: cosine and sine of the load phase.
     coupling, modes, ramp = table.coupling, table.modes, table.bar.ramp
     n = coupling.shape[2]
     for j in range(n):

@@ -128,12 +128,10 @@ def step_load(table, motion):
 
 @inner
 def left_for_good(table, now):
-    """Whether a bar under a load of steps has left for good; asked each time the first step begins.
-
-    From period to period the mean of the bar moves by less and less when the load's mean does not push and nothing
-    drags, or by an amount that tends to a pull from one side: once it has moved away in a period it moves away in all.
-    Each step adds at most its static shape to the elastic amplitudes.
-    """
+    """Whether a bar under a load of steps has left for good; asked each time the first step begins."""
+    # From period to period the mean of the bar moves by less and less when the load's mean does not push and nothing
+    # drags, or by an amount that tends to a pull from one side: once it has moved away in a period it moves away in
+    # all. Each step adds at most its static shape to the elastic amplitudes.
     bar, modes, breaks, values = table.bar, table.modes, table.breaks, table.values
     turn, mean, force, jumps = TURN, 0.0, 0.0, 0.0
     for i in range(values.shape[0]):
@@ -173,10 +171,8 @@ QUARTER = 0.3  # of the time in which a chamber turns a released machine round, 
 
 @inlined
 def fly(table, motion, desk, rules, log, valve, sight):
-    """The motion from the anchor on, event after event, until a stop rule holds or the record is full.
-
-    The anchor stays at the last event (or break of the load) when time ends, so that going on gives the same bits.
-    """
+    """The motion from the anchor on, event after event, until a stop rule holds or the record is full."""
+    # The anchor stays at the last event (or break of the load) when time ends, so that going on gives the same bits.
     bar, now, count = table.bar, motion.now, motion.count
     room = log.events.shape[0] - 4
     if valve is not None:
@@ -253,11 +249,9 @@ def fly(table, motion, desk, rules, log, valve, sight):
 
 @inlined
 def released(table, motion, desk, left, log, valve):
-    """A bar that rests let go as it begins to be pulled, or on to the next order; or how its motion ends before.
-
-    The end of a machine's bar only moves away until the force pushes again or, in a chamber, until the spring turns it
-    round, and until that has run through the bar as a wave.
-    """
+    """A bar that rests let go as it begins to be pulled, or on to the next order; or how its motion ends before."""
+    # The end of a machine's bar only moves away until the force pushes again or, in a chamber, until the spring turns
+    # it round, and until that has run through the bar as a wave.
     bar, now, count = table.bar, motion.now, motion.count
     if valve is None:
         if bar.held > 0.0 and table.modes.omega.shape[0] > 1:  # the others would move on, while the wall holds its end
@@ -307,10 +301,8 @@ def released(table, motion, desk, left, log, valve):
 
 @inlined
 def at_wall(table, motion, desk, left, ahead, log, valve):
-    """What a bar on the wall does: CONTACT when it strikes at once, or NOTHING when it flies; AT_REST, laid down.
-
-    `ahead`: time to the load's next step, or the valve's next order.
-    """
+    """What a bar on the wall does: CONTACT when it strikes at once, or NOTHING when it flies; AT_REST, laid down."""
+    # `ahead`: time to the load's next step, or the valve's next order.
     now, count = motion.now, motion.count
     slow = NO_SPEED * (abs(now.drift) + table.bar.rate + now.sup1)
     if now.gap_rate > slow:
@@ -337,12 +329,10 @@ def at_wall(table, motion, desk, left, ahead, log, valve):
 
 @inlined
 def flown(table, motion, desk, rules, left, ahead):
-    """A flight under a clock to the CONTACT or GRAZE that ends it, or over a step of the load.
-
-    `left`, `ahead`: time to the end and to the load's next step. Returns how the motion ends, or GOES_ON; what was
-    found, its time, the speed, and what `arrive` needs. Nothing has moved where time ends, so that going on gives the
-    same bits.
-    """
+    """A flight under a clock to the CONTACT or GRAZE that ends it, or over a step of the load."""
+    # `left`, `ahead`: time to the end and to the load's next step. Returns how the motion ends, or GOES_ON; what was
+    # found, its time, the speed, and what `arrive` needs. Nothing has moved where time ends, so that going on gives the
+    # same bits.
     now, count, over = motion.now, motion.count, BY_TIME if left < math.inf else DEPARTED
     if left <= 0.0:
         return BY_TIME, NOTHING, 0.0, 0.0, 0.0, 0.0
@@ -587,13 +577,11 @@ def released_as(table, motion, twin):
 
 @inner
 def judged(motion, twin, code, until_cycle):
-    """Whether the cycle between two equal releases is sure: its twin, with R and d changed by `NUDGE`, is the same.
-
-    The twin begins with the same release; it must take as many load periods, and be laid down at the same phases to
-    `LOOSE`. An error that grows by less than `LOOSE`/`NUDGE` from release to rest leaves of rounding a thousandth of
-    that. `code`: how the twin ended. Returns how the motion ends with it: `PERIODIC`, `UNRESOLVED`, or `BY_WORK` when
-    it is to go on.
-    """
+    """Whether the cycle between two equal releases is sure: its twin, with R and d changed by `NUDGE`, is the same."""
+    # The twin begins with the same release; it must take as many load periods, and be laid down at the same phases to
+    # `LOOSE`. An error that grows by less than `LOOSE`/`NUDGE` from release to rest leaves of rounding a thousandth of
+    # that. `code`: how the twin ended. Returns how the motion ends with it: `PERIODIC`, `UNRESOLVED`, or `BY_WORK` when
+    # it is to go on.
     count = motion.count
     off = abs(twin.now.laid - motion.now.laid)
     off = min(off % TURN, TURN - off % TURN)
@@ -687,11 +675,9 @@ def follow(table, starts, ends, rules, motion, twin, desk, log, none, stopped, m
 
 @entry
 def follow_valve(plant, rules, log, begins):
-    """The motion of a machine from where it stands on, until a rule holds or the record is full; how it ended.
-
-    Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
-    ports whose region is occupied there demand at once, in their order.
-    """
+    """The motion of a machine from where it stands on, until a rule holds or the record is full; how it ended."""
+    # Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
+    # ports whose region is occupied there demand at once, in their order.
     table, motion, valve = plant.table, plant.motion, ValveArguments(plant.gear, plant.controls)
     sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
     if begins > 0:

@@ -192,9 +192,7 @@ COUNT = np.dtype(
     ]
 )
 
-PAST = np.dtype([("phase", "f8"), ("speed", "f8"), ("period", "f8")])
-"""One of the last impacts."""
-
+PAST = np.dtype([("phase", "f8"), ("speed", "f8"), ("period", "f8")])  # one of the last impacts
 SUMS = np.dtype(
     [
         # number of intervals, their sum and sum of squares: between all impacts, between main blows (a completed

@@ -79,11 +79,10 @@ def farthest(past, shift, first, last, scale, apart):
 
 @inlined
 def shortest(past, cycle, periods, seen, scale, tolerance, apart, near):
-    """The cycle of so many impacts or changes or, when a part of it comes back too, that; 0 when that is still open.
-
-    A motion that settles with a negative multiplier comes back after two cycles before it does after one: the distance
-    of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for where it is less than `near`.
-    """
+    """The cycle of so many impacts or changes or, when a part of it comes back too, that; 0 when that is still open."""
+    # A motion that settles with a negative multiplier comes back after two cycles before it does after one: the
+    # distance of a part that still shrinks, by more than 1e-4 of itself in a cycle, is waited for where it is less than
+    # `near`.
     for part in range(1, cycle // 2 + 1):
         if cycle % part or (periods * part) % cycle or 2 * cycle + part > min(seen, past.shape[0]):
             continue
@@ -97,10 +96,8 @@ def shortest(past, cycle, periods, seen, scale, tolerance, apart, near):
 
 @inlined
 def returns(past, seen, same, shifts, top, apart):
-    """Whether some shift brings the last impacts, or changes of a valve, back to `LOOSE`ly the same.
-
-    `past`: the last ones, in a ring; `seen`: how many there were; `top`: what they are measured by.
-    """
+    """Whether some shift brings the last impacts, or changes of a valve, back to `LOOSE`ly the same."""
+    # `past`: the last ones, in a ring; `seen`: how many there were; `top`: what they are measured by.
     ring = past.shape[0] - 1
     for shift in range(1, shifts + 1):
         near = True
@@ -182,12 +179,10 @@ def sure(motion):
 
 @inner
 def released_again(motion):
-    """The search for a cycle among the releases, at the first impact after each: Brent's, as `recurrence`.
-
-    A bar at rest leaves the wall undeformed and without speed, at a phase that is a number of the load: two releases at
-    one phase are the same state, and the motion between them is a cycle. How many load periods it takes is known when
-    rounding has not had a say in it: `verify` decides, unless the main blows are too few for errors to grow.
-    """
+    """The search for a cycle among the releases, at the first impact after each: Brent's, as `recurrence`."""
+    # A bar at rest leaves the wall undeformed and without speed, at a phase that is a number of the load: two releases
+    # at one phase are the same state, and the motion between them is a cycle. How many load periods it takes is known
+    # when rounding has not had a say in it: `verify` decides, unless the main blows are too few for errors to grow.
     now, count = motion.now, motion.count
     count.mark_releases += 1
     if count.mark > 0 and now.released == now.marked:
@@ -213,13 +208,11 @@ def released_again(motion):
 
 @inlined
 def recurrence(bar, modes, speed, fresh, motion, tolerance):
-    """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times.
-
-    Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
-    compared again from there on. Two returns with the same p and n confirm it. Where the bar rests, only the first
-    impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike. A release at one of
-    the phases where the load begins to pull is compared by that phase alone, see `released_again`.
-    """
+    """The search for a cycle, after each impact: Brent's, with the remembered state renewed at ever longer times."""
+    # Each state is compared with the remembered one; a return gives a cycle of p impacts in n load periods, and is
+    # compared again from there on. Two returns with the same p and n confirm it. Where the bar rests, only the first
+    # impacts after a release (`fresh`) are compared: the last ones of a chatter are too much alike. A release at one of
+    # the phases where the load begins to pull is compared by that phase alone, see `released_again`.
     now, count = motion.now, motion.count
     since = count.impacts - count.anchor
     if fresh and now.released >= 0.0:

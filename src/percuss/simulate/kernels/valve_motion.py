@@ -100,10 +100,8 @@ def sliding(controls):
 
 @inlined
 def crossings(table, motion, desk, first, horizon, limit, forever, valve, sight):
-    """The next crossing of each port, in `cross` and `kind`; returns the first time, of which port, and NEVER or not.
-
-    Only ports whose state was not the last demanded can do anything. TIRED when one could not be decided.
-    """
+    """The next crossing of each port, in `cross` and `kind`; the first time, of which port, and NEVER or not."""
+    # Only ports whose state was not the last demanded can do anything. TIRED when one could not be decided.
     gear, controls = valve.gear, valve.controls
     cross, kind, last = controls.cross, controls.kind, controls.now.last
     best, which, answer = math.inf, -1, NEVER
@@ -132,10 +130,8 @@ def crossings(table, motion, desk, first, horizon, limit, forever, valve, sight)
 
 @inlined
 def fire(table, motion, at, struck, log, valve):
-    """The ports that are crossed at this moment demand, in their order; with a blow, those of the blow besides.
-
-    `at`: the time of the event, from the anchor before it.
-    """
+    """The ports that are crossed at this moment demand, in their order; with a blow, those of the blow besides."""
+    # `at`: the time of the event, from the anchor before it.
     gear, controls = valve.gear, valve.controls
     first = rigid_place(table, motion, controls.now.force)
     for port in range(gear.to.shape[0]):
@@ -170,10 +166,8 @@ def occupied(table, motion, log, valve):
 
 @inlined
 def contested(table, motion, desk, rules, left, due, first, log, valve, sight):
-    """A machine's flight to the contact that ends it or, before one, on to a port that is crossed or an order due.
-
-    `due`: time to the order; `first`: q_0. Returns what `motion.flown` does.
-    """
+    """A machine's flight to the contact that ends it or, before one, on to a port that is crossed or an order due."""
+    # `due`: time to the order; `first`: q_0. Returns what `motion.flown` does.
     gear, controls, own, now, count = valve.gear, valve.controls, valve.controls.now, motion.now, motion.count
     bar = table.bar
     forever = due == math.inf and bar.spring > 0.0
@@ -222,10 +216,8 @@ def contested(table, motion, desk, rules, left, due, first, log, valve, sight):
 
 @inlined
 def upcoming(table, motion, desk, first, horizon, forever, limit, valve, sight):
-    """The next crossing of a port, and the next contact if it may come before what that crossing leads to.
-
-    Returns the time of the crossing, of which port, whether one may come at all, and what `sought` does, or TIRED.
-    """
+    """The next crossing of a port, and the next contact if it may come before what that crossing leads to."""
+    # Returns the time of the crossing, of which port, whether one may come at all, and what `sought` does, or TIRED.
     gear, controls = valve.gear, valve.controls
     own, found, tau, speed, late, slip = controls.now, NOTHING, math.inf, 0.0, 0.0, 0.0
     best, which, answer = math.inf, -1, NEVER
@@ -250,10 +242,8 @@ def upcoming(table, motion, desk, first, horizon, forever, limit, valve, sight):
 
 @inlined
 def sought(table, motion, desk, need, limit, controls):
-    """The next contact, when there is one before the time `need`; otherwise `clear` says so. As `next_contact`.
-
-    How long after a change of the valve the first contact came is what is tried after the next like change.
-    """
+    """The next contact, when there is one before the time `need`; otherwise `clear` says so. As `next_contact`."""
+    # How long after a change of the valve the first contact came is what is tried after the next like change.
     now, count, own = motion.now, motion.count, controls.now
     if out_of_reach(table.bar, now, need + SAME_TIME):
         own.clear = need

@@ -86,10 +86,8 @@ def rising(bar):
 
 @inlined
 def aim(gear, table, motion, eye, port, sign, gap, rate):
-    """The motion as a port sees it, `gap` from its edge: below 0 on this side, for the given sign.
-
-    Velocities move as places do, by the same law; z' = (iλ − d/2) z of what oscillates.
-    """
+    """The motion as a port sees it, `gap` from its edge: below 0 on this side, for the given sign."""
+    # Velocities move as places do, by the same law; z' = (iλ − d/2) z of what oscillates.
     bar, modes, z, own, now, rigid_rate = table.bar, table.modes, motion.z, eye.z, eye.now, motion.now.rigid_rate
     if gear.speeds[port]:
         rigid_rate = bar.mean - bar.damping * rigid_rate
@@ -106,10 +104,8 @@ def aim(gear, table, motion, eye, port, sign, gap, rate):
 
 @inlined
 def most(bar, now):
-    """What the gap of a motion in the chamber never exceeds: the drift keeps within its circle, the modes in theirs.
-
-    The circle moves as an accumulator is filled; so this is asked where it is not `rising`.
-    """
+    """What the gap of a motion in the chamber never exceeds: the drift keeps within its circle, the modes in theirs."""
+    # The circle moves as an accumulator is filled; so this is asked where it is not `rising`.
     square = bar.spring * bar.spring
     line = bar.lift / square
     place, rate = -(bar.mean - bar.damping * line) / square, (now.drift - line) / bar.spring
@@ -131,11 +127,9 @@ def swing(table, motion):
 
 @inlined
 def held_by_gas(table, motion, valve):
-    """Whether no port whose demand counts can ever be reached, whatever blows may come: they take energy, and no more.
-
-    Asked while no order waits. A place is never farther from where it would be still than √(Σ w_i²/ω_i²) times the root
-    of twice the energy about there, which falls in flight, and at a blow that keeps the strain.
-    """
+    """Whether no port whose demand counts can ever be reached, whatever blows come: they take energy alone."""
+    # Asked while no order waits. A place is never farther from where it would be still than √(Σ w_i²/ω_i²) times the
+    # root of twice the energy about there, which falls in flight, and at a blow that keeps the strain.
     gear, own, modes = valve.gear, valve.controls.now, table.modes
     if (table.bar.strain != 1.0 and modes.omega.shape[0] > 0) or table.bar.ramp != 0.0:
         return False
@@ -171,11 +165,9 @@ def out_of_reach(bar, now, horizon):
 
 @inlined
 def looked_for(table, eye, desk, push, at_edge, rate, horizon, limit, forever, guess):
-    """The next crossing that an eye sees: what was found, its time, and the evaluations.
-
-    `push`: `mean`, `lift` and `climb` as it sees them. `forever`: whether nothing else ends the motion in a chamber, so
-    that a crossing may be proved never to come. `guess` > 0: a time worth trying.
-    """
+    """The next crossing that an eye sees: what was found, its time, and the evaluations."""
+    # `push`: `mean`, `lift` and `climb` as it sees them. `forever`: whether nothing else ends the motion in a chamber,
+    # so that a crossing may be proved never to come. `guess` > 0: a time worth trying.
     bar, now = table.bar, eye.now
     before = (bar.mean, bar.lift, bar.climb)
     bar.mean, bar.lift, bar.climb = push
@@ -193,11 +185,9 @@ def looked_for(table, eye, desk, push, at_edge, rate, horizon, limit, forever, g
 
 @inlined
 def next_crossing(table, motion, desk, port, first, horizon, limit, forever, guess, valve, sight):
-    """When a port is next entered, or left so that it may be entered again; NOWHERE when not before the horizon.
-
-    The pressure of a supply falls to 0 where p u comes to the charge: this is a port whose edge draws back at q/|p|.
-    Returns the time, what it is, and the evaluations. A graze is a time to look anew.
-    """
+    """When a port is next entered, or left so that it may be entered again; NOWHERE when not before the horizon."""
+    # The pressure of a supply falls to 0 where p u comes to the charge: this is a port whose edge draws back at q/|p|.
+    # Returns the time, what it is, and the evaluations. A graze is a time to look anew.
     gear, controls = valve.gear, valve.controls
     place, rate = seen(table, motion, port, first, valve)
     empties = port == gear.to.shape[0]
@@ -246,10 +236,8 @@ def next_crossing(table, motion, desk, port, first, horizon, limit, forever, gue
 
 @inner
 def demand(motion, port, rate, log, valve):
-    """A port demands its state: ignored when it was demanded last; a later demand replaces what would come after it.
-
-    `rate`: velocity of what the port reads.
-    """
+    """A port demands its state: ignored when it was demanded last; a later demand replaces what would come after it."""
+    # `rate`: velocity of what the port reads.
     gear, own, due, order = valve.gear, valve.controls.now, valve.controls.due, valve.controls.order
     to = gear.to[port]
     if to == own.last:
@@ -310,10 +298,8 @@ def recharge(valve, by):
 
 @inlined
 def oil_moved(table, motion, factor, valve):
-    """What is left where the driven end of a machine with a supply jumps to `factor` times its place: the pressure.
-
-    The spring of the modes is that of the oil as well; returns what this seems to lose, and does not.
-    """
+    """What is left where the driven end of a machine with a supply jumps to `factor` times its place: the pressure."""
+    # The spring of the modes is that of the oil as well; returns what this seems to lose, and does not.
     gear = valve.gear
     if gear.draw == 0.0:
         return 0.0

@@ -45,11 +45,9 @@ def turn_over(bar, modes, z, now, work):
 
 @summed
 def turn_strain(bar, modes, z, work, force):
-    """The elastic displacements times `bar.strain`, with the forced ones in `work`; returns the energy that it takes.
-
-    `force`: the constant part of that on the modes. u_0 moves so that the striking end stays where it is: on the wall
-    the place on the gas of a chamber turns alike, and nothing else depends on it.
-    """
+    """The elastic displacements times `bar.strain`, the forced ones in `work`; the energy that it takes."""
+    # `force`: the constant part of that on the modes. u_0 moves so that the striking end stays where it is: on the wall
+    # the place on the gas of a chamber turns alike, and nothing else depends on it.
     total = 0.0
     if bar.spring > 0.0:
         first = 0.0
@@ -67,10 +65,8 @@ def turn_strain(bar, modes, z, work, force):
 
 @inlined
 def impact(table, motion, desk, force):
-    """The velocity field turned over, u_t → −R u_t (B77 10), and the strain kept or turned over; the gap is set to 0.
-
-    Returns the energy that it takes; `now.kinetic_energy` is the kinetic energy before it.
-    """
+    """The velocity field turned over, u_t → −R u_t (B77 10), and the strain kept or not; the gap is set to 0."""
+    # Returns the energy that it takes; `now.kinetic_energy` is the kinetic energy before it.
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     taken = 0.0
     if modes.omega.shape[0]:
@@ -90,10 +86,8 @@ def impact(table, motion, desk, force):
 
 @inner
 def energy_at_rest_lost(table, motion, desk, force):
-    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber.
-
-    A structure, which keeps its shape, loses its kinetic energy only.
-    """
+    """Kinetic and elastic energy of the bar at the anchor, ½ ∫ u_t² dx + ½ s² ∫ u_x² dx, and that of a chamber."""
+    # A structure, which keeps its shape, loses its kinetic energy only.
     bar, modes, now, z = table.bar, table.modes, motion.now, motion.z
     forced_modes(table, desk, now.cosine, now.sine, 1)
     total = kinetic_energy(bar, modes, z, now, desk)
@@ -154,12 +148,10 @@ CHATTER_ERROR = 1e-13  # … and its end is known to this
 
 @inlined
 def chatter_left(table, motion, desk, horizon):
-    """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1.
-
-    Rebound speed w, acceleration P without damping, and its rate j: the flights 2w/P, 2Rw/P, … add up to
-    T_0 = 2w/((1 − R)P), and to first order in j and d to T_0 (1 − d T_0/6 − j T_0/(3P)).
-    Modes damped otherwise than the rigid motion are part of what is not known.
-    """
+    """Time until the impacts have piled up, theory §8.2, when that is certain and known to `CHATTER_ERROR`; else −1."""
+    # Rebound speed w, acceleration P without damping, and its rate j: the flights 2w/P, 2Rw/P, … add up to T_0 = 2w/((1
+    # − R)P), and to first order in j and d to T_0 (1 − d T_0/6 − j T_0/(3P)). Modes damped otherwise than the rigid
+    # motion are part of what is not known.
     bar, now, osc = table.bar, motion.now, desk.osc
     r, d, w = bar.restitution, bar.damping, -now.gap_rate
     push = now.acceleration - d * w
@@ -199,13 +191,11 @@ def otherwise_damped(table, motion, desk):
 
 @inlined
 def held(table, motion):
-    """The most energy with which the load holds a bar on the wall that has just struck it, where the law turns strain.
-
-    −1 where the bar flies. That law is the sum of one contact, of the time 2/s in which a wave runs to and fro. A
-    rebound whose mean the load turns round within that time is none: the contact has not ended before the next one
-    begins. Bounces that are longer go on: where R is great, they may be fed by the law itself, as the mean of the bar
-    steps back under the load. What is given up is no more than twice the energy of a bar that the load turns just so.
-    """
+    """The most energy with which the load holds a bar that has just struck, where the law turns the strain."""
+    # −1 where the bar flies. That law is the sum of one contact, of the time 2/s in which a wave runs to and fro. A
+    # rebound whose mean the load turns round within that time is none: the contact has not ended before the next one
+    # begins. Bounces that are longer go on: where R is great, they may be fed by the law itself, as the mean of the bar
+    # steps back under the load. What is given up is no more than twice the energy of a bar that the load turns just so.
     bar, now = table.bar, motion.now
     if bar.strain == 1.0 or not 0.0 < bar.restitution < 1.0:
         return -1.0

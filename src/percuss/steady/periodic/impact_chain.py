@@ -262,7 +262,6 @@ class Passage:
 
     @cached_property
     def rational(self) -> RationalMatrix:
-        """K(ξ) for many ξ."""
         return RationalMatrix.of(self)
 
 
@@ -290,7 +289,6 @@ class RationalMatrix(NamedTuple):
 
     @staticmethod
     def of(passage: Passage) -> RationalMatrix:
-        """Of a motion."""
         rows, columns, blocks = _rows(passage), _columns(passage), passage.blocks
         gamma, size = passage.chain.known.gamma, passage.chain.impacts + 1
         first = np.einsum("kin,kjn,n->nij", rows, columns, gamma)

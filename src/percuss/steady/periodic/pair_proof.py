@@ -98,8 +98,7 @@ def hull(low: Array, high: Array) -> Ball:
 # ---- The forced motion of a bar as a whole, enclosed: U_f, v_f = U_f' and v_f' over intervals of time (theory §4)
 
 _TURN = 2.0 * math.pi
-FUNCTION = 64.0 * UNIT
-"""Relative error of exp, φ_1 and φ_2, at most."""
+FUNCTION = 64.0 * UNIT  # relative error of exp, φ_1 and φ_2, at most
 
 _WAVE = 16.0 * UNIT  # of an amplitude, a sine, and their product
 

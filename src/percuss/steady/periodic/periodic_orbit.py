@@ -23,8 +23,7 @@ from percuss.steady.oscillator import ModalState
 from percuss.steady.periodic.impact_chain import ImpactChain, Passage, RationalMatrix, orbit_kernels
 
 TURN = 2.0 * math.pi
-MOST_MAPPED = 512
-"""An eigensolve with more modes takes minutes."""
+MOST_MAPPED = 512  # an eigensolve with more modes takes minutes
 
 
 # ---- One periodic motion with p impacts in n load periods, as a value: is it possible, where does the bar go?
@@ -40,8 +39,6 @@ class PeriodicOrbit(Repeating):
 
     Parameters
     ----------
-    system
-        What moves.
     periods
         n.
     times
@@ -231,8 +228,6 @@ class PeriodicOrbit(Repeating):
 
         Parameters
         ----------
-        xi
-            ξ, real or complex.
         side
             Which value of the load counts where it jumps at an impact.
         """
@@ -495,8 +490,7 @@ def outside_number(numbers: RationalMatrix, growth: int, radius: float) -> int |
 
 # ---- Which impact times belong to one and the same orbit: shifts of the first impact, and by whole periods of the load
 
-SAME = 1e-7
-"""Impact times that are as near as this are the same, in radians of the load."""
+SAME = 1e-7  # impact times that are as near as this are the same, in radians of the load
 
 _ROUNDING = 1e-12
 
@@ -582,8 +576,6 @@ def parameter_column(orbit: PeriodicOrbit, family: Callable[[float], System], va
 
     Parameters
     ----------
-    orbit
-        The orbit.
     family
         The system at a value of the parameter λ.
     value

@@ -31,8 +31,7 @@ from percuss.steady.states import check_pushes, steady_states
 _STEPS = 60
 _FRESH = -1  # of `settling`: not begun
 _WORK = 1 << 20  # modes × impacts² × steps in a call, a tenth of a second: between calls it can be halted
-COALESCED = 1e-9
-"""Share of the period below which a flight has vanished."""
+COALESCED = 1e-9  # share of the period below which a flight has vanished
 
 
 class Outcome(IntEnum):
@@ -180,8 +179,7 @@ class RootSearch:
 
 # ---- Where the starts of a search come from: random times, and rows of times that are given
 
-RANDOM = "random times"
-"""What starts are called that nobody gave."""
+RANDOM = "random times"  # what starts are called that nobody gave
 
 _LATEST = 1e12  # rad
 
@@ -247,8 +245,6 @@ def orbits(
         N: the bar has the modes 0 … N, in the forced part, too.
     tries
         Random starts, where the list is not complete by itself.
-    seed
-        Of the random times.
     near
         Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
         the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
@@ -262,8 +258,6 @@ def orbits(
         When the load does not push (mean ≤ 0) or is constant.
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
-    ParameterError
-        For numbers out of range.
     Interrupted
         When it was halted before there was anything: among motions with one impact, which are found all at once.
 
@@ -313,12 +307,8 @@ def orbit_near(
 
     Parameters
     ----------
-    system
-        The bar, its load and its contact.
     times
         When the p impacts are, in rad of the load, increasing, all of them within n load periods; shape (p,).
-    periods, modes
-        n and N, as for `orbits`.
 
     Raises
     ------

@@ -193,9 +193,7 @@ def _faded(drag: float, t: npt.ArrayLike) -> Array:
 # same momentum: ringing, noise and a gradual rise do not move it. The levels and the slope against the distance, which
 # is the stiffness of a gas chamber, are those of least squares of the force between the edges.
 
-WINDOW = 1.0 / 32.0
-"""Of the period: over how long the force is averaged before and after an edge."""
-
+WINDOW = 1.0 / 32.0  # of the period: over how long the force is averaged before and after an edge
 _LEAST = 0.2  # of the range of the force, of a jump
 _SAME = 0.12  # of the range, between levels of one state
 _ROUNDS = 6
@@ -468,9 +466,11 @@ def mean_cycle(states: SteadyStates, rate: float, blow: float | None, measured: 
     if not states.orbits:
         orbit, note = _at_the_fold(states)
         return MeanCycle(orbit.system, orbit.phase, _in_time(implied_by_orbit(orbit), rate), (note,))
-    fall = _TURN * float(np.argmin(changes(_sampled(system)))) / _SAMPLES
+    sampled = np.asarray(system.load.value(_TURN * np.arange(_SAMPLES) / _SAMPLES))
+    fall = _TURN * float(np.argmin(changes(sampled))) / _SAMPLES
     wanted = fall if blow is None else finite("blow", blow)
-    possible = [one for one in states.orbits if _stays_off(implied_by_orbit(one))]
+    behind = [implied_by_orbit(one).behind for one in states.orbits]  # which stays behind the wall all the time
+    possible = [one for one, x in zip(states.orbits, behind, strict=True) if x.min() >= -_INTO * x.max()]
     if not possible:
         raise LoadError(
             "the piston would pass through the wall in every motion that has the momentum of this load",
@@ -487,11 +487,6 @@ def mean_cycle(states: SteadyStates, rate: float, blow: float | None, measured: 
     return MeanCycle(system, orbit.phase, _in_time(implied_by_orbit(orbit), rate), tuple(notes))
 
 
-def _stays_off(motion: Implied) -> bool:
-    """Whether the piston of a motion is behind the wall all the time."""
-    return bool(motion.behind.min() >= -_INTO * motion.behind.max())
-
-
 def _at_the_fold(states: SteadyStates) -> tuple[Orbit, str]:
     """The motion at the tip of v_f, which a smaller mean load allows: the blow as the force falls."""
     system, nearest = states.system, states.nearest
@@ -503,10 +498,6 @@ def _at_the_fold(states: SteadyStates) -> tuple[Orbit, str]:
         "lower: then the blow comes just as the force falls"
     )
     return Orbit(system.with_load(system.load.with_mean(nearest.mean)), 1, tip, True), note
-
-
-def _sampled(system: System) -> Array:
-    return np.asarray(system.load.value(_TURN * np.arange(_SAMPLES) / _SAMPLES))
 
 
 def _in_time(motion: Implied, rate: float) -> Implied:

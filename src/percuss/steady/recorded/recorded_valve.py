@@ -35,8 +35,6 @@ from percuss.steady.self_excited.piston import cycle_near
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 from percuss.steady.states import SteadyStates, steady_states
 
-# ---- The machines that a record may be of: switches by ports without delay, by longer delays, or as the cycles tell
-
 # ---- How a place and a delay share in where a valve switches: x_i = h + v_i τ, over all cycles that were recorded
 #
 # A port at h with the delay τ was passed at t_i − τ, if t_i are the times of the switch. The best delay is the one with
@@ -72,10 +70,8 @@ class Seen(NamedTuple):
     time: float
     first: float
     last: float
-    since_blow: bool
-    """Whether the first of them is a blow."""
-    doubt: Doubt | None = None
-    """Where the motion of the single cycle is known."""
+    since_blow: bool  # whether the first of them is a blow
+    doubt: Doubt | None = None  # where the motion of the single cycle is known
 
 
 @dataclass(frozen=True)
@@ -196,8 +192,6 @@ class Reading(Shown):
 
     Attributes
     ----------
-    machine
-        The machine.
     cycle
         Its own cycle near the recorded motion, with a rigid piston; None where there is none.
     """
@@ -220,8 +214,6 @@ class RecordedSwitch(Shown):
 
     Attributes
     ----------
-    to
-        The state that follows.
     jump
         Rise of the force at the switch, per mass.
     time
@@ -234,8 +226,6 @@ class RecordedSwitch(Shown):
         Whether the blow itself may have ordered it: the least delay is then that since the blow.
     found
         The place of the port and the delay.
-    seen
-        The switch in each cycle.
     """
 
     to: str
@@ -324,8 +314,6 @@ def cycle_read(machine: Machine, switches: tuple[RecordedSwitch, ...], speed: fl
     rebound = Rebound(-machine.contact.velocity_factor * speed, now, orders)
     return cycle_near(machine, rebound, 1)
 
-
-# ---- The machine behind a recorded load: where and when its force switches, read as ports and delays of a valve
 
 # ---- Each switch of a recorded force with the motion before it: when, where and in which direction it was seen
 
@@ -425,8 +413,6 @@ class RecordedValve(Shown):
 
     Attributes
     ----------
-    system
-        The clocked system that was read.
     phase
         Of the load at the blow (rad).
     phases

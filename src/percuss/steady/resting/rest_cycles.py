@@ -34,8 +34,6 @@ class RestCycle(Repeating):
 
     Parameters
     ----------
-    system
-        What moves.
     periods
         n: load periods of the cycle.
     modes

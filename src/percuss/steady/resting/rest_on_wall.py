@@ -124,7 +124,8 @@ def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float
     most = min(_MOST_FAMILIES, max(_MOST_SUMS // places.size, 1))
     for i in order[tail[order] > _TAIL]:
         if len(families) < most and not any(one.holds(k[i], m[i]) for one in families):
-            divisor = _odd(math.gcd(int(k[i]), int(m[i])))
+            common = math.gcd(int(k[i]), int(m[i]))
+            divisor = common // (common & -common)  # its odd part
             families.append(_Family(float(k[i]) / divisor, int(m[i]) // divisor, float(off[i]) / divisor))
     for one in families:
         order = order[~one.holds(k[order], m[order])]
@@ -139,10 +140,6 @@ def ringing_left(places: Array, sizes: Array, s: float, d: float, greater: float
 
     finer = _finer(places, sizes, s, (d, greater), finest, families)
     return DampingForce(k[order], np.asarray(c[order]), summed, finer)
-
-
-def _odd(number: int) -> int:
-    return number // (number & -number)
 
 
 def _gain(k: Array, off: Array, s: float, d: float, greater: float) -> ComplexArray:

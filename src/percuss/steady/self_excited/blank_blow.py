@@ -106,8 +106,6 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
     ----------
     motion
         The cycle of a rigid piston, from `self_excited_motion` with modes=0.
-    cushion
-        In place of that of the valve.
 
     Raises
     ------

@@ -5,8 +5,7 @@ from __future__ import annotations
 from percuss.compiled import entry, twin
 from percuss.steady.self_excited import piston_kernels as one
 
-MOST = 8
-"""The most pending orders; with more of them there is no answer."""
+MOST = 8  # the most pending orders; with more of them there is no answer
 
 ROW, SLOPES, NUMBERS = one.DUE + 2 * MOST, one.BY_ORDER + MOST, 1 + MOST
 TOLD, DURATION, SPEED, FARTHEST, WORK, RISE = one.TOLD, one.DURATION, one.SPEED, one.FARTHEST, one.WORK, one.RISE
@@ -22,10 +21,8 @@ copied, settled, contracts, starts = (twin(f) for f in (one.copied, one.settled,
 def cycles_of(
     forces, ports, laws, first, starting, rows, slopes, matrices, tells, step, does, told, derivatives, begun
 ):
-    """What each piston does, `does`; of one that runs what its cycle tells, and the derivatives of its return map.
-
-    With `starting` it is looked if it starts from rest in its state `first`: `begun`. The tables are to work in.
-    """
+    """What each piston does, `does`; of one that runs what its cycle tells, and the derivatives of its return map."""
+    # With `starting` it is looked if it starts from rest in its state `first`: `begun`. The tables are to work in.
     for i in range(does.size):
         work = PistonTables(forces[i], ports[i], laws[i], rows, slopes, matrices, tells, step)
         does[i] = settled(work)[0]

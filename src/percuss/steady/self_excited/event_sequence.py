@@ -64,13 +64,13 @@ class SequenceEvent(NamedTuple):
 
     `port` is the one passed, or for an order the one that demanded it, −1 for a blow. `source` is the number of the
     event, among ports and blows, at which an order was demanded, −1 for the blow at time 0, and of itself for others;
-    `wrapped`: in the cycle before. `laid`: a blow lays the bar down, undeformed; `lies`: it stays on the wall after it.
+    `wrapped`: how many cycles before. `laid`: a blow lays the bar down, undeformed; `lies`: it stays on the wall.
     """
 
     kind: Literal["port", "due", "blow"]
     port: int
     source: int
-    wrapped: bool
+    wrapped: int
     state: str
     last: str
     laid: bool = False
@@ -83,6 +83,7 @@ class Waiting(NamedTuple):
     state: str
     source: int
     port: int
+    wrapped: int
 
 
 # ---- What a machine may meet in a flight
@@ -204,7 +205,9 @@ class EventSequence:
             detail = event.state if event.kind == "due" else event.port
             happened.append((flight.time + flight.duration, _KINDS[event.kind], detail, *posed.parts(state)))
         guarded, delays = [0.0, *(times[i] for i in posed.guards)], [port.delay for port in machine.valve.ports]
-        pending = tuple((guarded[one.source + 1] + delays[one.port] - times[-1], one.state) for one in self.waiting)
+        pending = tuple(
+            (guarded[one.source + 1] + delays[one.port] - one.wrapped * times[-1], one.state) for one in self.waiting
+        )
         slope = posed.slope(unknowns)
         if modes == 0:  # the piston is at the wall just after the blow
             slope = slope[1:, 1:]
@@ -433,7 +436,7 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
     Raises
     ------
     ParameterError
-        When an order waits longer than the cycle, or the end of a chatter lets go of the bar.
+        When the end of a chatter lets go of the bar, or the valve is not at the end of the cycle what it was.
     """
     found = sequence_in(cycle.machine.valve, cycle.rhythm)
     if found is None and cycle.rests:
@@ -441,8 +444,7 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
             "cycle", str(cycle), "a cycle in which the valve lets go of a bar at rest, not its ringing"
         )
     if found is None:
-        told = "a cycle whose orders wait no longer than itself"
-        raise ParameterError("cycle", str(cycle), told, "'percuss simulate' follows it, a diagram shows where it goes")
+        raise ParameterError("cycle", str(cycle), "a cycle at whose end the valve and its orders are as at its begin")
     return found
 
 
@@ -454,14 +456,19 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
         return None
     if (now.state, ends.last) != (rhythm.state, begins.last):
         return None
-    sources = [now.sources[order] for order in ends.pending]  # of those that the cycle began with, a cycle later
-    if any(wrapped for *_, wrapped in sources):  # longer than a cycle
-        return None
-    traced = [(source, port) for source, port, _ in sources]
-    events = []
-    for kind, _, port, source, wrapped, state, last in steps:
-        if wrapped:
-            source, port = traced[source]
+    traced, events = list[tuple[int, int, int]](), list[SequenceEvent]()
+    for number, order in enumerate(ends.pending):
+        (source, port, began), wrapped = now.sources[order], 1
+        while began:  # a cycle before it was one further back among those that wait
+            if source <= number:
+                return None
+            number, wrapped = source, wrapped + 1
+            source, port, began = now.sources[ends.pending[number]]
+        traced.append((source, port, wrapped))
+    for kind, _, port, source, began, state, last in steps:
+        wrapped = 0
+        if began:
+            source, port, wrapped = traced[source]
         events.append(SequenceEvent(kind, port, source, wrapped, state, last))
     waiting = tuple(Waiting(to, *one) for (_, to), one in zip(ends.pending, traced, strict=True))
     laid = _laid(valve, rhythm, events)

@@ -220,8 +220,6 @@ class Sensitivity(Shown):
     quantity
         "pressure", a factor on the forces of all states, which is 1 without the chamber's, or in its place "flow" and
         "compliance" of a supply; "behind" or "speed", and "delay", of a port; "restitution".
-    port
-        Number of the port; None for the others.
     value
         Of the quantity.
     energy, rate

@@ -50,9 +50,7 @@ TOLD = 8
 BLOW, ON_THE_WALL, NOTHING, NO_BLOW, TOO_MANY = range(5)
 """How a leg ends; the last: more pending orders than the row has room for."""
 
-SEGMENT, SWITCH, UNCOVERING = range(3)
-"""What is logged."""
-
+SEGMENT, SWITCH, UNCOVERING = range(3)  # what is logged
 TOGETHER = 1e-12  # of a flight: an event this little after an order is due comes before it
 MOST_EVENTS = 400  # of a leg
 STILL = 1e-150  # a speed whose square, and so the height of its flight from the wall, is hardly a number
@@ -216,10 +214,8 @@ def fly(way: PistonState, flight: PistonFlight, duration: float, place: float, t
 def leg(
     work: PistonTables, begin: Rows, started: bool, now: Rows, told: Rows, columns: int = 0, log: Log = None
 ) -> int:
-    """From a rebound to the next one, or from a start; returns how it ends, and writes the rebound and what it tells.
-
-    The slopes are carried on, of so many columns.
-    """
+    """From a rebound, or a start, to the next one; how it ends, with the rebound and what it tells written."""
+    # The slopes are carried on, of so many columns.
     ports = work.ports
     way = PistonState(work.forces, ports, work.law, now, work.slopes, columns, told)
     copied(begin, now)
@@ -379,10 +375,8 @@ def scale_of(i: int, whole: Rows) -> float:
 
 
 def is_idle(begin: Rows, whole: Rows) -> bool:
-    """Whether no demand was accepted, or the wall is only touched.
-
-    A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
-    """
+    """Whether no demand was accepted, or the wall is only touched."""
+    # A slower rebound passes some of the same ports, so that it changes nothing either: Newton's method leads to rest.
     return not whole[SPEED] > 0.0 or (begin[COUNT] == 0.0 and whole[SWITCHES] == 0.0 and whole[DROPPED] == 0.0)
 
 
@@ -395,10 +389,8 @@ def strikes(forces: Rows, whole: Rows) -> bool:
 
 
 def cycle_near(begin: Rows, blows: int, shrinking: int, work: PistonTables) -> bool:
-    """Whether Newton's method leads from a rebound to a cycle: at `NEXT`, and told as a whole.
-
-    After `shrinking` steps each must be shorter than the one before.
-    """
+    """Whether Newton's method leads from a rebound to a cycle: at `NEXT`, and told as a whole."""
+    # After `shrinking` steps each must be shorter than the one before.
     now, trial = work.rows[NEXT], work.rows[TRIAL]
     copied(begin, now)
     size = size_of(begin)
@@ -484,10 +476,8 @@ def settle(forces: Rows, law: Rows, now: Rows, greatest: float) -> float:
 
 
 def followed(most: int, work: PistonTables) -> tuple[int, int]:
-    """Fly from the rebound at `NOW` until nothing follows, or so many legs; their number, and how the last one ends.
-
-    The rebounds are in the rows from `FIRST` on, and what the legs tell, too.
-    """
+    """Fly from the rebound at `NOW` until nothing follows, or so many legs; their number, and how the last one ends."""
+    # The rebounds are in the rows from `FIRST` on, and what the legs tell, too.
     now, greatest, ending, number = work.rows[NOW], 0.0, BLOW, 0
     while number < most and ending == BLOW:
         row = work.rows[FIRST + number]
@@ -499,10 +489,8 @@ def followed(most: int, work: PistonTables) -> tuple[int, int]:
 
 
 def cycle_at(tried: int, rebounds: int, work: PistonTables) -> int:
-    """Blows of the cycle that one of the rebounds is near, with few of them rather than many; 0 without one.
-
-    The first ones were tried before.
-    """
+    """Blows of the cycle that one of the rebounds is near, with few of them rather than many; 0 without one."""
+    # The first ones were tried before.
     rows, whole = work.rows, work.tells[WHOLE]
     for i in range(tried, min(rebounds, TRIES)):
         if cycle_near(rows[FIRST + i], 1, SHRINKING, work) and whole[SWITCHES] > 0.0:

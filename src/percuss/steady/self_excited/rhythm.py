@@ -113,13 +113,9 @@ class Rhythm:
 
         Parameters
         ----------
-        valve
-            Which the motion switched.
         events
             All from the start on, in order: the time, what happened ("port", "valve", "impact" or "rest"; others are
             passed over), and the number of the port or the new state.
-        blows
-            In a cycle.
 
         Raises
         ------

@@ -241,8 +241,6 @@ class SelfExcited(Shown):
 
     Parameters
     ----------
-    machine, modes, room
-        What was asked.
     cycle
         The periodic motion; None when there is none. With `obstacle` "double blow" or "order overtaken" it has several
         blows, and with "no room" it is the one that there would be.
@@ -303,8 +301,6 @@ def self_excited_motion(
 
     Parameters
     ----------
-    machine
-        Body, valve and contact.
     modes
         N, the elastic modes kept; 0 for a rigid piston.
     room
@@ -312,11 +308,6 @@ def self_excited_motion(
     near
         With elastic modes: a rhythm near that of the cycle, as of a simulation, or another cycle; by default that of
         the rigid piston.
-
-    Raises
-    ------
-    ParameterError
-        When an argument is none of these.
 
     Notes
     -----

@@ -126,8 +126,7 @@ def pressure_multiplier(slope: Array, modes: int) -> complex:
 
 # ---- A flight, and what happens between flights
 
-Place = Literal["centre"] | float
-"""Of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)."""
+Place = Literal["centre"] | float  # of a body: its centre of mass, or from 0 (driven end) to 1 (striking end)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,10 +181,6 @@ class Switch:
 
     Attributes
     ----------
-    time
-        After the blow that begins the cycle.
-    to
-        The new state.
     behind, velocity
         Of the piston: distance behind the wall, and velocity away from it.
     work
@@ -280,14 +275,10 @@ class ValveCycle(Repeating):
 
     Parameters
     ----------
-    machine, modes
-        The machine, and N; 0 for a rigid piston.
     state, orders
         Of the valve at time 0, before the blow demands anything.
     flights
         The stretches between events, in order of time.
-    struck
-        The blows.
     switches
         Every change of the valve's state, in order of time, with place and velocity of the driven end.
     uncoverings
@@ -603,11 +594,6 @@ class ValveCycle(Repeating):
             Any; the motion is repeated with its period.
         place
             From 0 (driven end) to 1 (striking end), or "centre".
-
-        Raises
-        ------
-        ParameterError
-            When an argument is none of these.
         """
         within, place = np.mod(numbers("times", times), self.period), checked_place(place)
         found, which = np.empty(within.shape), flights_at(self, within)

@@ -27,8 +27,7 @@ from percuss.steady.self_excited.rhythm import Rhythm, valve_after
 from percuss.steady.self_excited.settling import rest_cycles_of, under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
-RANDOM = "random rebounds"
-"""What starts are called that nobody gave."""
+RANDOM = "random rebounds"  # what starts are called that nobody gave
 
 RELEASED = "releases from rest"
 
@@ -165,7 +164,6 @@ class _ValveSearch:
             yield None if begin is None else _stretch(piston, begin, self.blows)
 
     def result(self, halted: bool) -> FoundOrbits:
-        """What was found."""
         ended = sum(self.met.values())
         unseen = sum(1 for times in self.met.values() if times == 1) / ended if ended else None
         listed = sorted(self.roots, key=lambda root: root[0].period)

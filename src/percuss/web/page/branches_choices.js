@@ -3,7 +3,7 @@
 import { $, $$, h, put, select } from "./dom.js";
 import { inUnit, plainNumber } from "./format.js";
 import { isRange, present, rangeOf, rangeText } from "./moves.js";
-import { chosen, data, isHeld, show, view } from "./state.js";
+import { chosen, data, isHeld, show, switchesItself, view } from "./state.js";
 import { UP } from "./branches_picture.js";
 
 const MODES = [0, 4, 8, 16, 32];
@@ -14,12 +14,19 @@ const RESTING = ["chatter/1", "chatter/2", "rest/1", "rest/2"];
 /** Whether a label is of a motion with rest. */
 export const rests = (label) => /^(chatter|rest)\//.test(label);
 
+/** What can be drawn up the plane: the impacts of a machine have no phase of a load, its cycle has a period. */
+const heights = () => Object.keys(UP).filter((name) => name !== (switchesItself() ? "phase" : "period"));
+
+/** What is drawn up it. */
+export const rising = () => (heights().includes(view.up) ? view.up : heights().at(0));
+
 /** The parameters that an orbit can be followed through. */
 const known = () => data.info.parameters.filter(({ name, value }) => name !== "m" && value !== null);
 
 /** The parameter of the diagram with its range: {name, label, unit, from, to, movable}. */
 export function along() {
-  const found = known().find(({ name }) => name === view.along) ?? known().find(({ name }) => name === "load_factor") ?? known()[0];
+  const named = [view.along, "load_factor", "load.supply.flow", "load.pressure"].map((wanted) => known().find(({ name }) => name === wanted));
+  const found = named.find(Boolean) ?? known()[0];
   const { name, unit, low, high, movable } = found;
   const [from, to] = rangeOf(view.alongr, unit) ?? [low, high];
   return { name, unit, from, to, movable, label: inUnit(found.label, unit) };
@@ -28,6 +35,7 @@ export function along() {
 /** What `percuss follow` is asked to begin with: the motion of the head of the page, unless another one is named. */
 export function beginning() {
   if (view.begin) return view.begin;
+  if (switchesItself()) return "1/1";
   const found = chosen();
   return found ? `1/${view.m}:phases=${found.quick.phase_b77 ?? found.quick.phase}` : "";
 }
@@ -43,7 +51,7 @@ export function askedRange({ name, unit, from, to }) {
 export function branchChoices(row, searched) {
   if (!data.info) return;
   const axis = along();
-  const key = JSON.stringify([known().map(({ name }) => name), axis.name, view.up, view.depth, view.bmodes, view.begin, isHeld()]);
+  const key = JSON.stringify([known().map(({ name }) => name), axis.name, rising(), view.depth, view.bmodes, view.begin, isHeld(), switchesItself()]);
   if (row.dataset.key === key) return fill(row, axis);
   row.dataset.key = key;
   const names = known().map(({ name, label }) => [name, label]);
@@ -57,7 +65,7 @@ export function branchChoices(row, searched) {
       edge("from", axis),
       edge("to", axis),
     ),
-    select("Up", Object.entries(UP).map(([name, { label }]) => [name, label]), view.up, (up) => show({ up }), { id: "branches-up" }),
+    select("Up", heights().map((name) => [name, UP[name].label]), rising(), (up) => show({ up }), { id: "branches-up" }),
     select("Go on at flips", depths, view.depth, (depth) => show({ depth: Number(depth) }), { id: "branches-depth" }),
     select(isHeld() ? "Modes, at most" : "Elastic modes", MODES.filter((n) => n || !isHeld()).map((n) => [n, n ? String(n) : "0: rigid"]), view.bmodes, (n) => show({ bmodes: Number(n) }), { id: "branches-modes" }),
     begins(searched),

@@ -3,6 +3,7 @@
 import { h, put } from "./dom.js";
 import { angle, number, withUnit } from "./format.js";
 import { EVENTS } from "./branches_picture.js";
+import { switchesItself } from "./state.js";
 
 /** The table of what happens on the branches that were followed, and on request on the others; `go` leads to a point. */
 export function eventTable(card, { followed, others }, axis, go) {
@@ -49,7 +50,7 @@ export function orbitList(card, found, begin) {
     const name = `${label}:${i + 1}`;
     const cells = [
       h("button", { type: "button", "aria-label": `Follow ${found.label}, number ${i + 1}`, onclick: () => begin(name) }, "Follow"),
-      few(orbit.impacts.map(({ phase }) => (orbit.impacts.length > 1 ? number(phase) : angle(phase)))),
+      few(orbit.impacts.map(({ phase, time }) => (phase === undefined || orbit.impacts.length > 1 ? number(phase ?? time) : angle(phase)))),
       few(orbit.impacts.map(({ speed }) => number(speed))),
       ...(rest ? [number(orbit.rest_phase), number(orbit.release_phase)] : []),
       orbit.stable ? "stable" : "unstable",
@@ -60,7 +61,7 @@ export function orbitList(card, found, begin) {
   put(
     card,
     h("h2", {}, `Motions ${found.label}`),
-    rows.length ? table(["", "Impact phases [rad]", "Striking speeds, dimensionless", ...(rest ? ["At rest from [rad]", "Let go at [rad]"] : []), "Verdict"], rows) : h("p", {}, "None was found."),
+    rows.length ? table(["", switchesItself() ? "Blows in the cycle" : "Impact phases [rad]", switchesItself() ? "Striking speeds" : "Striking speeds, dimensionless", ...(rest ? ["At rest from [rad]", "Let go at [rad]"] : []), "Verdict"], rows) : h("p", {}, "None was found."),
     h("p", { class: "small muted" }, missing),
   );
 }

@@ -7,7 +7,7 @@ import { unitsOf } from "./motion_charts.js";
 import { paceOf, Player } from "./player.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
-import { data, isHeld, mover, view } from "./state.js";
+import { data, isHeld, mover, switchesItself, view } from "./state.js";
 
 const USUAL = 2.5; // seconds that a load period is shown for at first
 const LONGEST = 120;
@@ -28,7 +28,8 @@ export function motionCard(carry) {
     { type: "button", id: "branches-carry", ".disabled": true, onclick: () => motion && carry(motion.asked.value) },
     "Move the hammer here",
   );
-  return h("div", { class: "card stage" }, canvas, parts.player.rows(), parts.facts, h("div", { class: "row" }, parts.carry, parts.status));
+  parts.rows = h("div", {}, parts.player.rows());
+  return h("div", { class: "card stage" }, canvas, parts.rows, parts.facts, h("div", { class: "row" }, parts.carry, parts.status));
 }
 
 export const toggleBranch = () => parts.player.toggle();
@@ -45,8 +46,14 @@ export function noMotion(words) {
   parts.carry.disabled = true;
 }
 
-/** Show the motion of a row of a branch, as soon as the one before has come. */
-export const showMotion = latest(
+/** Show the motion of a row of a branch, as soon as the one before has come; of a machine, its figures. */
+export function showMotion(question) {
+  parts.stage.canvas.hidden = parts.rows.hidden = switchesItself();
+  if (switchesItself()) return cycleFacts(question);
+  askMotion(question);
+}
+
+const askMotion = latest(
   ({ tables, along, row, periods, modes }) =>
     postBinary("follow/motion", {
       case: tables,
@@ -111,10 +118,32 @@ function facts({ label, unit }, { value }) {
     ["delivered by each blow", list(energies)],
     ["heard", "–"],
   ];
+  tell(rows);
+}
+
+const tell = (rows) =>
   put(
     parts.facts,
     rows.map(([name, text]) => h("div", {}, h("dd", { id: name === "heard" ? "branches-heard" : null }, text), h("dt", {}, name))),
   );
+
+/** What there is to say of a machine's cycle; it plays in the panel Machine once the hammer has been moved there. */
+function cycleFacts({ tables, along: { label, unit, movable }, row, motion: name }) {
+  const speeds = row.speeds.map((speed) => (data.machine?.units === "SI" ? withUnit(speed, "m/s", 3) : number(speed, 3)));
+  const stable = row.stable === null ? "at the border" : row.stable ? "stable" : "unstable";
+  parts.player.stop();
+  motion = { asked: { value: row.value, movable } };
+  tell([
+    [`motion, ${stable}`, name],
+    [label, withUnit(row.value, unit, 5)],
+    ["striking speed", speeds.slice(0, 4).join(", ") + (speeds.length > 4 ? ", …" : "")],
+    ["period of the cycle", data.machine?.units === "SI" ? withUnit(1000 * row.period, "ms", 4) : number(row.period, 4)],
+    ...(data.machine?.units === "SI" ? [["blows", withUnit(row.speeds.length / row.period, "1/s", 4)]] : []),
+  ]);
+  put(parts.status, tables === data.tables ? "" : "The case has changed since.");
+  put(parts.carry, "Move the hammer here");
+  parts.carry.disabled = !movable;
+  Object.assign(parts.stage.canvas.dataset, { label: name, value: String(row.value) });
 }
 
 /** How long a load period is shown, as the view has it; the same whatever the label, so that periods can be heard. */

@@ -3,7 +3,7 @@
 
 import { post } from "./api.js";
 import { Chart, span } from "./chart.js";
-import { along, askedRange, beginning, branchChoices, rests } from "./branches_choices.js";
+import { along, askedRange, beginning, branchChoices, rests, rising } from "./branches_choices.js";
 import { eventTable, orbitList } from "./branches_events.js";
 import { motionCard, noMotion, pauseBranch, showMotion, toggleBranch } from "./branches_motion.js";
 import { everyRow, impossible, others, stopEvery, wantEvery } from "./branches_every.js";
@@ -14,7 +14,7 @@ import { ASIDE, RISING, placeAt, placeNear, placeOf, rowAt } from "./branches_wa
 import { framed, h, latest, put, settled } from "./dom.js";
 import { plainNumber, withUnit } from "./format.js";
 import { present } from "./moves.js";
-import { REST, chosen, data, isHeld, modesInWords, move, on, show, switchesItself, uptodate, view } from "./state.js";
+import { REST, chosen, data, isHeld, modesInWords, move, on, show, switchesItself, view } from "./state.js";
 
 export const panel = {
   name: "branches",
@@ -31,7 +31,6 @@ export const panel = {
     spot: "", // the place that is looked at: "value,phase of its first impact"
     branchSlow: "",
   },
-  clocked: "Motions that keep time with a clocked load are followed here; this machine has no clock. What becomes of its cycle under another pressure, the panel Machine shows; percuss follow and percuss diagram tell what becomes of it over any number of the case.",
   start: startBranches,
 };
 
@@ -68,7 +67,6 @@ function startBranches(section) {
       since = data.changed;
       stopAll(); // of another hammer: sliders come first
     }
-    if (switchesItself()) pauseBranch();
   });
   on("info view quick", () => ready() && (branchChoices(parts.choice, search), want(), placed()));
   on("view", () => view.panel !== "branches" && (pauseBranch(), stopAll()));
@@ -78,14 +76,14 @@ function startBranches(section) {
 
 const stopAll = () => (stopEvery(), stopSettled());
 
-const ready = () => view.panel === "branches" && Boolean(data.info?.system) && !switchesItself();
+const ready = () => view.panel === "branches" && Boolean(data.info) && Boolean(data.info.system) !== switchesItself();
 
 /** Whether the last change of the case moved through the parameter of the diagram: that stays the same. */
 const moveOnly = () => data.info && data.moved?.length === 1 && data.moved[0] === along().name && view.panel === "branches";
 
 /** Ask for the branches of the case as it is now, unless they are under way or there. */
 const want = settled(() => {
-  if (!ready() || data.problems.length || !uptodate()) return;
+  if (!ready() || data.problems.length || (data.quick ?? data.machine)?.changed !== data.changed) return;
   const axis = along();
   const begin = beginning();
   const now = JSON.stringify([since, axis.name, axis.from, axis.to, view.begin || [view.m, view.orbit], view.depth, view.bmodes]);
@@ -197,7 +195,7 @@ function look(place, told = true) {
   spot = { branch: place.branch, along: place.along };
   const branch = branches[spot.branch];
   const row = rowAt(branch, spot.along);
-  showMotion({ tables: asked.tables, along: asked.axis, row, periods: branch.periods, modes: asked.modes });
+  showMotion({ tables: asked.tables, along: asked.axis, row, motion: branch.label, periods: branch.periods, modes: asked.modes });
   tell(branch, row);
   over();
   if (told) show({ spot: kept() });
@@ -210,7 +208,7 @@ function tell(branch, row) {
   parts.chart.canvas.dataset.spot = `${spot.branch},${spot.along}`;
 }
 
-const over = () => parts.chart.over(spotted(branches, spot, view.up));
+const over = () => parts.chart.over(spotted(branches, spot, rising()));
 
 function goTo(branch, point) {
   look(placeOf(branches, branch, point));
@@ -226,11 +224,12 @@ const repaint = framed(() => {
   if (!ready()) return;
   const axis = asked?.axis ?? along();
   const now = present(data, axis.name);
-  const height = view.up === "phase" ? phaseNow() : chosen()?.quick.impact_velocity;
+  const up = rising();
+  const height = { phase: phaseNow(), speed: chosen()?.quick.impact_velocity }[up];
   const design = now === undefined ? null : { x: now, y: height ?? null };
   const range = view.alongr || view.every || !branches.length ? askedRange(axis) : reached(now);
-  const settled = { dots: settledDots(view.up), heights: settledHeights(view.up) };
-  parts.chart.draw(diagram(drawn, { label: axis.label, from: range.from, to: range.to }, view.up, design, settled));
+  const settled = { dots: settledDots(up), heights: settledHeights(up) };
+  parts.chart.draw(diagram(drawn, { label: axis.label, from: range.from, to: range.to, isSI: data.machine?.units === "SI" }, up, design, settled));
   const { canvas, frame, spec, scale } = parts.chart;
   if (design) canvas.dataset.design = `${design.x}`;
   if (frame) {
@@ -252,7 +251,7 @@ function pointer(canvas) {
     const box = canvas.getBoundingClientRect();
     return { x: (event.clientX - box.left) / parts.chart.scale, y: (event.clientY - box.top) / parts.chart.scale };
   };
-  const place = (event, only) => placeAt(branches, RISING[view.up], parts.chart.frame, at(event), only);
+  const place = (event, only) => placeAt(branches, RISING[rising()], parts.chart.frame, at(event), only);
   const drag = framed((event) => dragging && look(place(event, spot.branch)));
   const near = (event) => {
     if (!branches.length || !parts.chart.at(event)) return null;

@@ -6,10 +6,11 @@ import { inUnit, number } from "./format.js";
 import { stableBetween } from "./branches_rows.js";
 import { RISING, rowAt, stretch } from "./branches_walk.js";
 
-/** What can be drawn up the plane. */
+/** What can be drawn up the plane, with its unit in SI where the machine has one. */
 export const UP = {
   phase: { label: "impact phase", unit: "rad" },
-  speed: { label: "striking speed", unit: "dimensionless" },
+  speed: { label: "striking speed", unit: "dimensionless", si: "m/s" },
+  period: { label: "period of the cycle", unit: "dimensionless", si: "s" },
 };
 
 /** What happens on a branch: its words, and its mark where it has one. */
@@ -18,8 +19,8 @@ export const EVENTS = {
   flip: { words: "flip: period doubling", shape: "triangle" },
   neimark_sacker: { words: "Neimark–Sacker", shape: "ring" },
   branch_point: { words: "another branch crosses", shape: "ring" },
-  corner: { words: "corner at a step of the load", shape: "square" },
-  nonsmooth_fold: { words: "fold at a step of the load", shape: "square" },
+  corner: { words: "corner where two events meet", shape: "square" },
+  nonsmooth_fold: { words: "fold where two events meet", shape: "square" },
   grazing_touch: { words: "end: touches the wall between impacts", shape: "cross" },
   grazing_impact_dies: { words: "end: an impact dies", shape: "cross" },
   impacts_coalesce: { words: "end: two impacts meet", shape: "cross" },
@@ -33,6 +34,11 @@ export const EVENTS = {
   onset: { words: "end: the chatter meets the next release", shape: "cross" },
   release_lost: { words: "end: the load no longer lets go", shape: "cross" },
   label_changes: { words: "end: other rests come between", shape: "cross" },
+  order_lost: { words: "end: two events of the valve change places", shape: "cross" },
+  port_not_reached: { words: "end: turns just at a port", shape: "cross" },
+  turning_at_port: { words: "end: turns just before another port", shape: "cross" },
+  pressure_gone: { words: "end: the pressure is gone", shape: "cross" },
+  stall: { words: "end: comes to a standstill", shape: "cross" },
   stopped: { words: "stopped here", shape: "cross" },
   lost: { words: "lost here", shape: "cross" },
 };
@@ -58,7 +64,7 @@ export function diagram(branches, along, up, design, simulated) {
   const y = round ? { from: 0, to: 2 * Math.PI, ticks: PHASES } : { from: low, to: high };
   return {
     x: along,
-    y: { label: inUnit(UP[up].label, UP[up].unit), ...y },
+    y: { label: inUnit(UP[up].label, (along.isSI && UP[up].si) || UP[up].unit), ...y },
     items,
     about: `${UP[up].label} over ${along.label}: ${words(branches)}. Arrow keys move along a branch.`,
   };

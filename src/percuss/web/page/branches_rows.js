@@ -13,7 +13,15 @@ export function branchesOf(answer) {
   return [answer, ...answer.switched].map(made);
 }
 
-function made(one) {
+/** A point with the phases of its blows in the cycle of a machine, which has no load to have phases of. */
+function phased(point) {
+  const { impacts, period } = point.orbit ?? {};
+  if (!period || !impacts?.length) return point;
+  return { ...point, orbit: { ...point.orbit, impacts: impacts.map(({ time, speed, phase }) => ({ speed, phase: phase ?? (TURN * time) / period })) } };
+}
+
+function made(answer) {
+  const one = { ...answer, points: answer.points.map(phased) };
   const rows = one.branch.release_phases ? restingRows(one) : rowsOf(one);
   return { label: one.label, periods: Number(one.label.split("/")[1]), points: one.points, rows, paths: pathsOf(rows) };
 }
@@ -57,12 +65,15 @@ function pathsOf(rows) {
   });
 }
 
+/** The rows of a branch of orbits; of a machine that switches its own valve the times are phases of its cycle. */
 function rowsOf({ branch, points }) {
+  const { cycle_times: periods } = branch;
   const rows = branch.value.map((value, i) => ({
     value,
-    times: branch.times[i],
+    times: periods ? branch.phases[i] : branch.times[i],
     speeds: branch.speeds[i],
     stable: branch.stable[i],
+    period: periods?.[i],
   }));
   let from = 0;
   for (const point of points) {
@@ -120,6 +131,7 @@ export function between(a, b, share) {
     value: mixed(a.value, b.value),
     times: pairs.map(([j, k]) => mixed(a.times[j], b.times[k])),
     speeds: pairs.map(([j, k]) => mixed(a.speeds[j], b.speeds[k])),
+    period: a.period && mixed(a.period, b.period),
     stable: stableBetween(a, b),
   });
   if (!a.legs) return row(a.times.map((_, j) => [j, j]));

@@ -9,6 +9,7 @@ export const ASIDE = 0.03;
 export const RISING = {
   phase: ({ times }) => times.map(phaseOf),
   speed: ({ speeds }) => speeds,
+  period: ({ times, period }) => times.map(() => period),
 };
 
 /** The row at a place, `along` in rows. */

@@ -10,7 +10,6 @@ export const panel = {
   name: "experiment",
   title: "Experiment",
   defaults: { starts: 300, distribution: "wall", seed: 1, emodes: 0 },
-  clocked: "Random starts under a clocked load are counted here. Whether this machine starts from rest, and what would keep it from running, the panel Machine says.",
   start: startExperiment,
 };
 

@@ -29,23 +29,12 @@ if TYPE_CHECKING:
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
 
-_DIGITS = 6
-"""Of the sizes that are tried: no workshop needs more."""
+_DIGITS = 6  # of the sizes that are tried: no workshop needs more
 
 
 @dataclass(frozen=True)
 class Span:
-    """The range of a key of a case.
-
-    Attributes
-    ----------
-    name
-        Of the key, as it was given.
-    low, high
-        Least and greatest value.
-    unit
-        Of both.
-    """
+    """The range of a key of a case."""
 
     name: str
     low: float
@@ -84,8 +73,6 @@ class BestAnswer(Shown):
     ----------
     objective, below
         What was looked for, and under which stress (Pa; dimensionless: force).
-    spans, values
-        What was varied, and what is best.
     own_values
         What the case has there, in the units of the ranges; None where it has nothing.
     case
@@ -280,7 +267,6 @@ _OF_UNITS = {"J": "energy", "Pa": "stress", "s": "time"}
 
 
 def best_report(answer: BestAnswer) -> Report:
-    """What `percuss blow --best` prints."""
     searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
     for span in answer.spans:
         searched.append(("range", f"{span.name} from {number(span.low)} to {number(span.high)} {span.unit}".rstrip()))

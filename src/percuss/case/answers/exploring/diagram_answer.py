@@ -67,8 +67,6 @@ def diagram_answer(
 
     Parameters
     ----------
-    case
-        A hammer whose load keeps time.
     along
         A parameter and its range, ``load_factor=0.3:1.2``, or a key of the case in its unit, ``frequency=40 Hz:80 Hz``;
         with the number of values to simulate behind it, ``load_factor=0.3:1.2:200``, if not 120.
@@ -145,6 +143,7 @@ def _branch(line: Branch) -> dict[str, Any]:
         "branch": {
             "value": line.values.tolist(),
             **picked(line, "phases times speeds stable"),
+            **(picked(line, "cycle_times") if line.is_machine else {}),
             "energy": plain_value(line.energies),
             "speeds_m_s": None if scales is None else plain_value(line.speeds * scales[:, :1]),
             "energy_J": None if scales is None else plain_value(line.energies * scales[:, 1]),

@@ -277,8 +277,7 @@ def _number(value: float | int) -> float | int | str | None:
 
 # ---- An experiment that is watched: the shares so far while it goes on, the same numbers at its end
 
-_LOOK = 0.25
-"""Seconds of work between two looks."""
+_LOOK = 0.25  # seconds of work between two looks
 
 _MOST_SHARES = 16
 
@@ -292,11 +291,6 @@ class Watched:
     rate: float
     shares: tuple[tuple[str, float, float, float], ...]
     found: Experiment
-
-    @property
-    def is_done(self) -> bool:
-        """Whether all starts have been followed."""
-        return self.done == self.size
 
     def to_json_dict(self) -> dict[str, Any]:
         """In plain values."""
@@ -507,7 +501,6 @@ def _curve_rows(curves: Boundaries) -> tuple[tuple[str, str], ...]:
 
 
 def experiment_report(title: str, found: Experiment) -> Report:
-    """The results of random starts."""
     shares, system = found.shares, found.system
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
@@ -545,7 +538,6 @@ def _of_machine(shares: Sequence[Share], starts: int) -> tuple[str, str]:
 
 
 def basins_report(title: str, found: Basins) -> Report:
-    """What a plane of starts leads to."""
     (x, over), (y, up) = found.x, found.y
     rows = [
         (name, f"{number(values[0])} to {number(values[-1])}, {counted(len(values), 'value')}")

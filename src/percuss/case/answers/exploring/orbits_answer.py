@@ -26,7 +26,7 @@ from percuss.model.checks import Array, count, flag, text
 from percuss.steady import FoundOrbits, PeriodicOrbit, orbit_near, orbits, rest_cycles
 from percuss.steady.multipliers import NEUTRAL
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, free_amplitude
-from percuss.steady.self_excited import ValveCycle
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 from percuss.steady.states import check_pushes
 
@@ -120,20 +120,12 @@ def orbits_answer(
 
     Parameters
     ----------
-    case
-        A hammer.
-    label
-        p/n.
     modes
         N, in the forced motion, too; None for the case's, or 32.
-    tries, seed
-        As for `percuss.steady.orbits`.
     motions
         How many are simulated to start from their close returns; 0 for none.
     switch
         Whether to start also from what begins on branches of shorter orbits; see `percuss.explore.switched_seeds`.
-    halt
-        As for `percuss.steady.orbits`.
 
     Examples
     --------
@@ -198,8 +190,6 @@ def branch_answer(
 
     Parameters
     ----------
-    case
-        Of any hammer.
     orbit
         ``2/1:3`` for number 3 of the orbits of a label, ``2/1:phases=1.2,4.5`` for that near these phases, in order of
         time; ``chatter/1:2`` or ``rest/1:2`` for number 2 of the cycles with rest of a label; ``2/1`` for the first.
@@ -210,10 +200,6 @@ def branch_answer(
         the case, the orbit is one of the case with the nearest end of the range: see `begun_at`.
     switch
         How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
-    modes
-        As for `orbits_answer`.
-    halt
-        As for `percuss.explore.follow`.
 
     Examples
     --------
@@ -320,7 +306,6 @@ def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes
 
 
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
-    """What a search found."""
     return {
         **picked(found, "label modes complete unseen unseen_bound halted ended tries resonant_modes"),
         "orbits": [told_orbit(orbit) for orbit in found.orbits],
@@ -453,8 +438,6 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
 
     Parameters
     ----------
-    case
-        A hammer whose load keeps time.
     modes
         N, in the forced motion, too; None for the case's, or 32.
     most
@@ -487,7 +470,6 @@ def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
 
 
 def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
-    """A cycle with rest."""
     told = picked(cycle, "label release_phase rest_phase flight_times stable admissible")
     return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
 
@@ -510,8 +492,7 @@ def _chosen_cycle(system: System, orbit: str, modes: int) -> RestCycle:
 # ---- Reports
 
 
-_MOST_TOLD = 4
-"""Impacts of which a line tells."""
+_MOST_TOLD = 4  # impacts of which a line tells
 
 
 def _few(values: list[float]) -> str:

@@ -37,14 +37,12 @@ if TYPE_CHECKING:
 
 # ---- Which stretch of a simulated motion is framed: its first periods, or whole cycles of what it settles on
 
-_FEWEST = 240
-"""Points of the striking end's history that a cycle has at least, however often it is told."""
+_FEWEST = 240  # points of the striking end's history that a cycle has at least, however often it is told
 
 _Numbers = npt.NDArray[np.float64]
 
 _TURN = 2.0 * math.pi
-_NEAR = 1e-5
-"""Rad within which an impact of a cycle and the one of the cycle after are at the same place."""
+_NEAR = 1e-5  # rad within which an impact of a cycle and the one of the cycle after are at the same place
 
 
 @dataclass(frozen=True)
@@ -338,8 +336,7 @@ BLOW: tuple[Fact[Any], ...] = (
 
 # ---- A motion of a branch as pictures in time: one cycle of it, simulated from an impact or a release and told again
 
-_LOOKS = 121
-"""Points of the load over its period."""
+_LOOKS = 121  # points of the load over its period
 
 _MOST_IMPACTS = 20_000  # of a chatter that is simulated
 
@@ -497,14 +494,11 @@ Part = Literal["start", "contact", "window"]
 
 _START = 300e-6
 _TRANSITS = 6.0
-_AFTER = 2.0
-"""Transit times of the striker that are shown after the last contact."""
+_AFTER = 2.0  # transit times of the striker that are shown after the last contact
 
-_BREAKS = 4000
-"""Jumps of a force that are drawn as such."""
+_BREAKS = 4000  # jumps of a force that are drawn as such
 
-_REACH = 2.0
-"""Of an endless rod: lengths of the striker that are shown."""
+_REACH = 2.0  # of an endless rod: lengths of the striker that are shown
 
 
 def blow_frames(
@@ -519,7 +513,11 @@ def blow_frames(
     """A blow over time and place; without `whole` its start as far as it is shown, and no answer."""
     from percuss.blow.bodies import rod_sections, striker_sections
 
-    until = None if whole or show != "start" else _shortened(case)
+    until = None
+    if not whole and show == "start":  # the end of the window when only the start is asked for
+        question = case.blow_question()
+        short = _start(question.striker, striker_sections(question.striker))
+        until = short if question.until is None else min(short, question.until)
     answer = blow_answer(case, until=until, most_pieces=most_pieces)
     blow = answer.blow
     sections = striker_sections(blow.striker)
@@ -573,15 +571,6 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
         "sentence": blow_in_words(answer) if whole else None,
         "answer": answer.to_json_dict() if whole else None,
     }
-
-
-def _shortened(case: Case) -> float:
-    """The end of the window when only the start is asked for."""
-    from percuss.blow.bodies import striker_sections
-
-    question = case.blow_question()
-    short = _start(question.striker, striker_sections(question.striker))
-    return short if question.until is None else min(short, question.until)
 
 
 def _start(striker: Any, sections: Sections) -> float:

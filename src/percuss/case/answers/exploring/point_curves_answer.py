@@ -40,8 +40,6 @@ def point_curves_answer(
 
     Parameters
     ----------
-    case
-        The case of the branch.
     branch
         As `branch_answer` gives it; the points of the branches switched to count, too, after its own.
     which
@@ -49,8 +47,6 @@ def point_curves_answer(
     along, over
         The parameter of the branch and the second one, each with its range: ``mean=0.3:1.2``, ``restitution=0:0.9``;
         without a range, ``restitution``, curves are followed to their ends.
-    halt
-        As for `percuss.explore.follow`.
 
     Examples
     --------

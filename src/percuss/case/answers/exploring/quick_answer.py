@@ -10,14 +10,7 @@ import numpy as np
 
 from percuss.case.answers.facts import json_number, numbers, picked, plain, plain_of
 from percuss.case.answers.heading import CLOCKED, clocked_because
-from percuss.case.answers.steady_answer import (
-    WAVEFORM,
-    StructureMotion,
-    reduced_dict,
-    structure_answer,
-    timed_period,
-    with_blow,
-)
+from percuss.case.answers.steady_answer import WAVEFORM, reduced_dict, steady_answer, timed_period, with_blow
 from percuss.case.answers.steady_report import ENDED, timed_in_words
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, stability_plane, waveform_criterion
 from percuss.stability.verdict import waveform_bounds
@@ -25,7 +18,7 @@ from percuss.steady import steady_states
 from percuss.steady.figures import FIGURES, figures_in_si
 
 if TYPE_CHECKING:
-    from percuss.case.answers.steady_answer import TimedAnswer, TimedPeriod
+    from percuss.case.answers.steady_answer import OrbitAnswer, TimedAnswer, TimedPeriod
     from percuss.case.case import Case
     from percuss.explore import Boundaries
     from percuss.model import System
@@ -162,8 +155,8 @@ def _curve(states: SteadyStates, points: int) -> dict[str, Any]:
 
 def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
     """`quick_dict` of a structure: null what that has of a free bar alone."""
-    answer = structure_answer(case, (periods,))
-    states, load = answer.states[0], answer.system.load
+    answer = steady_answer(case, (periods,))
+    states, load = answer.periods[0].states, answer.system.load
     return {
         "m": int(states.periods),
         **picked(states, "level level_max exists"),
@@ -172,24 +165,21 @@ def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
         "clocked": "",
         "load_factor": json_number(load.load_factor),
         "restitution": json_number(answer.system.restitution),
-        "orbits": [_motion(one) for one in answer.motions[0]],
+        "orbits": [_motion(one) for one in answer.periods[0].orbits],
         "curve": None,
     }
 
 
-def _motion(one: StructureMotion) -> dict[str, Any]:
-    orbit, found = one.orbit, one.multipliers
-    told = one.to_json_dict()
-    si = {name: told.get(name) for name in ("impact_velocity_m_s", "blow_energy_J")} if orbit.system.is_si else None
-    words = "stable" if one.stable else f"unstable: largest multiplier {found.largest:.3g}"
-    told_multipliers = {**picked(found, "modes largest dominant_mode"), "rigid": None}
+def _motion(one: OrbitAnswer) -> dict[str, Any]:
+    told, found, stable = one.to_json_dict(), one.stability.multipliers, one.stability.stable
+    in_si = one.orbit.system.is_si
     return {
         **{name: told[name] for name in ("phase", "impact_velocity", "blow_energy", "fold", "stable")},
         **_UNKNOWN,
         "margin": json_number(1.0 - found.largest),
-        "reason": words,
-        "multipliers": {**told_multipliers, "values": told["multipliers"]},
-        "si": si,
+        "reason": "stable" if stable else f"unstable: largest multiplier {found.largest:.3g}",
+        "multipliers": picked(found, "modes largest dominant_mode") | {"rigid": None, "values": told["multipliers"]},
+        "si": {name: told[name] for name in ("impact_velocity_m_s", "blow_energy_J")} if in_si else None,
     }
 
 

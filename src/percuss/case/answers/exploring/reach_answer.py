@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from percuss.case.answers.steady_answer import CaseReach
 from percuss.case.case import Case, checked_case
@@ -14,11 +14,7 @@ from percuss.explore.continuation.following import reach
 from percuss.model.checks import DEFAULT_MODES, callback, count, instance, several, text
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import Orbit, PeriodicOrbit, orbit_near
-from percuss.steady.self_excited import ValveCycle
-
-if TYPE_CHECKING:
-    pass
-
+from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 _USUAL = ("load.mean", "load.frequency", "load.pressure", "load.supply.flow")
 _WIDE = 3.0  # how many times smaller and greater the values are that are looked at
@@ -38,8 +34,6 @@ def reach_answer(
 
     Parameters
     ----------
-    case
-        Of any hammer.
     orbit
         One of its steady motions, which must be possible and stable: `SteadyAnswer.chosen` has one; or the cycle of a
         machine that switches its own valve.

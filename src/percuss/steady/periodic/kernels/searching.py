@@ -112,10 +112,8 @@ TINY = 2.0**-52
 
 @inner
 def reduced(matrix, size, columns):
-    """Eliminate below the diagonal, in place; the sign of the permutation.
-
-    A pivot that vanishes becomes one less than rounding: the solution is then far away, and shows that there is none.
-    """
+    """Eliminate below the diagonal, in place; the sign of the permutation."""
+    # A pivot that vanishes becomes one less than rounding: the solution is then far away, and shows that there is none.
     sign, greatest = 1.0, 0.0
     for i in range(size):
         for j in range(size):
@@ -176,12 +174,10 @@ FRESH, GIVEN_UP = -1, -2
 
 @entry
 def search(system, room, period, turn, neutral, known, most, times, rebound, settling, outcome):
-    """Follow starts, the rows of `times`, by so many steps at most, in place, away from `known` roots (0 or more, p).
-
-    `rebound` has the mean velocity after the first impact, an unknown of its own where it is `neutral`; `settling` how
-    many steps were short by now, `FRESH` for a start that has not begun, `GIVEN_UP` for one that is lost; `outcome` how
-    it ended. The load repeats after `turn`.
-    """
+    """Follow starts, the rows of `times`, so many steps at most, in place, away from `known` roots (any, p)."""
+    # `rebound` has the mean velocity after the first impact, an unknown of its own where it is `neutral`; `settling`
+    # how many steps were short by now, `FRESH` for a start that has not begun, `GIVEN_UP` for one that is lost;
+    # `outcome` how it ended. The load repeats after `turn`.
     prepared(system, room)
     for row in range(times.shape[0]):
         if outcome[row] != LOST or settling[row] == GIVEN_UP:
@@ -298,11 +294,9 @@ FOUND, LOST_CURVE, TOO_LONG = range(3)
 
 @entry
 def derivatives(system, rate, here, unit, room, period, x, derivative):
-    """The equations at a point of the curve, and their derivative by the unknowns, into `derivative`, (p + 1, p + 3).
-
-    `rate`: how the numbers of the system change with the parameter, whose value is `here`, in units `unit`. The last
-    column is the equations themselves.
-    """
+    """The equations at a point of the curve and their derivative, into `derivative`, (p + 1, p + 3)."""
+    # `rate`: how the numbers of the system change with the parameter, whose value is `here`, in units `unit`. The last
+    # column is the equations themselves.
     by_parameter(system, rate, here, unit, room, period, x, derivative)
     prepared(system, room)
     passed(room, x, period, GIVEN, x[room.impacts.shape[1]])
@@ -311,13 +305,11 @@ def derivatives(system, rate, here, unit, room, period, x, derivative):
 
 @entry
 def corrected(system, rate, base, unit, room, period, x, normal, along, limits, derivative, tangent):
-    """The point of the curve in a plane, from `x` on and into it, by a system whose numbers are even in the parameter.
-
-    Those are `system` where the parameter, which is counted in `unit`, is `base`, and change by `rate`. `normal` is
-    that of the plane, `along` which way the tangent points; `limits`: most steps, after how long a step there is none,
-    which step is too long. Into `derivative` (p + 1, p + 3) with the equations last, and `tangent` (p + 2,); how it
-    ended, and the steps.
-    """
+    """The point of the curve in a plane, from `x` on and into it; the system's numbers are even in the parameter."""
+    # Those are `system` where the parameter, which is counted in `unit`, is `base`, and change by `rate`. `normal` is
+    # that of the plane, `along` which way the tangent points; `limits`: most steps, after how long a step there is
+    # none, which step is too long. Into `derivative` (p + 1, p + 3) with the equations last, and `tangent` (p + 2,);
+    # how it ended, and the steps.
     p, last = room.impacts.shape[1], math.inf
     most, close, longest = limits
     for step in range(1, most + 1):
