@@ -41,6 +41,7 @@ from numba.core import codegen, compiler, compiler_machinery, ir, ir_utils, type
 #
 # All this rests on inner names of numba. Where they are missing, `pipelines` is empty, and numba compiles as ever.
 
+_llvm: Any = codegen
 _Library: Any = codegen.JITCodeLibrary
 _Compiler: Any = compiler.Compiler
 _Pass: Any = compiler_machinery.FunctionPass
@@ -137,7 +138,7 @@ class _Whole(_Own):
         self._ensure_finalized()
         module = self._final_module
         there = [one.name for one in (*module.functions, *module.global_variables) if not one.is_declaration]
-        names = codegen.ll.parse_assembly("\n".join(f'@"{name}" = global i8 0' for name in there))
+        names = _llvm.ll.parse_assembly("\n".join(f'@"{name}" = global i8 0' for name in there))
         return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
 
 
