@@ -6,13 +6,15 @@ import json
 import math
 import re
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
 
 from percuss import Bar, Kept, Load, System, si_report, steady_states
-from percuss.case import Case, load_case, steady_answer
+from percuss.case import Case, load_case, machine_answer, steady_answer
 from percuss.case.answers.heading import CLOCKED, clock_in_short, clock_note, clocked_because
+from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.steady_answer import End, Ends, ends_of
 from percuss.case.answers.steady_report import ends_section, ends_sentence, steady_report
 from percuss.cli import main
@@ -595,6 +597,24 @@ def test_the_report_as_a_file_says_first_what_the_terminal_says(case: Case) -> N
     assert summary in text
     assert "random start" in summary
     assert "keep this motion up" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "answered", "told"),
+    [("stopped-beam", steady_answer, steady_report), ("valve-drifter", machine_answer, machine_report)],
+)
+def test_the_report_as_a_file_is_there_for_every_hammer(name: str, answered: Any, told: Any) -> None:
+    from html import unescape
+
+    from percuss.plot.html_report import report_html
+
+    case = load_case(name)
+    answer = answered(case)
+    page, report = report_html(case, answer), told(answer)
+    text = unescape(re.sub("<[^>]+>", "\n", page)).split("\n")
+    assert "<svg" in page and {report.title, report.summary, case.to_toml().splitlines()[0]} <= {*text}
+    cells = {cell for part in report.sections for row in part.rows for cell in row}
+    assert {part.heading for part in report.sections} | cells <= {*text, ""}
 
 
 def test_the_report_as_a_file_tells_no_speed_of_what_does_not_strike() -> None:

@@ -252,7 +252,7 @@ def test_what_cannot_be_answered_is_refused(percuss, line, parts):
 
 
 MADE = {
-    "machine": "-o --plot", "simulate": "-o --plot", "steady": "--plot --report", "blow": "-o --csv --plot",
+    "machine": "-o --plot --report", "simulate": "-o --plot", "steady": "--plot --report", "blow": "-o --csv --plot",
     "follow": "-o --plot", "sweep": "-o --csv --plot", "experiment": "-o --plot", "basins": "-o --plot",
     "diagram": "-o --csv --netcdf --plot", "export": "-o", "paper": "-o",
 }  # fmt: skip

@@ -240,13 +240,13 @@ def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
     expect(page.locator("#machine-clocked")).to_be_hidden()
     driven(page)
     expect(page.locator("#machine")).to_have_value("valve-breaker")
-    for name in ("orbits", "motion", "report"):  # they say so, each in a sentence
+    for name in ("orbits", "motion"):  # they say so, each in a sentence
         page.click(f"#tab-{name}")
         expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
         assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
             "all => all.every(one => one.offsetParent === null)"
         )
-    page.locator("#panel-report .own button").click()
+    page.locator("#panel-motion .own button").click()
     expect(page.locator("#machine-stage")).to_be_visible()
     page.click("#tab-blow")
     assert "A blow of" in blown(page)

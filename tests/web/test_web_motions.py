@@ -335,13 +335,15 @@ def test_blows_sound_in_real_time_as_well(desk: Desk) -> None:
 
 
 def test_the_report_is_one_file(desk: Desk) -> None:
-    page = desk.open("panel=report&machine=mini-breaker")
-    with page.expect_download() as waiting:
-        page.click("#report-download")
-    text = Path(waiting.value.path()).read_text(encoding="utf-8")
-    assert "<svg" in text
-    assert "180" in text
-    assert not re.search(r"""(src|href)=["']https?:""", text)
+    figures = {"mini-breaker": "180", "valve-breaker": "9.448 Hz", "stopped-beam": "Phases, load, gap"}
+    for machine, told in figures.items():
+        page = desk.open(f"panel=report&machine={machine}")
+        with page.expect_download() as waiting:
+            page.click("#report-download")
+        text = Path(waiting.value.path()).read_text(encoding="utf-8")
+        assert "<svg" in text
+        assert told in text
+        assert not re.search(r"""(src|href)=["']https?:""", text)
 
 
 def test_an_experiment_fills_up_and_its_results_are_kept(desk: Desk) -> None:

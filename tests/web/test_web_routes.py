@@ -252,9 +252,9 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("diagram", {**_ALL, "starts": 0, "runs": 0}, "starts"),
     ("diagram", {**_ALL, "values": 400, "impacts": 20_000, "modes": 256, "starts": 32}, "values"),
     ("diagram", {**_ALL, "along": {**MEAN, "name": "what"}}, "parameter"),
-    *((path, {"case": BUDD_DUX}, "") for path in ("blow", "report", "curves")),
+    *((path, {"case": BUDD_DUX}, "") for path in ("blow", "curves")),
     *((path, {"machine": "valve-drifter", **more}, "load.kind") for path, more in [
-        ("quick", {}), ("steady", {}), ("curves", {}), ("motion", {}), ("report", {}),
+        ("quick", {}), ("steady", {}), ("curves", {}), ("motion", {}),
         ("follow/motion", {"name": "scale", "value": 1.0, "times": [0.016]}),
         ("place", {"values": {"restitution": 0.2}})]),
     *((path, {"machine": "valve-drifter", "along": MEAN}, "parameter") for path in ("follow", "diagram")),

@@ -42,10 +42,14 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
+    from percuss.plot.html_report import Answer
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 MAX_STARTS = 1000
+REPORT = made(
+    "--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")
+)
 
 
 @command(
@@ -79,7 +83,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
     option("--reach-of NAMES", "the same of these parameters of 'percuss sweep', separated by commas", names),
     JSON,
     plot_option("the answer"),
-    made("--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")),
+    REPORT,
 )
 def steady(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one case; a structure that is held, and a machine that switches itself, have answers of their own."""
@@ -101,7 +105,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
                 )
                 rows, cut = _reached(parser, options, case, cycle)
                 machine = replace(machine, reach=rows)
-            return _told_machine(options, machine, cut=cut)
+            return _told_machine(options, case, machine, cut=cut)
     from percuss.case import steady_answer
 
     held = case.tables.body is not None
@@ -115,23 +119,26 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
-    if options.report is not None:
-        from percuss.plot.html_report import report_html
-        from percuss.whole_file import write_whole
-
-        write_whole(options.report, report_html(case, answer))
+    _filed(options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1, cut=cut,
         report=options.report,
     )  # fmt: skip
 
 
+def _filed(options: argparse.Namespace, case: Case, answer: Answer) -> None:
+    """Write the report as a file, where one is wanted."""
+    if options.report is not None:
+        from percuss.plot.html_report import report_html
+        from percuss.whole_file import write_whole
+
+        write_whole(options.report, report_html(case, answer))
+
+
 _NOT_OF_STRUCTURES = {
-    "report": "its pages are of a free bar; --plot FILE draws the motions and --json gives all numbers",
     "starts": "'percuss experiment' follows its starts",
 }
 _NOT_OF_MACHINES = {
-    "report": "--plot FILE draws the cycle and --json gives all numbers",
     "starts": "'percuss experiment' follows its starts",
     "periods": "it has no load period, its rhythm is its own",
 }
@@ -215,6 +222,7 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
     modes_option("default 32", "elastic modes, 0 (a rigid piston) to"),
     JSON,
     plot_option("the answer"),
+    REPORT,
     made("-o, --output FILE", "write the cycle over time as a table, .csv", (".csv",)),
     option("--blow TIME", 'of a recorded load: when a blow was recorded, such as "12.4 ms" (on its clock)'),
     option("--blows FILE", "of a recorded load: a text file with the times of all blows in s, one in a line"),
@@ -234,11 +242,12 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
         else:
             record = read_record(case, options)
             answer = record.answer
-    return _told_machine(options, answer, record, options.output)
+    return _told_machine(options, case, answer, record, options.output)
 
 
 def _told_machine(
     options: argparse.Namespace,
+    case: Case,
     answer: MachineAnswer,
     record: RecordedAnswer | None = None,
     output: str | None = None,
@@ -268,7 +277,9 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    return answered(options, told, report, lambda: plot.machine(answer), indent=1, table=output, cut=cut)
+    _filed(options, case, record or answer)
+    files = {"table": output, "report": options.report}
+    return answered(options, told, report, lambda: plot.machine(answer), indent=1, cut=cut, **files)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:

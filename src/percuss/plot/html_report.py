@@ -10,14 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
-from percuss.case.answers.facts import Grid, ReportSection
+from percuss.case.answers.facts import Grid, Report, ReportSection
+from percuss.case.answers.machine_answer import MachineAnswer, machine_report
+from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
+from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import name_of, steady_report
 from percuss.shown import neutral
 from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
-    from percuss.case import Case, SimulationAnswer, SteadyAnswer
+    from matplotlib.figure import Figure
+
+    from percuss.case import Case, SimulationAnswer
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #f2f4f7; --line: #ccd; }
@@ -36,17 +41,22 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer | None = None) -> str:
-    """A case, its steady motions and a simulated one, as the text of one HTML file without scripts."""
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer
+
+
+def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
+    """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts."""
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline
 
-    report = steady_report(answer)
-    parts = [f"<h1>{_safe(report.title)}</h1>", f"<p><strong>{_safe(report.summary)}</strong></p>", _cards(answer)]
-    if answer.system.is_si:
-        parts.append(f"<div>{bar_outline(answer.system)}</div>")
+    report, picture, caption = _told(answer)
+    parts = [f"<h1>{_safe(report.title)}</h1>", f"<p><strong>{_safe(report.summary)}</strong></p>"]
+    if isinstance(answer, SteadyAnswer):
+        parts.append(_cards(answer))
+        if answer.system.is_si and case.tables.body is None:
+            parts.append(f"<div>{bar_outline(answer.system)}</div>")
     parts += map(_part, report.sections)
-    parts.append(_figure(plot.steady(answer), "Phases, load, gap, multipliers"))
+    parts.append(_figure(picture, caption))
     if simulation is not None:
         moved = motion_report(simulation, 0)
         parts += ["<h2>Simulated motion</h2>", f"<p><strong>{_safe(moved.summary)}</strong></p>"]
@@ -62,7 +72,7 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta http-equiv="Content-Security-Policy" content="{policy}">
-<title>{_safe(answer.title)}</title>
+<title>{_safe(report.title)}</title>
 <style>{_STYLE}</style>
 </head>
 <body>
@@ -70,6 +80,17 @@ def report_html(case: Case, answer: SteadyAnswer, simulation: SimulationAnswer |
 </body>
 </html>
 """
+
+
+def _told(answer: Answer) -> tuple[Report, Figure, str]:
+    """What an answer says, its picture, and what that shows."""
+    from percuss import plot
+
+    if isinstance(answer, SteadyAnswer):
+        return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
+    if isinstance(answer, RecordedAnswer):
+        return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
+    return machine_report(answer), plot.machine(answer), "The cycle"
 
 
 def _cards(answer: SteadyAnswer) -> str:

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss._version import __version__
-from percuss.case import MACHINES, steady_answer
+from percuss.case import MACHINES, machine_answer, steady_answer
 from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
@@ -19,7 +19,7 @@ from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
-from percuss.plot.html_report import report_html
+from percuss.plot.html_report import Answer, report_html
 from percuss.web.motion_routes import simulated
 from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
 from percuss.web.requests import bounded_body, refused
@@ -236,9 +236,13 @@ _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type
 )
 def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""
-    periods = tuple(sorted(set(asked.periods)))
-    check_steady(case.system(), periods, asked.modes, terms.limits)
-    answer = steady_answer(case, periods, asked.modes)
     motion = simulated(case, asked, None, None, terms) if asked.simulate else None
+    answer: Answer
+    if case.is_machine:
+        answer = machine_answer(case, asked.modes)
+    else:
+        periods = tuple(sorted(set(asked.periods)))
+        check_steady(case.system(), periods, asked.modes, terms.limits)
+        answer = steady_answer(case, periods, asked.modes)
     with _drawing:
         return Attachment(report_html(case, answer, motion).encode(), "report.html", "text/html; charset=utf-8")

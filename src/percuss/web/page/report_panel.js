@@ -4,13 +4,11 @@ import { postFile } from "./api.js";
 import { fileName } from "./case_files.js";
 import { download, h, put } from "./dom.js";
 import { angle, number, percent, scaleOf } from "./format.js";
-import { chosen, data, obstacleOf, on, reasonOf, view } from "./state.js";
+import { chosen, data, isHeld, obstacleOf, on, reasonOf, switchesItself, view } from "./state.js";
 
 export const panel = {
   name: "report",
   title: "Report",
-  clocked: "This report is of a steady motion under a clocked load. For a machine that switches itself, percuss machine prints one; its figures are in the panel Machine.",
-  held: "This report is of a free bar. For a structure that is held percuss steady prints one; its motions are in the panel Branches.",
   start: startReport,
 };
 
@@ -45,7 +43,7 @@ function startReport(panel) {
       parts.status,
     ),
   );
-  on("steady quick view info", paint);
+  on("tables steady quick view info", paint);
 }
 
 async function save() {
@@ -72,6 +70,12 @@ const SCALED = new Set(["J", "W", "m", "Pa", "s", "N"]);
 
 function paint() {
   if (view.panel !== "report") return;
+  if (switchesItself() || isHeld()) {
+    const where = switchesItself() ? "Machine" : "Branches";
+    put(parts.head, h("h2", {}, data.tables.title ?? "The case"), h("p", {}, `All figures of its motion and a picture of it are in the report. The page shows them in its head and in the panel ${where}.`));
+    put(parts.cards);
+    return put(parts.rest);
+  }
   const found = chosen();
   if (!found) {
     put(
