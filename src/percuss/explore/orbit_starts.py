@@ -171,13 +171,13 @@ def orbit_seeds(
 _BLOWS = 120  # of each motion of a machine
 
 
-def last_rhythm(machine: Machine, start: Start, motion: Trajectory) -> Rhythm | None:
-    """Of the last blow of a simulated motion of a machine; None where there are fewer than two."""
+def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int = 1) -> Rhythm | None:
+    """Of the last blows of a simulated motion of a machine; None where there are no more."""
     from percuss.steady.self_excited.rhythm import Switching, rhythm_of  # a load that keeps time has none
 
-    if motion.impacts < 2:
+    if motion.impacts <= blows:
         return None
-    return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), 1)
+    return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), blows)
 
 
 def _heard(motion: Trajectory) -> list[tuple[float, str, Any]]:

@@ -361,11 +361,11 @@ class DiagramJob:
         self, family: SwitchingFamily, i: int, found: Columns, stopped: Callable[[], bool]
     ) -> Columns:
         low, high = float(self.axis.values.min()), float(self.axis.values.max())
-        if i == len(self.labels):  # longer cycles begin at flips alone
-            return _with_lines(found, [])
-        values = low + (np.arange(self.searched) + 0.5) / self.searched * (high - low)
+        label = self.labels[i] if i < len(self.labels) else None
+        number = (_FINER if label is None else 1) * self.searched
+        values = low + (np.arange(number) + 0.5) / number * (high - low)
         lines = machine_branches(
-            family, self.axis.name, (low, high), values.tolist(), self.labels[i], switch=self.switch,
+            family, self.axis.name, (low, high), values.tolist(), label, switch=self.switch * (label is not None),
             tries=self.tries, modes=self.modes, stopped=stopped,
         )  # fmt: skip
         return _with_lines(found, lines)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,13 +17,14 @@ from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady import orbits
-from percuss.steady.self_excited.settling import rest_cycles_of
+from percuss.steady.self_excited.settling import rest_cycles_of, solved
 
 if TYPE_CHECKING:
     from percuss.simulate import Start, Stop, Trajectory
     from percuss.steady import ValveCycle
 
 _STARTS = 16  # at each value at which cycles are searched for
+_FEW = 4  # at each value at which that is followed on which simulations settle
 _IMPACTS = 600  # of a simulation, where its stop rule allows more
 _SAME = 1e-4  # of the greatest speed, by which the blows of two motions that are one may differ
 _TURN = 2.0 * np.pi
@@ -34,26 +35,27 @@ def machine_branches(
     name: str,
     between: tuple[float, float],
     values: Sequence[float],
-    label: tuple[int, int],
+    label: tuple[int, int] | None,
     *,
     switch: int,
     tries: int,
     modes: int,
     stopped: Callable[[], bool],
 ) -> list[Branch]:
-    """All branches on which a cycle of a label was found at one of the values, and those that begin at their flips."""
+    """All branches on which a cycle of a label was found at one of the values, and those that begin at their flips.
+
+    Without a label those that some simulations settle on.
+    """
     found: list[Branch] = []
     for value in values:
         if stopped():
             break
         try:
             machine = family.machine({name: value})
-            near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
-            known: Sequence[Any] = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
-            known = (*known, *rest_cycles_of(machine, modes)) if label == (1, 1) else known
+            known = _settled_on(machine, modes) if label is None else _searched(machine, label, modes, tries, stopped)
         except PercussError:  # there is no such machine
             continue
-        for cycle in cast("tuple[ValveCycle, ...]", known):
+        for cycle in known:
             rows = [line.speeds_at(value) for line in found if line.label == cycle.label]
             if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for its in rows for row in its):
                 continue
@@ -64,6 +66,29 @@ def machine_branches(
             lines = [line_of(one, lambda at: family.machine({name: at})) for one in branch.family()]
             found = with_new(found, lines)
     return found
+
+
+def _searched(
+    machine: Machine, label: tuple[int, int], modes: int, tries: int, stopped: Callable[[], bool]
+) -> list[ValveCycle]:
+    near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
+    known: Sequence[Any] = orbits(machine, *label, modes=modes, tries=tries, near=near, halt=stopped).orbits
+    return [*known, *(rest_cycles_of(machine, modes) if label == (1, 1) else ())]
+
+
+def _settled_on(machine: Machine, modes: int) -> list[ValveCycle]:
+    """The cycles without rest that a few simulations settle on, solved for."""
+    from percuss.explore.attractors.drawn_starts import named, speed_scale
+    from percuss.simulate import Stop, run
+
+    found = []
+    for start in named(machine, "wall" if speed_scale(machine) else "field", _FEW):
+        motion = run(machine, start, modes=modes, stop=Stop(_IMPACTS))
+        cycle = motion.cycle
+        if cycle is not None and cycle.impacts and not cycle.kind:
+            rhythm = last_rhythm(machine, start, motion, cycle.impacts)
+            found.append(None if rhythm is None else solved(machine, modes, rhythm))
+    return [one for one in found if one is not None]
 
 
 # ---- What simulations settle on
