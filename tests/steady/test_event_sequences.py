@@ -98,7 +98,10 @@ def test_an_order_of_events_is_a_problem_for_its_times(seed: int) -> None:
     assert again is not None and sequence.fault(again) is None and sequence_of(again) == sequence
     assert again.period == pytest.approx(cycle.period, rel=1e-12)
     assert again.multipliers().values == pytest.approx(cycle.multipliers().values, abs=1e-9)
-    assert min(sequence.tests(again).values()) > 0.0
+    tests, few = sequence.tests(again), sequence.tests(again, ())
+    assert min(tests.values()) > 0.0 and sequence.tests(again, tuple(range(len(sequence.events)))) == tests
+    assert few == {name: value for name, value in tests.items() if name.partition(" ")[0] in ("blow", "port", "order")}
+    assert not again.contracts or np.abs(again.multipliers().values).max() < 1.0
 
 
 @pytest.mark.parametrize("modes", MODES)
