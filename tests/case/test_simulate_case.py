@@ -180,46 +180,6 @@ def test_a_steady_motion_that_is_none() -> None:
 # -- answers --------------------------------------------------------------------------------------------------------
 
 
-<<<<<<< HEAD
-def test_the_answer_is_what_run_gives() -> None:
-    case = plain("position = -0.5\ntime = 0.3", "modes = 8\nimpacts = 30\nperiodic = false")
-    answer = simulation_answer(case)
-    same = run(case.system(), Start.rigid(-0.5, 0.0, 0.3), modes=8, stop=Stop(impacts=30, periodic=False))
-    assert np.array_equal(answer.motion.states, same.states)
-    assert (answer.name, answer.title, answer.motion.impacts) == ("case.toml", "case", 30)
-
-
-def test_interrupted_by_its_progress() -> None:
-    seen = []
-    case = plain(simulation="modes = 0\nimpacts = 1000000\nperiodic = false")
-    answer = simulation_answer(case, lambda progress: seen.append(progress) or len(seen) == 2)
-    assert answer.motion.outcome == "interrupted"
-    assert 0 < answer.motion.impacts == seen[-1].impacts < 1000000
-    assert any("interrupted" in warning for warning in answer.warnings)
-
-
-def test_resumed_bit_for_bit(tmp_path: Path) -> None:
-    pytest.importorskip("h5netcdf")
-    case = plain("time = 0.3", "modes = 4\nperiodic = false")
-    part = simulation_answer(case.changed(simulation={"impacts": 13}))
-    part.motion.save(tmp_path / "part.nc")
-    whole = simulation_answer(case.changed(simulation={"impacts": 40})).motion
-    found = resumed_answer(tmp_path / "part.nc", impacts=40)
-    assert np.array_equal(found.motion.states, whole.states)
-    assert np.array_equal(found.motion.events.time, whole.events.time)
-    assert found.title == "part"
-    assert resumed_answer(tmp_path / "part.nc").motion.impacts == 26
-    assert resumed_answer(tmp_path / "part.nc", time=whole.events.time[20]).motion.impacts < 40
-    with pytest.raises(ParameterError, match="more than the 13"):
-        resumed_answer(tmp_path / "part.nc", impacts=13)
-    with pytest.raises(ParameterError, match="more than the"):
-        resumed_answer(tmp_path / "part.nc", time=1.0)
-    with pytest.raises(ParameterError, match="no scales"):
-        resumed_answer(tmp_path / "part.nc", time="2 s")
-
-
-=======
->>>>>>> main
 def test_resumed_to_a_time_in_seconds(tmp_path: Path) -> None:
     pytest.importorskip("h5netcdf")
     case = load_case("pneumatic-jackleg").changed(simulation={"modes": 0, "impacts": 5, "periodic": False})

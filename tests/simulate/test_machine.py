@@ -392,10 +392,6 @@ def test_a_motion_shows_itself() -> None:
     assert "3 impact" in str(motion.events)
     assert motion.events[0].kind == motion.events.kind[0]
     assert len(motion.events[:2]) == 2
-<<<<<<< HEAD
-    interrupted = run(two_force(), modes=0, stop=Stop(impacts=10**6, periodic=False), progress=lambda _: True)
-    assert interrupted.outcome == "interrupted"
-=======
     cancelled = run(two_force(), modes=0, stop=Stop(impacts=10**6, periodic=False), progress=lambda _: True)
     assert cancelled.outcome == "interrupted"
 
@@ -560,4 +556,3 @@ def test_refusals() -> None:
         run(machine(Valve({"return": -0.4, "power": 1.8}, PORTS)), modes=0, stop=Stop(impacts=1)).pressure([0.0])
     with pytest.raises(ParameterError):
         run(made, modes=0, stop=Stop(impacts=3)).pressure([math.inf])
->>>>>>> main

@@ -256,7 +256,7 @@ def found_orbits(hammer: RandomHammer, seed: int, tries: int) -> list[PeriodicOr
 def attractors(hammer: RandomHammer, seed: int) -> dict[tuple[int, int], list[np.ndarray]]:
     """Impact times of one cycle of each periodic motion without rest that simulations settle on, by label."""
     starts = Starts.random(hammer.system, 16, seed=seed)
-    many = simulate_many(hammer.system, starts, modes=hammer.modes, stop=Stop(600), keep=LONGEST, threads=1)
+    many = simulate_many(hammer.system, starts, modes=hammer.modes, stop=Stop(600), keep=LONGEST, workers=1)
     labels, found = many.label.tolist(), {}
     for i, label in enumerate(labels):
         if label.startswith("z="):

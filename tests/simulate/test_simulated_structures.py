@@ -49,20 +49,6 @@ def test_a_motion_settles_on_the_stable_orbit_and_its_energy_closes(system):
     assert again.events.time.tolist() == motion.events.time.tolist()
 
 
-<<<<<<< HEAD
-def test_many_motions_are_those_of_single_ones():
-    starts = Starts.random(TWO, 8, seed=3, distribution="ringing")
-    many = simulate_many(TWO, starts, stop=Stop(impacts=30, periodic=False), keep=30, workers=1)
-    for i in range(8):
-        motion = run(TWO, starts[i], stop=Stop(impacts=30, periodic=False))
-        assert many.last_velocity[i].tolist() == motion.events.of("impact").impact_velocity.tolist()
-    rigid = simulate_many(STEPS, Starts.rigid([-0.2, -1.0]), keep=5, stop=Stop(impacts=5), workers=1)
-    one = run(STEPS, Start.rigid(-1.0), stop=Stop(impacts=5))
-    assert rigid.last_time[1].tolist() == one.events.time.tolist()
-
-
-=======
->>>>>>> main
 bodies = st.integers(1, 3).flatmap(
     lambda n: st.builds(
         ModalBody,

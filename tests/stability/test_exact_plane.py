@@ -113,21 +113,6 @@ def test_every_system_is_like_its_single_orbits(drawn, modes):
             assert OUTCOMES[found.outcome[place]] == "grows"
 
 
-<<<<<<< HEAD
-@pytest.mark.parametrize("s", [0.4, 1.0, 5.0, 100.0])
-@pytest.mark.parametrize("d", [0.0, 0.0048])
-def test_a_pneumatic_plane(s, d):
-    system = System(s=s, d=d, restitution=0.6, load=PNEUMATIC.load)
-    r, factor = np.linspace(0.0, 1.0, 6)[:, None], np.linspace(0.01, 1.2, 7)
-    found = exact_plane(system, r, factor, workers=1)
-    for place, orbit in orbits(found, system, r, factor):
-        if found.outcome[place] != 1:
-            continue
-        assert found.largest[place] == pytest.approx(floquet_multipliers(orbit, 32).largest, rel=1e-10)
-
-
-=======
->>>>>>> main
 def test_verdicts_kinds_and_modes_are_those_of_single_orbits():
     r, factor = np.linspace(0.05, 0.9, 7)[:, None], np.linspace(0.05, 1.0, 9)
     seen = set()
