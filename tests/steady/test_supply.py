@@ -140,6 +140,17 @@ def test_margins_of_the_supply_are_limits() -> None:
         cycle = motion.cycle
 
 
+def test_much_more_oil_makes_a_pressure_as_its_square() -> None:
+    """A disturbance of such a pressure hardly dies out, and it is one cycle all the same."""
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact"))
+    means = []
+    for flow in (100.0, 300.0):
+        motion = fed(Valve({"return": -0.4, "power": 1.8}, ports, supply=Supply(flow, 30.0)))
+        assert motion.runs and motion.cycle.blows == 1
+        means.append(slow_pressure(motion.cycle).mean)
+    assert means[0] > 1e4 and means[1] == pytest.approx(9.0 * means[0], rel=2e-2)
+
+
 def test_a_constant_pressure_is_refused() -> None:
     machine = Machine(UniformBar(20.0), breaker(133, 1e-3), Kept(0.15))
     with pytest.raises(ParameterError, match="supply"):

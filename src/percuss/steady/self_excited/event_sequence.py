@@ -254,7 +254,7 @@ class EventSequence:
 
     # -- whether a machine does this --
 
-    def fault(self, cycle: ValveCycle) -> Fault | None:
+    def fault(self, cycle: ValveCycle, early: float = 0.0) -> Fault | None:
         """The first thing in a motion that is not as this order says, proved to be the first; None for none."""
         machine, flights = cycle.machine, cycle.flights
         times = np.array([flight.time + flight.duration for flight in flights])
@@ -273,7 +273,10 @@ class EventSequence:
                 continue
             if self._ends_a_chatter(i, flight, times[-1]):
                 continue
-            for part, wall in parts(flight, flows[flight.state]):
+            seen = replace(
+                flight, duration=flight.duration * (1.0 - early)
+            )  # a guard at its end may be met by rounding
+            for part, wall in parts(seen, flows[flight.state]):
                 time, which = first_met(machine, flows[flight.state], part, wall)
                 if time < np.inf:
                     kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]
