@@ -1,4 +1,4 @@
-"""Hypothesis profiles: `dev` by default, the same fifty examples every time; HYPOTHESIS_PROFILE=thorough for a long
+"""Hypothesis profiles: `dev` by default, the same examples every time; HYPOTHESIS_PROFILE=thorough for a long
 search with new ones."""
 
 import os
@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 settings.register_profile(
-    "dev", max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+    "dev", max_examples=25, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.register_profile("thorough", parent=settings.get_profile("dev"), max_examples=2000, derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "dev"))

@@ -15,10 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import strategies as st
 
 from percuss import Kept, Load, System
-from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
+from percuss.explore import BranchEvent, SystemFamily, follow
+from percuss.model import External, KelvinVoigt, ModalBody, Mounted, Ratio, Reversed, UniformBar
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit, RestCycle, rest_cycles
 
@@ -102,6 +104,9 @@ def after(calls: int) -> Callable[[], bool]:
     return lambda: next(asked) > calls
 
 
+TABLE = ModalBody((0.6, 2.3, 7.1), (0.05, 0.1, 20.0), (1.0, 0.8, 0.3), (1.0, -0.5, 0.0), 0.3)
+
+
 @st.composite
 def motions(draw: st.DrawFn) -> PeriodicOrbit:
     """The motion through impacts at any times: most are no orbits, but all linearise the same way."""
@@ -118,5 +123,33 @@ def motions(draw: st.DrawFn) -> PeriodicOrbit:
     p, n = draw(st.integers(1, 5)), draw(st.integers(1, 3))
     flights = 0.1 + 0.9 * np.array(draw(st.lists(st.floats(0.0, 1.0), min_size=p, max_size=p)))
     times = 0.3 + 2.0 * math.pi * n * np.append(0.0, np.cumsum(flights / flights.sum())[:-1])
-    body, modes = UniformBar(draw(st.sampled_from([0.7, 1.9, 6.1])), law), draw(st.sampled_from([0, 1, 4, 20]))
+    speed, gap = draw(st.sampled_from([0.7, 1.9, 6.1])), draw(st.sampled_from([-0.4, 0.0, 0.7]))
+    body, modes = UniformBar(speed, law), draw(st.sampled_from([0, 1, 4, 20]))
+    held = draw(st.sampled_from([None, None, None, Mounted(0.6, 0.1, speed, law, gap), TABLE]))
+    if held is not None:
+        body, contact, modes = held, Kept(contact.restitution), min(max(modes, 1), held.most_modes or modes)
     return PeriodicOrbit(System(body, load, contact), n, tuple(times.tolist()), modes)
+
+
+def both_ways(orbit: PeriodicOrbit, name: str, between: tuple[float, float], room: float = 1e-9) -> bool:
+    """Every point of a branch is an orbit, nothing is lost, and from another orbit of it the same events are met.
+
+    Whether there was another one: a place at an end may have just ceased to be one.
+    """
+    branch = follow(orbit, name, between)
+    assert BranchEvent.LOST not in {point.kind for point in branch.points}
+    assert all(point.orbit.residual < 1e-9 for point in branch.points)
+    middle, family = branch.values.size // 3, SystemFamily(orbit.system)
+    there, times = float(branch.values[middle]), tuple(branch.times[middle].tolist())
+    other = PeriodicOrbit(family.system({name: there}), orbit.periods, times, orbit.modes, orbit.rebound).from_first
+    if not other.admissible:
+        return False
+    again = follow(other, name, between, family=family, value=there)
+    expected, found = ([(p.kind.value, p.value) for p in one.points] for one in (branch, again))
+    if expected[0][0] == "closed":
+        expected, found = sorted(expected[1:-1]), sorted(found[1:-1])
+    elif expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-8:
+        found.reverse()
+    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
+    assert [at for _, at in found] == pytest.approx([at for _, at in expected], rel=room, abs=room)
+    return True

@@ -5,15 +5,19 @@ The judges are judged first: the rational, the lattice and the smooth program on
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given, reject, settings
 
 import lattice_program
 import rational_program
 import smooth_program
+from blow_strategies import collisions, exact_collisions, struck
 from collisions import Collision, Reference, references, simple
 from percuss.blow import Rock, Rod, Wall, strike
 from percuss.model import Section, SectionedBar
@@ -268,3 +272,189 @@ def force_near(blow, number, place, time):
     near = np.flatnonzero(away <= away.min() + 1e-6 * state.places[-1])
     around = np.clip(np.concatenate([near - 1, near, near + 1]), 0, away.size - 1)
     return state.force[here][around]
+
+
+# -- The package against the second programs ---------------------------------------------------------------------------
+
+
+EXACT = 1e-12
+SMOOTH = 1e-8
+MOST_EVENTS = 120  # of a blow whose peaks are looked for among all pairs of waves
+
+
+def scales(case: Collision) -> tuple[float, float, float]:
+    """Momentum, energy and time that errors are measured in: what the striker has, and what a load brings."""
+    pushed = max((abs(float(force)) for _, force in case.load), default=0.0) * float(case.until)
+    speed = max(abs(float(v)) for v in case.velocity) + pushed / float(case.mass)
+    return float(case.mass) * speed, float(case.mass) * speed**2, float(case.until)
+
+
+def told_of(spells: Any, momentum: float) -> list[tuple[float, float, float]]:
+    """(start, end, impulse) of the contacts that are more than rounding; those that touch are one."""
+    found: list[tuple[float, float, float]] = []
+    for start, end, impulse, *_ in spells:
+        if impulse <= 1e-10 * momentum:
+            continue
+        last = math.inf if end is None else float(end)
+        if found and start - found[-1][1] < 1e-9:
+            start, impulse = found[-1][0], impulse + found.pop()[2]
+        found.append((float(start), last, float(impulse)))
+    return found
+
+
+def of_package(blow: Any) -> list[tuple[float, float | None, float, float]]:
+    return [(one.start, one.end, one.impulse, one.peak_force) for one in blow.contacts]
+
+
+def without_touches(
+    spells: list[tuple[float, float, float]], touches: list[tuple[float, float]], near: float
+) -> list[tuple[float, float, float]]:
+    """As if every time of touching without force were open at its ends, and shut between two contacts.
+
+    Where no force is felt and no gap opens, rounding decides whether the faces are in contact.
+    """
+    found: list[tuple[float, float, float]] = []
+    for start, end, impulse in spells:
+        for first, last in touches:
+            if first - near <= start <= last + near:
+                start = last
+                if found and found[-1][1] >= first - near:
+                    start, impulse = found[-1][0], impulse + found.pop()[2]
+        for first, last in reversed(touches):
+            end = first if first - near <= end <= last + near else end
+        found.append((start, end, impulse))
+    return found
+
+
+def assert_same_contacts(
+    ours: Any, theirs: Any, case: Collision, tolerance: float, touches: list[tuple[float, float]] | None = None
+) -> None:
+    momentum, _, time = scales(case)
+    near = tolerance * time
+    mine, other = (without_touches(told_of(spells, momentum), touches or [], near) for spells in (ours, theirs))
+    assert len(mine) == len(other)
+    for one, two in zip(mine, other, strict=True):
+        assert one[0] == pytest.approx(two[0], abs=tolerance * time)
+        if math.isfinite(one[1]) and math.isfinite(two[1]):
+            assert one[1] == pytest.approx(two[1], abs=tolerance * time)
+        assert one[2] == pytest.approx(two[2], abs=tolerance * momentum)
+
+
+def assert_is_rational(case: Collision) -> None:
+    blow, exact = struck(case), rational_program.blow(case)
+    momentum, energy, time = scales(case)
+    assert_same_contacts(of_package(blow), _shut(exact), case, 1e-10)
+    for ours, theirs, scale in (
+        (blow.impulse, exact.impulse, momentum),
+        (blow.striker_momentum_after, exact.momentum_after, momentum),
+        (blow.kinetic_energy_before, case.energy_before, energy),
+        (blow.rigid_energy_after, exact.rigid_energy_after, energy),
+        (blow.vibration_energy_after, exact.vibration_energy_after, energy),
+        (blow.work_through_face, exact.work_through_face, energy),
+        (blow.load_work, exact.load_work, energy),
+        (blow.gap_after, exact.gap_after, momentum / float(case.mass) * time),
+    ):
+        assert ours == pytest.approx(float(theirs), abs=EXACT * scale)
+    if exact.impulse > momentum * Fraction(1, 10**6):
+        assert blow.force_centroid == pytest.approx(float(exact.force_centroid), abs=1e-9 * time)
+    if exact.events > MOST_EVENTS:
+        return
+    for section, peak in zip(exact.striker, blow.peaks, strict=False):
+        compression, tension = map(float, exact.peak_forces(section))
+        largest, area = max(compression, tension), float(section.impedance)
+        assert peak.compression * area == pytest.approx(compression, abs=1e-11 * largest + 1e-14)
+        assert peak.tension * area == pytest.approx(tension, abs=1e-11 * largest + 1e-14)
+
+
+def _shut(exact: rational_program.Outcome) -> list[tuple[float, float | None, float, float]]:
+    """Contacts, those parted by a time without force and without a gap as one."""
+    return [
+        (float(a), None if b is None else float(b), float(impulse), float(peak))
+        for a, b, impulse, peak in exact.contacts
+    ]
+
+
+@settings(max_examples=20)
+@given(case=exact_collisions(transits=4))
+def test_blow_is_what_rational_numbers_say(case: Collision) -> None:
+    assert_is_rational(case)
+
+
+def assert_is_smooth(case: Collision, tolerance: float = SMOOTH) -> None:
+    blow = struck(case)
+    try:
+        other = smooth_program.blow(case)
+    except smooth_program.TooMany:
+        reject()
+    momentum, energy, time = scales(case)
+    assert_same_contacts(of_package(blow), other.contacts, case, 1e-6, other.touches)
+    for ours, theirs, scale in (
+        (blow.impulse, other.impulse, momentum),
+        (blow.striker_momentum_after, other.momentum_after, momentum),
+        (blow.rigid_energy_after + blow.vibration_energy_after, other.striker_energy_after, energy),
+        (blow.work_through_face, other.work_through_face, energy),
+        (blow.load_work, other.load_work, energy),
+        (blow.gap_after, other.gap_after, momentum / float(case.mass) * time),
+    ):
+        assert ours == pytest.approx(theirs, abs=tolerance * scale)
+    if other.bit is not None and case.end == "rock":
+        assert blow.rock_work == pytest.approx(other.bit.work, abs=tolerance * energy)
+        length = momentum / float(case.mass) * time
+        assert blow.greatest_penetration == pytest.approx(other.bit.deepest, abs=tolerance * length)
+        assert blow.penetration_after == pytest.approx(other.bit.position, abs=tolerance * length)
+
+
+@settings(max_examples=12)
+@given(case=collisions(sections=2, transits=3.0))
+def test_blow_is_what_the_smooth_program_says(case: Collision) -> None:
+    assert_is_smooth(case)
+
+
+# faces that open for 3e-10 of a transit, and faces whose force is a rounding error for 3e-8
+SHORT_GAP = Collision(
+    ((1.0, 1.0), (10.0**0.5, 1.0)), (0.0, 1.0), 6.0, ((10.0, 1.0000000001399305),), "fixed",
+)  # fmt: skip
+FAINT_FORCE = Collision(
+    ((1.000000000000001, 10.0**0.5),), (1.0,), 9.486832980505138, ((0.999999999999, 0.9999976868402354),), "rock",
+    k1=6.586073530314961, gamma=0.8186265750900974,
+)  # fmt: skip
+
+
+@pytest.mark.slow
+@settings(max_examples=150)
+@given(case=collisions(transits=3.0))
+@example(case=SHORT_GAP)
+@example(case=FAINT_FORCE)
+def test_many_blows_are_what_the_smooth_program_says(case: Collision) -> None:
+    assert_is_smooth(case)
+
+
+@pytest.mark.slow
+@settings(max_examples=150)
+@given(case=exact_collisions(transits=10))
+def test_many_blows_are_what_rational_numbers_say(case: Collision) -> None:
+    assert_is_rational(case)
+
+
+def on_cells(case: Collision, dt: float) -> Collision:
+    """With transit times that are whole numbers of cells, so that what the lattice rounds is nothing but events."""
+    return lattice_program.cells(case, dt)
+
+
+@settings(max_examples=10)
+@given(case=collisions(transits=3.0))
+def test_lattice_comes_to_the_blow(case: Collision) -> None:
+    """The mean error over quantities falls as the step; a bound, for one blow may be lucky at the coarse step."""
+    coarse = min(tau for _, tau in (*case.striker, *(case.rod or ())) if tau is not None) / 2.0
+    case = on_cells(case, coarse)
+    blow = struck(case)
+    momentum, energy, _ = scales(case)
+    found = lattice_program.blow(case, coarse / 64.0)
+    errors = np.abs(
+        [
+            (found.impulse - blow.impulse) / momentum,
+            (found.momentum_after - blow.striker_momentum_after) / momentum,
+            (found.work_through_face - blow.work_through_face) / energy,
+        ]
+    )
+    assert errors.max() < 0.05

@@ -74,18 +74,6 @@ def test_the_starts_are_those_of_an_experiment(name: str) -> None:
     assert [end.starts for end in ends.ends] == sorted((end.starts for end in ends.ends), reverse=True)
 
 
-def test_where_starts_end_does_not_depend_on_the_clock(monkeypatch) -> None:
-    """Compiling the kernels, or a busy computer, may take any time before the first start is done."""
-    import time
-
-    here = ends_of(load_case("heavy-drifter"), 24)
-    now = iter(range(0, 10**9, 1000))
-    monkeypatch.setattr(time, "monotonic", lambda: float(next(now)))
-    assert ends_of(load_case("heavy-drifter"), 24) == here
-    assert here.followed == 24
-    assert here.note == ""
-
-
 def test_a_bar_that_hovers_is_followed_for_so_many_evaluations_and_told() -> None:
     """Hardly any mean force and much damping: thousands of load periods pass between two impacts."""
     case = Case.from_text(PLAIN.format(mean=1.83e-6, r=0.5, d=141.6).replace("s = 20.0", "s = 1.46"))
@@ -178,18 +166,6 @@ def test_the_kernels_are_known_to_be_compiled() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False, env=elsewhere).returncode == 1
 
 
-def test_json_follows_only_when_asked(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["steady", "mini-breaker", "--json"]) == 0
-    starts = json.loads(capsys.readouterr().out)["starts"]
-    assert (starts["followed"], starts["ends"]) == (0, [])
-    assert starts["note"]
-    assert main(["steady", "mini-breaker", "--json", "--starts", "5"]) == 0
-    starts = json.loads(capsys.readouterr().out)["starts"]
-    assert starts["followed"] == 5
-    assert sum(end["starts"] for end in starts["ends"]) == 5
-    assert sum(end["share"] for end in starts["ends"]) == pytest.approx(1.0)
-
-
 def test_the_command_that_follows_more_can_be_typed() -> None:
     ends, system = Ends(1, 0, 100, ()), plain(0.3, 0.5).system()
     for name, typed in (("<stdin>", "-"), ("my case.toml", "'my case.toml'"), ("mini-breaker", "mini-breaker")):
@@ -229,25 +205,6 @@ def test_a_sweep_has_the_two_margins_of_the_single_answer() -> None:
     rigid = sweep(system, Axis("restitution", [0.55]), quantities=["margin", "margin_ringing"], modes=0, workers=1)
     assert np.isnan(rigid["margin_ringing"]).all()
     assert np.isfinite(rigid["margin"]).all()
-
-
-def test_both_margins_are_in_the_answers() -> None:
-    """The report, the JSON and what the workbench is told of a machine: one number each, the same everywhere."""
-    from percuss.case.answers.exploring.quick_answer import quick_dict
-
-    case = as_in_b77("heavy-drifter", 6e-5)
-    answer = steady_answer(case)
-    found = answer.running[0].stability
-    assert found.margin_rhythm > 0.8 > 0.1 > found.margin == found.margin_ringing
-    (told,) = [orbit for orbit in answer.to_json_dict()["periods"][0]["orbits"] if orbit["stable"]]
-    (quick,) = [orbit for orbit in quick_dict(case, multipliers=True)["orbits"] if orbit["stable"]]
-    for name in ("margin", "margin_rhythm", "margin_ringing"):
-        assert told[name] == quick[name] == getattr(found, name)
-    moduli = [told["multipliers"]["moduli"][i] for i in told["multipliers"]["rigid"]]
-    assert 1.0 - max(moduli) == pytest.approx(told["margin_rhythm"], abs=1e-15)
-    assert f"rhythm margin {found.margin_rhythm:.3g}, ringing margin {found.margin_ringing:.3g}" in (
-        steady_report(answer).summary
-    )
 
 
 def test_the_rhythm_hardly_changes_where_the_ringing_changes_its_mode() -> None:
@@ -374,30 +331,6 @@ def test_a_motion_that_does_not_strike_has_no_stress_and_no_blow() -> None:
         assert si.impact_velocity_m_s < 0.0
 
 
-def test_the_card_of_a_motion_that_does_not_strike() -> None:
-    case = Case.from_text(PLAIN.format(d=0.0245, r=0.21, mean=0.08).replace("s = 20.0", "s = 0.252"))
-    answer = steady_answer(case)
-    backward = [found.orbit.impact_velocity < 0.0 for found in answer.periods[0].orbits]
-    assert any(backward)
-    cards = [s for s in steady_report(answer).sections if s.heading.startswith("Orbit")]
-    for back, card in zip(backward, cards, strict=True):
-        rows = dict(card.rows)  # type: ignore[arg-type]
-        assert ("the striking end would be leaving the wall at" in rows.get("blow", "")) == back
-        assert ("blow energy" in rows) == (not back)
-
-
-def test_the_number_of_harmonics_has_one_home() -> None:
-    """What the load has, and how far they reach, in one line; the line of the recording does not count them again."""
-    rows = rows_of(load_case("hydraulic-drifter"))
-    assert "3 harmonics" in rows["load"][0]
-    assert "harmonics kept" not in rows["history"][0]
-    case = Case.from_text(
-        '[system]\ns = 20.0\nd = 0.01\nrestitution = 0.2\n[load]\nkind = "fourier"\n'
-        "coefficients = [[0.3, 0.0], [1.0, 0.0], [0.0, 0.0], [0.1, 0.0]]\n"
-    )
-    assert "2 harmonics up to the 3rd" in rows_of(case)["load"][0]
-
-
 # ---------------------------------------------------------------- loads that switch
 
 
@@ -430,22 +363,6 @@ def test_which_loads_switch(load: Load, switches: bool) -> None:
     for same in (load, load.scaled(-1e5), load.shifted(1.0)):
         assert (switching_of(same) is not None) == switches
         assert bool(clock_note(same)) == switches
-
-
-def test_the_levels_of_a_square_wave() -> None:
-    found = switching_of(Load.fourier(Load.square(3.0, 1.3, 64).coefficients))
-    assert found is not None
-    assert found.high == pytest.approx(3.0, rel=0.01)
-    assert found.low == pytest.approx(-3.0, rel=0.01)
-
-
-def test_no_machine_of_the_catalogue_switches() -> None:
-    from percuss.case import MACHINES
-
-    for machine in MACHINES:
-        case = load_case(machine.name)
-        assert machine.valve == case.is_machine
-        assert case.is_machine or switching_of(case.load()) is None, machine.name
 
 
 @pytest.fixture
@@ -615,20 +532,6 @@ def test_the_report_as_a_file_is_there_for_every_hammer(name: str, answered: Any
     assert "<svg" in page and {report.title, report.summary, case.to_toml().splitlines()[0]} <= {*text}
     cells = {cell for part in report.sections for row in part.rows for cell in row}
     assert {part.heading for part in report.sections} | cells <= {*text, ""}
-
-
-def test_the_report_as_a_file_tells_no_speed_of_what_does_not_strike() -> None:
-    from percuss.plot.html_report import report_html
-
-    case = Case.from_text(BACKWARD)
-    answer = steady_answer(case)
-    speeds = [found.orbit.impact_velocity for found in answer.periods[0].orbits]
-    assert min(speeds) < 0.0
-    text = report_html(case, answer)
-    assert text.count("none: the striking end would be leaving the wall") == sum(speed <= 0.0 for speed in speeds)
-    assert text.count(" taken by the impact (R); ") == sum(speed > 0.0 for speed in speeds)
-    told = [orbit["impact_velocity"] for orbit in answer.to_json_dict()["periods"][0]["orbits"]]
-    assert told == speeds  # signed: docs/json.md says what a negative one means
 
 
 @pytest.mark.filterwarnings("error")

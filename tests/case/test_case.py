@@ -19,7 +19,7 @@ from percuss.case.catalogue.sample_cases import machine_text
 from percuss.case.file_format.reading import toml_text
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.description import plain_tables
-from percuss.errors import CaseError, LoadError, ResonanceError
+from percuss.errors import CaseError, ResonanceError
 from percuss.model import Ratio, Reversed
 from percuss.model.described import describe_system, system_from
 
@@ -320,13 +320,6 @@ def test_wrong_recordings(tmp_path: Path, rows: str, what: str) -> None:
 
 
 # -- answers --------------------------------------------------------------------------------------------------------
-
-
-def test_loads_without_steady_impacts() -> None:
-    with pytest.raises(LoadError):
-        steady_answer(Case.from_text(SI.replace('"4 kN"', '"-4 kN"')))
-    with pytest.raises(LoadError):
-        steady_answer(Case.from_text(SI.replace('"9 kN"', '"0 kN"')))
 
 
 def test_resonance_is_named() -> None:

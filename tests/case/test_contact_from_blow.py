@@ -15,7 +15,7 @@ from percuss.case import Case, load_case
 from percuss.case.case import case_of
 from percuss.case.file_format.contact import blow_of
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.description import parameters, plain_tables
+from percuss.case.parameters.description import plain_tables
 from percuss.errors import CaseError
 from percuss.model import Kept, Reversed
 from percuss.model.contact import Timed
@@ -165,13 +165,6 @@ def test_a_blow_is_computed_once_for_a_machine(monkeypatch: pytest.MonkeyPatch) 
     assert softer.restitution < case.system().restitution and len(asked) == 2
 
 
-def test_a_map_of_the_motion_is_offered_the_tool() -> None:
-    case = load_case("heavy-breaker").varied({"contact.restitution": "from the blow"})
-    rows = {row["name"]: row for row in parameters(case)}
-    assert rows["rock.stiffness"]["value"] == 1.0 and rows["rock.stiffness"]["unit"] == "MN/mm"
-    assert "rock.unloading_ratio" in rows and "blow.velocity" not in rows
-
-
 # -- what is refused --
 
 
@@ -220,17 +213,6 @@ def test_a_blow_that_is_not_over_has_no_restitution() -> None:
 def test_an_advance_that_the_tool_does_not_have(tool: dict[str, Any], advance: str, part: str) -> None:
     found = refusal(si_case(tool, {"law": "b77-blow", "advance": advance}), "timed_law")
     assert f"contact.advance = '{advance}': expected {part}" in found
-
-
-def test_a_bar_that_goes_on_is_refused_with_its_staircase() -> None:
-    """Two ways to end a blow: no later end helps where the steps never end, one does where the window was cut."""
-    thin = {"sections": [{"area": "2 cm^2"}]}
-    for contact in (FROM_BLOW, {"law": "b77-blow"}):
-        found = refusal(si_case(thin, contact))
-        assert "on this tool R is -" in found and "steps that on an endless tool never end" in found
-        assert "until" not in found
-    cut = refusal(si_case({"sections": [{"area": "20 cm^2"}]}, FROM_BLOW, blow={"until": "20 us"}))
-    assert "give a later end: until in [blow]" in cut
 
 
 def test_a_gap_in_front_of_the_rock_makes_the_blow_one_of_its_speed() -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from percuss.case import (
+    MACHINES,
     answers,
     blow_answer,
     load_case,
@@ -26,12 +27,8 @@ from percuss.case.answers.machine_figures import CYCLE, POWER, Running
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_report import steady_report
 
-CLOCKED = [
-    "hydraulic-drifter", "heavy-drifter", "stepped-drifter", "mini-breaker", "heavy-breaker", "dth-4-inch",
-    "dth-6-inch", "pneumatic-jackleg", "pile-hammer", "laboratory-striker",
-]  # fmt: skip
+CLOCKED, VALVES = ([machine.name for machine in MACHINES if machine.valve == valve] for valve in (False, True))
 STRUCTURES = ["stopped-oscillator", "stopped-beam"]
-VALVES = ["valve-breaker", "valve-drifter"]
 
 
 def whole(told: Any) -> None:

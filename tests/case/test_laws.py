@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
 from hypothesis import given
@@ -103,12 +103,6 @@ def test_a_dimensionless_case_keeps_the_strain() -> None:
     assert system_of(plain_case()) == System(s=20.0, d=0.0048, restitution=0.6, load=system_of(plain_case()).load)
 
 
-def test_a_wrong_law_of_the_contact() -> None:
-    assert "contact.strain = 'revers': expected 'kept' or 'reversed'" in refusal(si_case(contact='strain = "revers"'))
-    assert "did you mean 'reversed'?" in refusal(si_case(contact='strain = "revers"'))
-    assert "system.strain = 3" in refusal(plain_case("d = 0.1\nstrain = 3"))
-
-
 def test_the_place_of_the_load() -> None:
     assert system_of(si_case(load="at = 0")) == system_of(si_case())
     for text in (si_case(load="at = 1"), plain_case(load="at = 1")):
@@ -169,18 +163,6 @@ CASES = [
     plain_case(),
     steps_case(),
 ]
-
-
-@pytest.mark.parametrize(
-    ("change", "gone"),
-    [
-        ({"bar.drag": "30 N*s/m^2", "bar.damping": None}, "damping"),
-        ({"bar.damping_ratio": 1e-3, "bar.damping": None}, "damping"),
-    ],
-)
-def test_one_damping_takes_the_place_of_another(change: dict[str, Any], gone: str) -> None:
-    case = Case.from_text(si_case('damping = {kind = "kelvin_voigt", value = "10 ns"}')).varied(change)
-    assert gone not in case.to_dict()["bar"]
 
 
 # -- JSON --
@@ -259,10 +241,3 @@ def test_a_report_in_si_tells_the_drag_of_a_damping_that_drags() -> None:
     rows = dict(system_section("case", system_of(si_case('drag = "400 N*s/m^2"')), ()).rows)
     assert rows["damping"].endswith("c = 136.4 N·s/m")
     assert "c = " not in dict(system_section("case", system_of(si_case()), ()).rows)["damping"]
-
-
-def test_nothing_known_of_a_bar_in_si_is_steel_whose_strain_turns_over() -> None:
-    system = system_of(si_case())
-    assert (system.body.damping, system.contact, system.d) == (Ratio(1e-3), Reversed(0.2), 0.0)
-    assert system_of(si_case("damping_ratio = 0")).body.damping.is_zero
-    assert system_of(si_case(contact='strain = "kept"')).contact == Kept(0.2)

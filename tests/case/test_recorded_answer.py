@@ -111,11 +111,6 @@ def test_what_is_mistyped_of_a_record(tmp_path, capsys, options, says) -> None:
     assert says in capsys.readouterr().err
 
 
-def test_a_valve_takes_no_options_of_a_record(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["machine", "valve-breaker", "--blow", "3 ms"]) == 2
-    assert "only for a recorded load" in capsys.readouterr().err
-
-
 def _damaged(tmp_path: Path, how: str) -> Path:
     """A case of a record that drifts, or is cut off: as one force, or in one of two channels."""
     file = saved(tmp_path, BEFORE)

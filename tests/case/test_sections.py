@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
-from case_texts import HEAD, SHAFT, plain_case, refusal, si_case
+from case_texts import HEAD, SHAFT, plain_case, si_case
 from percuss.case import Case, CaseErrors
 from percuss.case.file_format.bodies import MATERIALS
 from percuss.model import External, Ratio, SectionedBar, SteppedBar, UniformBar
@@ -62,17 +61,3 @@ def test_a_law_of_damping_is_named_by_its_kind() -> None:
         Case.from_text(stepped_case(bar='damping = {law = "ratio", value = 0.1}')).system()
     assert [problem.key for problem in caught.value.problems] == ["bar.damping.law", "bar.damping.kind"]
     assert "belongs" not in str(caught.value)
-
-
-def test_two_laws_of_damping() -> None:
-    found = refusal(stepped_case(bar='damping_ratio = 0.1\ndamping = {kind = "ratio", value = 0.1}'))
-    assert "bar.damping: expected either damping_ratio or damping, not both" in found
-
-
-def test_a_load_at_a_step_that_is_not_there() -> None:
-    assert "load.at = 2" in refusal(stepped_case(load="at = 2"))
-
-
-def test_the_strain_is_not_reversed_in_sections() -> None:
-    found: Any = refusal(stepped_case().replace('"kept"', '"reversed"'))
-    assert "contact.strain" in found and "uniform bar" in found

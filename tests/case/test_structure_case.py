@@ -159,14 +159,6 @@ def test_answers_of_a_structure(folder, capsys):
     assert sorted(ends) == [0.2, 0.4]
 
 
-def test_a_map_over_the_gap(folder):
-    found = sweep(
-        Case.read("case.toml").system(), "gap=0.1,0.3,90", quantities=["exists", "stable", "margin"], workers=1
-    )
-    assert found["exists"].tolist() == [True, True, False]
-    assert found["margin"][1] == pytest.approx(1.0 - 0.6424329487950257, abs=1e-9)
-
-
 def test_a_map_leaves_out_what_only_free_bars_have(folder):
     system = Case.read("case.toml").system()
     found = sweep(system, "gap=0.1,0.3", workers=1)
@@ -192,14 +184,6 @@ def test_the_picture_of_a_structure(folder, name, unit):
         one.stability.multipliers.values.size for one in forward
     )
     assert len(plot.steady(answer.periods[0].states).axes) == 3
-
-
-def test_words_of_a_structure(folder, capsys):
-    assert main(["follow", "case.toml", "--along", "restitution=0:0.8"]) == 0
-    told = capsys.readouterr().out
-    assert "the structure would pass through the wall; z=2/1 ends at 0.134250057" in told and "bar" not in told
-    assert main(["orbits", "case.toml"]) == 0
-    assert "1 orbit, 2 modes." in capsys.readouterr().out
 
 
 def test_words_of_the_samples_are_those_of_a_structure(capsys):

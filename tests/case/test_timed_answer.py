@@ -12,7 +12,6 @@ from percuss.blow import strike
 from percuss.case import Case, SteadyAnswer, load_case, steady_answer
 from percuss.case.answers.exploring.quick_answer import quick_dict
 from percuss.case.answers.steady_report import steady_report, summary_of
-from percuss.plot.html_report import report_html
 
 PLAIN = """
 [system]
@@ -122,13 +121,6 @@ def test_the_law_decides_what_runs() -> None:
     assert found.stability.stable and found.timed is not None and not found.timed.stability.stable
     assert not found.runs and answer.running == ()
     assert "flip" in lines(answer)
-
-
-def test_the_report_as_a_file_has_both() -> None:
-    pytest.importorskip("matplotlib")
-    case = Case.from_text(PLAIN.format(law="b77-tau", mean=0.9, s=20.0))
-    text = report_html(case, steady_answer(case))
-    assert "b77-tau: restitution 0.6" in text and "rad later than B77&#x27;s impact" in text
 
 
 def test_only_one_blow_a_period_exists() -> None:

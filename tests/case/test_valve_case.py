@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from case_texts import VALVE, plain_case
-from percuss.case import Case, CaseErrors, load_case
+from percuss.case import Case, load_case
 from percuss.case.answers.heading import machine_section
 from percuss.case.case import case_of
 from percuss.errors import CaseError
@@ -87,14 +87,6 @@ def test_any_valve_survives_writing(states, behind, delay, place, stiffness, roo
 # -- what is refused --
 
 
-def test_several_problems_are_told_together() -> None:
-    text = BREAKER.replace('"130 mm"', '"130 kg"').replace('"20 kN/m"', '"20 kN"').replace('"0.5 ms"', '"0.5"')
-    with pytest.raises(CaseErrors) as caught:
-        Case.from_text(text)
-    keys = {"load.ports[0].behind", "load.ports[1].delay", "load.chamber.stiffness"}
-    assert {problem.key for problem in caught.value.problems} == keys
-
-
 # -- a machine where a clock is meant, and the other way round --
 
 
@@ -139,9 +131,3 @@ def test_a_machine_has_no_phase_to_start_at(start: dict[str, object]) -> None:
     case = load_case("valve-breaker").changed(start=start)
     with pytest.raises(CaseError, match="machine that switches itself"):
         case.start()
-
-
-def test_room_in_bar_lengths() -> None:
-    case = load_case("valve-drifter").varied({"load.room": "50 mm"})
-    assert case.room() == pytest.approx(0.05 / 0.341)
-    assert math.isclose(load_case("valve-breaker").varied({"load.room": "0.2 m"}).room() or 0.0, 0.2)

@@ -55,13 +55,6 @@ def test_without_a_tool_the_rod_gives_a_uniform_bar_its_restitution():
     assert wall.note == ""
 
 
-def test_the_rod_of_a_case_in_si_has_the_impedance_in_si():
-    case = load_case("heavy-drifter")
-    target = struck_by(case).target
-    bar, restitution = case.system().bar, case.system().restitution
-    assert target.impedance == pytest.approx(bar.impedance * (1.0 + restitution) / (1.0 - restitution))
-
-
 def test_the_tool_of_a_case_is_struck_and_pushed_back_as_it_says():
     found = struck_by(case_of(system='law = "b77-tau"\nadvance = "pushed back"', more="[tool]\nimpedance = 3.0"))
     assert found.target.impedance == pytest.approx(60.0)

@@ -16,8 +16,6 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
 from percuss.errors import CaseError, ParameterError
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "blow" / "reference_blows.json").read_text(encoding="utf-8"))
-
 ST_VENANT = """
 [bar]
 length = "1 m"
@@ -40,59 +38,6 @@ def struck(percuss):
     return command
 
 
-def section(row):
-    length, area, modulus, density = row
-    long = "" if length is None else f'length = "{length!r} m", '
-    return f'{{{long}area = "{area!r} m^2", youngs_modulus = "{modulus!r} Pa", density = "{density!r} kg/m^3"}}'
-
-
-def text_of(case):
-    """A reference blow as a case file."""
-    rows = ", ".join(section(row) for row in case["striker"]["sections"])
-    velocity = case["striker"]["velocity"]
-    lines = [f"[bar]\nsections = [{rows}]", "[tool]", f'gap = "{case["gap"]!r} m"']
-    target = case["target"]
-    if target["kind"] == "wall":
-        lines.append('kind = "wall"')
-    else:
-        lines.append(f"sections = [{', '.join(section(row) for row in target['sections'])}]")
-        lines += [f'end = "{target["end"]}"', f'bit_mass = "{target.get("bit_mass", 0.0)!r} kg"']
-    if "rock" in target:
-        rock = target["rock"]
-        lines += ["[rock]", f'stiffness = "{rock["k1"]!r} N/m"', f"unloading_ratio = {rock['gamma']!r}"]
-        lines.append(f'gap = "{rock["gap"]!r} m"')
-    lines += ["[blow]", f'velocity = "{velocity!r} m/s"', f'until = "{case["until"]!r} s"']
-    if "load" in case:
-        steps = ", ".join(f'["{time!r} s", "{force!r} N"]' for time, force in case["load"])
-        lines.append(f"load = [{steps}]")
-    return "\n".join(lines)
-
-
-@pytest.mark.parametrize("case", REFERENCE, ids=lambda case: case["name"])
-def test_reference_blows_come_out_of_the_command(case, struck):
-    found, expect = struck(text_of(case), "--json").json, case["expect"]
-    energy, speed = expect["kinetic_energy_before"], abs(expect["mean_velocity_before"])
-    force = max(row[3] for row in expect["contacts"])
-    assert len(found["contacts"]) == len(expect["contacts"])
-    for one, other in zip(found["contacts"], expect["contacts"], strict=True):
-        assert one[0] == pytest.approx(other[0], abs=1e-9 * case["until"])
-        assert (one[1] is None) == (other[1] is None)
-        assert one[2] == pytest.approx(other[2], abs=1e-9 * expect["striker_mass"] * speed)
-        assert one[3] == pytest.approx(other[3], abs=1e-9 * force)
-    scales = {"energy": energy, "work": energy, "velocity": speed, "restitution": 1.0, "efficiency": 1.0}
-    scales |= {"momentum": expect["striker_mass"] * speed, "impulse": expect["striker_mass"] * speed}
-    scales |= {"penetration": speed * case["until"], "gap": speed * case["until"], "force": force, "mass": 1.0}
-    checked = 0
-    for name, value in expect.items():
-        if not isinstance(value, float | int) or name not in found:
-            continue
-        scale = next(scale for word, scale in scales.items() if word in name)
-        assert found[name] == pytest.approx(value, abs=2e-9 * scale), name
-        checked += 1
-    assert checked >= 10
-    assert found["energy_error"] < 1e-12 and found["momentum_error"] < 1e-12
-
-
 def test_a_bar_on_a_wall_is_that_of_st_venant(struck):
     found = struck(ST_VENANT, "--json").json
     assert found["contact_duration"] == pytest.approx(3.854496446637726e-4, rel=1e-12)
@@ -108,16 +53,11 @@ def test_the_report_tells_where_the_energy_went_and_what_formulas_say(percuss):
     done.told("A blow of 200 J at 10 m/s puts", "into the rock")
     done.told("2(1 − γ)(1 − e^−β)²/β = 61.09 % at β = 1.256; the waves give 61.09 %")
     blow = blow_answer(Case.from_text(WAVES)).blow
+    told = percuss("blow", "blow.toml", "--json").json
+    figures = {key for key, value in told.items() if isinstance(value, float) and hasattr(blow, key)}
+    assert len(figures) > 15 and all(told[key] == getattr(blow, key) for key in figures)
     parts = blow.rigid_energy_after + blow.vibration_energy_after + blow.work_through_face
     assert parts == pytest.approx(blow.energy_before, rel=1e-12)
-
-
-def test_speed_and_window_of_the_options_take_precedence(percuss):
-    asked = ("blow", "blow.toml", "--json", "--until", "0.5 ms", "--velocity")
-    slow, fast = (percuss(*asked, f"{v} m/s").json for v in (5, 10))
-    assert fast["until"] == slow["until"] == 5e-4
-    assert fast["rock_work"] == pytest.approx(4.0 * slow["rock_work"], rel=1e-12)  # without a gap all is homogeneous
-    assert fast["contacts"][0][1] == pytest.approx(slow["contacts"][0][1], rel=1e-12)
 
 
 def test_the_speed_of_a_case_without_one_is_that_of_its_steady_motion():
@@ -192,6 +132,7 @@ def gauge_file():
 
 def test_a_record_is_laid_over_the_blow(percuss):
     gauge_file()
+    percuss("blow", "blow.toml", "--measured", "gauge.csv").refused("no unit of strain, stress or force", "give --unit")
     options = ("blow", "blow.toml", "--gauge", "1 m", "--measured", "gauge.csv", "--unit", "µm/m")
     found = percuss(*options, "--json").json["measured"]
     keys = {"file", "quantity", "sign", "shift", "zero", "scale", "residual", "residual_scaled", "overlap", "notes"}
@@ -201,28 +142,6 @@ def test_a_record_is_laid_over_the_blow(percuss):
     assert found["scale"] == pytest.approx(1.03, abs=5e-3)
     done = percuss(*options, "--plot", "blow.png")
     done.told("Measured at the gauge", "compression negative", "times the computed force")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ([], "no unit of strain, stress or force"),
-        ([], "give --unit"),
-        (["--unit", "kg"], "a unit of mass"),
-        (["--unit", "µε", "--sample-rate", "fast"], "--sample-rate"),
-        (["--unit", "µε", "--column", "pressure"], "no column"),
-        (["--unit", "µε", "--measured-sign", "up"], "positive"),
-        (["--unit", "µε", "--gauge", "5 m"], "a place on the rod"),
-    ],
-)
-def test_bad_records_are_refused_with_a_remedy(percuss, arguments, said):
-    gauge_file()
-    percuss("blow", "blow.toml", "--measured", "gauge.csv", *arguments).refused(said)
-
-
-def test_a_record_needs_a_rod(struck):
-    gauge_file()
-    struck(ST_VENANT, "--measured", "gauge.csv").refused("the target is a wall", "[tool]")
 
 
 # -- the best blow ----------------------------------------------------------------------------------------------------
@@ -288,10 +207,3 @@ def test_short_names_where_only_one_key_has_them():
     assert long.values == short.values
     with pytest.raises(ParameterError, match=r"bar\.sections\[0\]"):
         best_answer(load_case("stepped-drifter"), [Span.parsed("head.length=50:150mm")], most=20)
-
-
-@pytest.mark.parametrize("low", ["-50", "0"])
-def test_ends_of_ranges_are_values(low):
-    case, key = load_case("stepped-drifter"), "bar.sections[2].length"
-    with pytest.raises(ParameterError, match=rf"{low} mm'?: expected a .* greater than 0"):
-        best_answer(case, [Span.parsed(f"{key}={low}:150mm")], "rock-energy", most=20)

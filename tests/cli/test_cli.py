@@ -17,7 +17,6 @@ import pytest
 from case_texts import PLAIN
 from percuss import Load, System, __version__, steady_states
 from percuss.case import MACHINES, Case
-from percuss.cli import main
 from percuss.cli.app import _HELP, COMMANDS, command_of
 from percuss.cli.arguments import events, periods, start_keys, time_or_text, whole
 
@@ -197,13 +196,6 @@ def test_new_then_steady(percuss):
     assert made == "wrote breaker.toml; next: percuss machine breaker.toml\n"
 
 
-def test_new_structure(percuss):
-    assert percuss("new", "stopped-beam", "-o", "beam.toml").code == 0
-    percuss("steady", "beam.toml").told("possible")
-    Path("beam_modes.csv").unlink()
-    assert "beam_modes.csv" in percuss("steady", "beam.toml").err
-
-
 # -- processes ------------------------------------------------------------------------------------------------------
 
 
@@ -249,8 +241,3 @@ def test_terminal_without_greek():
     done = subprocess.run([*PERCUSS, "steady", "mini-breaker"], env=environment, capture_output=True, check=False)
     assert done.returncode == 0
     done.stdout.decode("ascii")
-
-
-def test_main_returns_codes(capsys):
-    assert (main(["--version"]), main(["nothing"])) == (0, 2)
-    assert "unknown command" in capsys.readouterr().err

@@ -24,76 +24,51 @@ case.toml                                               | unknown command | perc
 --versoin                                               | unknown option '--versoin' | did you mean '--version'?
 steady                                                  | CASE | usage: percuss steady
 steady case.toml --jsn                                  | unknown option '--jsn' | did you mean '--json'?
-steady case.toml --period 2                             | did you mean '--periods'?
 steady case.toml other.toml                             | one argument too many: 'other.toml'
 steady case.toml --periods 0                            | --periods | between 1 and 1000
 steady case.toml --periods 3..1                         | --periods | smaller number first
 steady case.toml --periods 1..1000000                   | --periods | between 1 and 1000
 steady case.toml --periods one                          | --periods | 2, 1..4 or 1,3
 steady case.toml --modes 1.5                            | --modes | whole number
-steady case.toml --modes 99999                          | --modes | 4096
 steady case.toml --starts -1                            | '-1' | from 0 to 1000 ('percuss experiment' follows
 steady case.toml --starts 1001                          | '1001' | from 0 to 1000
 steady case.toml --plot picture.gif                     | picture.gif | .png, .svg or .pdf
 steady case.toml --plot nowhere/picture.png             | there is no folder 'nowhere'
 steady case.toml --report report.pdf                    | --report | .html
-steady cas.toml                                         | cas.toml: no such file | did you mean 'case.toml'?
 steady .                                                | .: is a directory | case.toml
-steady ''                                               | no such file
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
 steady valve-breaker --periods 2                        | not for a hammer whose piston switches its own valve: it has no load period
 machines all                                            | one argument too many: 'all'
 new                                                     | MACHINE
-new drifter                                             | no machine of this name | did you mean 'valve-drifter'?
 new mini-breaker -o .                                   | is a directory
 new mini-breaker -o nowhere/case.toml                   | there is no folder 'nowhere'
 new mini-breaker -o case.toml                           | 'case.toml' exists | --force
 machine mini-breaker                                    | load.kind = '
-machine valve-braker                                    | did you mean 'valve-breaker'?
-machine valve-breaker --mode 3                          | did you mean '--modes'?
-machine valve-breaker --plot x.jpg                      | the name must end in .png, .svg or .pdf
 machine valve-breaker -o x.toml                         | the name must end in .csv
-machine valve-breaker -o /no/folder/x.csv               | there is no folder
-machine                                                 | the following arguments are required: CASE
 simulate                                                | CASE (or --resume FILE) | usage: percuss simulate
-simulate cas.toml                                       | no such file | did you mean 'case.toml'?
-simulate case.toml --modus 3                            | unknown option '--modus' | did you mean '--modes'?
 simulate case.toml --impacts -1                         | --impacts | whole number, 0 or greater
-simulate case.toml --impacts 1e3                        | --impacts | whole number
-simulate case.toml --time 0                             | argument --time: 0 | greater than 0
 simulate case.toml --time nan                           | --time | finite
 simulate case.toml --time '2 s'                         | argument --time: '2 s' | only a case in SI takes units
 simulate mini-breaker --time '2 kg'                     | argument --time: '2 kg' | unit of mass
 simulate case.toml --start nowhere                      | --start | key=value pairs, orbit:K or random
 simulate case.toml --start time=1,time=2                | --start | time is given twice
-simulate case.toml --start positon=-1                   | argument --start: positon | did you mean 'position'?
-simulate case.toml --start position=1                   | argument --start: position = 1 | 0 (on the wall) or less
-simulate case.toml --start 'position=-3 cm'             | position = '-3 cm' | only a case in SI takes units
-simulate case.toml --start 'position=-1,modal_velocity=[0]' | one kind of start | remove modal_velocity
 simulate case.toml --start orbit:9                      | start.orbit = 9 | from 1 to 2 | percuss steady case.toml
 simulate case.toml --seed 1                             | argument --start: seed = 1 | random
 simulate case.toml --events 3                           | --events | all, none or last:K
-simulate case.toml -o nowhere/run.nc                    | -o | there is no folder 'nowhere'
-simulate case.toml -o .                                 | -o | is a directory
 simulate case.toml -o case.toml                         | -o | is the case itself
 simulate case.toml -o a.png --plot a.png                | --plot | different names
 simulate case.toml --resume run.nc                      | CASE cannot be used with --resume
 simulate --resume run.nc --start random                 | --start cannot be used with --resume
-simulate --resume run.nc --modes 3                      | --modes cannot be used with --resume
 simulate --resume none.nc                               | none.nc: no such file
-simulate --resume none.nc --time '2 s'                  | none.nc: no such file
 simulate --resume case.toml                             | case.toml: not a NetCDF 4 file
 simulate case.toml --modes 8 --contact waves            | --modes cannot be used with --contact waves
 simulate case.toml -o x.nc --contact waves              | --output cannot be used with --contact waves
 simulate case.toml --cells 200                          | --cells is for --contact waves
 simulate case.toml --quiet                              | --quiet is for --contact waves
 simulate case.toml --cells 3 --contact waves            | from 16 to 100000
-simulate case.toml --contact wave                       | invalid choice
 simulate valve-breaker --contact waves                  | 'percuss machine' answers for a valve
 simulate valve-drifter --start orbit:1                  | start.orbit = 1: expected a start by position and velocity
-simulate valve-drifter --start random                   | start.random = 'rigid': expected a start by position and
-simulate valve-drifter --start position=1               | position
 sweep case.toml                                         | --x
 sweep case.toml --x friction=0:1:3                      | restitution, load_factor
 sweep case.toml --x load_facto=0:1:3                    | did you mean 'load_factor'
@@ -101,14 +76,10 @@ SWEEP --quantity stabil                                 | exists, orbits
 SWEEP --quantity ,                                      | one or more names
 sweep case.toml --x restitution=0.9:0:3                 | swap the two ends
 sweep case.toml --x restitution=0:1                     | FROM:TO:NUMBER
-sweep case.toml --x restitution=0:1:0                   | restitution
 SWEEP --y restitution=0:1:3                             | one axis only
 sweep case.toml --x restitution=0:0.9:100000 --y s=1:20:100000 --quantity label | --yes
 SWEEP --curves                                          | --y
 SWEEP --periods 1..3                                    | m an axis
-SWEEP --plot map.gif                                    | .png, .svg or .pdf
-SWEEP --csv none/map.csv                                | no folder 'none'
-SWEEP --csv ''                                          | --csv | '' | must end in .csv
 SWEEP --csv x.txt                                       | --csv | 'x.txt' | must end in .csv
 SWEEP --resume                                          | -o
 SWEEP -o map.nc                                         | percuss export
@@ -116,12 +87,10 @@ SWEEP --workers 0                                       | 1 or greater
 SWEEP --overlay curves.json                             | --plot
 SWEEP --y d=0:1:2 --plot a.png --overlay case.toml      | curve
 sweep case.toml --x 's=1 m:2 m:3'                       | s
-sweep none.toml --x s=1:2:3                             | no such file
 sweep valve-breaker --x 'pressure=100:200 bar:3' --quantity runs --y 's=1,2' --curves | s
 experiment case.toml --distribution walls               | wall
 experiment case.toml --distribution case.toml           | case.toml
 experiment case.toml --starts 0                         | --starts: '0' | 1 or greater
-experiment case.toml --impacts 0                        | --impacts: '0' | 1 or greater
 experiment valve-breaker --distribution wide            | expected wall, field, gentle, or a file
 basins case.toml --x time=0:6:5                         | --y
 basins case.toml --x time=0:6:5 --y phase=0:6:5         | position, velocity, time
@@ -129,7 +98,6 @@ basins case.toml --x time=0:6:5 --y position=0:1:5      | the wall is at 0
 basins case.toml --x time=0:6:5 --y velocity=-1:0:5 --at time=1 | not on an axis
 basins case.toml --x time=0:6:5 --y velocity=-1:0:5 --at place=1 | position
 basins case.toml --x 'time=0:6 ms:4' --y velocity=-6:-1:3 | units need a case in SI
-basins case.toml --x time=0:6:4 --y velocity=-6:-1:3 --at 'position=-3 mm' | units need a case in SI
 basins valve-breaker --x time=0:6:2 --y velocity=-6:-1:2 | no clock drives the machine
 BASINS --x 'time=0:6 furlongs:4' --y velocity=-6:-1:3   | a unit of length
 BASINS --x time=0:6:4 --y 'u_1=-1 mm:1 mm:3'            | only position, velocity, time have units
@@ -138,46 +106,33 @@ STARTS --at 'u_1=3 mm'                                  | have units
 STARTS --at position=far                                | NAME=NUMBER
 diagram possible.toml --along mean=0.6                  | mean
 diagram possible.toml --along nothing=0:1               | nothing
-diagram possible.toml --along mean=0.6:1 --label 2      | --label
 diagram possible.toml --along mean=0.6:1 --show colour  | colour
-diagram possible.toml --along mean=0.6:1 --csv x.nc     | .csv
-diagram possible.toml --along mean=0.6:1 --plot x.txt   | .png
 diagram possible.toml --along mean=0.6:1 --starts 0 --runs 0 --searched 0 | searched
 diagram possible.toml --along 'mean=5 kN:6 kN'          | mean
 orbits other.toml --label 65/1                          | impacts = 65: expected a whole number from 1 to 64
-orbits other.toml --label 0/1                           | impacts = 0
 orbits other.toml --label 1/0                           | periods = 0
-orbits other.toml --label 1/257                         | periods = 257: expected a whole number from 1 to 256
 orbits other.toml --label 2                             | impacts and load periods of a cycle
-orbits other.toml --label two/1                         | impacts and load periods of a cycle
-orbits other.toml --label -1/1                          | --label
 orbits other.toml --label chatter/0                     | impacts and load periods of a cycle
 orbits other.toml --label 1/1 --up-to 65/1              | impacts = 65
 orbits other.toml --label 2/1 --up-to 1/1               | --up-to
 orbits other.toml --label chatter/1 --up-to 2/1         | --up-to
 orbits other.toml --label 3/1 --tries 99999999999       | --tries
 orbits other.toml --label 3/1 --tries 0 --motions 0     | tries = 0
-orbits other.toml --modes 5000                          | --modes
 orbits pulled.toml --label 2/1                          | the load does not push
 orbits flat.toml --label 2/1                            | the load is constant
 orbits step.toml --label 2/1                            | two or more phases
 orbits driven.toml --label 3/1                          | elastic mode n = 1
-orbits no-such-hammer                                   | no such file
-FOLLOW --orbit 65/1                                     | impacts = 65
 FOLLOW --orbit 2/1:0                                    | orbit = 0
 FOLLOW --orbit 2/1:99                                   | one of the 2 orbits z=2/1
 FOLLOW --orbit 2/1:1:2                                  | P/N:NUMBER
 FOLLOW --orbit 2/1:phases=0.4                           | 2 phases
 FOLLOW --orbit 2/1:phases=nan,1                         | phases in rad
-FOLLOW --orbit 2/1:phases=0.4,1e300                     | phases in rad
-FOLLOW --orbit 2/1:phases=0.4,0.4                       | phases near those of an orbit
 FOLLOW --orbit 2/1:phases=5,6                           | the nearest has 0.329782, 2.07112
 FOLLOW --orbit 3/1:phases=5,4,3                         | phases near those of an orbit, in order of time
 follow hammer.toml --along mean=0.5:1 --orbit chatter/1:1 | one of the 0 cycles chatter/1
 FOLLOW --orbit rest/1:phases=2                          | chatter/N:NUMBER
 FOLLOW --orbit chatter/1 --switch 2                     | --switch
 FOLLOW --switch 17                                      | switch = 17
-FOLLOW -o branch.txt                                    | .csv
 FOLLOW --curve flip                                     | --over
 FOLLOW --curve flop --over restitution=0:0.9            | one of
 FOLLOW --curve flip --over restitution=                 | 'restitution=': expected NAME=FROM:TO
@@ -188,12 +143,9 @@ follow chattering.toml --orbit chatter/1 --along load_factor=0.36:0.38 --curve f
 follow other.toml --along mean=0.665:0.665              | two different ends
 follow other.toml --along mean=1:0.5                    | smaller end first
 follow other.toml --along mean=                         | NAME=
-follow other.toml --along mean=1                        | 'mean=1': expected NAME=FROM:TO
 follow other.toml --along mean=0.5:1:5                  | 'mean=0.5:1:5': expected NAME=FROM:TO
 follow other.toml --along mean=1e400:1e401              | mean = inf
-follow other.toml --along kappa=1:2                     | square load
 follow other.toml --along nothing=0:1                   | nothing
-follow other.toml --along sharpness=1:2                 | sharpness
 follow other.toml --along mean=0.5N:1N                  | unit of the case
 follow pulled.toml --along mean=-1:1                    | the load does not push
 blow blow.toml --velocity 9                             | unit
@@ -202,12 +154,8 @@ blow blow.toml --velocity '9 m/s' --from-motion         | --from-motion
 blow blow.toml --until '0 s'                            | greater than 0
 blow blow.toml --until '1e9 s'                          | at most
 blow blow.toml --gauge '5 m'                            | a place on the rod, from 0 to 2 m
-blow blow.toml --gauge 'nan m'                          | --gauge
-blow blow.toml --plot blow.gif                          | .png
-blow blow.toml --csv blow.txt                           | .csv
 blow blow.toml -o blow.toml                             | -o
 blow blow.toml -o x.toml                                | .nc
-blow blow.toml --velociti '3 m/s'                       | did you mean '--velocity'
 blow blow.toml --unit MPa                               | only with --measured
 blow blow.toml --measured nowhere.csv                   | no such file
 blow wall.toml --gauge '0.1 m'                          | a place on a rod: the target is a wall
@@ -219,12 +167,10 @@ blow laboratory-striker --best rock-energy              | say what may vary
 blow laboratory-striker --best beauty --vary bar.length=1:2mm | rock-energy, efficiency
 blow laboratory-striker --vary bar.length=1:2mm         | only with --best
 BEST bar.length=1mm                                     | NAME=LOW:HIGH
-BEST bar.lenth=1:2mm                                    | bar.length
 BEST bar.length=2:1mm                                   | smaller end first
 BEST bar.length=1:2kg                                   | length
 BEST length=1:2mm --vary bar.length=1:2mm               | each key once
 BEST bar.length=1:2mm --below '3 kg'                    | --below
-BEST bar.length=1:2mm -o best.nc                        | .toml
 BEST bar.length=1:2mm --gauge 1m                        | not with --best
 BEST restitution=0:1                                    | a key of the case
 BEST load.scale=1:2                                     | a key of the case
@@ -275,12 +221,7 @@ def test_standard_output_is_no_file_to_be_made(percuss, command):
     ("old", "new", "parts"),
     [
         ("restitution", "restitusion", ["case.toml: system.restitusion = 0.6", "did you mean 'restitution'?"]),
-        ("d = 0.0048\n", "", ["case.toml: system.d: missing"]),
-        ("s = 20.0", "s = -1.0", ["case.toml: system.s = -1.0"]),
-        ("s = 20.0", "s = nan", ["case.toml: system.s = nan", "finite"]),
-        ("0.6", "1.6", ["case.toml: system.restitution = 1.6", "0 to 1"]),
         ("0.9, 0.0", "-0.9, 0.0", ["case.toml: the load does not push", "p_0"]),
-        ("0.9, 0.0", "0.0, 0.0", ["case.toml: the load does not push"]),
         (", [1.0, 0.0]", "", ["case.toml: the load is constant"]),
         ("s = 20.0\nd = 0.0048", "s = 0.15915494309189535\nd = 0.0", ["case.toml: load harmonic k = 1", "n = 2"]),
         ("s = 20.0", "s = 1e300", ["case.toml: system.s"]),
@@ -291,14 +232,6 @@ def test_wrong_cases(percuss, old, new, parts):
     Path("case.toml").write_text(PLAIN.replace(old, new, 1), encoding="utf-8")
     percuss("steady", "case.toml", "--plot", "picture.png", "--json").refused(*parts)
     assert not Path("picture.png").exists()
-
-
-def test_large_and_binary_files(percuss):
-    with open("large.toml", "wb") as file:
-        file.truncate(200_000_000)
-    percuss("steady", "large.toml").refused("too large")
-    Path("binary.toml").write_bytes(bytes(range(256)))
-    percuss("steady", "binary.toml").refused("binary")
 
 
 @pytest.mark.parametrize("package", ["xarray", "h5netcdf"])

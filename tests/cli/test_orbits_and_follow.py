@@ -52,13 +52,6 @@ def test_the_largest_labels_are_searched(percuss):
         percuss("orbits", "other.toml", "--label", label, "--tries", "2", "--motions", "2").told("0 orbits")
 
 
-def test_modes_of_free_amplitude_are_named(percuss):
-    """ω_1 = 2 swings twice in a load period, ω_2 and ω_3 four and six times: a free amplitude of each."""
-    done = percuss("orbits", "ringing.toml")
-    done.told("3 elastic modes, but for the free amplitude of modes 1, 2, 3.", "of elastic modes 1, 2, 3, which come")
-    assert percuss("orbits", "ringing.toml", "--json").json["resonant_modes"] == [1, 2, 3]
-
-
 @pytest.mark.parametrize("n", [1, 2])
 def test_full_rebound_without_drag_has_an_answer(percuss, n):
     answer = percuss("orbits", "full.toml", "--label", f"2/{n}", "--json", "--tries", "50").json
@@ -130,13 +123,6 @@ def test_points_are_followed_without_ranges(percuss):
     first, *_, last = curve["points"]
     assert first["type"] == last["type"] == "parameter_end"
     assert first["values"][1] == pytest.approx(0.0, abs=1e-8) and last["values"][1] == pytest.approx(1.0, abs=1e-8)
-
-
-def test_a_key_of_the_case_in_its_unit():
-    case = Case.from_text(CASES["si"].replace("8 kN", "6.2 kN"))
-    branch = branch_answer(case, "1/1:2", "frequency=45 Hz:55 Hz")
-    assert branch.values[[0, -1]].tolist() == [45.0, 55.0]
-    assert abs(branch.phases - branch.phases[0]).max() < 1e-12  # a rigid bar knows no frequency
 
 
 def test_without_a_range_a_branch_goes_to_its_ends():

@@ -68,13 +68,6 @@ def test_full_goes_on_after_a_cycle(simulated):
     assert (full["outcome"], full["label"], full["summary"]["impacts"]) == ("impacts", "z=1/1", 20)
 
 
-def test_random_start_of_a_seed(simulated):
-    first, same, other = (
-        simulated("case.toml", "--start", "random", "--seed", seed, "--json", "--impacts", "3").json for seed in "556"
-    )
-    assert first == same != other
-
-
 # -- the report -------------------------------------------------------------------------------------------------------
 
 
@@ -158,19 +151,6 @@ def test_a_machine_is_followed_from_its_start(simulated):
     kinds = [(event["kind"], event["to"]) for event in found["events"] if event["kind"] in ("port", "valve")]
     assert kinds[:4] == [("port", "return"), ("valve", "power"), ("port", "power"), ("valve", "return")]
     assert found["outcome"] == "impacts" and found["cycle"] is None
-
-
-def test_the_simulation_settles_on_the_cycle_of_the_report(simulated):
-    done = simulated("valve-drifter", "--modes", "0")
-    done.told("From this start the machine runs 1/1: 301.1 J at 61.2 Hz (3672 blows/min), 10.92 m/s")
-    done.told("valve: power", "ports[0] demands")
-
-
-def test_a_simulation_of_a_machine_that_stalls(simulated):
-    gas = load_case("valve-breaker").varied({"load.chamber": {"force": "12 kN", "stiffness": "40 kN/m"}})
-    Path("gas.toml").write_text(gas.to_toml(), encoding="utf-8")
-    done = simulated("gas.toml", "--modes", "0", "--start", "position=0")
-    done.told("From this start the machine stalls (in the chamber).")
 
 
 # -- by waves ---------------------------------------------------------------------------------------------------------

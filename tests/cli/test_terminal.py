@@ -7,6 +7,8 @@ import re
 import sys
 import threading
 import time
+from functools import partial
+from pathlib import Path
 
 import pytest
 
@@ -89,68 +91,28 @@ def test_neutral():
 
 
 @pytest.mark.parametrize("seen", [True, False])
-@pytest.mark.parametrize("command", [name for name in app.COMMANDS if name != "serve"])
-def test_no_command_is_silent_for_long(monkeypatch, capsys, command, seen):
+def test_no_command_is_silent_for_long(monkeypatch, capsys, seen):
     """Whatever it does: a person is told once; a file of messages is not."""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: seen, raising=False)
     monkeypatch.setattr(waiting, "PATIENCE", 0.05)
     monkeypatch.setattr(waiting, "_SHARE", 0.0)
     monkeypatch.setattr(app, "command_of", lambda name: lambda arguments: time.sleep(0.5) or 0)
-    assert main([command]) == 0
-    assert capsys.readouterr().err == (f"percuss: {command}: computing\n" if seen else "")
-
-
-def test_what_is_shown_breaks_the_silence(monkeypatch, capsys):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    monkeypatch.setattr(waiting, "PATIENCE", 0.4)
-
-    def talks(arguments):
-        for _ in range(12):
-            print("on")
-            time.sleep(0.1)
-        return 0
-
-    monkeypatch.setattr(app, "command_of", lambda name: talks)
-    assert main(["machine"]) == 0
-    assert capsys.readouterr().err == ""
+    assert main(["steady"]) == 0
+    assert capsys.readouterr().err == ("percuss: steady: computing\n" if seen else "")
 
 
 def test_what_a_command_is_at():
-    """By where it is: while kernels are compiled, in a room, and elsewhere."""
-    from percuss import Load, System, steady_states
-    from percuss.compiled import _WHOLE, _compile
-    from percuss.simulate import Stop, run
+    """By the file whose function it is in, the inner room first; while kernels are compiled, by that alone."""
 
-    def seen_in(work, word: str) -> bool:
-        """Whether a thread that looks sees the word while the work is done, again where it was too quick."""
-        seen, ended, thread = threading.Event(), threading.Event(), threading.get_ident()
+    def within(file, inner, name="f"):
+        scope = {"inner": inner}
+        exec(compile(f"def {name}():\n    return inner()", str(Path(waiting._HOUSE, file)), "exec"), scope)
+        return scope[name]
 
-        def look():
-            while not ended.wait(0.002):
-                if word in waiting.doing(thread):
-                    seen.set()
-
-        looking = threading.Thread(target=look)
-        looking.start()
-        try:
-            for _ in range(200):
-                work()
-                if seen.is_set():
-                    break
-        finally:
-            ended.set()
-            looking.join()
-        return seen.is_set()
-
-    def compile_() -> None:
-        function = eval("lambda x: 2.0 * x")  # of no file, so that nothing is kept
-        _compile(**_WHOLE)(function)(1.0)
-
-    assert seen_in(compile_, "compiling the kernels once")
-    system = System(20.0, 0.0048, 0.6, Load.harmonic(0.9, 1.0))
-    assert seen_in(lambda: run(system, modes=32, stop=Stop(impacts=100_000, periodic=False)), "simulating")
-    assert seen_in(
-        lambda: [steady_states(System(20.0, 1e-4 * k, 0.6, Load.harmonic(0.9, 1.0))).orbits for k in range(1, 30)],
-        "solving for steady motions",
-    )
-    assert seen_in(lambda: time.sleep(0.05), "computing")
+    here = partial(waiting.doing, threading.get_ident())
+    assert within("cli/app.py", here)() == "computing"
+    assert within("steady/phases.py", here)() == "solving for steady motions"
+    assert within("steady/periodic/search.py", here)() == "looking for orbits"
+    assert within("explore/sweep.py", within("simulate/trajectory.py", here))() == "simulating"
+    assert within("simulate/trajectory.py", within("compiled.py", here, "compile_extra"))() == waiting.COMPILING
+    assert "def compile_extra(" in Path(waiting._HOUSE, "compiled.py").read_text(encoding="utf-8")

@@ -463,21 +463,6 @@ def test_show_of_what_is_no_archive(run, tmp_path, name):
     assert code == 2 and "archive" in err
 
 
-def test_export_netcdf(run, tmp_path):
-    xarray = pytest.importorskip("xarray")
-    carry_out(Grid(), archive=tmp_path / "a.zarr", chunk=5)
-    code, out, err = run("export", "a.zarr", "-o", "out.nc")
-    assert (code, out, err) == (0, "sweep: out.nc\n", "")
-    with xarray.open_dataset("out.nc") as dataset:
-        assert dataset["sine"].dims == ("restitution", "frequency")
-        assert dataset["frequency"].attrs["units"] == "Hz"
-        assert dataset["powers"].shape == (3, 4, 3)
-        assert dataset["sine"].attrs == {"units": "rad", "long_name": "sine of the number"}
-        assert np.array_equal(dataset["remainder"].values.reshape(-1), np.arange(12) % 7)
-        assert dataset["sine"].sel(restitution=0.3, frequency=20.0) == pytest.approx(np.sin(5 * 1.37))
-        assert json.loads(dataset.attrs["ask"]) == Grid().ask
-
-
 def test_export_csv(run, tmp_path):
     halfway(tmp_path / "a.zarr", Grid(), chunk=5)
     code, _, err = run("export", "a.zarr", "-o", "out.csv")

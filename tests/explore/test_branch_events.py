@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from orbit_cases import Made, motions
+from orbit_cases import Made, both_ways, motions
 from percuss import Load, System
 from percuss.errors import PercussError
 from percuss.explore import Branch, BranchEvent, SystemFamily, follow
@@ -191,26 +191,6 @@ def drawn(seed: int, modes: int) -> tuple[PeriodicOrbit, str, float] | None:
         return None
     orbit = found[random.integers(len(found))]
     return orbit, name, orbit.system.load.mean if name == "mean" else float(orbit.system.restitution)
-
-
-def both_ways(orbit: PeriodicOrbit, name: str, between: tuple[float, float]) -> None:
-    """Every point of a branch is an orbit, nothing is lost, and from another orbit of it the same events are met."""
-    branch = follow(orbit, name, between)
-    assert BranchEvent.LOST not in {point.kind for point in branch.points}
-    assert all(point.orbit.residual < 1e-9 for point in branch.points)
-    middle, family = branch.values.size // 3, SystemFamily(orbit.system)
-    there, times = float(branch.values[middle]), tuple(branch.times[middle].tolist())
-    other = PeriodicOrbit(family.system({name: there}), orbit.periods, times, orbit.modes, orbit.rebound).from_first
-    if not other.admissible:  # an end
-        return
-    again = follow(other, name, between, family=family, value=there)
-    expected, found = ([(p.kind.value, p.value) for p in one.points] for one in (branch, again))
-    if expected[0][0] == "closed":
-        expected, found = sorted(expected[1:-1]), sorted(found[1:-1])
-    elif expected[0][0] != found[0][0] or abs(expected[0][1] - found[0][1]) > 1e-8:
-        found.reverse()
-    assert [kind for kind, _ in found] == [kind for kind, _ in expected]
-    assert [at for _, at in found] == pytest.approx([at for _, at in expected], rel=0, abs=1e-9)
 
 
 def one_impact(seed: int) -> tuple[PeriodicOrbit, str, float] | None:

@@ -1,9 +1,8 @@
-"""Diagrams: every branch once, simulated motions on them, and an archive that gives the same again."""
+"""Diagrams: every branch once, and simulated motions on them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from percuss import Load, System
-from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore import Archive, Axis, Diagram, diagram, follow
+from percuss.errors import ParameterError, PercussError
+from percuss.explore import Axis, Diagram, diagram, follow
 from percuss.explore.continuation.branch import Branch, BranchEvent
 from percuss.explore.diagrams.diagram_job import diagram_job
 from percuss.explore.diagrams.diagram_lines import line_of, lines_from, packed, with_new
@@ -90,30 +89,6 @@ def test_a_motion_taken_along_is_lost_where_its_branch_ends() -> None:
             assert labels == {"chatter/1"}
         elif value < 0.62:
             assert not labels & {"chatter/1", "z=1/1"}
-
-
-def test_the_archive_gives_the_same_and_goes_on_where_it_was_broken_off(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("percuss.explore.jobs.progress._LOOK", 0.0)  # however fast the machine is
-    place, along = tmp_path / "d.zarr", "mean=0.6:1:4"
-    asked = {**SMALL, "up_to": (1, 1), "searched": 1, "switch": 0}
-    whole = diagram(RIGID, along, **asked)
-    with pytest.raises(Interrupted) as stopped:
-        diagram(RIGID, along, **asked, archive=place, progress=lambda progress: progress.done >= 3)
-    partial = stopped.value.partial
-    assert isinstance(partial, Diagram)
-    assert 0.0 < partial.done < 1.0
-    again = diagram(RIGID, along, **asked, archive=place, resume=True)
-    with Archive.open(place) as archive:
-        kept = archive.result()
-    for other in (again, kept):
-        assert _told(other) == _told(whole)
-
-
-def _told(one: Diagram) -> list[Any]:
-    lines = [(branch.label, branch.values.tolist(), branch.speeds.tolist()) for branch in one.branches]
-    return [lines, [(motion.value, motion.label, motion.phases.tolist()) for motion in one.settled], one.modes]
 
 
 def test_the_dataset_has_a_row_for_each_impact(found: Diagram) -> None:

@@ -134,8 +134,8 @@ def test_diagrams_boundaries_and_curves_are_saved_and_read(tmp_path: Path) -> No
     flip = orbits(system, 1, modes=0)[1].follow("mean", (0.3, 1.2)).at("flip")[0]
     every: list[Any] = [
         boundaries(system, ("restitution", [0.3, 0.4]), ("load_factor", 0.1, 1.0)),
-        diagram(system, "mean=0.5:0.9:3", up_to=(1, 1), searched=1, switch=0, starts=1, runs=0, modes=0, workers=1),
-        follow_point(flip, ("restitution", "mean"), ((0.45, 0.55), (0.3, 1.2))),
+        diagram(system, "mean=0.7:0.8:2", up_to=(1, 1), searched=1, switch=0, starts=1, runs=0, modes=0, workers=1),
+        follow_point(flip, ("restitution", "mean"), ((0.48, 0.52), (0.3, 1.2)), most=9),
     ]
     for one, kind in zip(every, (Boundaries, Diagram, PointCurve), strict=True):
         one.save(place)

@@ -596,19 +596,6 @@ def test_machines_start_with_the_valve_as_it_is_said(tmp_path):
 # -- what is told -----------------------------------------------------------------------------------------------------
 
 
-def test_json():
-    found = experiment(PNEUMATIC, 200, "wall", 7, workers=1, modes=0)
-    tree = json.loads(json.dumps(found.to_json_dict(), allow_nan=False))
-    assert tree.keys() == {"starts", "seed", "distribution", "modes", "shares"}
-    assert (tree["starts"], tree["seed"], tree["distribution"]) == (200, 7, "wall")
-    for share in tree["shares"]:
-        assert share.keys() == {"label", "share", "low", "high", "phases", "impact_velocities"}
-        assert 0.0 <= share["low"] <= share["share"] <= share["high"] <= 1.0
-        assert len(share["phases"]) == len(share["impact_velocities"]) > 0
-    parts = [share["share"] for share in tree["shares"]]
-    assert parts == sorted(parts, reverse=True) and sum(parts) == pytest.approx(1.0)
-
-
 def test_dataset_of_a_plane():
     found = basins(TWINS, ("time", 0.0, 6.0, 5), ("velocity", -4.0, -0.5, 4), at={"position": -0.1}, workers=1, modes=0)
     data = found.to_xarray()

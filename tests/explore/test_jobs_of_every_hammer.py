@@ -23,8 +23,8 @@ from percuss.model import Machine
 from percuss.model.described import describe_machine, describe_system, machine_from, system_from
 
 NEVER = lambda: False  # noqa: E731
-STOP = Stop(impacts=200)
-PLACES = ("position", -1.5, -0.1, 7), ("velocity", -2.0, -0.1, 5)
+STOP = Stop(impacts=100)
+PLACES = ("position", -1.5, -0.1, 6), ("velocity", -2.0, -0.1, 4)
 SEVERAL = System(s=8.0, d=0.3, restitution=0.2, load=Load.fourier([0.3, *(1.0 / k for k in range(1, 13))]))
 ROOTS = ["phase", "reduced_margin", "margin", "phases"]
 BLOWS = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
@@ -40,7 +40,7 @@ def mapped(name: str) -> Any:
 
 JOBS: dict[str, Callable[..., Any]] = {
     **{
-        f"experiment of {name}": partial(experiment_job, what, 40, "field", 2, modes=modes, stop=STOP)
+        f"experiment of {name}": partial(experiment_job, what, 24, "field", 2, modes=modes, stop=STOP)
         for name, (what, modes, _) in HAMMERS.items()
     },
     **{

@@ -138,11 +138,6 @@ def test_interrupted_and_resumed_by_others(tmp_path, processes):
     assert all(p.stat().st_mtime_ns == when for p, when in times.items())  # what was done is not done again
 
 
-def test_one_item_and_none():
-    assert same(carry_out(Sines(1)), whole(Sines(1)))
-    assert carry_out(Sines(0))["sine"].size == 0
-
-
 # -- pace --
 
 
@@ -635,13 +630,6 @@ def test_a_bar_for_a_person(in_folder, capsys, monkeypatch):
     carried(*options_of("--workers", "1"), Sines(50, sleep=0.01))
     assert shown[-1] == "stopped" and shown[-2]["completed"] == 1.0
     assert shown[-2]["told"].startswith("100 %, 50 of 50")
-    carrying.new_bar  # noqa: B018
-
-
-def test_the_bar_itself(capsys):
-    bar, task = carrying.new_bar("sweep")
-    bar.update(task, completed=0.5, told="half")
-    bar.stop()
 
 
 def test_signals_of_a_watch():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import errno
 import os
 import resource
@@ -15,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import percuss
 from percuss import Load, System, plot, whole_file
 from percuss.cli import main
 from percuss.errors import PercussError
@@ -23,7 +21,6 @@ from percuss.paper.figure import PaperFigure
 from percuss.simulate import Stop, run
 from percuss.whole_file import PARTS, write_whole
 
-PACKAGE = Path(percuss.__file__).parent
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 
 
@@ -178,44 +175,3 @@ def test_new_does_not_follow_a_link_to_nothing(tmp_path, capsys):
     (tmp_path / "case.toml").symlink_to(tmp_path / "elsewhere")
     assert main(["new", "mini-breaker", "-o", str(tmp_path / "case.toml")]) == 2
     assert not (tmp_path / "elsewhere").exists()
-
-
-ALLOWED = {
-    "whole_file.py",
-    "explore/jobs/archive.py",  # records are added to it; its own check sums tell what is whole
-    "case/uploads/upload.py",  # in a folder of its own that goes away
-    "web/serving.py",  # so too: the page that leads the browser to the address
-}
-"""What may open files for writing by itself."""
-
-
-def test_every_writer_uses_the_helper():
-    """Nothing else in the package writes, renames or saves files: looked up in its syntax."""
-    found = []
-    for path in PACKAGE.rglob("*.py"):
-        name = path.relative_to(PACKAGE).as_posix()
-        if name in ALLOWED:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, ast.Call):
-                continue
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            if called in ("write_text", "write_bytes", "to_netcdf", "to_csv", "savetxt", "imsave"):
-                found.append((name, node.lineno, called))
-            if (
-                called == "replace"
-                and isinstance(node.func, ast.Attribute)
-                and getattr(node.func.value, "id", "") == "os"
-            ):
-                found.append((name, node.lineno, called))
-            modes = [a.value for a in [*node.args[1:2], *(k.value for k in node.keywords if k.arg == "mode")]
-                     if isinstance(a, ast.Constant) and isinstance(a.value, str)]  # fmt: skip
-            if called == "open" and any(set(mode) & set("wax+") for mode in modes) and not _in_block(path, node.lineno):
-                found.append((name, node.lineno, called))
-    assert not found
-
-
-def _in_block(path: Path, line: int) -> bool:
-    """Whether what is opened is the new file of the helper, in the block that begins in this line."""
-    text = path.read_text(encoding="utf-8").splitlines()[line - 1]
-    return "whole_file(" in text or "replaced(" in text

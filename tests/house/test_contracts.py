@@ -88,9 +88,6 @@ def test_public_names_mean_the_same_whatever_was_imported_before(first):
         "import percuss.cli",
         "import percuss.case",
         "import percuss.plot",
-        "from percuss.cli import main; main(['--help'])",
-        "from percuss.cli import main; main(['--version'])",
-        "from percuss.cli import main; main(['steady', '--help'])",
     ],
 )
 def test_nothing_heavy_is_loaded_at_start_up(code):

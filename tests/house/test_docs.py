@@ -4,12 +4,12 @@ import contextlib
 import doctest
 import importlib
 import io
-import json
 import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,7 +18,6 @@ from percuss.case import Case
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs" / "_ext"))
 cells = importlib.import_module("cells")  # what the kernels of the built pages use
-expanded = importlib.import_module("reference").expanded
 
 PAGES = [
     ROOT / "README.md",
@@ -72,7 +71,15 @@ def check(want: str, got: str, where: str) -> None:
     assert same, f"{where}\nexpected:\n{want}\ngot:\n{got}"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page.name != "CONTRIBUTING.md"], ids=name)
+LONG = ("maps.md", "literature.md", "simulation.md", "plot_16_which_starts_run.py")
+"""Whose examples take ten seconds or more."""
+
+
+def examples(paths: list[Path]) -> list[Any]:
+    return [pytest.param(path, marks=[pytest.mark.slow] * (path.name in LONG), id=name(path)) for path in paths]
+
+
+@pytest.mark.parametrize("page", examples([page for page in PAGES if page.name != "CONTRIBUTING.md"]))
 def test_examples_run(page, tmp_path, monkeypatch):
     """Blocks in order: python runs, a text block after it is what it prints, percuss commands run."""
     monkeypatch.chdir(tmp_path)
@@ -128,7 +135,7 @@ def test_cells_run(page, elsewhere):
             output_of(cells.python_of(code), namespace)
 
 
-@pytest.mark.parametrize("script", GALLERY, ids=name)
+@pytest.mark.parametrize("script", examples(GALLERY))
 def test_gallery_scripts_draw(script, elsewhere):
     import matplotlib.pyplot as plt
 
@@ -222,15 +229,3 @@ def test_pins_cover_the_dependencies_and_agree():
     assert run.items() <= dev.items()
     assert {"pip", "setuptools", "hatchling"} <= build.keys()
     assert all(dev[item] == build[item] for item in dev.keys() & build.keys())
-
-
-def test_every_key_of_the_json_is_documented():
-    def keys(value: object) -> set[str]:
-        if isinstance(value, dict):
-            return set(value).union(*map(keys, value.values()))
-        return set().union(*map(keys, value)) if isinstance(value, list) else set()
-
-    page = expanded((ROOT / "docs" / "json.md").read_text(encoding="utf-8"))
-    for command in ("steady hydraulic-drifter --periods 1..2", "simulate hydraulic-drifter --events last:3"):
-        found = json.loads(output_of_command(f"percuss {command} --json"))
-        assert sorted(key for key in keys(found) if f"`{key}`" not in page) == []

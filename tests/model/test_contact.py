@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from percuss import Kept, Load, Reversed, System, steady_states
+from percuss import Kept, Load, Reversed, System
 from percuss.errors import ParameterError
-from percuss.model import Contact, External, Result, SteppedBar, Timed, UniformBar
+from percuss.model import Contact, Result, SteppedBar, Timed, UniformBar
 from percuss.model.contact import LAWS, restitution_of_ratio
 from percuss.model.contact.falling_push import FallingPush
 from percuss.steady.resting.flight_chain import GapState, ReleasedFlight, Swing
@@ -55,21 +55,6 @@ def test_the_strain_is_reversed_on_bars_that_send_no_wave_back_only() -> None:
     assert System(SteppedBar(1.0, (0.1 * 3, 0.3), (1.0, 4.0), lengths=(3.0, 1.0)), load, law).contact == law
     with pytest.raises(ParameterError, match="kept"):
         System(SteppedBar(1.0, (2.0, 1.9999), (1.0, 1.0)), load, law)
-
-
-def test_equal_sections_are_a_uniform_bar() -> None:
-    load = Load.fourier([0.4, 1.0, 0.3j])
-    stepped, uniform = (
-        SteppedBar(9.0, (3.0, 3.0, 3.0), (1.0, 2.0, 0.5), External(0.01)),
-        UniformBar(9.0, External(0.01)),
-    )
-    assert stepped.is_uniform and stepped.is_harmonic
-    ours, theirs = (steady_states(System(bar, load, Reversed(0.4))).orbits for bar in (stepped, uniform))
-    assert len(ours) == len(theirs) == 2
-    for one, other in zip(ours, theirs, strict=True):
-        assert one.phase == pytest.approx(other.phase, rel=1e-9)
-        assert one.impact_velocity == pytest.approx(other.impact_velocity, rel=1e-9)
-        assert one.delivered_energy == pytest.approx(other.delivered_energy, rel=1e-9)
 
 
 def test_what_a_bar_of_sections_is() -> None:

@@ -15,7 +15,7 @@ from percuss.cli import main
 from percuss.errors import ParameterError, PercussError
 from percuss.explore.boundary_curves.boundary import boundaries
 from percuss.explore.parameters import vary
-from percuss.paper import NAMES, figures, write_figures
+from percuss.paper import figures, write_figures
 from percuss.paper.figure import DAMPING, RESTITUTIONS, PaperFigure, hydraulic, pneumatic
 from percuss.plot.canvas import segments
 from percuss.stability import stability_plane
@@ -296,20 +296,3 @@ def test_command_writes_and_says_what(tmp_path, capsys):
     said = capsys.readouterr().out.splitlines()
     assert said == [str(target / f"{name}.{kind}") for name in ("fig3", "fig5") for kind in ("csv", "svg", "png")]
     assert sorted(path.name for path in target.iterdir()) == sorted(Path(line).name for line in said)
-
-
-def test_command_runs_the_claims(tmp_path, monkeypatch, capsys):
-    claims = pytest.importorskip("percuss.paper.claims")
-    asked = []
-
-    def run(directory, full=False, seed=1, progress=None):
-        progress(claims.ClaimsProgress("claim a", 1, 2))
-        asked.append((directory, full, seed))
-
-    monkeypatch.setattr(claims, "run", run)
-    assert main(["paper", "claims", "--full", "--seed", "9", "-o", str(tmp_path)]) == 0
-    assert asked == [(tmp_path, True, 9)]
-    captured = capsys.readouterr()
-    assert captured.out.splitlines() == [str(tmp_path / "claims.json"), str(tmp_path / "REPORT.md")]
-    assert "claim a" in captured.err
-    assert NAMES[-1] == "claims"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -163,19 +161,3 @@ def test_rigid_bars_show_energy_and_elastic_ones_strain() -> None:
     figure = plot.trajectory(motion("rest"))
     assert titles(figure)[4].startswith("(e) strain")
     assert figure.axes[4].images[0].get_array().shape[0] == 101
-
-
-def test_same_motion_same_picture(tmp_path: Path) -> None:
-    first = plot.save(plot.trajectory(motion("one")), tmp_path / "a.svg").read_bytes()
-    assert plot.save(plot.trajectory(motion("one")), tmp_path / "b.svg").read_bytes() == first
-
-
-def test_no_pyplot_and_no_early_import() -> None:
-    code = (
-        "import sys, percuss.plot\nassert not {'matplotlib', 'numba'} & set(sys.modules)\n"
-        "from percuss.plot import trajectory\nassert 'matplotlib' not in sys.modules\n"
-        "from percuss import Load, Stop, System, run\n"
-        "trajectory(run(System(s=9.0, d=0.1, restitution=0.5, load=Load.harmonic(1.0, 1.0)), stop=Stop(impacts=3)))\n"
-        "assert 'matplotlib' in sys.modules and 'matplotlib.pyplot' not in sys.modules\n"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

@@ -436,29 +436,3 @@ def test_the_sample_history_is_the_same_everywhere_and_says_what_it_is(tmp_path)
     # the first numbers do not hang on a library's way of making random numbers
     digest = hashlib.sha256(b"".join(t for t, _ in plain)).hexdigest()
     assert digest == hashlib.sha256(b"".join(b"%.5f" % (i / 50e3) for i in range(33333))).hexdigest()
-
-
-@given(st.integers(0, 2**63), st.sampled_from([0.0, 0.05]), st.sampled_from([0.0, 0.01]))
-def test_samples_of_other_seeds_are_recovered_too(tmp_path_factory, seed, noise, jitter):
-    path = tmp_path_factory.mktemp("s") / "s.csv"
-    write_sample_history(
-        path,
-        pressure_coefficients=PRESSURE,
-        frequency=42.0,
-        cycles=12,
-        sample_rate=10e3,
-        noise=noise,
-        jitter=jitter,
-        seed=seed,
-    )
-    recording = read_recording(path)
-    found, _ = analyse(recording.time, recording.values)
-    assert distance(found[: len(PRESSURE)], PRESSURE) < 0.005 + 0.4 * noise
-
-
-def test_a_wrong_frequency_is_named_with_the_right_one() -> None:
-    """Ten times the frequency at which the record repeats: the remedy is that frequency, not a longer record."""
-    time = np.arange(20_000) / 2e4
-    values = 3.0 + np.cos(2 * np.pi * 60.0 * time) + 0.02 * np.random.default_rng(3).normal(size=time.size)
-    with pytest.raises(HistoryError, match=r"does not repeat at the 600 Hz given, but at (60|59\.\d+|60\.\d+) Hz"):
-        analyse(time, values, frequency=600.0)

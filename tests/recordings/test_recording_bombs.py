@@ -135,7 +135,10 @@ def test_ctrl_c_ends_the_reading_of_such_a_file(tmp_path: Path) -> None:
         try:
             child = _child_of(process)
             process.send_signal(signal.SIGINT)
-            assert "interrupted" in process.communicate(timeout=10)[1] and process.returncode == 130
+            assert "interrupted" in process.communicate(timeout=60)[1] and process.returncode == 130
+            until = time.monotonic() + 60.0
+            while Path(f"/proc/{child}").exists() and time.monotonic() < until:
+                time.sleep(0.05)
             assert not Path(f"/proc/{child}").exists()
         finally:
             process.kill()

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from percuss.errors import ParameterError
-from percuss.model import Chamber, Kept, Machine, Port, Reversed, SteppedBar, Supply, UniformBar, Valve
-from percuss.model.body import External, KelvinVoigt, Ratio, Table
+from percuss.errors import ParameterError, PercussError
+from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, SteppedBar, Supply, UniformBar, Valve
+from percuss.model.body import KelvinVoigt, Ratio, Table
 from percuss.model.load.valve import Orders
 from percuss.simulate import Start, Starts, Stop, Trajectory, run, simulate_many
+from percuss.steady import self_excited_motion
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "valve.json").read_text(encoding="utf-8"))
 
@@ -393,3 +394,165 @@ def test_a_motion_shows_itself() -> None:
     assert len(motion.events[:2]) == 2
     cancelled = run(two_force(), modes=0, stop=Stop(impacts=10**6, periodic=False), progress=lambda _: True)
     assert cancelled.outcome == "cancelled"
+
+
+# -- orders of the valve that wait -------------------------------------------------------------------------------------
+
+
+LATE = 600.0
+BOUNCING = Machine(
+    UniformBar(20.0),
+    Valve(
+        {"power": 1.0, "return": 0.5},
+        [Port("return", on="impact", delay=LATE), Port("power", behind=0.3, side="back", delay=LATE)],
+    ),
+    Kept(1.0),
+)
+"""Bounces for ever, and demands twice in each flight what is done much later."""
+
+
+def test_every_order_of_hundreds_is_carried_out():
+    stop = Stop(impacts=100_000, time=1.4 * LATE, periodic=False)
+    motion = run(BOUNCING, Start.rigid(-1.0), modes=0, stop=stop)
+    events, names = motion.events, BOUNCING.valve.pairs
+    demands, changes = events.port >= 0, events.kind == "valve"
+    due = events.time[demands] + LATE
+    done = due < stop.time
+    assert np.count_nonzero(due < 2.0 * LATE) > 400 and np.count_nonzero(done) > 150  # so many wait at once
+    assert np.allclose(events.time[changes], due[done], rtol=0.0, atol=1e-9)
+    demanded = [("return", "power")[port] for port in events.port[demands][done]]
+    assert [names[state][0] for state in events.piece[changes]] == demanded
+    many = simulate_many(BOUNCING, Start.rigid(-1.0), modes=0, stop=stop)
+    assert many.outcome[0] == motion.outcome == "time" and many.impacts[0] == motion.impacts
+
+
+def test_a_start_may_have_as_many_orders_as_it_likes():
+    pending = tuple((0.5 + 0.01 * i, ("return", "power")[i % 2]) for i in range(700))
+    start = Start.rigid(-1.0).with_valve("power", Orders("power", pending))
+    motion = run(BOUNCING, start, modes=0, stop=Stop(impacts=100_000, time=8.0, periodic=False))
+    times = motion.events.time[motion.events.kind == "valve"]
+    assert np.allclose(times, [time for time, _ in pending], rtol=0.0, atol=1e-9)
+
+
+def test_a_motion_with_hundreds_of_orders_is_broken_off_and_goes_on():
+    stop = Stop(impacts=100_000, time=1.1 * LATE, periodic=False)
+    whole = run(BOUNCING, Start.rigid(-1.0), modes=0, stop=stop)
+    part = run(BOUNCING, Start.rigid(-1.0), modes=0, stop=Stop(impacts=100_000, time=0.9 * LATE, periodic=False))
+    again = part.continued(stop)
+    assert len(part.events) < len(whole.events)
+    assert np.array_equal(again.events.time, whole.events.time) and np.array_equal(again.states, whole.states)
+
+
+# -- rests on the wall -------------------------------------------------------------------------------------------------
+
+
+def late(law: type, R: float, delay: float, kappa: float = 0.0, d: float = 0.05, force: float = 0.1) -> Machine:
+    ports = (Port("power", 1.0, "back", 0.1), Port("return", on="impact", delay=delay))
+    valve = Valve({"return": -0.6, "power": 1.2}, ports, chamber=Chamber(force, kappa))
+    return Machine(UniformBar(5.0, External(d)), valve, law(R))
+
+
+@pytest.mark.parametrize("law", [Kept, Reversed])
+@pytest.mark.parametrize("kappa", [0.0, 0.2])
+@pytest.mark.parametrize("R", [0.0, 0.1])
+def test_the_energy_of_rests_closes_and_is_that_of_the_cycle(law: type, kappa: float, R: float) -> None:
+    machine = late(law, R, 2.5, kappa)
+    motion = run(machine, modes=4, stop=Stop(impacts=60))
+    rests = motion.events.of("rest")
+    assert motion.label.startswith("runs with rest") and len(rests) > 1
+    balance = motion.energy_balance(motion.begin_time, motion.events.time[-1])
+    assert balance.imbalance == pytest.approx(0.0, abs=1e-9 * balance.input)
+    last = motion.energy_balance(rests.time[-2], rests.time[-1])
+    assert last.imbalance == pytest.approx(0.0, abs=1e-9 * last.input)
+    assert 0.0 <= last.rests <= last.impacts
+    if law is Kept:
+        assert last.rests > 1e-8 * last.input
+    if R == 0.0:
+        cycle = self_excited_motion(machine, modes=4).cycle
+        assert cycle.rests
+        assert last.rests == pytest.approx(cycle.taken_by_rest, rel=1e-7, abs=1e-12)
+        assert last.impacts == pytest.approx(cycle.taken + cycle.taken_by_rest, rel=1e-7)
+        assert last.input == pytest.approx(cycle.work, rel=1e-7)
+
+
+@pytest.mark.parametrize("modes", [1, 3, 8])
+@pytest.mark.parametrize("d", [0.0, 0.05])
+def test_a_bar_that_forgets_everything_and_reaches_no_port_stalls(modes: int, d: float) -> None:
+    """The law that turns strain over leaves nothing at R = 0: each release begins the same swing on the gas anew."""
+    ports = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
+    valve = Valve({"return": -0.3, "power": 1.0}, ports, chamber=Chamber(0.0, 1.0))
+    motion = run(Machine(UniformBar(5.0, External(d)), valve, Reversed(0.0)), modes=modes, stop=Stop(impacts=200))
+    assert motion.label == "stalls (in the chamber)"
+    assert not len(motion.events.of("valve"))
+    assert not len(motion.blow_times) or motion.impacts == 200
+    runs = Machine(
+        UniformBar(5.0, External(d)), Valve(dict(valve.pairs), ports, chamber=Chamber(0.0, 0.3)), Reversed(0.0)
+    )
+    assert run(runs, modes=modes).label == "runs with rest 1/1"
+
+
+# -- fed by a pump and an accumulator ----------------------------------------------------------------------------------
+
+
+PORTS = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
+
+
+def machine(valve: Valve, R: float = 0.3, drag: float = 0.0) -> Machine:
+    return Machine(UniformBar(20.0, External(drag)), valve, Kept(R))
+
+
+def fed_valve(supply: Supply, back: float = 0.4, power: float = 1.8, chamber: Chamber | None = None) -> Valve:
+    return Valve({"return": -back, "power": power}, PORTS, None, chamber or Chamber(), supply=supply)
+
+
+def test_the_motion_settles_on_the_steady_cycle() -> None:
+    made = machine(fed_valve(Supply(1.0, 5.0), chamber=Chamber(0.05, 0.1)), 0.4, 0.05)
+    cycle = self_excited_motion(made, modes=0).cycle
+    motion = run(made, modes=0, stop=Stop(tolerance=1e-11))
+    assert motion.label == "runs 1/1"
+    assert motion.cycle.period == pytest.approx(cycle.period, rel=1e-10)
+    assert motion.blow_speeds[-1] == pytest.approx(cycle.blow_speed, rel=1e-9)
+    assert motion.pressure(motion.blow_times[-1:])[0] == pytest.approx(cycle.rebound.pressure, rel=1e-9)
+    times = np.linspace(motion.blow_times[-2], motion.blow_times[-1], 50)
+    assert motion.position(1.0, times)[0] == pytest.approx(cycle.position(times - times[0]), abs=1e-8)
+
+
+def test_a_growing_pressure_lifts_the_piston_off_the_wall() -> None:
+    """The pump begins at no pressure: the piston lies until the return force overcomes the gas."""
+    valve = fed_valve(Supply(0.8, 3.0, start=0.0), chamber=Chamber(0.3, 0.0))
+    motion = run(machine(valve), modes=0, stop=Stop(impacts=60))
+    release = motion.events.of("release")[0]
+    assert release.time == pytest.approx(3.0 * (0.3 / 0.4) / 0.8, rel=1e-12)
+    assert motion.pressure([release.time])[0] == pytest.approx(0.75, rel=1e-12)
+    assert motion.resting and motion.impacts > 0
+    assert motion.force([0.5 * release.time])[0] > 0.0
+
+
+def test_an_accumulator_runs_empty() -> None:
+    motion = run(machine(fed_valve(Supply(0.02, 0.2))), modes=0)
+    assert (motion.outcome, motion.label) == ("stalls", "stalls (without pressure)")
+    assert motion.pressure([motion.end_time])[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_stalls() -> None:
+    pushing = Valve({"power": 1.0}, (Port("power", on="impact"),), supply=Supply(1.0, 2.0))
+    assert run(machine(pushing), modes=0).label == "stalls (on the tool)"
+    leaving = Valve({"return": -1.0}, (Port("return", 0.5, "back"),), supply=Supply(1.0, 2.0))
+    assert run(machine(leaving, drag=2.0), modes=0).label == "stalls (leaves)"
+
+
+def test_a_great_accumulator_is_a_constant_pressure() -> None:
+    constant = Valve({"return": -0.4, "power": 1.8}, PORTS)
+    start, stop = Start.rigid(-0.3), Stop(impacts=6, periodic=False)
+    fed = run(machine(fed_valve(Supply(1.0, 1e9))), start, modes=0, stop=stop)
+    plain = run(machine(constant), start, modes=0, stop=stop)
+    assert fed.blow_times == pytest.approx(plain.blow_times, rel=1e-7)
+    assert fed.blow_speeds == pytest.approx(plain.blow_speeds, rel=1e-7)
+
+
+def test_refusals() -> None:
+    made = machine(fed_valve(Supply(1.0, 5.0)))
+    with pytest.raises(PercussError, match="without a supply"):
+        run(machine(Valve({"return": -0.4, "power": 1.8}, PORTS)), modes=0, stop=Stop(impacts=1)).pressure([0.0])
+    with pytest.raises(ParameterError):
+        run(made, modes=0, stop=Stop(impacts=3)).pressure([math.inf])

@@ -10,12 +10,27 @@ import pytest
 
 from percuss import Load, System
 from percuss.errors import ParameterError, ResonanceError
+from percuss.model import Kept, ModalBody
 from percuss.simulate import Ensemble, Start, Starts, Stop, run, simulate_many
 
 SYSTEM = System(s=5.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.7, 1.0))
 STEPS = System(s=3.0, d=0.1, restitution=0.5, load=Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0]))
 CHATTER = System(s=3.0, d=0.1, restitution=0.4, load=Load.harmonic(0.7, 1.0))
 STOP = Stop(impacts=300)
+TWO = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, -0.5), 0.3)
+COSINE, RESTING = Load.harmonic(0.0, 1.0), ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+ALL = {
+    "smooth": (SYSTEM, 4),
+    "steps": (STEPS, 4),
+    "chatter": (CHATTER, 4),
+    "structure": (System(TWO, Load.harmonic(0.2, 1.0), Kept(0.7)), 2),
+    "structure under steps": (System(TWO, Load.square(1.0, 0.8), Kept(0.6)), 2),
+    "structure that rests": (System(RESTING, COSINE, Kept(0.4)), 2),
+    "mode that rests": (
+        System(ModalBody((3.3,), (0.3,), (1.0,), (1.0,), -0.01), Load.harmonic(0.0, 1.0), Kept(0.4)),
+        1,
+    ),
+}
 
 
 def columns(ensemble):
@@ -56,12 +71,13 @@ def test_many_systems():
     assert len(set(one.label.tolist())) > 2
 
 
-@pytest.mark.parametrize("system", [SYSTEM, STEPS, CHATTER], ids=["smooth", "steps", "chatter"])
-def test_equal_to_single_runs(system):
-    starts = Starts.random(system, 25, seed=5, modes=4)
-    many = simulate_many(system, starts, modes=4, stop=STOP, keep=9)
+@pytest.mark.parametrize("name", ALL)
+def test_equal_to_single_runs(name):
+    system, modes = ALL[name]
+    starts = Starts.random(system, 25, seed=5, modes=modes)
+    many = simulate_many(system, starts, modes=modes, stop=STOP, keep=9)
     for i, start in enumerate(starts):
-        motion = run(system, start, modes=4, stop=STOP)
+        motion = run(system, start, modes=modes, stop=STOP)
         assert (many.label[i], many.outcome[i], many.impacts[i]) == (motion.label, motion.outcome, motion.impacts)
         cycle, hits = motion.cycle, motion.events.of("impact")
         if cycle is not None:

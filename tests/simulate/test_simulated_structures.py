@@ -8,11 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from percuss import Start, Starts, Stop, run, simulate_many
+from percuss import Start, Stop, run
 from percuss.errors import ParameterError
 from percuss.explore import SystemFamily
 from percuss.model import Kept, Load, ModalBody, Mounted, System
-from percuss.steady import orbits
+from percuss.simulate.events import KINDS
+from percuss.steady import orbits, rest_cycles
 
 TURN = 2.0 * math.pi
 BODY = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, -0.5), 0.3)
@@ -20,14 +21,6 @@ TWO = System(BODY, Load.harmonic(0.2, 1.0), Kept(0.7))
 STEPS = System(BODY, Load.square(1.0, 0.8), Kept(0.6))
 OSCILLATOR = System(ModalBody((1 / 2.8,), (0.0,), (1.0,), (1 / 2.8**2,), -0.1), Load.harmonic(0.0, 1.0), Kept(0.8))
 BAR = System(Mounted(0.8, 0.05, s=4.0, gap=0.2), Load.harmonic(0.1, 1.0), Kept(0.5))
-
-
-@pytest.mark.parametrize(("system", "modes"), [(TWO, 2), (STEPS, 2), (OSCILLATOR, 1), (BAR, 6)])
-def test_an_orbit_comes_back(system, modes):
-    for orbit in orbits(system, 1, 1, modes=modes).orbits:
-        motion = run(system, Start.orbit(orbit), modes=modes, stop=Stop(impacts=1))
-        assert motion.events.time[0] == pytest.approx(orbit.phase + TURN, abs=1e-10)
-        assert motion.events.impact_velocity[0] == pytest.approx(orbit.speeds[0], abs=1e-10)
 
 
 @pytest.mark.parametrize(("system", "modes"), [(TWO, 2), (OSCILLATOR, 1), (BAR, 6)])
@@ -44,14 +37,6 @@ def test_the_orbit_of_another_gap_starts_on_the_wall_of_this_one(system, modes, 
     assert abs(here.phase - orbit.phase) > 1e-4
 
 
-def test_an_orbit_of_two_impacts_comes_back():
-    flipped = System(ModalBody((1 / 2.8,), (0.0,), (1.0,), (1 / 2.8**2,), -0.06), OSCILLATOR.load, Kept(0.8))
-    (orbit,) = orbits(flipped, 2, 2, tries=60).orbits
-    motion = run(flipped, Start.orbit(orbit), modes=1, stop=Stop(impacts=4))
-    assert np.diff(motion.events.time)[[0, 2]] == pytest.approx(orbit.flight_times[[1, 1]], abs=1e-9)
-    assert motion.events.impact_velocity == pytest.approx(orbit.speeds[[1, 0, 1, 0]], abs=1e-9)
-
-
 @pytest.mark.parametrize("system", [TWO, STEPS])
 def test_a_motion_settles_on_the_stable_orbit_and_its_energy_closes(system):
     (orbit,) = orbits(system, 1, 1).orbits
@@ -62,17 +47,6 @@ def test_a_motion_settles_on_the_stable_orbit_and_its_energy_closes(system):
     assert motion.velocity[:, 0] == pytest.approx(0.0, abs=1e-12)
     again = run(system, Start.rigid(-0.5, 0.2, 1.0), stop=Stop(impacts=40)).continued(Stop(impacts=3000))
     assert again.events.time.tolist() == motion.events.time.tolist()
-
-
-def test_many_motions_are_those_of_single_ones():
-    starts = Starts.random(TWO, 8, seed=3, distribution="ringing")
-    many = simulate_many(TWO, starts, stop=Stop(impacts=30, periodic=False), keep=30, threads=1)
-    for i in range(8):
-        motion = run(TWO, starts[i], stop=Stop(impacts=30, periodic=False))
-        assert many.last_velocity[i].tolist() == motion.events.of("impact").impact_velocity.tolist()
-    rigid = simulate_many(STEPS, Starts.rigid([-0.2, -1.0]), keep=5, stop=Stop(impacts=5), threads=1)
-    one = run(STEPS, Start.rigid(-1.0), stop=Stop(impacts=5))
-    assert rigid.last_time[1].tolist() == one.events.time.tolist()
 
 
 bodies = st.integers(1, 3).flatmap(
@@ -146,3 +120,173 @@ def test_starts_that_a_structure_does_not_have():
     assert modal.state(2, TWO)[2] == pytest.approx(0.1 - 0.3)
     with pytest.raises(ParameterError, match="wall"):
         Start.modal([0.0, 5.0, 0.0]).state(2, TWO)
+
+
+# -- chatter, rest and release -----------------------------------------------------------------------------------------
+
+
+COSINE = Load.harmonic(0.0, 1.0)
+
+
+def oscillator(omega, damping, spring, restitution, load=COSINE, drive=1.0):
+    """One mode that its spring pulls from the wall with a force, or presses on it where that is negative."""
+    return System(ModalBody((omega,), (damping,), (1.0,), (drive,), spring / omega**2), load, Kept(restitution))
+
+
+def integrated(omega, damping, spring, restitution, release):
+    """Impacts of y'' + d y' + ω² y = cos t − spring from y = y' = 0 on, until the flights are of 1e-4; their end."""
+
+    def rates(t, y):
+        return [y[1], math.cos(t) - spring - omega**2 * y[0] - damping * y[1]]
+
+    def touch(t, y):
+        return y[0]
+
+    touch.terminal, touch.direction = True, 1.0
+    tight = {"rtol": 1e-12, "atol": 1e-15, "method": "DOP853"}
+    begun = solve_ivp(rates, (release, release + 1e-2), [0.0, 0.0], **tight)
+    time, state, found = release + 1e-2, begun.y[:, -1], []
+    while True:
+        flight = solve_ivp(rates, (time, time + 20.0), state, events=touch, max_step=0.1, **tight)
+        time, rebound = float(flight.t_events[0][0]), restitution * float(flight.y_events[0][0][1])
+        found.append((time, rebound / restitution))
+        force = math.cos(time) - spring
+        left = 2.0 * rebound / ((1.0 - restitution) * force)
+        if 0.0 < left < 1e-4:
+            rate = -math.sin(time)
+            return np.array(found), time + left * (1.0 - damping * left / 6.0 - rate * left / (3.0 * force))
+        state = [0.0, -rebound]
+
+
+@pytest.mark.parametrize(
+    ("omega", "damping", "spring", "restitution"),
+    [(3.3, 0.3, -0.1, 0.4), (2.5, 0.1, 0.05, 0.3), (5.0, 2.0, 0.3, 0.5), (2.8, 0.0, 0.0, 0.1), (0.7, 5.0, -0.5, 0.4)],
+)
+def test_the_integrated_motion_chatters_as_it_does(omega, damping, spring, restitution):
+    system = oscillator(omega, damping, spring, restitution)
+    (cycle,) = rest_cycles(system).orbits
+    assert cycle.label == "chatter/1"
+    assert math.cos(cycle.release_phase) == pytest.approx(spring, abs=1e-13)
+    impacts, end = integrated(omega, damping, spring, restitution, cycle.release_phase)
+    many = min(len(impacts), cycle.speeds.size)
+    assert many >= 4
+    assert cycle.times[:many] == pytest.approx(impacts[:many, 0], abs=1e-10)
+    assert cycle.speeds[:many] == pytest.approx(impacts[:many, 1], abs=1e-10)
+    assert end % TURN == pytest.approx(cycle.rest_phase, abs=1e-10)
+
+    motion = run(system, Start.rigid(-0.5, 0.1, 0.3))
+    assert motion.label == "chatter/1"
+    release, rest = motion.events.of("release"), motion.events.of("rest")
+    assert release.phase[-1] == pytest.approx(cycle.release_phase, abs=1e-13)
+    assert rest.phase[-1] == pytest.approx(cycle.rest_phase, abs=1e-11)
+    assert abs(motion.energy_balance().imbalance) < 1e-9
+    lying = 0.5 * (rest.time[rest.time < release.time[-1]][-1] + release.time[-1])
+    assert motion.gap([lying])[0] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_a_mass_on_a_spring_and_its_mode_rest_alike():
+    mode = oscillator(2.5, 0.1, -0.1, 0.5)
+    mass = System(Mounted(6.25, 0.1, gap=-0.1 / 6.25), COSINE, Kept(0.5))
+    one, other = (rest_cycles(system).orbits[0] for system in (mode, mass))
+    assert other.times == pytest.approx(one.times, abs=1e-13) and other.rest_phase == pytest.approx(one.rest_phase)
+
+
+def test_a_load_that_pushes_the_other_way_is_half_a_period_late():
+    one, other = (rest_cycles(oscillator(2.5, 0.1, -0.1, 0.5, drive=sign)).orbits[0] for sign in (1.0, -1.0))
+    late = np.mod(other.release_phase - one.release_phase, TURN)
+    assert late == pytest.approx(math.pi, abs=1e-12) and other.speeds == pytest.approx(one.speeds, abs=1e-12)
+    motion = run(oscillator(2.5, 0.1, -0.1, 0.5, drive=-1.0))
+    assert motion.events.of("release").phase[-1] == pytest.approx(other.release_phase, abs=1e-12)
+
+
+def test_a_hardly_held_mass_chatters_as_a_free_one():
+    """The spring fades, and its gap, very far behind, is the mean load."""
+    soft = 1e-5
+    held = oscillator(soft, 0.0, -0.8, 0.5)
+    free = System(5.0, 0.0, 0.5, Load.harmonic(0.8, 1.0))
+    one, other = rest_cycles(held).orbits[0], rest_cycles(free, modes=0).orbits[0]
+    assert one.release_phase == pytest.approx(other.release_phase, abs=1e-9)
+    assert one.rest_phase == pytest.approx(other.rest_phase, abs=1e-8)
+
+
+@settings(max_examples=15)
+@given(
+    st.floats(0.3, 8.0), st.floats(0.0, 3.0), st.floats(-0.9, 0.9), st.floats(0.0, 0.7),
+    st.sampled_from([COSINE, Load.square(1.0, 1.2), Load.fourier([0.1, 0.6, 0.3j])]),
+    st.sampled_from([1.0, -0.5]),
+)  # fmt: skip
+def test_what_rests_in_simulation_is_a_cycle_that_is_found(omega, damping, spring, restitution, load, drive):
+    if abs(omega - round(omega)) < 0.05 and damping < 0.05:
+        return  # near resonance
+    system = oscillator(omega, damping, spring, restitution, load, drive)
+    motion = run(system, Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=300, time=3000.0))
+    if motion.cycle is None or motion.cycle.kind == 0 or motion.cycle.periods > 16:
+        return
+    found = rest_cycles(system, most=16)
+    phases = motion.events.of("release").phase
+    off = [np.abs(np.exp(1j * phases[-1]) - np.exp(1j * cycle.release_phases)).min() for cycle in found.orbits]
+    near = [cycle for cycle, distance in zip(found.orbits, off, strict=True) if distance < 1e-9]
+    assert [cycle.label for cycle in near] == [motion.label]
+    rests = motion.events.of("rest").phase[-1]
+    assert np.abs(np.exp(1j * rests) - np.exp(1j * near[0].rest_phases)).min() < 1e-8
+
+
+def test_a_mode_that_the_wall_holds_for_good_rests():
+    motion = run(oscillator(0.8, 0.1, -1.5, 0.5), Start.rigid(-0.1))
+    assert motion.label == "rest" and motion.gap([motion.end_time])[0] == pytest.approx(0.0, abs=1e-14)
+    assert rest_cycles(motion.system).orbits == ()
+
+
+PAIR = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
+THREE = ModalBody((3.3, 7.3, 11.0), (0.3, 0.1, 30.0), (1.0, 0.8, 0.4), (1.0, -0.5, 0.7), -0.02)
+
+
+@pytest.mark.parametrize(
+    ("body", "load", "restitution"),
+    [(PAIR, COSINE, 0.4), (THREE, COSINE, 0.3), (PAIR, Load.square(1.0, 1.2), 0.4),
+     (PAIR, Load.steps([0.2, 1.0, 3.0], [0.5, -0.4, 1.0]), 0.0)],
+)  # fmt: skip
+def test_several_modes_move_on_while_the_wall_holds_the_contact(body, load, restitution):
+    """The held structure integrated, with the force that keeps its contact still, to where that would pull."""
+    start, stop = Start.rigid(-0.3, 0.0, 0.4), Stop(impacts=30, time=40.0, periodic=False)
+    motion = run(System(body, load, Kept(restitution)), start, stop=stop)
+    assert abs(motion.energy_balance().imbalance) < 1e-12
+    rest = int(np.flatnonzero(motion.events.code == KINDS.index("rest"))[0])
+    begin, release = motion.events[rest].time, motion.events[rest + 1].time
+    assert motion.events[rest + 1].kind == "release"
+    omega, delta, contact, drive = map(np.array, (body.omega, body.delta, body.contact, body.drive))
+
+    def force(t, y):
+        q, w = np.split(y, 2)
+        return float(contact @ (drive * float(load.value(t)) - delta * w - omega**2 * q)) / (contact @ contact)
+
+    def rates(t, y):
+        q, w = np.split(y, 2)
+        return np.append(w, drive * float(load.value(t)) - delta * w - omega**2 * q - contact * force(t, y))
+
+    lies = np.append(motion.displacement[rest][1:] * drive, np.zeros(omega.size))
+    t = np.linspace(begin, release, 40)[1:-1]
+    found = solve_ivp(rates, (begin, release), lies, rtol=1e-11, atol=1e-13, max_step=0.02, dense_output=True)
+    forces = np.array([force(time, found.sol(time)) for time in t])
+    assert forces.min() > 0.0 and force(release, found.y[:, -1]) == pytest.approx(0.0, abs=1e-8)
+    assert motion.contact_force(t) == pytest.approx(forces, abs=1e-8)
+    assert pytest.approx(found.sol(t)[: omega.size], abs=1e-9) == (motion.modal(t).displacement[1:].T * drive).T
+    after = np.append(motion.displacement[rest + 1][1:] * drive, motion.velocity[rest + 1][1:] * drive)
+    assert after == pytest.approx(found.y[:, -1], abs=1e-9)
+    assert motion.gap(np.linspace(release, motion.events[rest + 2].time, 50)).max() < 1e-14
+
+
+def test_cycles_with_rest_are_searched_for_of_one_mode():
+    with pytest.raises(ParameterError, match="several"):
+        rest_cycles(System(PAIR, COSINE, Kept(0.4)))
+    assert rest_cycles(System(PAIR, COSINE, Kept(0.4)), modes=1).orbits
+
+
+def test_without_rebound_several_modes_leave_under_steps_when_they_are_pulled():
+    body = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, 0.5), 0.0)
+    system = System(body, Load.steps([0.0, 3.0], [-0.2, -1.0]), Kept(0.0))
+    motion = run(system, Start.rigid(-0.5, 3.0), stop=Stop(time=50.0))
+    assert motion.impacts and motion.outcome != "rest"  # never held: the load always pulls
+    assert motion.events.rebound_velocity == pytest.approx(0.0, abs=1e-200)
+    held = run(System(body, Load.steps([0.0, 3.0], [0.6, 1.0]), Kept(0.0)), Start.rigid(-0.5), stop=Stop(impacts=50))
+    assert held.label == "rest" and not len(held.events.of("chatter"))

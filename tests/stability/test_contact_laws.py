@@ -29,7 +29,7 @@ from percuss.stability import (
     waveform_criterion,
 )
 from percuss.stability.plane import OUTCOMES
-from percuss.stability.verdict import elastic_feedback, quadratic_coefficients
+from percuss.stability.verdict import elastic_feedback
 from percuss.steady import Orbit
 from percuss.steady.multipliers import map_at_impact
 from secular_roots import farthest, roots_of_poles, secular_roots
@@ -197,39 +197,6 @@ def test_reference_of_the_strain_at_the_impact(case: dict[str, Any]) -> None:
         orbit = steady_states(System(body, load_of(case), law), case["m"], modes=modes).orbits[-1]
         expected = case["expect"][f"moduli_strain_{law.kind}_top3"]
         assert floquet_multipliers(orbit, modes).moduli[:3] == pytest.approx(expected, abs=case["tolerance"])
-
-
-@pytest.mark.parametrize("case", of_kind("steady"), ids=lambda case: case["name"])
-def test_reference_of_stepped_bars_from_their_modes(case: dict[str, Any]) -> None:
-    """The eight modes of the reference as a body, under its own phases."""
-    expect, value = case["expect"], float(case["damping"]["value"])
-    omega = np.array([float(x) for x in expect["omega_N8"]])
-    s, r = float(case["s"]), float(case["restitution"])
-    damping = External(value) if case["damping"]["kind"] == "external" else Ratio(value)
-    stretch = tuple((np.diff(omega, prepend=0.0) / (math.pi * s)).tolist())
-    body = Drawn(s, damping, stretch=stretch, coupling=tuple(float(x) for x in expect["gamma_N8"]))
-    system = System(body, load_of(case), Kept(r))
-    for state in expect["states"]:
-        orbit = Orbit(system, case["m"], float(state["phi"]), requested_modes=8)
-        exact = [float(x) for x in state["exact_moduli_N8_top3"]]
-        assert floquet_multipliers(orbit, 8).moduli[:3] == pytest.approx(exact, rel=1e-9)
-        velocity = [float(x) for x in state["gap_coordinate_before_impact_N8"]]
-        assert orbit.modal_state(8).velocity[:3] == pytest.approx(velocity, rel=1e-9)
-        k, p = system.load.harmonics.astype(float), system.load.coefficients[system.load.harmonics]
-        waves = 1j * k * p * np.exp(1j * k * orbit.phase)
-        feedback = float(((body.modes(8).gamma @ (1.0 / body.modes(8).stiffness(k))) @ waves).real)
-        sigma = float(state.get("sigma", "nan")) if "sigma" in state else feedback / (system.load.mean * orbit.period)
-        if "sigma_N8" in state:
-            assert sigma == pytest.approx(float(state["sigma_N8"]), rel=1e-9)
-        force, v = (
-            float(system.load.value(orbit.phase)),
-            float((p / (system.d + 1j * k) * waves / (1j * k * p)).sum().real),
-        )
-        slope = (force - system.load.mean - system.d * v) / system.load.mean
-        coefficients = quadratic_coefficients(system.d, -r, orbit.period, sigma, slope)
-        assert [float(a) for a in coefficients[::-1]] == pytest.approx([float(a) for a in state["a"]], rel=1e-9)
-        moduli = np.sort(np.abs(np.roots([float(a) for a in state["a"]])))[::-1]
-        assert moduli == pytest.approx([float(x) for x in state["reduced_moduli"]], rel=1e-9)
 
 
 @pytest.mark.parametrize("case", of_kind("steady"), ids=lambda case: case["name"])

@@ -13,11 +13,17 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 import naive
-from percuss import Load, System, stability_of, steady_states
+from orbit_cases import ENTRIES as FIGURES
+from orbit_cases import motions, of_kind, periods_of, system_of, times_of
+from orbit_cases import orbit_at as figure_at
+from percuss import Kept, Load, System, stability_of, steady_states
 from percuss.errors import ConvergenceError, ParameterError
+from percuss.explore import REASONS, sweep
+from percuss.model import External, Reversed, UniformBar
 from percuss.stability import LinearMap, floquet_multipliers, reduced_criterion, waveform_criterion
 from percuss.stability.verdict import quadratic_coefficients, schur_quotients
-from percuss.steady import Orbit
+from percuss.steady import Orbit, PeriodicOrbit, Reason, orbit_near
+from percuss.steady.multipliers import VERDICTS
 from secular_roots import farthest, roots_of_poles, secular_roots
 from strategies import Drawn, fourier_systems, oracle, square_systems
 
@@ -201,16 +207,6 @@ def secular_against_dense(matrix: LinearMap, tolerance: float = 1e-9) -> None:
     assert roots.size == dense.size
     assert np.all(np.isfinite(roots))
     assert farthest(roots, dense) <= tolerance * max(1.0, float(np.abs(dense).max())) + 1e3 * doubt
-
-
-@settings(max_examples=25)
-@given(st.one_of(fourier_systems(6), square_systems(16)), st.integers(0, 60))
-def test_secular_roots_on_random_orbits(drawn: Drawn, modes: int) -> None:
-    orbits = steady_states(drawn.system, drawn.periods, modes=4).orbits
-    assume(orbits and (drawn.system.restitution < 1 or drawn.system.d > 1e-6))
-    matrix = orbits[0].linear_map(modes)
-    assume(abs(matrix.speed) > 1e-2 * abs(matrix.g).max())
-    secular_against_dense(matrix)
 
 
 @pytest.mark.parametrize(
@@ -547,3 +543,170 @@ def test_the_rhythm_of_very_many_modes_is_that_of_some() -> None:
         few, many = floquet_multipliers(orbit, 40), floquet_multipliers(orbit, 500)
         assert many.rhythm == pytest.approx(few.rhythm, abs=1e-5)
         assert many.ringing == pytest.approx(few.ringing, abs=0.02)
+
+
+# -- orbits with several impacts ---------------------------------------------------------------------------------------
+
+
+TURN = 2.0 * math.pi
+
+
+def apart(ours: np.ndarray, theirs: np.ndarray) -> float:
+    """Largest distance of theirs, which may be some only, under the best matching."""
+    distance = np.abs(ours[:, None] - theirs[None, :])
+    rows, columns = linear_sum_assignment(distance)
+    return float(distance[rows, columns].max())
+
+
+@pytest.mark.parametrize("name", of_kind("orbit"))
+def test_multipliers_of_the_figures(name: str) -> None:
+    entry = FIGURES[name]
+    orbit = orbit_near(system_of(entry), times_of(entry), periods_of(entry), modes=entry["system"]["modes"])
+    assert orbit is not None
+    found = orbit.multipliers()
+    wanted = np.array([complex(*pair) for pair in entry["multipliers"]])
+    assert found.values.size == 2 * orbit.modes + 2
+    assert apart(found.values, wanted) < 1e-8 * abs(wanted[0])
+    assert found.stable is entry["stable"]
+    assert found.largest == pytest.approx(entry["largest_modulus"], rel=1e-8)
+
+
+@pytest.mark.parametrize("name", of_kind("branch_points"))
+def test_multipliers_at_the_special_points_of_the_figures(name: str) -> None:
+    for point in FIGURES[name]["points"]:
+        if point["type"].startswith("grazing"):
+            continue
+        wanted = np.array([complex(*pair) for pair in point["multipliers"]])
+        found = figure_at(FIGURES[name], point).multipliers().values
+        assert apart(found, wanted) < 1e-8 * max(1.0, float(np.abs(wanted).max()))
+
+
+@pytest.mark.parametrize("contact", [Kept(0.6), Reversed(0.6)])
+@pytest.mark.parametrize("load", [Load.harmonic(0.7, 1.0), Load.square(1.0, 1.15)])
+def test_one_impact_has_the_map_of_the_steady_motion(contact, load: Load) -> None:
+    system = System(UniformBar(3.0, External(0.02)), load, contact)
+    for motion in steady_states(system, modes=6).orbits:
+        orbit = PeriodicOrbit(system, 1, (motion.phase,), 6)
+        for side in ("left", "right"):
+            dense = motion.linear_map(6, side).dense()
+            assert orbit.map(side=side).dense() == pytest.approx(dense, abs=1e-10 * np.abs(dense).max())
+        assert orbit.multipliers().largest == pytest.approx(floquet_multipliers(motion, 6).largest, rel=1e-9)
+
+
+@settings(max_examples=30)
+@given(motions(), st.sampled_from([1.0, -1.0, 0.3 + 0.4j, -1.3 + 0.2j, 1j, complex(math.cos(1.0), math.sin(1.0))]))
+def test_the_small_determinant_is_the_characteristic_polynomial(orbit: PeriodicOrbit, xi: complex) -> None:
+    if np.abs(orbit.speeds).min() < 1e-3 * np.abs(orbit.speeds).max():
+        return
+    whole = orbit.map().dense()
+    values = np.linalg.eigvals(whole)
+    room = 1e-11 * float(np.prod(np.abs(xi) + np.abs(values)))  # of the product, whose factors may nearly vanish
+    assert orbit.characteristic(xi) == pytest.approx(complex(np.prod(xi - values)), abs=max(room, 1e-9))
+
+
+@given(motions())
+def test_the_determinant_of_the_map_is_that_of_its_parts(orbit: PeriodicOrbit) -> None:
+    """Of a rigid bar each impact multiplies it by β², as its time is one of the two numbers of the state."""
+    if orbit.modes or np.abs(orbit.speeds).min() < 1e-3:
+        return
+    contact, system = orbit.system.contact, orbit.system
+    wanted = contact.velocity_factor ** (2 * orbit.impacts) * math.exp(-system.d * orbit.period)
+    whole = orbit.map().dense()
+    assert np.linalg.det(whole) == pytest.approx(wanted, abs=1e-12 * (1.0 + float(np.abs(whole).max()) ** 2))
+
+
+def test_an_impact_without_speed_has_a_matrix_but_no_multipliers() -> None:
+    entry = FIGURES["branch_21"]
+    point = next(point for point in entry["points"] if point["type"] == "grazing_impact_dies")
+    orbit = figure_at(entry, point)
+    assert np.isfinite(orbit.linearised()).all()
+    assert abs(np.linalg.det(orbit.linearised())) > 0.1
+    assert orbit.multipliers().largest > 1e9  # the speed is rounding
+
+
+def test_too_many_modes_are_refused() -> None:
+    system = System(s=5.0, d=0.01, restitution=0.5, load=Load.harmonic(0.62, 1.0))
+    with pytest.raises(ParameterError, match="at most 512 modes"):
+        PeriodicOrbit(system, 1, (0.4, 2.3), 513).multipliers()
+
+
+# -- one list of reasons -----------------------------------------------------------------------------------------------
+
+
+SENTENCES = {
+    Reason.STABLE: ("stable: ",),
+    Reason.FOLD: ("unstable, beyond the fold", "fold: ", "one of a continuum", "two motions meet here"),
+    Reason.FLIP: ("flip",),
+    Reason.SPIRAL: ("unstable, a spiral",),
+    Reason.ELASTIC: ("elastic mode ",),
+    Reason.NEUTRAL: ("neutral: ",),
+}
+
+
+def test_the_numbers_in_archives_keep_their_words() -> None:
+    assert REASONS == ("stable", "fold", "flip", "spiral", "elastic", "neutral")
+    assert tuple(Reason(word) for word in REASONS) == VERDICTS
+    assert len({reason.words for reason in Reason}) == len(Reason)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    s=st.floats(0.7, 30.0),
+    d=st.sampled_from([0.0, 0.01, 0.3]),
+    restitution=st.floats(0.0, 0.95),
+    factor=st.floats(0.05, 1.5),
+    periods=st.integers(1, 3),
+    modes=st.sampled_from([0, 4, 12]),
+)
+def test_the_kind_is_what_the_largest_multiplier_does(
+    s: float, d: float, restitution: float, factor: float, periods: int, modes: int
+) -> None:
+    system = System(s=s, d=d, restitution=restitution, load=Load.harmonic(factor, 1.0))
+    for orbit in steady_states(system, periods).orbits:
+        found = stability_of(orbit, modes=modes)
+        largest = max(found.multipliers.values, key=abs)
+        assert found.reason.startswith(SENTENCES[found.kind])
+        assert (found.kind is Reason.STABLE) == found.stable
+        if orbit.fold or found.stable:
+            continue
+        assert found.kind is Reason.NEUTRAL or abs(largest) > 1.0
+        if found.kind is Reason.ELASTIC:
+            assert max(found.reduced.moduli) < 1.0
+        if found.kind in (Reason.FOLD, Reason.FLIP):
+            assert abs(largest.imag) <= 1e-6 * abs(largest)
+            assert (largest.real > 0.0) == (found.kind is Reason.FOLD)
+        if found.kind is Reason.SPIRAL:
+            assert abs(largest.imag) > 1e-6 * abs(largest)
+
+
+@pytest.mark.parametrize("s", [0.9, 2.2, 7.0])
+def test_a_map_gives_the_reason_of_the_verdict(s: float) -> None:
+    """Soft bars too, in which an elastic mode has the greatest share in a flip that B77's criterion sees as well."""
+    system = System(s=s, d=0.001, restitution=0.6, load=Load.harmonic(0.9, 1.0))
+    axes = ("restitution=0.1:0.9:6", "load_factor=0.1:1.0:6")
+    found = sweep(system, *axes, quantities=["reason", "margin"], modes=8, workers=1)
+    seen = set()
+    for (i, j), number in np.ndenumerate(found["reason"]):
+        there = system.with_restitution(found.axes[0].values[i]).with_load_factor(found.axes[1].values[j])
+        verdicts = [stability_of(orbit, modes=8) for orbit in steady_states(there, modes=8).orbits]
+        if not verdicts:
+            assert number == -1
+            continue
+        best = max(verdicts, key=lambda verdict: verdict.margin)
+        assert REASONS[number] == best.kind.value
+        seen.add(best.kind)
+    assert len(seen) > 1
+
+
+def test_an_orbit_that_is_not_physical_says_why() -> None:
+    seen = set()
+    for s in (0.25, 1.1, 20.0):
+        for factor in (0.1, 0.25, 0.5, 0.9):
+            system = System(s=s, d=0.01, restitution=0.21, load=Load.harmonic(factor, 1.0))
+            for orbit in (*steady_states(system, 1).orbits, *steady_states(system, 2).orbits):
+                seen.add(orbit.obstacle)
+                assert orbit.admissible == (orbit.obstacle is None)
+                assert (orbit.obstacle is Reason.NO_BLOW) == (orbit.impact_velocity <= 0.0)
+                if orbit.obstacle is Reason.THROUGH_WALL:
+                    assert orbit.motion(np.linspace(0.0, orbit.period, 4001)).max() > 0.0
+    assert seen == {None, Reason.NO_BLOW, Reason.THROUGH_WALL}

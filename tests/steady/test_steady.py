@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -559,30 +558,6 @@ def test_error_bound_of_fixed_modes(drawn: Drawn, modes: int) -> None:
         assert error <= 2.0 * (orbit.error_bound + best.error_bound) * stroke * (1 + 1e-9) + 1e-12 * stroke
 
 
-@pytest.mark.parametrize(
-    ("load", "s", "d", "r", "m"),
-    [
-        (Load.fourier([0.1, 1.0, 0.5j]), 2.0, 0.01, 0.5, 1),
-        (Load.fourier([0.02, 0.0, 1.0]), 0.7, 0.0, 0.3, 2),
-        (Load.square(1.0, 1.2), 1.5, 0.02, 0.4, 1),
-        (Load.fourier([0.05, 1.0]), 0.5, 6.0, 0.9, 1),
-    ],
-    ids=["two harmonics", "undamped", "square", "overdamped"],
-)
-def test_flight_by_plain_integration(load: Load, s: float, d: float, r: float, m: int) -> None:
-    """Started with the package's own state, the modal equations come back to it by themselves."""
-    system = System(s=s, d=d, restitution=r, load=load)
-    orbits = steady_states(system, m, modes=4).orbits
-    assert orbits
-    for orbit in orbits:
-        rest = [(float(u), float(v)) for u, v in zip(orbit.state.displacement, -r * orbit.state.velocity, strict=True)]
-        start = [(0.0, -r * orbit.rigid_velocity), *rest]
-        end = naive.flight_ode(oracle(system, m), orbit.phase, start, orbit.period)
-        assert end[1:, 0] == pytest.approx(orbit.state.displacement, abs=1e-8)
-        assert end[1:, 1] == pytest.approx(orbit.state.velocity, abs=1e-8)
-        assert end[0] == pytest.approx([0.0, orbit.rigid_velocity], abs=1e-8)
-
-
 # ---------------------------------------------------------------- admissibility (theory §4)
 
 
@@ -792,18 +767,6 @@ def test_rest_in_resonance_and_without_a_period() -> None:
 
 
 # ---------------------------------------------------------------- the whole oracle once more, in polyroots' own words
-
-
-def test_polyroots_agrees_with_the_package_on_twenty_harmonics() -> None:
-    rng = np.random.default_rng(3)
-    alternating = rng.normal(size=20) + 1j * rng.normal(size=20)
-    found = steady_states(System(s=9.0, d=0.03, restitution=0.7, load=Load.fourier([0.5, *alternating])), 2)
-    half = [complex(p) / (0.03 + 1j * k) / 2 for k, p in enumerate(alternating, 1)]
-    polynomial = [*half[::-1], -found.level, *[p.conjugate() for p in half]]
-    with mpmath.workdps(40):
-        roots = mpmath.polyroots(polynomial, maxsteps=500, extraprec=300)
-        angles = sorted(float(mpmath.arg(z)) % TURN for z in roots if abs(abs(z) - 1) < 1e-20)
-    assert [orbit.phase for orbit in found.orbits] == pytest.approx(angles, abs=1e-13)
 
 
 def test_impact_history_repeats_the_impact() -> None:

@@ -131,34 +131,6 @@ def test_no_phase_is_missed(system, first):
     assert len([orbit for orbit in states.orbits if not orbit.fold]) >= changes
 
 
-@settings(max_examples=20)
-@given(systems, st.floats(0.0, 6.0), st.floats(0.3, 3.0), st.complex_numbers(max_magnitude=1.5))
-def test_the_small_matrix_says_what_the_large_one_says(system, first, apart, xi):
-    orbit = PeriodicOrbit(system, 1, (first, first + apart), system.body.most_modes)
-    if np.abs(orbit.speeds).min() < 1e-3 * np.abs(orbit.speeds).max():
-        return
-    whole = np.linalg.eigvals(orbit.map().dense())
-    wanted = np.prod(xi - whole)
-    assert abs(orbit.characteristic(xi) - wanted) <= 1e-7 * np.prod(np.abs(xi) + np.abs(whole) + 1.0)
-
-
-@settings(max_examples=20)
-@given(systems, st.floats(0.0, 6.0), st.floats(0.3, 3.0))
-def test_the_matrix_is_the_derivative_of_the_equations(system, first, apart):
-    if system.load.is_piecewise:  # whose derivative jumps where a step falls between the two
-        return
-    times, step = np.array([first, first + apart]), 1e-6
-    orbit = PeriodicOrbit(system, 1, tuple(times), system.body.most_modes)
-
-    def residuals(shift):
-        return PeriodicOrbit(system, 1, tuple(times + shift), orbit.modes).residuals[:2]
-
-    columns = [(residuals(row) - residuals(-row)) / (2.0 * step) for row in step * np.eye(2)]
-    size = float(np.abs(orbit.linearised()).max()) + max(float(np.abs(s.amplitude).max()) for s in orbit.states)
-    rough = 1e-3 * (1.0 + max(system.body.omega)) ** 3
-    assert np.abs(np.transpose(columns) - orbit.linearised()).max() < 1e-5 * size * (1.0 + rough)
-
-
 def test_an_integrator_that_knows_no_modes_goes_through_the_same_impacts():
     system, _ = two_modes()
     (orbit,), body = orbits(system, 1, 1).orbits, system.body

@@ -1,4 +1,4 @@
-"""One server for all tests of the page that one process runs, one browser for each file, and a desk for each test."""
+"""One server and one browser for all tests of the page that one process runs, and a desk for each test."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import asyncio
 import inspect
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 import httpx
@@ -40,17 +41,37 @@ def server() -> Iterator[str]:
         yield address
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+class Opened:
+    """The browser of a process; it goes before the first test without one, in whose way its loop would stand."""
+
+    def __init__(self) -> None:
+        self.stack = ExitStack()
+        self.browser: Browser | None = None
+
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        if item.get_closest_marker("browser") is None:
+            self.pytest_sessionfinish()
+
+    def pytest_sessionfinish(self) -> None:
+        self.stack.close()
+        self.browser = None
+
+
+@pytest.fixture
+def browser(pytestconfig: pytest.Config) -> Browser:
     from playwright.sync_api import sync_playwright
 
     from browser import FLAGS, chromium
 
-    path = chromium()
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=path, args=FLAGS)
-        yield found
-        found.close()
+    opened: Opened | None = pytestconfig.pluginmanager.get_plugin("opened browser")
+    if opened is None:
+        opened = Opened()
+        pytestconfig.pluginmanager.register(opened, "opened browser")
+    if opened.browser is None:
+        path, playwright = chromium(), opened.stack.enter_context(sync_playwright())
+        opened.browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        opened.stack.callback(opened.browser.close)
+    return opened.browser
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import math
-import time
 import tomllib
 from collections.abc import Callable
 from typing import Any
@@ -319,9 +318,6 @@ def test_a_sample_comes_as_a_case_of_the_same_hammer(client: Client, name: str) 
     assert again.system().body == system.body
     np.testing.assert_array_equal(again.system().load.coefficients, system.load.coefficients)
     assert case_of(parsed(found["toml"], "case")).system().body == system.body
-    asked_both = ({"machine": name}, {"case": found["tables"]})
-    whole, tables = (client.answer("/api/steady", asked) for asked in asked_both)
-    assert all(whole[key] == tables[key] for key in ("periods", "system"))
     if found["plain"] is None:  # a structure
         return
     plain = case_of(found["plain"]).system()
@@ -425,33 +421,20 @@ def test_a_case_and_its_recording_are_taken_together(client: Client, tmp_path: A
     assert alone["key"] == "load.kind" and "together" in alone["remedy"]
 
 
-_PACKED = ["a.mat", "packed.mat", "A.H5", "packed.hdf5", "a.tdms"]
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("packed.mat", "A.H5"))) for name in _PACKED]
-)
+@pytest.mark.parametrize("name", ["A.MAT", "packed.hdf5"])
 def test_packed_uploads_are_read_as_the_command_line_reads_them(client: Client, tmp_path: Any, name: str) -> None:
-    for package in ("scipy", "h5py", "nptdms"):
-        pytest.importorskip(package)
-    import h5py
-    from nptdms import ChannelObject, TdmsWriter
-    from scipy.io import savemat
-
+    h5py, scipy_io = pytest.importorskip("h5py"), pytest.importorskip("scipy.io")
     t = np.arange(1500) / 1000.0
     recorded = {"time": t, "force": 1e3 * (5.0 + 9.0 * np.cos(40.0 * np.pi * t))}
-    path, packed = tmp_path / name.lower(), name.startswith("packed")
+    path = tmp_path / name.lower()
     if path.suffix == ".mat":
-        savemat(path, {**recorded, "note": "as measured", "more": {"a": [1.0]}}, do_compression=packed)
-    elif path.suffix == ".tdms":
-        with TdmsWriter(path) as file:
-            file.write_segment([ChannelObject("run", key, column) for key, column in recorded.items()])
+        scipy_io.savemat(path, {**recorded, "note": "as measured", "more": {"a": [1.0]}}, do_compression=True)
     else:
+        packing = {"compression": "gzip", "shuffle": True, "fletcher32": True, "chunks": (400,)}
         with h5py.File(path, "w") as content:
-            options = {"compression": "gzip", "shuffle": True, "fletcher32": True, "chunks": (400,)} if packed else {}
             for key, column in recorded.items():
-                content.create_dataset(f"run/{key}", data=column, **options)
-    column = "run/force" if path.suffix in (".h5", ".hdf5") else "force"
+                content.create_dataset(f"run/{key}", data=column, **packing)
+    column = "run/force" if path.suffix == ".hdf5" else "force"
     clock = column.replace("force", "time")
     asked = {"name": name, "column": column, "unit": "N", "time_column": clock}
     found = client.request("POST", "/api/history", params=asked, content=path.read_bytes())
@@ -470,20 +453,10 @@ def test_packed_uploads_are_read_as_the_command_line_reads_them(client: Client, 
 # -- steady motions -------------------------------------------------------------------------------------------------
 
 
-def test_a_case_file_is_answered_as_the_command_line_does(
-    client: Client, tmp_path: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    text = client.answer("/api/case", {"case": PLAIN})["toml"]
-    (tmp_path / "mine.toml").write_text(text)
-    told = printed(capsys, "steady", str(tmp_path / "mine.toml"), "--json", "--modes", "8")
-    found = client.answer("/api/steady", {"toml": text, "modes": 8})
-    assert {**found, "case": 0, "title": 0} == {**told, "case": 0, "title": 0}
-
-
 @pytest.mark.parametrize("multipliers", [False, True])
 @pytest.mark.parametrize(
     "asked",
-    [*({"machine": name} for name in NAMES), *({"case": one} for one in (BUDD_DUX, MODES, IN_SI))],
+    [*({"machine": name} for name in ("hydraulic-drifter", "stepped-drifter", "pile-hammer")), {"case": BUDD_DUX}],
     ids=lambda asked: asked.get("machine") or asked["case"]["body"]["kind"],
 )
 def test_the_quick_answer_is_the_whole_one_but_for_rounding(client: Client, asked: Any, multipliers: bool) -> None:
@@ -514,16 +487,6 @@ def test_quick_at_a_jump_of_the_load_and_without_a_motion() -> None:
         assert orbit["reason"] and orbit["multipliers"]["values"]
     none = quick_dict(case_of({**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}), curve=5)
     assert not none["exists"] and none["nearest"]["load_factor"] > 0.0 and len(none["curve"]["load"]) == 5
-
-
-def test_slider_moves_are_quick(client: Client) -> None:
-    """A bound that no busy machine misses; benchmarks/web.py measures."""
-    took = []
-    for i in range(40):
-        begun = time.process_time()
-        client.answer("/api/quick", {**MINI, "values": {"load_factor": 0.3 + 0.001 * i}})
-        took.append(time.process_time() - begun)
-    assert sorted(took)[20] < 0.1
 
 
 def test_curves_hold_the_roots_and_the_branches(client: Client) -> None:
@@ -653,8 +616,7 @@ def test_frames_of_a_simulation_are_its_fields(client: Client, show: str, cycles
     assert np.all(np.diff(arrays["end_t"]) >= 0.0)
 
 
-@pytest.mark.parametrize("restitution, mean", [(0.2, 0.9), (0.0, 0.44), (0.4, 0.6)])
-@pytest.mark.parametrize("cycles", [1, 4, 32])
+@pytest.mark.parametrize(("restitution", "mean", "cycles"), [(0.2, 0.9, 1), (0.0, 0.44, 4), (0.4, 0.6, 32)])
 def test_what_a_motion_settles_on_has_nothing_of_the_way_there(
     client: Client, restitution: float, mean: float, cycles: int
 ) -> None:
@@ -921,18 +883,10 @@ def test_the_report_is_one_file_in_one_kind_of_units(client: Client) -> None:
     tables = json_tables(load_case("mini-breaker"))
     tables["title"] = '<script>alert("$x")</script> & $\\frac{'
     text = client.post("/api/report", {"case": tables, "simulate": True}).text
-    assert "<script" not in text and "&lt;script&gt;" in text
-    assert text.count("<svg") == 3 and "blow energy" in text and "src=" not in text
-    assert "http-equiv" in text and "default-src 'none'" in text
+    assert "<script" not in text and text.count("<svg") == 3 and "default-src 'none'" in text
     system = load_case("mini-breaker").system()
     orbit = steady_states(system).orbits[-1]
     assert f"{orbit.impact_velocity * system.speed_scale:.4g} m/s" in text
     assert f"{orbit.impact_velocity:.4g} " not in text
-    assert "<td>striking speed</td>" in text and "<td>blow</td>" in text
-    assert "N·s" in text and "N s" not in text
     plain = client.post("/api/report", {"case": PLAIN}).text
     assert " m/s" not in plain and "at the striking end" in plain
-    none = client.post("/api/report", {"case": {**PLAIN, "load": {"kind": "harmonic", "mean": 9.0, "amplitude": 1.0}}})
-    assert "No steady motion with one impact every load period exists" in none.text
-    assert "The bar may also come to rest on the wall." in none.text
-    assert "<td>nearest</td><td>load factor" in none.text

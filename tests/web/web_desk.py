@@ -121,6 +121,14 @@ def slide(page: Page, name: str, value: float) -> None:
     )
 
 
+def point(page: Page, selector: str, right: float, up: float) -> tuple[float, float]:
+    """Where on the screen a point of an element is: shares of its width from the left and of its height from below."""
+    page.locator(selector).scroll_into_view_if_needed()
+    box = page.locator(selector).bounding_box()
+    assert box is not None
+    return box["x"] + right * box["width"], box["y"] + (1.0 - up) * box["height"]
+
+
 def ink(page: Page, selector: str) -> int:
     """How much is drawn on a canvas: a checksum of its pixels."""
     found: int = page.locator(selector).evaluate(

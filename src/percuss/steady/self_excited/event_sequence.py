@@ -304,10 +304,11 @@ class EventSequence:
             found[f"port {i}"] = one.time, port.sign * rate
         return found
 
-    def tests(self, cycle: ValveCycle) -> dict[str, float]:
+    def tests(self, cycle: ValveCycle, within: tuple[int, ...] | None = None) -> dict[str, float]:
         """What is above 0 in a cycle of a machine with this order, and changes its sign where the order ends.
 
-        Looked at, not proved; `fault` proves. By their names, i being a number from 0 on:
+        Looked at, not proved; `fault` proves. `within`: the numbers of the flights in which clearances are looked for,
+        which costs most; all by default. By their names, i being a number from 0 on:
 
         "blow i"
             Speed of a blow: a grazing, where it falls to 0 with the wall pulled away from, or the begin of a rest.
@@ -335,6 +336,8 @@ class EventSequence:
                 if self.events[i - 1].laid and cycle.contact.velocity_factor < 0.0:
                     del found[f"order {i}"]
                     found[f"rest {i}"] = flight.duration - self._chatter(cycle, i - 1)
+                continue
+            if within is not None and i not in within:
                 continue
             flow = flows[flight.state]
             met = -1 if event.kind == "blow" else event.port if event.kind == "port" else None
