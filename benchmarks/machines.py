@@ -18,7 +18,7 @@ import numpy as np
 
 from percuss import Load, Start, Stop, System, run
 from percuss.case import load_case
-from percuss.explore import follow, sweep
+from percuss.explore import diagram, follow, sweep
 from percuss.explore.continuation.machine_cycles import MachineCurve
 from percuss.explore.continuation.walk import CurvePoint
 from percuss.explore.family import SystemFamily
@@ -130,6 +130,17 @@ def followed() -> list[Row]:
     return rows
 
 
+def diagrams() -> list[Row]:
+    """A diagram as it is made unless anything else is asked for, on one core."""
+    one = load_case("valve-breaker").machine()
+    diagram(one, "restitution=0.1:0.2:2", modes=0, workers=1)  # which compiles, or loads what was compiled
+    start = time.process_time()
+    found = diagram(one, "restitution=0.05:0.6", workers=1)
+    took = time.process_time() - start
+    told = f"{len(found.branches)} branches, {len(found.settled)} settled motions, on one core"
+    return [(f"a default diagram, valve-breaker, N = {found.modes}", f"{took:.1f} s", "20 s", told)]
+
+
 def maps(cells: int = 100) -> list[Row]:
     """A plane of rigid machines."""
     axes, what = (
@@ -182,4 +193,4 @@ def first_use() -> list[Row]:
 
 def machines() -> list[Row]:
     """All rows of machines."""
-    return [*motions(), *cycles(), *followed(), *maps(), *first_use()]
+    return [*motions(), *cycles(), *followed(), *diagrams(), *maps(), *first_use()]

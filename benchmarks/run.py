@@ -72,6 +72,10 @@ def processes() -> list[Row]:
             ("percuss steady --json, measured history", 1.0, ["steady", case, "--json"]),
             ("percuss steady, harmonic load", 1.0, ["steady", "mini-breaker"]),
             ("percuss simulate", 0.8, ["simulate", "mini-breaker"]),
+            ("percuss machine, rigid and N = 32, margins and what 10 % more do", 0.8, ["machine", "valve-breaker"]),
+            ("percuss steady --reach, harmonic load", 3.0, ["steady", "pneumatic-jackleg", "--reach"]),
+            ("percuss steady --reach, measured history", 3.0, ["steady", case, "--reach"]),
+            ("percuss steady --reach, a valve that the piston switches", 3.0, ["steady", "valve-breaker", "--reach"]),
         ):
             seconds = median(process("-m", "percuss", *arguments))
             beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"

@@ -41,6 +41,7 @@ from numba.core import codegen, compiler, compiler_machinery, ir, ir_utils, type
 #
 # All this rests on inner names of numba. Where they are missing, `pipelines` is empty, and numba compiles as ever.
 
+_llvm: Any = codegen
 _Library: Any = codegen.JITCodeLibrary
 _Compiler: Any = compiler.Compiler
 _Pass: Any = compiler_machinery.FunctionPass
@@ -58,8 +59,9 @@ _IDLE = {
 """Passes for what no function here has: closures, contexts, raised errors, expressions of whole arrays."""
 
 _KNOWN = (
-    "_ensure_finalized", "_finalize_final_module", "_get_module_for_linking", "_optimize_final_module",
-    "_optimize_functions", "_raise_if_finalized", "finalize", "get_pointer_to_function",
+    "_ensure_finalized", "_finalize_final_module", "_get_compiled_object", "_get_module_for_linking",
+    "_optimize_final_module", "_optimize_functions", "_raise_if_finalized", "finalize", "get_pointer_to_function",
+    "serialize_using_object_code",
 )  # fmt: skip
 
 
@@ -130,6 +132,14 @@ class _Whole(_Own):
         self._optimize_final_module()
         module.verify()
         self._finalize_final_module()
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """For the cache: machine code, and names in place of the text it was made from, which takes longer to read."""
+        self._ensure_finalized()
+        module = self._final_module
+        there = [one.name for one in (*module.functions, *module.global_variables) if not one.is_declaration]
+        names = _llvm.ll.parse_assembly("\n".join(f'@"{name}" = global i8 0' for name in there))
+        return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
 
 
 def _module(library: Any) -> Any:

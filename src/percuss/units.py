@@ -125,6 +125,12 @@ def si(value: object, dimension: str, name: str) -> float:
     >>> si("2400 blows/min", "frequency", "frequency")
     40.0
     """
+    if all(isinstance(one, str) for one in (value, dimension, name)) and len(str(value)) <= _LONGEST:
+        return _remembered(value, dimension, name)
+    return _in_si(value, dimension, name)
+
+
+def _in_si(value: object, dimension: str, name: str) -> float:
     accepted = _accepted(dimension)
     if not isinstance(name, str):
         raise ParameterError("name", name, "what the quantity is called")
@@ -144,6 +150,10 @@ def si(value: object, dimension: str, name: str) -> float:
     if not math.isfinite(number):
         raise UnitError(name, value, accepted + ", and finite")
     return number
+
+
+_remembered = functools.lru_cache(maxsize=1024)(_in_si)
+"""A case that is varied is read again and again; what is refused is not kept."""
 
 
 def unit_scale(unit: str, dimensions: tuple[str, ...], name: str) -> tuple[float, str]:

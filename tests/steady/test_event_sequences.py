@@ -98,7 +98,10 @@ def test_an_order_of_events_is_a_problem_for_its_times(seed: int) -> None:
     assert again is not None and sequence.fault(again) is None and sequence_of(again) == sequence
     assert again.period == pytest.approx(cycle.period, rel=1e-12)
     assert again.multipliers().values == pytest.approx(cycle.multipliers().values, abs=1e-9)
-    assert min(sequence.tests(again).values()) > 0.0
+    tests, few = sequence.tests(again), sequence.tests(again, ())
+    assert min(tests.values()) > 0.0 and sequence.tests(again, tuple(range(len(sequence.events)))) == tests
+    assert few == {name: value for name, value in tests.items() if name.partition(" ")[0] in ("blow", "port", "order")}
+    assert not again.contracts or np.abs(again.multipliers().values).max() < 1.0
 
 
 @pytest.mark.parametrize("modes", MODES)
@@ -382,3 +385,14 @@ def test_a_constant_pressure_is_refused() -> None:
     machine = Machine(UniformBar(20.0), breaker(133, 1e-3), Kept(0.15))
     with pytest.raises(ParameterError, match="supply"):
         slow_pressure(self_excited_motion(machine.with_valve(replace(machine.valve, supply=None)), modes=0).cycle)
+
+
+def test_much_more_oil_makes_a_pressure_as_its_square() -> None:
+    """A disturbance of such a pressure hardly dies out, and it is one cycle all the same."""
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact"))
+    means = []
+    for flow in (100.0, 300.0):
+        motion = fed(Valve({"return": -0.4, "power": 1.8}, ports, supply=Supply(flow, 30.0)))
+        assert motion.runs and motion.cycle.blows == 1
+        means.append(slow_pressure(motion.cycle).mean)
+    assert means[0] > 1e4 and means[1] == pytest.approx(9.0 * means[0], rel=2e-2)

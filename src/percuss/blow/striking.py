@@ -14,27 +14,8 @@ import numpy as np
 from percuss.blow.blow import Blow, balance
 from percuss.blow.bodies import Rod, Sections, Striker, Target, Wall, rod_sections, striker_sections
 from percuss.blow.figures import BlowOutcome
+from percuss.blow.kernels import wave_records as kn
 from percuss.blow.kernels.nodes import go_on
-from percuss.blow.kernels.wave_records import (
-    ENDLESS,
-    FAR,
-    FIXED,
-    FREE,
-    FULL,
-    LOAD,
-    MOST_DEGREE,
-    NOW,
-    OFF,
-    REACHED,
-    ROCK,
-    ROWS,
-    TRACED,
-    WALL,
-    WIDTH,
-    BlowProblem,
-    State,
-    WaveRows,
-)
 from percuss.blow.wave_history import BlowTables, Scales, WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import look
@@ -168,7 +149,7 @@ def _wave(
 
 def _as_pieces(function: Callable[[Array], Array]) -> list[_Piece]:
     """A function on [0, 1] as polynomials, each as long as its last coefficients are nothing."""
-    n = MOST_DEGREE
+    n = kn.MOST_DEGREE
     angles = np.pi * (np.arange(n + 1) + 0.5) / (n + 1)
     transform = 2.0 / (n + 1) * np.cos(np.outer(np.arange(n + 1), angles))
     transform[0] *= 0.5
@@ -189,7 +170,7 @@ def _as_pieces(function: Callable[[Array], Array]) -> list[_Piece]:
 
 # ---- The records of the compiled functions: a question in the scales of the blow, and what they fill
 
-_ENDS = {"infinite": ENDLESS, "free": FREE, "fixed": FIXED, "rock": ROCK}
+_ENDS = {"infinite": kn.ENDLESS, "free": kn.FREE, "fixed": kn.FIXED, "rock": kn.ROCK}
 _TICKS = 60  # of the window's length, as a power of 2: whole numbers go to 2^63
 _COINCIDENT = 1e-13  # of the shortest transit time: two arrivals that are one
 _ROUNDING = 4e-15  # of the window: what sums of rounded transit times can differ by
@@ -226,11 +207,13 @@ def _tables(question: _Question) -> BlowTables:
     return BlowTables(striker, rod, scales, problem, waves, _state(question, scales, problem))
 
 
-def _problem(question: _Question, scales: Scales, ticks: np.ndarray, tick: float, near: int, until: int) -> BlowProblem:
+def _problem(
+    question: _Question, scales: Scales, ticks: np.ndarray, tick: float, near: int, until: int
+) -> kn.BlowProblem:
     rod, target, striker = question.rod, question.target, question.own
     impedance = np.concatenate([striker.impedance, () if rod is None else rod.impedance]) / scales.impedance
     mass = np.zeros(impedance.size + 1)
-    stiffness, ratio, end, unit = 0.0, 1.0, WALL, scales.impedance * scales.time
+    stiffness, ratio, end, unit = 0.0, 1.0, kn.WALL, scales.impedance * scales.time
     if isinstance(target, Rod):
         end = _ENDS[target.end]
         mass[-1] = target.bit_mass / unit
@@ -239,8 +222,8 @@ def _problem(question: _Question, scales: Scales, ticks: np.ndarray, tick: float
         if target.rock is not None:
             stiffness = target.rock.stiffness * scales.time / scales.impedance
             ratio = target.rock.unloading_ratio
-    most = FAR * tick
-    return BlowProblem(
+    most = kn.FAR * tick
+    return kn.BlowProblem(
         impedance=impedance,
         transit=ticks,
         joint_mass=mass,
@@ -258,12 +241,12 @@ def _problem(question: _Question, scales: Scales, ticks: np.ndarray, tick: float
     )
 
 
-def _waves(rows: list[list[_Piece]], problem: BlowProblem, scales: Scales, finite: np.ndarray) -> WaveRows:
+def _waves(rows: list[list[_Piece]], problem: kn.BlowProblem, scales: Scales, finite: np.ndarray) -> kn.WaveRows:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
-    size = 2 * sections + TRACED
+    size = 2 * sections + kn.TRACED
     most = max(_FIRST, 2 * max(map(len, rows)))
-    waves = WaveRows(
+    waves = kn.WaveRows(
         start=np.zeros((size, most), dtype=np.int64),
         degree=np.zeros((size, most), dtype=np.int64),
         first=np.zeros((size, most)),
@@ -289,25 +272,25 @@ def _waves(rows: list[list[_Piece]], problem: BlowProblem, scales: Scales, finit
             waves.used[0] += n
         waves.pieces[row] = len(pieces)
         if not finite[row >> 1]:
-            waves.start[row, 0] = -FAR
-            waves.known[row] = FAR if row % 2 else 0
+            waves.start[row, 0] = -kn.FAR
+            waves.known[row] = kn.FAR if row % 2 else 0
     return waves
 
 
-def _state(question: _Question, scales: Scales, problem: BlowProblem) -> State:
+def _state(question: _Question, scales: Scales, problem: kn.BlowProblem) -> kn.State:
     nodes = problem.impedance.size + 1
-    now = np.zeros(1, dtype=NOW).view(np.recarray)
+    now = np.zeros(1, dtype=kn.NOW).view(np.recarray)
     now[0].gap = question.target.gap / scales.length
     rock = question.target.rock if isinstance(question.target, Rod) else None
     gap = 0.0 if rock is None else rock.gap / scales.length
     now[0].penetration = -gap
-    now[0].branch = LOAD if rock is not None and gap == 0.0 else OFF
-    return State(
+    now[0].branch = kn.LOAD if rock is not None and gap == 0.0 else kn.OFF
+    return kn.State(
         now=now,
         time=np.zeros(nodes, dtype=np.int64),
         velocity=np.zeros(nodes),
         contact=np.zeros(_FIRST, dtype=np.int64),
-        work=np.zeros((ROWS, WIDTH)),
+        work=np.zeros((kn.ROWS, kn.WIDTH)),
     )
 
 
@@ -338,11 +321,11 @@ def _carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTa
     """The blow with every node at least at the tick `target`; whether it got there."""
     while True:
         code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
-        if code == REACHED:
+        if code == kn.REACHED:
             return held, True
         if held.waves.pieces.sum() > most_pieces:
             return held, False
-        if code == FULL:
+        if code == kn.FULL:
             held = _enlarged(held)
         look()
 
@@ -422,13 +405,13 @@ def _followed(held: BlowTables, until_over: bool, most: int) -> tuple[WaveHistor
     """The blow to the end of its window, and how that ended."""
     problem, gap = held.problem, float(held.state.now[0].gap)
     transit = round(1.0 / problem.tick)
-    ends_early = until_over and (problem.end == FREE or not problem.stiffness > 0.0)
+    ends_early = until_over and (problem.end == kn.FREE or not problem.stiffness > 0.0)
     target, spent = transit if ends_early else problem.until, False
     while True:
         target = min(target, problem.until)
         held, there = _carried_to(held, target, most)
         if not there:
-            nodes = problem.impedance.size + (problem.end != ENDLESS)  # nothing happens at an end at infinity
+            nodes = problem.impedance.size + (problem.end != kn.ENDLESS)  # nothing happens at an end at infinity
             return WaveHistory(held, int(held.state.time[:nodes].min()), gap), BlowOutcome.TOO_MANY_PIECES
         course = WaveHistory(held, target, gap)
         if ends_early and held.state.now[0].noted > 0:

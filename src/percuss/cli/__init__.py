@@ -40,6 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         if argv is None:  # our own process
             # its matrices are small, and waiting BLAS threads cost up to 2 s on busy cores
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+            # pydantic would look through all that is installed for plugins, of which a case needs none
+            os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
             signal.signal(signal.SIGTERM, _as_interrupt)
             _remember_interrupts(heard)
         from percuss.cli.app import run

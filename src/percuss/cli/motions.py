@@ -86,7 +86,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
     REPORT,
 )
 def steady(parser: Parser, options: argparse.Namespace) -> int:
-    """Answer for one case; a structure that is held, and a machine that switches itself, have answers of their own."""
+    """Answer for one case; a machine that switches itself has an answer of its own."""
     from percuss import plot
     from percuss.case.answers.steady_report import steady_report
     from percuss.cli.report_printing import answered

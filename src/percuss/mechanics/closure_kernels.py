@@ -457,7 +457,7 @@ def mapped(room, found):
 
 HALVINGS = 5
 CLOSED = 2e-14  # of the period
-NEARLY, NEARLY_SUPPLIED = 1e-11, 1e-9  # … where rounding lets no step be smaller, as where a pressure settles slowly
+NEARLY, NEARLY_SUPPLIED = 1e-11, 1e-7  # … where rounding lets no step be smaller, as where a pressure settles slowly
 OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 
 

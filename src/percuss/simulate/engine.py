@@ -16,42 +16,10 @@ from percuss.model.body import Body
 from percuss.model.checks import Array
 from percuss.model.system import half_swing, rests, wall_load
 from percuss.simulate.events import RELEASE, Events, MotionCycle, joined, label_of, unresolved
+from percuss.simulate.kernels import motion_records as kn
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.clock import release_phases
 from percuss.simulate.kernels.motion import follow
-from percuss.simulate.kernels.motion_records import (
-    AT_REST,
-    BAR,
-    BY_IMPACTS,
-    BY_TIME,
-    BY_WORK,
-    COUNT,
-    DEPARTED,
-    EVENT,
-    MEMBER,
-    NOW,
-    ON_WALL,
-    PAST,
-    PERIODIC,
-    POWERS,
-    RATIO,
-    RESTING,
-    SINGLY,
-    STATE_NUMBERS,
-    SUMS,
-    TURN,
-    TURN_LOW,
-    UNRESOLVED,
-    WINDOW,
-    Desk,
-    Harmonics,
-    KernelState,
-    Log,
-    ModeTable,
-    MotionTable,
-    Rules,
-    StartRows,
-)
 from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum, spectrum_of
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -64,12 +32,12 @@ _RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked a
 
 
 @lru_cache(maxsize=16)
-def prepared(system: System, modes: int) -> tuple[Spectrum, MotionTable]:
+def prepared(system: System, modes: int) -> tuple[Spectrum, kn.MotionTable]:
     """Spectrum and table of a system, kept for the next motion of it; ResonanceError at a resonance (B77 16)."""
     return spectrum_of(system, modes), table_of(system, modes)
 
 
-def table_of(system: System, modes: int) -> MotionTable:
+def table_of(system: System, modes: int) -> kn.MotionTable:
     """The kernels' table of a system cut at mode N; its `bar` is the caller's own, which the kernels change."""
     # Its neighbours in a map, with another restitution or mean load, share all but a few numbers of it. ResonanceError
     # when a harmonic of the load meets an undamped elastic mode (B77 16).
@@ -115,19 +83,19 @@ def _held(bar: np.void, system: System, modes: int) -> Load:
     return wall
 
 
-def to_change(table: MotionTable) -> MotionTable:
+def to_change(table: kn.MotionTable) -> kn.MotionTable:
     """A table with a `bar` of its own, which the kernels change."""
     return table._replace(bar=_copied(table.bar))
 
 
 def _copied(bar: np.void) -> np.void:
     """A copy in one piece: `copy` takes an impact's time for each field, and `np.array` shares the memory."""
-    found: np.void = np.ndarray(1, BAR, bytearray(bar.tobytes()))[0]
+    found: np.void = np.ndarray(1, kn.BAR, bytearray(bar.tobytes()))[0]
     return found
 
 
 @lru_cache(maxsize=16)
-def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: int) -> MotionTable:
+def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: int) -> kn.MotionTable:
     """The table but for the contact, the mean load, and what follows from them; none for a load of steps."""
     load = Load(np.array([0.0, *harmonics]), at=at)
     spectrum = Spectrum(System(body, load, Kept(0.0)), modes)
@@ -142,10 +110,10 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
     parts = (part for values in (spectrum.gap, spectrum.rigid, pk) for part in (values.real, values.imag))
     coupling = np.ascontiguousarray(np.stack([response.real, response.imag], axis=1))
     none = np.empty(0)
-    return MotionTable(
+    return kn.MotionTable(
         bar,
         tabled_modes(spectrum, bar),
-        Harmonics(*(np.array(part, order="C") for part in parts)),
+        kn.Harmonics(*(np.array(part, order="C") for part in parts)),
         coupling,
         none,
         none,
@@ -155,7 +123,7 @@ def _without_mean(body: Body, at: int, harmonics: tuple[complex, ...], modes: in
 
 def bar_of(body: Body, modes: DampedModes) -> np.void:
     """The numbers of a bar that do not depend on its load; all others are 0."""
-    bar: np.void = np.zeros(1, BAR)[0]
+    bar: np.void = np.zeros(1, kn.BAR)[0]
     bar["damping"], bar["whole"], bar["ripple"] = body.rigid_drag, 1.0, 1e-3
     if modes.omega.size:
         bar["wave"] = (1.0 + 0.5 / modes.omega.size) * body.transit_time
@@ -164,7 +132,7 @@ def bar_of(body: Body, modes: DampedModes) -> np.void:
     return bar
 
 
-def tabled_modes(spectrum: DampedModes, bar: np.void) -> ModeTable:
+def tabled_modes(spectrum: DampedModes, bar: np.void) -> kn.ModeTable:
     """The elastic modes, and what `bar` says of all of them."""
     omega, damping, creeps = spectrum.omega.copy(), spectrum.damping.copy(), spectrum.creeps
     oscillates, half = np.where(creeps, 0.0, 1.0), 0.5 * damping
@@ -173,19 +141,19 @@ def tabled_modes(spectrum: DampedModes, bar: np.void) -> ModeTable:
     bar["law"] = law = _law(omega, damping, creeps)
     own = half[~creeps]
     if omega.size:
-        bar["quickest"], bar["base"] = omega.max(), omega[0] if law == POWERS else lam[0]
+        bar["quickest"], bar["base"] = omega.max(), omega[0] if law == kn.POWERS else lam[0]
         rates = half.copy()
         rates[creeps] = np.minimum(half, omega * omega / np.where(creeps, damping, 1.0))[creeps]  # d/2 − κ ≥ ω²/d
         bar["linger"] = rates.min()
-    if law == POWERS and omega.size:
+    if law == kn.POWERS and omega.size:
         bar["half"] = half[0]
         delta = oscillates * half * half / (omega + lam)
         bar["delta"] = delta.max()
-    elif law == RATIO:
+    elif law == kn.RATIO:
         bar["base_half"] = half[0]
     bar["wane"], slowest = (2.0 * own.max(), 2.0 * own.min()) if own.size else (0.0, np.inf)
     bar["lasting"] = 2.0 / slowest if slowest > 1e-300 else np.inf
-    return ModeTable(
+    return kn.ModeTable(
         omega=omega,
         lam=oscillates * lam,
         inverse=oscillates / lam,
@@ -205,14 +173,14 @@ def tabled_modes(spectrum: DampedModes, bar: np.void) -> ModeTable:
 def _law(omega: Array, damping: Array, creeps: npt.NDArray[np.bool_]) -> int:
     """How the phasors of the modes are computed best, see `percuss.simulate.kernels.motion_records`."""
     if not omega.size:
-        return POWERS
+        return kn.POWERS
     number = np.arange(1.0, omega.size + 1.0)
     if np.any(np.abs(omega - number * omega[0]) > _EQUAL * omega):
-        return SINGLY
+        return kn.SINGLY
     if np.all(damping == damping[0]):
-        return POWERS
+        return kn.POWERS
     ratio = np.all(np.abs(damping - number * damping[0]) <= _EQUAL * damping)
-    return RATIO if ratio and not creeps.any() else SINGLY
+    return kn.RATIO if ratio and not creeps.any() else kn.SINGLY
 
 
 _SAMPLES = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
@@ -255,19 +223,19 @@ class Snapshot:
     sums: Records
 
     @classmethod
-    def empty(cls, modes: int, window: int = WINDOW) -> Snapshot:
+    def empty(cls, modes: int, window: int = kn.WINDOW) -> Snapshot:
         """All numbers 0, with room for the last `window` impacts, a power of 2."""
-        z, past = np.zeros((2, modes)), np.zeros(window, PAST)
-        return cls(z, np.zeros(1, NOW), np.zeros(1, COUNT), z.copy(), past, np.zeros(2, SUMS))
+        z, past = np.zeros((2, modes)), np.zeros(window, kn.PAST)
+        return cls(z, np.zeros(1, kn.NOW), np.zeros(1, kn.COUNT), z.copy(), past, np.zeros(2, kn.SUMS))
 
     def copy(self) -> Snapshot:
         """Arrays of its own, to be changed."""
         return Snapshot(*map(_copied_record, (self.z, self.now, self.count, self.cycle, self.past, self.sums)))
 
     @property
-    def motion(self) -> KernelState:
+    def motion(self) -> kn.KernelState:
         """What the kernels change: the same memory."""
-        return KernelState(
+        return kn.KernelState(
             self.z, self.now[0], self.count[0], self.cycle, self.past, self.sums,
             self.now.view(np.float64), self.count.view(np.int64), self.sums.view(np.float64).reshape(2, -1),
         )  # fmt: skip
@@ -279,7 +247,7 @@ class Snapshot:
     @property
     def time(self) -> float:
         """Of the anchor, in radians."""
-        return float(self.count["period"][0]) * TURN + float(self.now["phase"][0])
+        return float(self.count["period"][0]) * kn.TURN + float(self.now["phase"][0])
 
 
 def _copied_record(values: Records) -> Records:
@@ -287,7 +255,7 @@ def _copied_record(values: Records) -> Records:
     return values.view(np.uint8).copy().view(values.dtype) if values.dtype.names else values.copy()
 
 
-NO_LOG = Log(np.empty(0, EVENT), np.empty((0, 0)))  # for motions of which nothing is recorded
+NO_LOG = kn.Log(np.empty(0, kn.EVENT), np.empty((0, 0)))  # for motions of which nothing is recorded
 
 
 def begins(
@@ -297,35 +265,35 @@ def begins(
     phase: Array,
     period: npt.NDArray[np.int64],
     piece: npt.NDArray[np.int64],
-) -> StartRows:
+) -> kn.StartRows:
     """The starts of motions for the kernels; read-only, as numba would compile all once more for other arrays."""
-    columns = StartRows(displacement, velocity, gap, phase, period, piece)
+    columns = kn.StartRows(displacement, velocity, gap, phase, period, piece)
     found = [np.ascontiguousarray(values).view() for values in columns]
     for values in found:
         values.setflags(write=False)
-    return StartRows(*found)  # type: ignore[arg-type]  # of the types that they had
+    return kn.StartRows(*found)  # type: ignore[arg-type]  # of the types that they had
 
 
-def desk_for(table: MotionTable) -> Desk:
+def desk_for(table: kn.MotionTable) -> kn.Desk:
     """Room to work in."""
     n = table.modes.omega.size
-    return Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
+    return kn.Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
 
 
 def clocks(time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:
     """Load periods gone by at some times, and the phases in [0, 2π)."""
     times = np.asarray(time, dtype=float)
-    turns = np.floor(times / TURN)
-    phase = np.maximum((times - turns * TURN) - turns * TURN_LOW, 0.0)
-    over = phase >= TURN
+    turns = np.floor(times / kn.TURN)
+    phase = np.maximum((times - turns * kn.TURN) - turns * kn.TURN_LOW, 0.0)
+    over = phase >= kn.TURN
     return np.asarray(turns + over, dtype=np.int64), np.where(over, 0.0, phase)
 
 
 def clock(time: float) -> tuple[int, float]:
     """The same at one time, to the last bit, in a twentieth of the time."""
-    turns = math.floor(time / TURN)
-    phase = max((time - turns * TURN) - turns * TURN_LOW, 0.0)
-    return (turns, phase) if phase < TURN else (turns + 1, 0.0)
+    turns = math.floor(time / kn.TURN)
+    phase = max((time - turns * kn.TURN) - turns * kn.TURN_LOW, 0.0)
+    return (turns, phase) if phase < kn.TURN else (turns + 1, 0.0)
 
 
 def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array, npt.NDArray[np.int64]]:
@@ -337,13 +305,16 @@ def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array
     return periods + turns, phases, pieces.astype(np.int64)
 
 
-def begin(spectrum: Spectrum, table: MotionTable, start: Start) -> Snapshot:
+def begin(spectrum: Spectrum, table: kn.MotionTable, start: Start) -> Snapshot:
     """The state at the start."""
     u, v, gap = start.state(spectrum.modes, spectrum.system)
     state = Snapshot.empty(spectrum.modes)
     period, phase, piece = begun(spectrum.system.load, np.array([start.time]))
     starts = begins(u[None], v[None], np.array([gap]), phase, period, piece)
-    rules, room = Rules(np.inf, 0.0, 0, False, 0.0, 0, 1), (NO_LOG, NO_LOG, _GOES_ON, np.zeros(1, MEMBER), _NO_TAIL)
+    rules, room = (
+        kn.Rules(np.inf, 0.0, 0, False, 0.0, 0, 1),
+        (NO_LOG, NO_LOG, _GOES_ON, np.zeros(1, kn.MEMBER), _NO_TAIL),
+    )
     twin = Snapshot.empty(spectrum.modes).motion
     follow(to_change(table), starts, _ENDLESS, rules, state.motion, twin, desk_for(table), *room)
     return state
@@ -355,18 +326,18 @@ STRIDE = 1 << 24  # modes times evaluations between two looks at the outside
 _MOST_MEMORY = 1 << 30  # bytes of recorded events and states
 _TOO_MANY = 64  # such strides without an impact end a simulation
 ENDS = {
-    BY_IMPACTS: "impacts",
-    BY_TIME: "time",
-    AT_REST: "rest",
-    PERIODIC: "periodic",
-    DEPARTED: "departed",
-    UNRESOLVED: "unresolved",
+    kn.BY_IMPACTS: "impacts",
+    kn.BY_TIME: "time",
+    kn.AT_REST: "rest",
+    kn.PERIODIC: "periodic",
+    kn.DEPARTED: "departed",
+    kn.UNRESOLVED: "unresolved",
 }
 """What the kernels' ends are called."""
 
 # of a motion that goes on by itself
 _NOWHERE = begins(*np.empty((2, 0, 1)), *np.empty((2, 0)), *np.empty((2, 0), dtype=np.int64))
-_GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), PAST), np.array([[math.inf, 0.0]])
+_GOES_ON, _NO_TAIL, _ENDLESS = np.zeros(1, dtype=np.int64), np.empty((1, 0), kn.PAST), np.array([[math.inf, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -389,7 +360,7 @@ class Progress:
 
 
 def gathered(
-    log: Log,
+    log: kn.Log,
     count: Any,
     step: Callable[[], tuple[str, bool]],
     gone: Callable[[], tuple[int, float]],
@@ -449,7 +420,7 @@ class Clocked:
     """A motion of a system on its way."""
 
     spectrum: Spectrum
-    table: MotionTable
+    table: kn.MotionTable
     snapshot: Snapshot
 
     @property
@@ -465,7 +436,7 @@ class Clocked:
         now, count = snapshot.now[0], snapshot.count[0]
         row = np.concatenate([[now["gap"], now["rigid_rate"]], snapshot.z.reshape(-1)])
         anchor = Anchor(float(now["phase"]), int(count["piece"]), row)
-        return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == RESTING
+        return cls(spectrum, table, snapshot), anchor, int(count["mode"]) == kn.RESTING
 
     def followed(
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None, skip: int = 0
@@ -474,21 +445,21 @@ class Clocked:
         table, state = self.table, self.snapshot.copy()
         modes, own, count = self.modes, to_change(table), state.count[0]
         room = max(64, min((1 << 20) // (2 * modes + 2), stop.most_impacts - state.impacts + 16, 4096))
-        log = Log(np.empty(room, EVENT), np.empty((room, STATE_NUMBERS + 2 * modes)))
+        log = kn.Log(np.empty(room, kn.EVENT), np.empty((room, kn.STATE_NUMBERS + 2 * modes)))
         motion, twin, desk = state.motion, state.copy().motion, desk_for(table)
         if table.values.size:
             set_load(own.bar, table.values[count["piece"]])
-        found, stride = np.zeros(1, MEMBER), STRIDE // (modes + 30)
+        found, stride = np.zeros(1, kn.MEMBER), STRIDE // (modes + 30)
         ends = _ENDLESS if stop.time is None else np.array([clock(begin_time + stop.time)])
 
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride
-            rules = Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
+            rules = kn.Rules(np.inf, 0.0, stop.most_impacts, stop.periodic, stop.tolerance, skip, budget)
             follow(own, _NOWHERE, ends, rules, motion, twin, desk, log, NO_LOG, _GOES_ON, found, _NO_TAIL)
             code = int(found["ended"][0])
-            if code == AT_REST and not rests(self.spectrum.system, modes):
+            if code == kn.AT_REST and not rests(self.spectrum.system, modes):
                 return self._let_go(own, state, log, ends[0]), False
-            return ENDS.get(code, ""), code == BY_WORK
+            return ENDS.get(code, ""), code == kn.BY_WORK
 
         def gone() -> tuple[int, float]:
             return state.impacts, state.time - begin_time
@@ -507,14 +478,14 @@ class Clocked:
             "end_time": max(end, begin_time),
         }
 
-    def _let_go(self, own: MotionTable, state: Snapshot, log: Log, ends: Array) -> str:
+    def _let_go(self, own: kn.MotionTable, state: Snapshot, log: kn.Log, ends: Array) -> str:
         """A structure of several modes at rest released into the state; or how its motion ends before."""
         from percuss.simulate.pressed_structure import pressed
 
         spectrum, now, count = self.spectrum, state.now[0], state.count[0]
         phase, piece, period = float(now["phase"]), int(count["piece"]), int(count["period"])
         shape, still = spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))
-        held, left = pressed(spectrum.system, self.modes), (ends[0] - period) * TURN + (ends[1] - phase)
+        held, left = pressed(spectrum.system, self.modes), (ends[0] - period) * kn.TURN + (ends[1] - phase)
         wait, piece, modes = held.release(phase, piece, (shape, np.zeros_like(still)), left)
         if not wait < left:
             return "rest" if wait == math.inf else "work" if math.isnan(wait) else "time"
@@ -529,7 +500,7 @@ class Clocked:
         ):  # fmt: skip
             now[name] = value
         bounded(own.bar, own.modes, state.z, now)
-        count["period"], count["piece"], count["mode"], count["run"] = period + turns, piece, ON_WALL, 0
+        count["period"], count["piece"], count["mode"], count["run"] = period + turns, piece, kn.ON_WALL, 0
         count["release_period"], count["work"] = count["period"], count["work"] + 1
         row = log.events[count["events"]]
         row.fill(0)

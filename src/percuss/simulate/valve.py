@@ -27,34 +27,8 @@ from percuss.simulate.engine import (
     to_change,
 )
 from percuss.simulate.events import PORT, RELEASE, STALLS, VALVE, Events, MotionCycle, machine_label
+from percuss.simulate.kernels import motion_records as kn
 from percuss.simulate.kernels.motion import follow_valve, wanders_valve
-from percuss.simulate.kernels.motion_records import (
-    AT_REST,
-    BY_IMPACTS,
-    BY_TIME,
-    BY_WORK,
-    CROWDED,
-    DEPARTED,
-    EMPTY,
-    EVENT,
-    FLYING,
-    HANDED,
-    IN_CHAMBER,
-    ON_PORT,
-    ON_WALL,
-    PERIODIC,
-    RESTING,
-    STATE_NUMBERS,
-    TURNING,
-    VALVE_NOW,
-    Controls,
-    Gear,
-    Harmonics,
-    Log,
-    MotionTable,
-    Plant,
-    Rules,
-)
 from percuss.simulate.spectrum import Anchor, DampedModes, ModalMotion, Moment, units
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -171,11 +145,11 @@ class Mechanism:
         return self.elastic()
 
     @cached_property
-    def tables(self) -> tuple[MotionTable, MotionTable]:
+    def tables(self) -> tuple[kn.MotionTable, kn.MotionTable]:
         """The kernels' tables of the machine, and of its rigid motion alone; their `bar`s are to be copied."""
         return self._table(self.elastic(self.unit)), self._table(ElasticModes(*np.empty((4, 0))))
 
-    def _table(self, elastic: ElasticModes) -> MotionTable:
+    def _table(self, elastic: ElasticModes) -> kn.MotionTable:
         machine, unit = self.machine, self.unit
         bar = bar_of(machine.body, elastic)
         bar["damping"] *= unit
@@ -188,10 +162,10 @@ class Mechanism:
         bar["ramp"] = self.ramp * unit**3
         bar["lift"], bar["climb"] = self.gear.gain * bar["ramp"], bar["ramp"] * elastic.statics.sum()
         none = np.empty(0)
-        return MotionTable(
+        return kn.MotionTable(
             bar,
             tabled_modes(elastic, bar),
-            Harmonics(*(none.copy() for _ in range(6))),
+            kn.Harmonics(*(none.copy() for _ in range(6))),
             np.empty((0, 2, elastic.omega.size)),
             none,
             none,
@@ -199,7 +173,7 @@ class Mechanism:
         )
 
     @cached_property
-    def gear(self) -> Gear:
+    def gear(self) -> kn.Gear:
         """The kernels' table of the valve."""
         machine, unit, ports = self.machine, self.unit, self.machine.valve.ports
         own, names, (flow, draw, slope) = self._own, self.names, self.fed
@@ -210,7 +184,7 @@ class Mechanism:
         ratio = np.array(rows, dtype=float).reshape(len(rows), self.modes + 1) / self.end
         speeds = np.array([port.speed is not None for port in ports] + [False] * bool(flow), dtype=np.int64)
         held = self.forces if self.supply is None else np.full(len(names), machine.valve.chamber.force)
-        return Gear(
+        return kn.Gear(
             forces=held * unit**2,
             to=np.array([names.index(port.to) for port in ports], dtype=np.int64),
             edge=np.array([-port.level * (1.0 if port.speed is None else unit) for port in ports]),
@@ -397,33 +371,33 @@ def unmoved(mechanism: Mechanism, queue: int = ROOM) -> Kept:
     """All that the next event depends on, by name, of a motion not begun, with room for orders that wait."""
     ports, states, n = len(mechanism.gear.ratio), mechanism.gear.forces.size, mechanism.modes
     bar, whole = Snapshot.empty(n, 1), np.int64
-    valve = Controls(
-        np.zeros(1, VALVE_NOW), np.zeros(states), np.zeros(ports), np.zeros(queue), np.zeros(queue, whole),
+    valve = kn.Controls(
+        np.zeros(1, kn.VALVE_NOW), np.zeros(states), np.zeros(ports), np.zeros(queue), np.zeros(queue, whole),
         np.zeros(ports), np.zeros(ports, whole), np.zeros(ports, whole), np.zeros((2, n)), np.zeros(queue),
-        np.zeros(_WINDOW, TURNING),
+        np.zeros(_WINDOW, kn.TURNING),
     )  # fmt: skip
     found = dict(zip(_OF_MOTION, (bar.z, bar.now, bar.count, bar.cycle, bar.past, bar.sums), strict=True))
     return found | {f"valve_{name}": values for name, values in valve._asdict().items()}
 
 
-def kept(plant: Plant) -> Kept:
+def kept(plant: kn.Plant) -> Kept:
     """The same of a plant; copies."""
     found = {name: np.array(getattr(plant.motion, name), ndmin=1) for name in _OF_MOTION}
     return found | {f"valve_{name}": np.array(values, ndmin=1) for name, values in plant.controls._asdict().items()}
 
 
-def plant_of(mechanism: Mechanism, arrays: Kept) -> Plant:
+def plant_of(mechanism: Mechanism, arrays: Kept) -> kn.Plant:
     """A machine in a state whose motion stands there: the same memory; nothing else of it is shared."""
     table, alone = map(to_change, mechanism.tables)
     motion = Snapshot(*(arrays[name] for name in _OF_MOTION)).motion
-    now, *rest = (arrays[f"valve_{name}"] for name in Controls._fields)
+    now, *rest = (arrays[f"valve_{name}"] for name in kn.Controls._fields)
     eye, spot = (Snapshot.empty(size, 1).motion for size in (mechanism.modes, 0))
-    return Plant(
-        table, alone, mechanism.gear, motion, eye, spot, desk_for(table), desk_for(alone), Controls(now[0], *rest)
+    return kn.Plant(
+        table, alone, mechanism.gear, motion, eye, spot, desk_for(table), desk_for(alone), kn.Controls(now[0], *rest)
     )
 
 
-def roomier(plant: Plant) -> Plant:
+def roomier(plant: kn.Plant) -> kn.Plant:
     """The same plant with room for twice as many orders that wait; all else is shared."""
     controls = plant.controls
 
@@ -444,14 +418,14 @@ _MOST_NUMBERS, _MOST_ROWS = 1 << 23, 1 << 15  # of the states of a stretch
 _EVENTS = 6  # of a blow: itself, two ports, two changes of the valve, and one more
 _MOST_IDLE = 17  # strides without an event end a simulation
 ENDS = {
-    BY_IMPACTS: "impacts",
-    BY_TIME: "time",
-    PERIODIC: "periodic",
-    AT_REST: "on the tool",
-    IN_CHAMBER: "in the chamber",
-    ON_PORT: "on a port",
-    DEPARTED: "leaves",
-    EMPTY: "without pressure",
+    kn.BY_IMPACTS: "impacts",
+    kn.BY_TIME: "time",
+    kn.PERIODIC: "periodic",
+    kn.AT_REST: "on the tool",
+    kn.IN_CHAMBER: "in the chamber",
+    kn.ON_PORT: "on a port",
+    kn.DEPARTED: "leaves",
+    kn.EMPTY: "without pressure",
 }
 """What the kernels' ends are called; of a stall, where."""
 
@@ -461,10 +435,10 @@ class SelfSwitching:
     """A motion of a machine on its way: the kernels' memory, what they recorded, and how `follow_valve` begins."""
 
     mechanism: Mechanism
-    plant: Plant
-    log: Log = NO_LOG
+    plant: kn.Plant
+    log: kn.Log = NO_LOG
     begins: int = 0
-    tables: dict[int, tuple[MotionTable, ...]] = field(default_factory=dict)
+    tables: dict[int, tuple[kn.MotionTable, ...]] = field(default_factory=dict)
 
     @property
     def modes(self) -> int:
@@ -497,13 +471,13 @@ class SelfSwitching:
         own.freed(q, rate, float(valve["force"]), motion.z)
         now["gap"], now["gap_rate"], now["rigid_rate"] = 0.0 if gap == 0.0 else q.sum(), rate.sum(), rate[0]
         now["last_flight"] = -1.0
-        count["mode"] = ON_WALL if gap == 0.0 else FLYING
+        count["mode"] = kn.ON_WALL if gap == 0.0 else kn.FLYING
         if gap == 0.0 and not v.any() and not u.any():
-            count["mode"] = RESTING
+            count["mode"] = kn.RESTING
         row = [now["gap"], now["rigid_rate"], *motion.z.reshape(-1), *([valve["charge"]] if own.supply else [])]
         moved.begins = 2 if start.orders is None else 1
         anchor = Anchor(start.time, own.piece, np.array(row))
-        return moved, anchor, bool(count["mode"] == RESTING)
+        return moved, anchor, bool(count["mode"] == kn.RESTING)
 
     @classmethod
     def restored(cls, mechanism: Mechanism, snapshot: Kept, stop: Stop) -> SelfSwitching:
@@ -513,12 +487,12 @@ class SelfSwitching:
         moved.log = moved._room(stop)
         return moved
 
-    def _room(self, stop: Stop) -> Log:
+    def _room(self, stop: Stop) -> kn.Log:
         """Room for the record of a whole motion, or a stretch: memory that nothing is written into costs nothing."""
-        width, ports = 2 * self.modes + STATE_NUMBERS, self.mechanism.gear.to.size
+        width, ports = 2 * self.modes + kn.STATE_NUMBERS, self.mechanism.gear.to.size
         width += self.mechanism.supply is not None
         rows = max(64, min(_MOST_NUMBERS // width, _MOST_ROWS, _EVENTS * (stop.most_impacts + 16))) + 2 * ports
-        return Log(np.empty(rows, EVENT), np.empty((rows, width)))
+        return kn.Log(np.empty(rows, kn.EVENT), np.empty((rows, width)))
 
     def followed(
         self, stop: Stop, begin_time: float, progress: Callable[[Progress], object] | None = None
@@ -530,8 +504,8 @@ class SelfSwitching:
         def step() -> tuple[str, bool]:
             budget = (int(count["work"]) // stride + 1) * stride
             code = self._on(stop, budget)
-            given_up = code == BY_WORK and int(count["work"]) < budget
-            return "work" if given_up else ENDS.get(code, ""), code == BY_WORK
+            given_up = code == kn.BY_WORK and int(count["work"]) < budget
+            return "work" if given_up else ENDS.get(code, ""), code == kn.BY_WORK
 
         def gone() -> tuple[int, float]:
             return int(count["impacts"]), float(valve["time"]) * unit
@@ -539,7 +513,7 @@ class SelfSwitching:
         told, states, ended = gathered(self.log, count, step, gone, stop, progress, (_MOST_IDLE, True))
         events = self._in_units(told, begin_time)
         stalled = bool(valve["stalled"]) or (not valve["waiting"] and _released_in_vain(events))
-        known, over = float(valve["time"]) * unit, ended in STALLS and ended != ENDS[EMPTY]
+        known, over = float(valve["time"]) * unit, ended in STALLS and ended != ENDS[kn.EMPTY]
         spring = float(self.plant.table.bar["spring"]) / unit
         if over and spring > 0.0:
             known += 2.0 * math.pi / spring  # it goes on for ever
@@ -569,15 +543,15 @@ class SelfSwitching:
     def _on(self, stop: Stop, budget: int) -> int:
         """A stretch, with room for all orders that come to wait: how it ended."""
         time = np.inf if stop.time is None else stop.time / self.mechanism.unit
-        rules = Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
+        rules = kn.Rules(np.inf, time, stop.most_impacts, stop.periodic, stop.tolerance, 0, budget)
         code = follow_valve(self.plant, rules, self.log, self.begins)
         self.begins = 0
-        while code in (CROWDED, HANDED):
-            self.plant = roomier(self.plant) if code == CROWDED else self._handed()
+        while code in (kn.CROWDED, kn.HANDED):
+            self.plant = roomier(self.plant) if code == kn.CROWDED else self._handed()
             code = follow_valve(self.plant, rules, self.log, 0)
         return int(code)
 
-    def _handed(self) -> Plant:
+    def _handed(self) -> kn.Plant:
         """The machine with the modes of the state that its valve now has: pressure and place stay."""
         motion, valve = self.plant.motion, self.plant.controls.now
         before, own = (self.mechanism.states_of[valve[name]] for name in ("before", "state"))
@@ -586,7 +560,7 @@ class SelfSwitching:
         now = motion.now
         row = np.concatenate([[now["gap"], now["rigid_rate"]], motion.z.reshape(-1), [valve["charge"]]])
         q, rate = (ends[0] for ends in before.bound(row[None]))
-        if motion.count["mode"] == RESTING:  # undeformed, whatever was kept when it came to rest
+        if motion.count["mode"] == kn.RESTING:  # undeformed, whatever was kept when it came to rest
             q[:] = rate[:] = 0.0
         valve["charge"] += (own.gear.draw - before.gear.draw) * float(before.gear.ratio[-1] @ q)
         valve["force"] = own.gear.forces[own.piece] + own.gear.slope * valve["charge"]

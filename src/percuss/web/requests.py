@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
-from percuss.errors import CaseError, HistoryError, MissingExtraError, ParameterError, PercussError
+from percuss.errors import CaseError, HistoryError, ParameterError, PercussError
 from percuss.web.settings import Limits
 
 if TYPE_CHECKING:
@@ -72,8 +72,6 @@ def problems_of(error: Exception) -> list[dict[str, Any]]:
     if isinstance(error, HistoryError):
         message = error.message.removeprefix(f"{error.file}: ") if error.file else error.message
         return [problem("load.file", None, message, error.remedy)]
-    if isinstance(error, MissingExtraError):
-        return [problem("", None, error.message, error.remedy)]
     if isinstance(error, PercussError):
         return [problem("", None, error.message, error.remedy)]
     if isinstance(error, ArithmeticError):
@@ -146,12 +144,8 @@ def strict_json(body: bytes, limits: Limits) -> Any:
         for field in value.values() if type(value) is dict else [value]:
             # a text that is a field itself has a bound of its own: that of a case file is high
             _check(field, limits.depth - 1, limits.json_bytes if type(field) is str else limits.text)
-    except (RecursionError, _TooDeep):
+    except RecursionError:
         raise refused(400, f"JSON nested deeper than {limits.depth} levels") from None
-    except _TooLong:
-        raise refused(422, f"text of more than {limits.text} characters", "send less") from None
-    except _TooManyKeys:
-        raise refused(422, f"more than {limits.keys} keys", "send less") from None
     except UnicodeEncodeError:
         raise refused(422, "text with half of a surrogate pair, which stands for no character") from None
     except ValueError as error:  # also of text that is not UTF-8, and of numbers of thousands of digits
@@ -159,33 +153,21 @@ def strict_json(body: bytes, limits: Limits) -> Any:
     return value
 
 
-class _TooDeep(Exception):
-    pass
-
-
 def _no_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a JSON number")
-
-
-class _TooManyKeys(Exception):
-    pass
-
-
-class _TooLong(Exception):
-    pass
 
 
 class _Keys:
     """The keys of a text: so many in all, and in each object each once, as in a case file."""
 
     def __init__(self, most: int, text: int) -> None:
-        self._left, self._text = most, text
+        self._most, self._left, self._text = most, most, text
 
     def once(self, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         """The object with these keys."""
         self._left -= len(pairs)
         if self._left < 0:
-            raise _TooManyKeys
+            raise refused(422, f"more than {self._most} keys", "send less")
         found = dict(pairs)
         if len(found) < len(pairs):
             raise ValueError("a key is given twice")
@@ -197,7 +179,7 @@ class _Keys:
 def _check_text(text: str, most: int) -> None:
     """Refuse half a surrogate pair, which can be neither sent nor written, and long text, which problems repeat."""
     if len(text) > most:
-        raise _TooLong
+        raise refused(422, f"text of more than {most} characters", "send less")
     if not text.isascii():
         text.encode()
 
@@ -215,7 +197,7 @@ def _check(value: Any, depth: int, text: int) -> None:
             raise ValueError("a whole number out of range")
     elif kind is dict or kind is list:
         if depth <= 0:
-            raise _TooDeep
+            raise RecursionError
         for item in value.values() if kind is dict else value:
             _check(item, depth - 1, text)
 

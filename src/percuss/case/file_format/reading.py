@@ -372,8 +372,9 @@ def _form(data: dict[str, Any], file: str) -> type[PhysicalCase] | type[PlainCas
             f"a case has either [system] or [bar] and [contact]; this one also has {names}",
             remedy,
         )
-    near = {did_you_mean(key, ["bar", "contact", "system"]) for key in data}
-    return case_form(plain or (not physical and "did you mean 'system'?" in near))
+    if not physical and not plain:
+        plain = any(did_you_mean(key, ["bar", "contact", "system"]) == "did you mean 'system'?" for key in data)
+    return case_form(plain)
 
 
 # ---- The tables of a case as TOML text

@@ -31,7 +31,7 @@ from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- The cycles of an order of events
 
-_KEPT = 64  # motions
+_KEPT = 256  # motions
 _MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
 _MOST_ROWS, _RATE_WITHIN, _ROW_WITHIN = 8, 1e-4, 1e-9  # of the unit of the parameter
 _STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
@@ -291,9 +291,15 @@ class MachineCurve(Problem):
             return Fault("order", 0.0)  # an order is due before the one that replaced it is
         return found
 
-    def tests(self, x: Array) -> dict[str, float]:
+    def tests(self, x: Array, within: tuple[int, ...] | None = None) -> dict[str, float]:
         """What changes its sign where the order of events ends; see `EventSequence.tests`."""
-        return self.sequence.tests(self.motion(x))
+        return self.sequence.tests(self.motion(x), within)
+
+    def test(self, name: str, x: Array) -> float | None:
+        """One of them; None where the order of events has none of this name."""
+        kind, which = kind_of(name)
+        in_flight = kind in (BranchEvent.TOUCH, BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE)
+        return self.tests(x, (which,) if in_flight else ()).get(name)
 
 
 def kind_of(test: str) -> tuple[BranchEvent, int]:

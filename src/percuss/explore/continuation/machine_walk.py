@@ -55,10 +55,11 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
     curve, last, found = segment.curve, segment.length, None
     for _ in range(_ENDS):
         x = segment.at(last).x
-        below = [name for name, value in curve.tests(x).items() if value < 0.0]
-        fault = None if below else curve.fault(x)
-        if not below and fault is None:
+        sure = any(value < 0.0 for value in curve.tests(x, ()).values())
+        fault = None if sure else curve.fault(x)
+        if not sure and fault is None:
             break
+        below = [name for name, value in curve.tests(x).items() if value < 0.0]
         for name in below:
             kind, which = kind_of(name)
             place = segment.root(partial(_test, curve, name), 0.0, last)
@@ -66,7 +67,7 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
                 place = max(place - _INSIDE * segment.length, 0.0)
             if found is None or place < found.place:
                 found = segment.event(kind, place, which)
-        if fault is not None:
+        if fault is not None and not below:
             kind = OF_FAULTS[fault.kind]
             found = segment.event(kind, _bisected(segment, last))
             if kind is BranchEvent.TOUCH and curve.motion(found.point.x).contact.velocity_factor == 0.0:
@@ -92,7 +93,8 @@ def turns_twice(segment: CurveSegment) -> bool:
 
 
 def _test(curve: MachineCurve, name: str, point: CurvePoint) -> float:
-    return curve.tests(point.x).get(name, 1.0)
+    found = curve.test(name, point.x)
+    return 1.0 if found is None else found
 
 
 def _bisected(segment: CurveSegment, last: float) -> float:
@@ -120,6 +122,11 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
         for low, high in pairwise(places):
             found += _pair(segment, low, high)
     return sorted(found, key=lambda one: one.place)
+
+
+def _unstable(cycle: ValveCycle) -> int:
+    """How many multipliers are outside the unit circle; they are found only where powers of the map do not shrink."""
+    return 0 if cycle.contracts else outside(cycle.multipliers().values)
 
 
 def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
@@ -200,7 +207,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
     if low >= high:
         return []
-    counts = outside(values(low)), outside(values(high))
+    counts = tuple(_unstable(curve.motion(segment.at(place).x)) for place in (low, high))
     if abs(counts[1] - counts[0]) < 2:
         return []
     while high - low > _FINE * segment.length:
@@ -302,7 +309,7 @@ class MachineWalk(Walk):
         super().keep(point._replace(motion=point.curve.motion(point.x)), mark)
 
     def mark(self) -> int:
-        return outside(self.curve.motion(self.here.x).multipliers().values)
+        return _unstable(self.curve.motion(self.here.x))
 
     def look(self, target: Target) -> Look:
         segment = CurveSegment(self.curve, self.here, target.point)
@@ -465,7 +472,7 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> tuple[str, Side | None]:
             continue
         by, last = float(found.x[-1] - start.x[-1]), side
         flipped = _flipped(curve, point, by)
-        side = Side(by > 0.0, not outside(wide.motion(found.x).multipliers().values), flipped)
+        side = Side(by > 0.0, not _unstable(wide.motion(found.x)), flipped)
         if side == last and side.stable == (flipped and settled):  # else it is beyond a fold of its own
             break
     else:

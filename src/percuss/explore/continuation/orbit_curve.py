@@ -120,7 +120,7 @@ def _agree(one: Array, other: Array, size: Array) -> bool:
 
 # ---- Curves of orbits over one parameter or two; over one, the way back and the tangent by compiled functions
 
-_KEPT = 64  # motions
+_KEPT = 256  # motions
 _EVEN_LAST, _LAST = 1e-15, 1e-12  # of a limit of the parameter
 _MOST_STEPS, _MOST_ROWS = 12, 6
 _CLOSE = 1e-9  # after a step below this there is none: what is left is its square

@@ -141,7 +141,7 @@ _MOST_STEPS, _MOST_RENEWALS = 16, 4
 _CLOSE = 1e-9  # after a step below this, with the derivatives of the place, there is none
 _LONGEST = 0.5  # rad
 _SLOW = 0.2  # share of the step before that a step may have before the derivatives are taken anew
-_KEPT = 64  # systems
+_KEPT = 256  # systems
 
 
 class Problem(ABC):

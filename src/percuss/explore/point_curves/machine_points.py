@@ -112,10 +112,10 @@ class MachinePoints(Problem):
             return self.base.flip(CurvePoint(x, x, 0))
         if self.kind is BranchEvent.NEIMARK_SACKER:
             return abs(nearest(self.motion(x).multipliers().values, self.pair)) - 1.0
-        found = self.base.tests(x)
-        if self.test not in found:
+        found = self.base.test(self.test, x)
+        if found is None:
             raise CorrectorFailed("another order of events")
-        return found[self.test]
+        return found
 
     def renewed(self, x: Array) -> MachinePoints:
         """The same with the multiplier that is on the circle taken anew."""

@@ -254,7 +254,7 @@ class EventSequence:
 
     # -- whether a machine does this --
 
-    def fault(self, cycle: ValveCycle) -> Fault | None:
+    def fault(self, cycle: ValveCycle, early: float = 0.0) -> Fault | None:
         """The first thing in a motion that is not as this order says, proved to be the first; None for none."""
         machine, flights = cycle.machine, cycle.flights
         times = np.array([flight.time + flight.duration for flight in flights])
@@ -273,7 +273,10 @@ class EventSequence:
                 continue
             if self._ends_a_chatter(i, flight, times[-1]):
                 continue
-            for part, wall in parts(flight, flows[flight.state]):
+            seen = replace(
+                flight, duration=flight.duration * (1.0 - early)
+            )  # a guard at its end may be met by rounding
+            for part, wall in parts(seen, flows[flight.state]):
                 time, which = first_met(machine, flows[flight.state], part, wall)
                 if time < np.inf:
                     kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]
@@ -301,10 +304,11 @@ class EventSequence:
             found[f"port {i}"] = one.time, port.sign * rate
         return found
 
-    def tests(self, cycle: ValveCycle) -> dict[str, float]:
+    def tests(self, cycle: ValveCycle, within: tuple[int, ...] | None = None) -> dict[str, float]:
         """What is above 0 in a cycle of a machine with this order, and changes its sign where the order ends.
 
-        Looked at, not proved; `fault` proves. By their names, i being a number from 0 on:
+        Looked at, not proved; `fault` proves. `within`: the numbers of the flights in which clearances are looked for,
+        which costs most; all by default. By their names, i being a number from 0 on:
 
         "blow i"
             Speed of a blow: a grazing, where it falls to 0 with the wall pulled away from, or the begin of a rest.
@@ -332,6 +336,8 @@ class EventSequence:
                 if self.events[i - 1].laid and cycle.contact.velocity_factor < 0.0:
                     del found[f"order {i}"]
                     found[f"rest {i}"] = flight.duration - self._chatter(cycle, i - 1)
+                continue
+            if within is not None and i not in within:
                 continue
             flow = flows[flight.state]
             met = -1 if event.kind == "blow" else event.port if event.kind == "port" else None

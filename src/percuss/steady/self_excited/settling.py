@@ -280,13 +280,17 @@ class Following:
 # ---- The cycle of a machine near a rhythm: Newton's method on the times of its events, then the proof
 
 
+_EARLY = 1e-8  # of a flight, before its end: where a pressure settles slowly the times are known to no more
+
+
 def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
     """The cycle with this order of events to which Newton's method leads from these times, if the machine does this."""
     sequence = sequence_in(machine.valve, rhythm)
     if sequence is None:
         return None
     found = sequence.solved(machine, count, np.array([time for time, _ in rhythm.guarded]))
-    return found if found is not None and sequence.fault(found) is None else None
+    early = 0.0 if machine.valve.supply is None else _EARLY
+    return found if found is not None and sequence.fault(found, early) is None else None
 
 
 # ---- The cycle of a machine that rests on the wall: what follows a release, until the next one
@@ -456,7 +460,7 @@ def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
 
 _TRIED = (1.0, 2.0, 0.5, 4.0)  # pressures at which a machine may run
 _STEP = 0.25  # of the logarithm of the pressure
-_MOST_STEPS = 40
+_MOST_STEPS = 80
 _NEAR = 1e-6
 _SMALL_SWING = 0.05  # of the pressure in a cycle: where the steps of the accumulator begin
 _MOST_HALVINGS = 40

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,10 +20,12 @@ from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load import Side
 from percuss.model.load.valve import Orders
 from percuss.shown import Shown
-from percuss.steady.flight import Energy
 from percuss.steady.multipliers import CycleMap, Multipliers, Repeating
 from percuss.steady.self_excited.piston_flight import PistonFlight, extremes
 from percuss.steady.self_excited.rhythm import Rhythm
+
+if TYPE_CHECKING:
+    from percuss.steady.flight import Energy
 
 # ---- Which multipliers of an elastic machine belong to its rhythm and which to its ringing, and to which mode
 #
@@ -31,6 +33,7 @@ from percuss.steady.self_excited.rhythm import Rhythm
 # F. C. Schweppe, IEEE Trans. Power Apparatus and Systems 101, 1982), which do not depend on the scales of
 # the coordinates.
 
+_SQUARINGS, _GROWN = 6, 1e30  # of the map of a cycle; a power that will not shrink any more
 _NOTHING = 1e-7  # a multiplier that is 0 but for rounding, which several zeros together magnify
 _BELONGS = 0.5  # share of the motion as a whole from which a multiplier is one of the rhythm
 _TOLD = 0.1  # share from which a mode is told
@@ -415,11 +418,28 @@ class ValveCycle(Repeating):
         return max(forces) - min(forces)
 
     def _multipliers(self, side: Side) -> Multipliers:
+        return self._of_slope
+
+    @cached_property
+    def _of_slope(self) -> Multipliers:
         values = np.linalg.eigvals(self.slope).astype(complex)
         values = values[np.argsort(-np.abs(values), kind="stable")]
         own = self.flights[0].modes
         matrix = CycleMap(self.slope, own.omega, own.end) if self.modes and not self.rests else None
         return Multipliers(self.label, self.modes, values, self.machine, matrix)
+
+    @cached_property
+    def contracts(self) -> bool:
+        """Whether powers of its map are seen to shrink every disturbance: then no multiplier need be known for it."""
+        own, unit = self.flights[0].modes.omega, np.ones(len(self.slope))
+        if self.modes:
+            unit[: 2 * own.size : 2] = np.maximum(own, 1.0 / self.period)
+        power = self.slope * unit[:, None] / unit
+        for _ in range(_SQUARINGS):
+            power = power @ power
+            if not np.abs(power).max() < _GROWN:
+                return False
+        return bool(np.linalg.norm(power) < 1.0)
 
     @property
     def period(self) -> float:
@@ -502,6 +522,8 @@ class ValveCycle(Repeating):
     @property
     def energy(self) -> Energy:
         """Over the cycle: put in by the valve, taken by damping and by the blows."""
+        from percuss.steady.flight import Energy  # with the forced motion under a clock, which no machine has
+
         taken = self.taken + self.taken_by_rest
         return Energy(self.work, self.work - taken, taken)
 

@@ -92,7 +92,7 @@ def room_for(modes: int, waves: int, steps: int, impacts: int) -> Room:
         moved=np.empty(length),
         free=np.empty((8, modes)),
         spun=np.empty((6, waves)),
-        stretch=np.empty(7),
+        stretch=np.empty(9),
     )
 
 
@@ -516,6 +516,7 @@ def best_rebound(room):
 # x_n free oscillations: about the static displacement for steps, without the waves, and else about the forced motion.
 
 PER_WAVE, FEWEST, LEAST = 8.0, 96.0, 8  # samples in a period of the fastest mode, in a flight, in a stretch
+PARTS, SMALLEST = 256, 16  # parts of a stretch, and samples in one, in which the bar may be proved to go one way
 ROUNDS = 60
 ROUNDING = 1e-12  # of the greatest |y| and of what it is the sum of
 
@@ -523,8 +524,9 @@ ROUNDING = 1e-12  # of the greatest |y| and of what it is the sum of
 X, X_RATE, NOW, NOW_RATE, PA, PB, PC, PE = range(8)
 # rows of `spun`: H_k, exp(ikθ) at the sample, and from sample to sample
 H_RE, H_IM, COSINE, SINE, TURN_COSINE, TURN_SINE = range(6)
-# of the stretch: where it begins, the level, w, p, how long it is, a bound of |y''|, the size of the terms
-BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE = range(7)
+# of the stretch: where it begins, the level, w, p, how long it is, a bound of |y''|, the size of the terms, and bounds
+# of |y''| without the x_n, and of their |y'|, with what rounding makes of it
+BEGIN, LEVEL, DRIFT, FORCED, LONG, BEND, SIZE, STEADY_BEND, RINGING = range(9)
 # found: the greatest maximum, when after the impact, in which flight; whether nothing is nearer than the proof sees
 HEIGHT, WHEN, WHICH, PROVEN = range(4)
 
@@ -601,21 +603,26 @@ def bounded(room, rebound):
     """A bound of |y''| on the stretch, and how large the terms of y are."""
     at, modal, waves, spun, free = room.stretch, room.modal, room.waves, room.spun, room.free
     d, push, long = room.numbers[DRAG], abs(at[FORCED]), at[LONG]
-    swing, forces, rates, bend, size = 0.0, 0.0, 0.0, 0.0, 0.0
+    swing, forces, rates, bend, size, ringing = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    at[STEADY_BEND] = push + d * abs(at[DRIFT])
     for j in range(waves.shape[1]):
         forces += math.hypot(waves[P_RE, j], waves[P_IM, j])
         rates += math.hypot(waves[V_RE, j], waves[V_IM, j])
         re, im = spun[H_RE, j] - waves[U_RE, j], spun[H_IM, j] - waves[U_IM, j]
         bend += waves[K, j] * waves[K, j] * math.hypot(re, im)
-        size += math.hypot(spun[H_RE, j], spun[H_IM, j])
+        far = math.hypot(spun[H_RE, j], spun[H_IM, j])
+        at[STEADY_BEND] += waves[K, j] * waves[K, j] * far
+        size += far
     for n in range(modal.shape[1]):
         omega = modal[OMEGA, n]
         swing = abs(modal[GAMMA, n]) * math.hypot(free[X, n], free[X_RATE, n] / omega)
         bend += swing * (modal[SQUARE, n] + modal[DAMPING, n] * omega)
+        ringing += swing * omega
         size += swing
     fastest = abs(rebound) + rates + rates + push * long
     at[BEND] = bend + room.numbers[FREE] * forces + push + d * fastest
     at[SIZE] = size + fastest * long
+    at[RINGING] = ringing + ROUNDING * (ringing + fastest)
 
 
 @inner
@@ -660,20 +667,59 @@ def stretch(room, i, time, whole, number, found):
     safe_start = -2.0 * room.numbers[BETA] * room.impacts[SPEED, i] / at[BEND] if time == 0.0 else 0.0
     coming = room.impacts[SPEED, (i + 1) % room.impacts.shape[1]]
     safe_stop = whole - 2.0 * coming / at[BEND] if time + at[LONG] >= whole * (1.0 - 1e-14) else whole
-    for m in range(1, number + 1):
-        t = m * step
-        y, rate = sampled(room, t)
-        if speed > 0.0 and rate <= 0.0 and max(y, before) + 0.25 * (speed - rate) * step > found[HEIGHT]:
-            top(room, i, time, t - step, t, found)
-        if time + t > safe_start and time + t - step < safe_stop and max(y, before) + reach + small >= 0.0:
-            found[PROVEN] = 0.0
-        before, speed = y, rate
+    part, last, skipped = max(SMALLEST, number // PARTS), 0, False
+    while last < number:
+        first, last = last, min(last + part, number)
+        if goes_one_way(room, first * step, last * step):
+            y, rate, _ = placed(room, last * step)
+            leaves = time == 0.0 and first == 0 and rate < 0.0
+            strikes = last == number and safe_stop < whole and rate > 0.0
+            if not leaves and not strikes and max(y, before) + small >= 0.0:
+                found[PROVEN] = 0.0
+            before, speed, skipped = y, rate, True
+            continue
+        if skipped:
+            moved(room, first * step)
+            skipped = False
+        for m in range(first + 1, last + 1):
+            t = m * step
+            y, rate = sampled(room, t)
+            if speed > 0.0 and rate <= 0.0 and max(y, before) + 0.25 * (speed - rate) * step > found[HEIGHT]:
+                top(room, i, time, t - step, t, found)
+            if time + t > safe_start and time + t - step < safe_stop and max(y, before) + reach + small >= 0.0:
+                found[PROVEN] = 0.0
+            before, speed = y, rate
     y, rate, _ = placed(room, at[LONG])
     for n in range(modal.shape[1]):
         a, b, c, e = propagated(modal, n, at[LONG])
         u, v = free[X, n], free[X_RATE, n]
         free[X, n], free[X_RATE, n] = a * u + b * v, c * u + e * v
     return y, at[DRIFT] * math.exp(-d * at[LONG]) + at[FORCED] * at[LONG] * phi1(d * at[LONG])
+
+
+@inner
+def goes_one_way(room, low, high):
+    """Whether y is proved to only rise, or only fall, between two times of a stretch: the x_n cannot turn it."""
+    at, waves, spun, t = room.stretch, room.waves, room.spun, 0.5 * (low + high)
+    d = room.numbers[DRAG]
+    rate = at[DRIFT] * math.exp(-d * t) + at[FORCED] * t * phi1(d * t)
+    for j in range(waves.shape[1]):
+        angle = waves[K, j] * (at[BEGIN] + t)
+        rate -= waves[K, j] * (spun[H_RE, j] * math.sin(angle) + spun[H_IM, j] * math.cos(angle))
+    return abs(rate) > at[RINGING] + 0.5 * at[STEADY_BEND] * (high - low)
+
+
+@inner
+def moved(room, t):
+    """The x_n and the harmonics at a time of the stretch, from which the next sample is taken."""
+    at, modal, free, waves, spun = room.stretch, room.modal, room.free, room.waves, room.spun
+    for n in range(modal.shape[1]):
+        a, b, c, e = propagated(modal, n, t)
+        u, v = free[X, n], free[X_RATE, n]
+        free[NOW, n], free[NOW_RATE, n] = a * u + b * v, c * u + e * v
+    for j in range(waves.shape[1]):
+        angle = waves[K, j] * (at[BEGIN] + t)
+        spun[COSINE, j], spun[SINE, j] = math.cos(angle), math.sin(angle)
 
 
 @summed
