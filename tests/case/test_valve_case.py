@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from case_texts import VALVE, plain_case
 from percuss.case import Case, load_case
 from percuss.case.answers.heading import machine_section
+from percuss.case.answers.simulation_answer import motion_report, simulation_answer
 from percuss.case.case import case_of
 from percuss.case.parameters.description import plain_tables
 from percuss.errors import CaseError
@@ -147,3 +148,12 @@ def test_a_machine_has_no_phase_to_start_at(start: dict[str, object]) -> None:
     case = load_case("valve-breaker").changed(start=start)
     with pytest.raises(CaseError, match="machine that switches itself"):
         case.start()
+
+
+@pytest.mark.parametrize("modes", [0, 1])
+def test_a_motion_tells_the_pressure_at_its_start(modes: int) -> None:
+    supply = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar", "start": "100 bar"}
+    case = load_case("valve-breaker").varied({"load.supply": supply}).changed(simulation={"modes": modes, "impacts": 3})
+    answer = simulation_answer(case)
+    assert answer.to_json_dict()["pressure"]["at_start"] == pytest.approx(1e7, rel=1e-9)
+    assert "100 bar at the start" in str(motion_report(answer, 0))
