@@ -52,10 +52,10 @@ def drawn(seed: int) -> tuple[Machine, int]:
     supply = Supply(rng.uniform(0.3, 1.0), 10.0 ** rng.uniform(0.5, 2.5)) if seed % 4 else None
     gas = Chamber(rng.uniform(0.0, 0.1), rng.choice([0.0, rng.uniform(0.0, 0.2)]))
     damping = [External(rng.uniform(0.02, 0.2)), Ratio(rng.uniform(0.05, 0.5))][seed % 2]
-    law = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6))
-    return Machine(
-        UniformBar(rng.uniform(3.0, 12.0), damping), Valve(states, ports, None, gas, supply=supply), law
-    ), MODES[seed % 3]
+    law, bar = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6)), UniformBar(rng.uniform(3.0, 12.0), damping)
+    if supply is not None and seed // 4 % 2:
+        supply = replace(supply, quickening=rng.uniform(0.3, 0.9))
+    return Machine(bar, Valve(states, ports, None, gas, supply=supply), law), MODES[seed % 3]
 
 
 def found(machine: Machine, modes: int) -> ValveCycle | None:

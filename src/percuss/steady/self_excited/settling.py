@@ -19,7 +19,7 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.event_sequence import chatter_left, first_met, hold_after_release, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
-from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
+from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of, under
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
@@ -158,7 +158,7 @@ class Following:
                 self._hold = min(self._hold, self._wave)
 
     def _demand(self, number: int) -> None:
-        if self.valve.demand(self.time, number):
+        if self.valve.demand(self.time, number, pressure=self.pressure):
             self._happened("port", number)
 
     def _strike(self) -> None:
@@ -262,7 +262,9 @@ class Following:
     def rhythm(self, blows: int, events: list[tuple[float, str, object]] | None = None) -> Rhythm:
         """That of the last blows, or of the last ones among some events."""
         begin = Switching(self.machine.valve, self.start.state, self.start.orders)
-        return rhythm_of(begin, self.events if events is None else events, blows)
+        fed = [(event[0], state[1]) for event, state in zip(self.events, self.states, strict=True)]
+        varied = self.machine.valve.delays_vary
+        return rhythm_of(begin, self.events if events is None else events, blows, fed if varied else ())
 
     @property
     def strikes_twice(self) -> bool:
@@ -439,9 +441,9 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     return cycle
 
 
-def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
-    """The cycle of one blow of a machine little different from that of a given cycle; events may change places."""
-    found = solved(machine, cycle.modes, cycle.rhythm)
+def followed_to(machine: Machine, cycle: ValveCycle, rhythm: Rhythm | None = None) -> ValveCycle | None:
+    """The cycle of one blow of a machine little different from that of a cycle, or a rhythm; its order may change."""
+    found = solved(machine, cycle.modes, rhythm or cycle.rhythm)
     if found is not None:
         return found
     motion = Following(machine, cycle.modes, cycle.rebound, cycle.period)
@@ -482,7 +484,7 @@ def supplied(machine: Machine) -> Settled:
     start = replace(balance[0].rebound, pressure=balance[1])
     if (cycle := _with_less_oil(machine, *balance)) is not None:
         return Settled(cycle)
-    return settled_from(machine, 0, balance[0].rhythm, start, balance[0].period)
+    return settled_from(machine, 0, under(balance[0].rhythm, balance[1]), start, balance[0].period)
 
 
 def _balanced(machine: Machine) -> tuple[ValveCycle, float] | None:
@@ -536,7 +538,8 @@ def _with_less_oil(machine: Machine, cycle: ValveCycle, pressure: float) -> Valv
         if found is None:
             return None
         other = replace(supply, compliance=supply.compliance * 2.0**halving)
-        found = followed_to(machine.with_valve(replace(machine.valve, supply=other)), found)
+        rhythm = under(found.rhythm, pressure) if found is cycle else found.rhythm
+        found = followed_to(machine.with_valve(replace(machine.valve, supply=other)), found, rhythm)
     return found
 
 
