@@ -12,6 +12,8 @@ VALVE = Valve({"return": -0.4, "power": 1.8}, PORTS)
 GAS = Valve({"return": -0.3, "power": 1.0}, PORTS, chamber=Chamber(0.0, 1.2))
 FAST = Valve({"return": -0.4, "power": 1.8}, (PORTS[0], Port("return", speed=1.6, side="front", delay=0.1)))
 FED = Valve({"return": -0.4, "power": 1.8}, PORTS, supply=Supply(0.7, 15.0))
+LATE = (Port("power", behind=1.0, side="back", delay=0.3), Port("return", behind=0.2, side="front", delay=0.2))
+QUICKENED = Valve({"return": -0.4, "power": 1.8}, LATE, supply=Supply(0.5, 8.0, quickening=0.6))
 
 
 class Hammer(NamedTuple):
@@ -39,4 +41,7 @@ HAMMERS = {
         Machine(UniformBar(20.0, External(0.01)), FAST, Kept(0.3)), 2, ("ports[1].speed=1.4:1.8:3",)
     ),
     "machine on its pump": Hammer(Machine(UniformBar(20.0), FED, Kept(0.2)), 0, ("restitution=0.1:0.3:3",)),
+    "machine whose spool feels the pressure": Hammer(
+        Machine(UniformBar(20.0, External(0.01)), QUICKENED, Kept(0.2)), 1, ("supply.quickening=0:0.8:3",)
+    ),
 }

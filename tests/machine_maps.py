@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.model.load.valve import Orders
+from percuss.model.load.valve import Orders, port_at
 from percuss.simulate import Start, Stop, run
 from percuss.simulate.valve import mechanism
 from percuss.steady import ValveCycle
@@ -36,10 +36,11 @@ def landed(cycle: ValveCycle, numbers: np.ndarray) -> Landed:
     valve, supply = machine.valve, machine.valve.supply
     dues = numbers[numbers.size - len(waiting) :].tolist()
     orders = Orders(cycle.orders.last, tuple(zip(dues, waiting, strict=True)))
-    for port in valve.ports:
-        orders = orders.after(0.0, port) if port.on == "impact" else orders
+    begins = 1.0 if supply is None else float(numbers[2 * n])
+    for i, port in enumerate(valve.ports):
+        orders = orders.after(0.0, port_at(valve, i, begins)) if port.on == "impact" else orders
     if supply is not None:
-        machine = machine.with_valve(replace(valve, supply=replace(supply, start=float(numbers[2 * n]))))
+        machine = machine.with_valve(replace(valve, supply=replace(supply, start=begins)))
     start = Start(tuple(numbers[:n].tolist()), tuple(numbers[n : 2 * n].tolist()), gap=0.0)
     stop = Stop(impacts=cycle.blows, periodic=False)
     motion = run(machine, start.with_valve(cycle.state, orders), modes=cycle.modes, stop=stop)
@@ -47,7 +48,8 @@ def landed(cycle: ValveCycle, numbers: np.ndarray) -> Landed:
     blows = motion.blow_times
     ports = [event for event in motion.events if event.kind == "port" and event.time < blows[-1]]
     for event in ports:
-        orders = _left(orders, event.time).after(event.time, valve.ports[event.port])
+        pressure = 1.0 if supply is None else float(motion.pressure([event.time])[0])
+        orders = _left(orders, event.time).after(event.time, port_at(valve, event.port, pressure))
     orders = _left(orders, blows[-1])
     after = motion.modal(blows[-1:])
     told = [after.displacement[:, 0], after.velocity[:, 0], *([] if supply is None else [motion.pressure(blows[-1:])])]

@@ -59,7 +59,8 @@ class Second:
         port = self.valve.ports[i]
         if port.to == self.last:
             return
-        due = self.time + port.delay
+        fed = self.valve.supply
+        due = self.time + port.delay / (1.0 + (fed.quickening * (self.pressure - 1.0) if fed else 0.0))
         self.last = port.to
         self.queue = [order for order in self.queue if order[0] < due] + [(due, port.to)]
         self.events.append((self.time, "port", i))

@@ -11,9 +11,12 @@ from hypothesis import strategies as st
 from case_texts import VALVE, plain_case
 from percuss.case import Case, load_case
 from percuss.case.answers.heading import machine_section
+from percuss.case.answers.simulation_answer import motion_report, simulation_answer
 from percuss.case.case import case_of
+from percuss.case.parameters.description import plain_tables
 from percuss.errors import CaseError
 from percuss.model import Chamber, Machine, Port, Valve
+from percuss.model.load.valve import port_at
 from percuss.simulate import Start
 
 PLAIN = plain_case("d = 0.01", kind=VALVE, restitution=0.2)
@@ -51,6 +54,20 @@ def test_a_port_may_read_a_speed() -> None:
     faster = case.varied({"load.ports[1].speed": "6 m/s"}).machine()
     assert faster.valve.ports[1].speed * machine.speed_scale == pytest.approx(6.0, rel=1e-12)
     assert "faster than 5 m/s toward the wall" in str(machine_section("", machine, (), math.inf))
+
+
+def test_delays_may_follow_the_pressure_of_a_pump() -> None:
+    supply = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar", "quickening": 0.5}
+    case = load_case("valve-breaker").varied({"load.supply": supply})
+    machine = Case.from_text(case.to_toml()).machine()
+    assert machine == case.machine() and machine.valve.supply.quickening == 0.5
+    assert port_at(machine.valve, 0, 1.5).delay == pytest.approx(4e-3) and "0.5 (P/P0" in str(
+        machine_section("", machine, (), math.inf)
+    )
+    assert case_of(plain_tables(case)).machine().valve.supply.quickening == 0.5
+    assert case.varied({"load.supply.quickening": 0.25}).machine().valve.supply.quickening == 0.25
+    with pytest.raises(CaseError, match=r"load\.supply\.quickening.*below 1"):
+        case.varied({"load.supply.quickening": 1.0}).machine()
 
 
 numbers = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-6)
@@ -131,3 +148,12 @@ def test_a_machine_has_no_phase_to_start_at(start: dict[str, object]) -> None:
     case = load_case("valve-breaker").changed(start=start)
     with pytest.raises(CaseError, match="machine that switches itself"):
         case.start()
+
+
+@pytest.mark.parametrize("modes", [0, 1])
+def test_a_motion_tells_the_pressure_at_its_start(modes: int) -> None:
+    supply = {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar", "start": "100 bar"}
+    case = load_case("valve-breaker").varied({"load.supply": supply}).changed(simulation={"modes": modes, "impacts": 3})
+    answer = simulation_answer(case)
+    assert answer.to_json_dict()["pressure"]["at_start"] == pytest.approx(1e7, rel=1e-9)
+    assert "100 bar at the start" in str(motion_report(answer, 0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,10 @@ OF_TESTS = {
 ENDS = {BranchEvent.NONSMOOTH_FOLD: BranchEvent.CORNER, BranchEvent.ORDER_LOST: BranchEvent.CORNER}
 
 
+MORE = 504
+"""From this seed on delays follow the pressure of a pump, are longer, and the swing of the pressure is greater."""
+
+
 def drawn(seed: int) -> tuple[Machine, int]:
     """A random machine, on a pump or not, in turn of 0, 1, 4 and 16 modes; some blows leave it on the wall."""
     rng = np.random.default_rng([26, seed])
@@ -35,7 +40,12 @@ def drawn(seed: int) -> tuple[Machine, int]:
     valve = Valve(states, ports, None, Chamber(rng.uniform(0.0, 0.1), rng.uniform(0.0, 0.2)), supply=supply)
     damping = [External(rng.uniform(0.02, 0.2)), Ratio(rng.uniform(0.05, 0.5))][seed % 2]
     law = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6) if seed % 5 else 0.0)
-    return Machine(UniformBar(rng.uniform(3.0, 12.0), damping), valve, law), MODES[seed % 4]
+    machine = Machine(UniformBar(rng.uniform(3.0, 12.0), damping), valve, law)
+    if seed >= MORE and supply is not None:
+        later = tuple(replace(port, delay=rng.uniform(0.1, 0.5) * size) for port in ports)
+        fed = replace(supply, quickening=rng.uniform(0.3, 0.9), compliance=10.0 ** rng.uniform(0.5, 1.5))
+        machine = machine.with_valve(replace(valve, ports=later, supply=fed))
+    return machine, MODES[seed % 4]
 
 
 def cycles_of(machine: Machine, modes: int) -> list[ValveCycle]:
@@ -113,7 +123,14 @@ def check_branch(cycle: ValveCycle, machine: Machine) -> Counter[str]:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(8), *(pytest.param(range(i, i + 124), marks=pytest.mark.slow) for i in range(8, 504, 124))], ids=str
+    "seeds",
+    [
+        range(8),
+        range(MORE + 4, MORE + 8),
+        *(pytest.param(range(i, i + 124), marks=pytest.mark.slow) for i in range(8, MORE, 124)),
+        pytest.param(range(MORE + 8, MORE + 64), marks=pytest.mark.slow),
+    ],
+    ids=str,
 )
 def test_cycles_branches_and_ends_of_random_machines(seeds: range) -> None:
     found = 0

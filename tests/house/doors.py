@@ -99,7 +99,7 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 # -- what is no error: a wrong object that has a meaning in this place -------------------------------------------------
 
 MEANT = (
-    ("empty", "blow.Blow.*_over_time.times steady.Rhythm.lying"),
+    ("empty", "blow.Blow.*_over_time.times steady.Rhythm.lying steady.Rhythm.pressures"),
     (
         "nothing",
         """

@@ -169,7 +169,7 @@ BESIDE = {
     ("StepsLoad", "area"): {"unit": '"bar"'},
     **{
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
-        for key in ("flow", "accumulator", "start")
+        for key in ("flow", "accumulator", "start", "quickening")
     },
     ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
     ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},

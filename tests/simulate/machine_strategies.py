@@ -92,4 +92,6 @@ def random_supplied(rng: np.random.Generator) -> tuple[Machine, Start]:
     drag = float(rng.choice([0.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 5.0)]))
     contact = Kept(float(rng.choice([0.2, 0.5, rng.uniform(0.05, 0.8)])))
     made = Machine(UniformBar(20.0, External(drag)), valve, contact)
-    return made, Start.rigid(-float(rng.uniform(0.05, 1.2)), float(rng.uniform(-1.0, 1.0)))
+    start = Start.rigid(-float(rng.uniform(0.05, 1.2)), float(rng.uniform(-1.0, 1.0)))
+    supply = replace(supply, quickening=float(rng.choice([0.0, rng.uniform(0.0, 0.9)])))
+    return made.with_valve(replace(valve, supply=supply)), start

@@ -19,7 +19,7 @@ from test_first_contact import simulated
 ERROR = 8e-15  # of a gap or its rate, times the sums of the absolute values of what makes it up
 DIGITS = 4e-15  # of a phase
 FLIGHTS = 3000
-CONTACTS = {"overdamped": 0.6, "critical": 0.67, "stiff": 0.55, "crawling": 0.73, "strained": 0.7, "touching": 0.62}
+CONTACTS = {"overdamped": 0.57, "critical": 0.62, "stiff": 0.52, "crawling": 0.69, "strained": 0.66, "touching": 0.58}
 assert 4 * FLIGHTS * sum(CONTACTS.values()) > 4e4
 
 

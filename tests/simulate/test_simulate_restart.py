@@ -22,6 +22,7 @@ from percuss.simulate.kernels.motion_records import COUNT, GRAZED
 TWO = ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.8), (1.0, -0.5), -0.01)
 ONE = ModalBody((3.3,), (0.3,), (1.0,), (1.0,), -0.01)
 STEPS, COSINE = Load.steps([0.4, 2.5, 4.1], [1.5, 0.4, -1.0]), Load.harmonic(0.0, 1.0)
+FED = Supply(1.0, 5.0, quickening=0.5)
 PORTS = (Port("power", 1.0, "back", 0.1), Port("return", on="impact"))
 HAMMERS = {
     # hammer, modes, first stop, second stop
@@ -39,7 +40,7 @@ HAMMERS = {
     "mode at rest": (System(ONE, COSINE, Kept(0.4)), 1, {"impacts": 9}, 40),
     "valve": (load_case("valve-breaker").machine(), 3, {"impacts": 11}, 30),
     "supply": (
-        Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, PORTS, supply=Supply(1.0, 5.0)), Kept(0.2)),
+        Machine(UniformBar(20.0), Valve({"return": -0.4, "power": 1.8}, PORTS, supply=FED), Kept(0.2)),
         2, {"time": 7.7}, 30,
     ),
 }  # fmt: skip

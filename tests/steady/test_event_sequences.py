@@ -52,10 +52,10 @@ def drawn(seed: int) -> tuple[Machine, int]:
     supply = Supply(rng.uniform(0.3, 1.0), 10.0 ** rng.uniform(0.5, 2.5)) if seed % 4 else None
     gas = Chamber(rng.uniform(0.0, 0.1), rng.choice([0.0, rng.uniform(0.0, 0.2)]))
     damping = [External(rng.uniform(0.02, 0.2)), Ratio(rng.uniform(0.05, 0.5))][seed % 2]
-    law = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6))
-    return Machine(
-        UniformBar(rng.uniform(3.0, 12.0), damping), Valve(states, ports, None, gas, supply=supply), law
-    ), MODES[seed % 3]
+    law, bar = (Kept, Reversed)[seed // 2 % 2](rng.uniform(0.1, 0.6)), UniformBar(rng.uniform(3.0, 12.0), damping)
+    if supply is not None and seed // 4 % 2:
+        supply = replace(supply, quickening=rng.uniform(0.3, 0.9))
+    return Machine(bar, Valve(states, ports, None, gas, supply=supply), law), MODES[seed % 3]
 
 
 def found(machine: Machine, modes: int) -> ValveCycle | None:
@@ -385,3 +385,14 @@ def test_a_constant_pressure_is_refused() -> None:
     machine = Machine(UniformBar(20.0), breaker(133, 1e-3), Kept(0.15))
     with pytest.raises(ParameterError, match="supply"):
         slow_pressure(self_excited_motion(machine.with_valve(replace(machine.valve, supply=None)), modes=0).cycle)
+
+
+def test_much_more_oil_makes_a_pressure_as_its_square() -> None:
+    """A disturbance of such a pressure hardly dies out, and it is one cycle all the same."""
+    ports = (Port("power", 1.0, "back"), Port("return", on="impact"))
+    means = []
+    for flow in (100.0, 300.0):
+        motion = fed(Valve({"return": -0.4, "power": 1.8}, ports, supply=Supply(flow, 30.0)))
+        assert motion.runs and motion.cycle.blows == 1
+        means.append(slow_pressure(motion.cycle).mean)
+    assert means[0] > 1e4 and means[1] == pytest.approx(9.0 * means[0], rel=2e-2)

@@ -177,12 +177,20 @@ def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int =
 
     if motion.impacts <= blows:
         return None
-    return rhythm_of(Switching(machine.valve, *start.valve_of(machine)), _heard(motion), blows)
+    before = Switching(machine.valve, *start.valve_of(machine))
+    return rhythm_of(before, _heard(motion), blows, _pressures(motion))
 
 
 def _heard(motion: Trajectory) -> list[tuple[float, str, Any]]:
     """The events of a motion of a machine as `Rhythm.of_events` takes them."""
     return [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
+
+
+def _pressures(motion: Trajectory) -> list[tuple[float, float]]:
+    """Of the supply at the events, where delays follow it."""
+    if not motion.machine.valve.delays_vary:
+        return []
+    return list(zip(motion.events.time.tolist(), motion.pressure(motion.events.time).tolist(), strict=True))
 
 
 def _rhythms(
@@ -208,7 +216,7 @@ def _rhythms(
             best = blows + int(np.argmin(apart[blows:])) + blows if apart.size > blows else len(struck) - 1
             for last in {best, len(struck) - 1}:
                 before = Switching(machine.valve, *start.valve_of(machine))
-                found.append(rhythm_of(before, events[: struck[last] + 1], blows))
+                found.append(rhythm_of(before, events[: struck[last] + 1], blows, _pressures(motion)))
     return found
 
 

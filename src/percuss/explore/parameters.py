@@ -282,6 +282,7 @@ def _of_valves(states: tuple[str, ...], edges: tuple[str, ...], supply: bool) ->
     pump = (
         _at("supply.flow", "flow of the pump", "power of the pump at the pressure 1", "supply", "flow"),
         _at("supply.compliance", "accumulator", "twice the energy stored at the pressure 1", "supply", "compliance"),
+        _at("supply.quickening", "quickening", "of the spool under a higher pressure", "supply", "quickening"),
     )
     found: list[Parameter[Any]] = [*(pump if supply else (under,))]
     for i, name in enumerate(states):
@@ -342,9 +343,9 @@ def parameters_of(hammer: System | Machine) -> Mapping[str, Parameter[Any]]:
     """The dimensionless parameters of a hammer, by name: `PARAMETERS` of a system.
 
     Of a machine that switches its own valve: ``pressure``, a factor on the forces of all states, or with a supply
-    ``supply.flow`` and ``supply.compliance``; ``states.NAME``, the force of one; ``chamber.force`` and
-    ``chamber.stiffness``; ``ports[i].behind`` or ``ports[i].speed``, and ``ports[i].delay``, counted from 0;
-    ``restitution``; and the numbers of the body and its damping, such as ``s`` and ``d``.
+    ``supply.flow``, ``supply.compliance`` and ``supply.quickening``; ``states.NAME``, the force of one;
+    ``chamber.force`` and ``chamber.stiffness``; ``ports[i].behind`` or ``ports[i].speed``, and ``ports[i].delay``,
+    counted from 0; ``restitution``; and the numbers of the body and its damping, such as ``s`` and ``d``.
 
     Examples
     --------

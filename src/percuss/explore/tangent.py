@@ -4,8 +4,13 @@ Whatever drives the hammer, a difference moves freely between two events, each c
 the saltation matrix at every event (`percuss.mechanics.cycle` has the formula; theory §5). Steps of a load are at times
 that nothing moves. A machine that switches its own valve has no clock: differences are taken on the section of its
 blows, the time counted anew from each, so that a shift along the motion is none. An order that waits is as much later
+<<<<<<< HEAD
 as the crossing that gave it, and a supply has its pressure for a coordinate more. While a structure of several modes
 rests, differences move as what the wall holds does: they begin with the shape, and as much later as it comes to rest.
+=======
+as the crossing that gave it, and by what the pressure makes of its delay; a supply has its pressure for a coordinate
+more.
+>>>>>>> main
 """
 
 from __future__ import annotations
@@ -20,6 +25,7 @@ from percuss.compiled import entry, inner, twin
 from percuss.mechanics import flow
 from percuss.model import HeldBody
 from percuss.model.checks import Array, ComplexArray
+from percuss.model.load.valve import port_at
 from percuss.simulate import Trajectory
 from percuss.simulate.events import CHATTER, IMPACT, PORT, RELEASE, REST, VALVE, Events
 from percuss.simulate.pressed_structure import pressed
@@ -70,10 +76,16 @@ class Coordinates(NamedTuple):
 class EventRows(NamedTuple):
     """Events, or steps of the load; the first is an impact. All but `gone` are of the moment just after.
 
-    `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
-    `given`: the slot of the order that it gives, −1 for none. `step`: whether the motion only goes on. `place` and
-    `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these. `begun`: with what
-    acceleration that which moves on at rest begins to.
+        `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
+    <<<<<<< HEAD
+        `given`: the slot of the order that it gives, −1 for none. `step`: whether the motion only goes on. `place` and
+        `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these. `begun`: with what
+        acceleration that which moves on at rest begins to.
+    =======
+        `given`: the slot of the order that it gives, −1 for none; `quickens`: by how much the charge of a supply shortens
+        the delay of that. `step`: whether the motion only goes on. `place` and
+        `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these.
+    >>>>>>> main
     """
 
     gone: Array
@@ -82,6 +94,7 @@ class EventRows(NamedTuple):
     guard: npt.NDArray[np.int64]
     slot: npt.NDArray[np.int64]
     given: npt.NDArray[np.int64]
+    quickens: Array
     step: npt.NDArray[np.bool_]
     rests: npt.NDArray[np.bool_]
     state: npt.NDArray[np.int64]
@@ -124,8 +137,8 @@ def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
         pull = gain * load.value(e.phase)[:, None] - omega**2 * spectrum.unit * motion.displacement[first:, 1:]
         begun = pull - np.outer(pull.sum(axis=1) / (1.0 / spectrum.inertia).sum(), 1.0 / spectrum.inertia)
     rows = EventRows(
-        gone, e.code, later, no, no, no, np.zeros(len(e), bool), motion.lies[first + 1 :], 0 * no, mean, place,
-        speed, waves, begun,
+        gone, e.code, later, no, no, no, 0.0 * mean, np.zeros(len(e), bool), motion.lies[first + 1 :], 0 * no, mean,
+        place, speed, waves, begun,
     )  # fmt: skip
     none = np.zeros(1)
     own = Coordinates(
@@ -193,27 +206,32 @@ def _self_switching(motion: Trajectory, first: int) -> tuple[Coordinates, EventR
     later[(e.code == RELEASE) & ~(at_once & (before == VALVE)) & fed] = LIFTED
     crossing = np.array([port.side is not None for port in ports] + [False])[e.port] & ~at_once
     later[e.code == PORT] = np.where(crossing, CROSSED, SAME)[e.code == PORT]
-    slot, given = _orders(motion, e)
+    slot, given, quickens = _orders(motion, e)
     later[slot >= 0] = DUE
     rows = EventRows(
-        gone, e.code, later, np.where(e.code == PORT, e.port, END), slot, given, np.zeros(len(e), bool),
+        gone, e.code, later, np.where(e.code == PORT, e.port, END), slot, given, quickens, np.zeros(len(e), bool),
         motion.lies[first + 1 :], e.piece if fed else 0 * e.piece, force, place, speed, np.zeros((1, 2, size)),
         np.zeros((1, size)),
     )  # fmt: skip
     return own, rows
 
 
-def _orders(motion: Trajectory, e: Events) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Of each event the slot of the order that it carries out, and of that which it gives; −1 for none."""
+def _orders(motion: Trajectory, e: Events) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], Array]:
+    """Of each event the slots of the order that it carries out and of that which it gives, −1 for none; `quickens`."""
     # The order that a change of the valve carries out is that to its state which was due then.
-    ports, names = motion.machine.valve.ports, motion.mechanism.names
-    to, delay = [names.index(port.to) for port in ports], [port.delay for port in ports]
+    valve, unit, names = motion.machine.valve, motion.mechanism.unit, motion.mechanism.names
+    to, quickens = [names.index(port.to) for port in valve.ports], np.zeros(len(e))
+    pressure = motion.pressure(e.time) if valve.delays_vary else np.ones(len(e))
     waiting: list[tuple[float, int]] = []
     pairs: list[tuple[int, int]] = []
     for i in np.flatnonzero((e.code == PORT) | (e.code == VALVE)).tolist():
         time = float(e.phase[i])
         if e.code[i] == PORT:
-            waiting.append((time + delay[e.port[i]], i))
+            delay = port_at(valve, e.port[i], pressure[i]).delay
+            waiting.append((time + delay, i))
+            if valve.supply is not None and valve.delays_vary and delay > 0.0:
+                change = valve.supply.quickening * delay * delay / valve.ports[e.port[i]].delay
+                quickens[i] = change / (valve.supply.compliance * unit**3)
             continue
         mine = [(abs(due - time), by) for due, by in waiting if to[e.port[by]] == e.piece[i]]
         if mine:
@@ -225,7 +243,7 @@ def _orders(motion: Trajectory, e: Events) -> tuple[npt.NDArray[np.int64], npt.N
         number = np.arange(by.size)
         number %= int((np.searchsorted(by, due) - number).max())  # orders are carried out as they were given
         slot[due], given[by] = number, number
-    return slot, given
+    return slot, given, quickens
 
 
 # ---- The differences, carried from impact to impact
@@ -449,6 +467,7 @@ def log_growths(own, rows, now, more, waits, room, late, amounts, growth):
                 now[m, 0, j] += before[m, 0] * shift[j]
                 now[m, 1, j] += before[m, 1] * shift[j]
             more[0, j] += (own.flow[to] - drawn_before) * shift[j]
+            charge[j] = more[0, j]  # where the event is
         if rows.slot[i] >= 0:
             waits[1 + rows.slot[i]] = 0
         if to != k:
@@ -481,7 +500,7 @@ def log_growths(own, rows, now, more, waits, room, late, amounts, growth):
                 now[m, 1, j] -= after[m, 1] * shift[j]
             more[0, j] -= (own.flow[to] - drawn) * shift[j]
             if rows.given[i] >= 0:
-                more[1 + rows.given[i], j] = shift[j]
+                more[1 + rows.given[i], j] = shift[j] - rows.quickens[i] * charge[j]
         if rows.given[i] >= 0:
             waits[1 + rows.given[i]] = 1
         if struck:

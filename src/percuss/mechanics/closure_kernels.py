@@ -18,8 +18,8 @@ from percuss.mechanics import flow
 response = twin(flow.response)
 
 OMEGA, DAMPING, DRIVEN = range(3)
-HELD, DRAW, SUPPLIED, SOFT = range(4)
-KIND, SOURCE, WAITS, DUE, GUARD, BLOW = range(6)
+HELD, DRAW, SUPPLIED, SOFT, QUICKENING = range(5)
+KIND, SOURCE, WAITS, DUE, GUARD, BLOW, DELAYED = range(7)
 STRIKES = 1
 
 
@@ -27,17 +27,20 @@ class ClosureRoom(NamedTuple):
     """The numbers of a cycle of E events, P of them guarded, n coordinates, K kinds of flight, and room to work in.
 
     All before `order` are parts of `numbers`. `modal`: ω, damping and what the driven place moves by, (K, 3, n).
-    `forces`: of a flow, and 1/c in place of the compliance, (K, 4). `rows`: of the guards, and last of the wall, for
+    `forces`: of a flow, and 1/c in place of the compliance, (K, 5). `rows`: of the guards, and last of the wall, for
     the state after the blow, (E + 1, n, 2). `levels`, `later`: (E,). `law`: α, β. `turned`: from the coordinates of a
     flight to those of the next, (E, n, n), and (0, n, n) without a supply, whose coordinates are the same throughout.
     `order`: of each event the kind of its flight, its source, how many cycles before that is, the first of its
     numbers among the orders that wait at the blow, one for each of these cycles, its number among the guarded, −1 for
-    none, and whether it is a blow, 2 for one that lays the bar down, (E, 6).
+    none, whether it is a blow, 2 for one that lays the bar down, and its number among the Q whose delays may depend on
+    the pressure, (E, 7).
 
     `times`, `spans`: of the guarded events, of the flights. `responses`: of the coordinates in them, (E, 4, n).
     `columns`: (n, 2, C), the last one of a motion; `seen`: as they were before each event. `states`: before each event,
     and last the start, (E + 1, n, 2). `charges`, `pressures`, `loads`: of the columns, before each event, of the
     states. `rates`: on both sides of an event, (2, n, 2). `matrix`: to solve with a supply, `solving`: for the times.
+    `delays`: (E,), with `by_delays`, the derivatives of the error, (P, Q), and `delaying`, to solve for them. `felt`:
+    what disturbances make of the pressure at time 0 and where guards are met, (P + 1, C).
     """
 
     numbers: Any
@@ -65,25 +68,30 @@ class ClosureRoom(NamedTuple):
     error: Any
     slope: Any
     solving: Any
+    delays: Any
+    by_delays: Any
+    delaying: Any
+    felt: Any
 
 
 def room_for(numbers: Any, order: Any, kinds: int, size: int, supplied: bool) -> ClosureRoom:
     """The room of a cycle, and its numbers in it."""
     E, n, now, at, parts = len(order), size, np.array(numbers), 0, []
     turned = (E if supplied else 0, n, n)
-    for shape in ((kinds, 3, n), (kinds, 4), (E + 1, n, 2), (E,), (E,), (2,), turned):
+    for shape in ((kinds, 3, n), (kinds, 5), (E + 1, n, 2), (E,), (E,), (2,), turned):
         length = math.prod(shape)
         parts.append(now[at : at + length].reshape(shape))
         at += length
-    P, W = int((order[:, GUARD] >= 0).sum()), int(order[:, WAITS].sum())
+    P, W, Q = int((order[:, GUARD] >= 0).sum()), int(order[:, WAITS].sum()), int((order[:, DELAYED] >= 0).sum())
     whole = 2 * n + supplied
-    C = max((whole if supplied else 2) + 1 + P, whole + W) + 1
+    C = max((whole if supplied else 2) + 1 + P + Q, whole + W) + 1
     square = whole if supplied else 0
     empty = np.empty
     return ClosureRoom._make([
         now, *parts, order, empty(P), empty(E), empty((E, 4, n)), empty((n, 2, C)), empty(C), empty((E, n, 2, C)),
         empty((E, C)), empty((E + 1, n, 2)), empty(E + 1), empty((2, n, 2)), empty((P + 1, C)),
         empty((square, square + 1)), empty(whole), empty(P), empty((P, P)), empty((P + 2, P + 3)),
+        empty(E), empty((P, Q)), empty((Q, Q + P + 2)), empty((P + 1, C)),
     ])  # fmt: skip
 
 
@@ -95,7 +103,7 @@ def timed(room, x):
     """How long the flights are, and what the coordinates do in them; `x` begins with the unknown times."""
     order, modal, last, period = room.order, room.modal, 0.0, x[room.error.shape[0] - 1]
     for i in range(order.shape[0]):
-        time, k = room.later[i] - order[i, WAITS] * period, order[i, KIND]
+        time, k = room.delays[i] - order[i, WAITS] * period, order[i, KIND]
         if order[i, SOURCE] >= 0:
             time += x[order[i, SOURCE]]
         room.spans[i], last = time - last, time
@@ -347,11 +355,86 @@ def load_at(room, i, unit, c):
     return total
 
 
+DELAYINGS = 12
+SETTLED, NEARLY_SETTLED = 1e-14, 1e-10  # of the period
+
+
 @inner
 def closed(room, x):
     """The motion with given times that begins at the wall and closes: its states, what is left, and its slope."""
-    # Whether there is one.
-    E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0]
+    # Delays that depend on the pressure are those of this motion, by Newton's method. Whether there is one.
+    Q = room.by_delays.shape[1] if room.forces[0, QUICKENING] != 0.0 else 0
+    for i in range(room.order.shape[0]):
+        room.delays[i] = room.later[i]
+    if Q == 0:
+        return closed_at(room, x, 0)
+    before = math.inf
+    for _ in range(DELAYINGS):
+        if not closed_at(room, x, Q) or not delayed(room, Q):
+            return False
+        size = 0.0
+        for q in range(Q):
+            size = max(size, abs(room.delaying[q, room.delaying.shape[1] - 2]))
+        size /= x[room.error.shape[0] - 1]
+        if size <= SETTLED or (before <= NEARLY_SETTLED and size >= 0.5 * before):
+            followed(room, Q)
+            return True
+        before = size
+        for i in range(room.order.shape[0]):
+            if room.order[i, DELAYED] >= 0:
+                room.delays[i] += room.delaying[room.order[i, DELAYED], room.delaying.shape[1] - 2]
+    return False
+
+
+@inner
+def given_at(room, i):
+    """The event at which the order was given that event i carries out; −1 for the blow at time 0."""
+    for other in range(room.order.shape[0]):
+        if room.order[other, GUARD] >= 0 and room.order[other, GUARD] == room.order[i, SOURCE]:
+            return other
+    return -1
+
+
+@inner
+def delayed(room, Q):
+    """Into `delaying`: by the unknown times the delays with the sign turned, and last by how much they change."""
+    # Their equations: a delay times 1 + χ(π − 1) is what it is at the pressure 1. Whether they can be solved.
+    E, P, found, quickening = room.order.shape[0], room.error.shape[0], room.delaying, room.forces[0, QUICKENING]
+    unit = 2 * room.columns.shape[0] + 1
+    for i in range(E):
+        q = room.order[i, DELAYED]
+        if q < 0:
+            continue
+        source, late = given_at(room, i), room.delays[i]
+        rate = 1.0 + quickening * (room.loads[E if source < 0 else source] - 1.0)
+        for p in range(P + Q):
+            change = room.charges[unit + 1 + p]
+            if source >= 0:
+                change = load_at(room, source, unit, unit + 1 + p) + room.pressures[source, unit + 1 + p]
+            found[q, Q + p if p < P else p - P] = late * quickening * change
+        found[q, q] += rate
+        found[q, Q + P] = room.later[i] - late * rate
+    if not reduced(found, Q, Q + P + 1):
+        return False
+    for c in range(Q, Q + P + 1):
+        back(found, Q, c)
+    return True
+
+
+@inner
+def followed(room, Q):
+    """The slope at fixed delays becomes that with the delays that follow."""
+    P = room.error.shape[0]
+    for g in range(P):
+        for p in range(P):
+            for q in range(Q):
+                room.slope[g, p] -= room.by_delays[g, q] * room.delaying[q, Q + p]
+
+
+@inner
+def closed_at(room, x, Q):
+    """The motion with given times and delays, of which Q may change."""
+    E, n, P = room.order.shape[0], room.columns.shape[0], room.error.shape[0] + Q
     unit = 2 if room.turned.shape[0] == 0 else 2 * n + 1
     timed(room, x)
     emptied(room, 0, unit + 1 + P)
@@ -379,7 +462,9 @@ def closed(room, x):
         flown(room, i, unit + 1, unit + 1 + P, -1)
         rise, fall = rates_at(room, i)
         for p in range(P):
-            by = (1.0 if room.order[i, SOURCE] == p else 0.0) - (room.order[i, WAITS] if p == P - 1 else 0.0)
+            by = 1.0 if room.order[i, DELAYED] == p - P + Q else 0.0
+            if p < P - Q:
+                by = (1.0 if room.order[i, SOURCE] == p else 0.0) - (room.order[i, WAITS] if p == P - Q - 1 else 0.0)
             room.shifts[0, p] = by
             if by != 0.0:
                 moved(room, 0, rise, unit + 1 + p, by)
@@ -394,8 +479,10 @@ def closed(room, x):
         g = room.order[i, GUARD]
         if g >= 0:
             room.error[g] = -room.levels[i]
-            for p in range(P):
+            for p in range(P - Q):
                 room.slope[g, p] = 0.0
+            for q in range(Q):
+                room.by_delays[g, q] = 0.0
             for m in range(n):
                 for part in range(2):
                     weight = room.rows[i, m, part]
@@ -403,7 +490,10 @@ def closed(room, x):
                         room.error[g] += weight * room.states[i, m, part]
                         for c in range(unit + 1, unit + 1 + P):
                             change = place_at(room, i, unit, m, part, c) + room.seen[i, m, part, c]
-                            room.slope[g, c - unit - 1] += weight * change
+                            if c <= unit + P - Q:
+                                room.slope[g, c - unit - 1] += weight * change
+                            else:
+                                room.by_delays[g, c - unit - 1 - P + Q] += weight * change
     return True
 
 
@@ -416,6 +506,7 @@ def mapped(room, found):
     emptied(room, 0, whole)
     for c in range(whole):
         room.shifts[0, c] = 0.0
+        room.felt[0, c] = 1.0 if c == 2 * n and size > c else 0.0
     for m in range(n):
         room.columns[m, 0, 2 * m] = room.columns[m, 1, 2 * m + 1] = 1.0
     if size > 2 * n:
@@ -423,11 +514,11 @@ def mapped(room, found):
     for i in range(E):
         flown(room, i, 0, whole, -1)
         rise, fall = rates_at(room, i)
-        g, due, source, rate = room.order[i, GUARD], room.order[i, DUE], room.order[i, SOURCE], 0.0
+        g, due, rate = room.order[i, GUARD], room.order[i, DUE], 0.0
         for m in range(n):
             rate += room.rows[i, m, 0] * room.rates[0, m, 0] + room.rows[i, m, 1] * room.rates[0, m, 1]
         for c in range(whole):
-            by = room.shifts[source + 1, c]
+            by = due_later(room, i, c)
             if g >= 0:
                 by = 0.0
                 for m in range(n):
@@ -438,6 +529,8 @@ def mapped(room, found):
                 by = 1.0 if c == size + due + room.order[i, WAITS] - 1 else 0.0
             room.pressures[i, c] = by
             moved(room, 0, rise, c, by)
+            if g >= 0:
+                room.felt[g + 1, c] = room.charges[c]
         turned(room, i, 0, whole)
         for c in range(whole if i < E - 1 else 0):
             moved(room, 1, fall, c, -room.pressures[i, c])
@@ -447,17 +540,27 @@ def mapped(room, found):
         if size > 2 * n:
             found[2 * n, c] = room.charges[c]
         for i in range(E):
-            source, due = room.order[i, SOURCE], room.order[i, DUE]
+            due = room.order[i, DUE]
             for k in range(room.order[i, WAITS]):
-                before = room.shifts[source + 1, c] if k == 0 else 1.0 if c == size + due + k - 1 else 0.0
+                before = due_later(room, i, c) if k == 0 else 1.0 if c == size + due + k - 1 else 0.0
                 found[size + due + k, c] = before - room.shifts[P, c]
+
+
+@inner
+def due_later(room, i, c):
+    """How much later a disturbance makes an event that another one fixes: as that one, and by its delay."""
+    source = room.order[i, SOURCE] + 1
+    by, quickening = room.shifts[source, c], room.forces[0, QUICKENING]
+    if quickening != 0.0 and room.order[i, DELAYED] >= 0:
+        by -= quickening * room.delays[i] * room.delays[i] / room.later[i] * room.felt[source, c]
+    return by
 
 
 # ---- Newton's method: for the times of one cycle, and back to a curve of cycles
 
 HALVINGS = 5
 CLOSED = 2e-14  # of the period
-NEARLY, NEARLY_SUPPLIED = 1e-11, 1e-9  # … where rounding lets no step be smaller, as where a pressure settles slowly
+NEARLY, NEARLY_SUPPLIED = 1e-11, 1e-7  # … where rounding lets no step be smaller, as where a pressure settles slowly
 OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 
 
@@ -465,7 +568,7 @@ OUT_OF_ORDER = 0.02  # of the period, on the way to the solution
 def time_of(room, x, share, i):
     """When an event is, a share of a step further."""
     P, source = room.error.shape[0], room.order[i, SOURCE]
-    time = room.later[i] - room.order[i, WAITS] * (x[P - 1] + share * room.solving[P - 1, P])
+    time = room.delays[i] - room.order[i, WAITS] * (x[P - 1] + share * room.solving[P - 1, P])
     if source >= 0:
         time += x[source] + share * room.solving[source, P]
     return time

@@ -7,7 +7,8 @@ the blow that ends the cycle, whatever the number of coordinates. A rigid body h
 
 With a supply each state of the valve has coordinates of its own, and the pressure is one number more: the map is one of
 all of them together, with a projection at each change of the state, and so is the solve. The times are the unknowns
-there, too.
+there, too. Where the delay of an order depends on the pressure at which it is given, the delays are solved for inside,
+at given times; the derivatives are those with the delays that follow.
 
 Disturbances are columns, of displacement and velocity of every coordinate, and of the pressure, at fixed times. An
 event of a motion that is disturbed comes later by δt: with the rates F⁻ and F⁺ on its two sides, and D = diag(α, β) at
@@ -84,8 +85,9 @@ _STEPS, _NO_MAP = 30, np.empty((0, 0))
 class Timing(NamedTuple):
     """When an event of a cycle is: `later` than that with the number `source` among those whose times are unknown.
 
-    It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `wrapped`: how many cycles before its
-    source is. `lies`: the bar is laid down undeformed, as by a blow after which it rests on the wall.
+    It is its own source, 0 later, where it is guarded; −1 is the blow at time 0. `later` holds at the pressure 1 where
+    it depends on that at the source. `wrapped`: how many cycles before its source is. `lies`: the bar is laid down
+    undeformed, as by a blow after which it rests on the wall.
     """
 
     source: int
@@ -100,13 +102,15 @@ class Closed(NamedTuple):
     """The motion that belongs to given times of the events, and how far it is from what it should be.
 
     `start` is the state just after the blow at time 0, and `states` those just before each event; `error` is of the
-    guards; `slope` are its derivatives by the unknown times. See `Cycle.parts` for what a state is.
+    guards; `slope` are its derivatives by the unknown times; `delays` are how much later than its source each event is.
+    See `Cycle.parts` for what a state is.
     """
 
     start: Array
     states: list[Array]
     error: Array
     slope: Array
+    delays: Array
 
 
 class ClosureKernels(NamedTuple):
@@ -142,14 +146,17 @@ class Cycle:
         self.size, self.supplied = flows[0].modes.omega.size, flows[0].compliance < np.inf
         kinds = {id(flow): flow for flow in flows}
         number, self.kinds, self.wrapped = {key: i for i, key in enumerate(kinds)}, len(kinds), 0
-        self.order = np.full((len(timings), 6), -1)
+        delayed = [i for i, one in enumerate(timings) if self.supplied and one.later > 0.0]
+        self.order = np.full((len(timings), 7), -1)
         for i, one in enumerate(timings):
             waits = self.wrapped if one.wrapped else -1
             self.order[i, [0, 1, 2, 3, 5]] = number[id(flows[i])], one.source, one.wrapped, waits, one.blow + one.lies
             self.wrapped += one.wrapped
-        self.order[self.guards, 4] = np.arange(len(self.guards))
+        self.order[self.guards, 4], self.order[delayed, 6] = np.arange(len(self.guards)), np.arange(len(delayed))
         modal = [(flow.modes.omega, flow.modes.damping, flow.modes.driven) for flow in kinds.values()]
-        forces = [(flow.held, flow.draw, flow.supplied, 1.0 / flow.compliance) for flow in kinds.values()]
+        forces = [
+            (flow.held, flow.draw, flow.supplied, 1.0 / flow.compliance, flow.quickening) for flow in kinds.values()
+        ]
         later = [one.later for one in timings]
         turned = [self._turned(i) for i in range(len(timings))] if self.supplied else []
         wall = flows[0].modes.end
@@ -162,9 +169,10 @@ class Cycle:
         """New room for compiled functions, with the numbers of the cycle in it."""
         return closure_kernels().room_for(self.row, self.order, self.kinds, self.size, self.supplied)
 
-    def times(self, unknowns: Array) -> Array:
+    def times(self, unknowns: Array, delays: Array) -> Array:
         blows = np.append(unknowns, 0.0)  # that at time 0 is the last one
-        return np.array([blows[one.source] + one.later - one.wrapped * unknowns[-1] for one in self.timings])
+        told = zip(self.timings, delays.tolist(), strict=True)
+        return np.array([blows[one.source] + later - one.wrapped * unknowns[-1] for one, later in told])
 
     def parts(self, state: Array) -> tuple[Array, float]:
         """Displacements and velocities, (N + 1, 2), and the pressure of a state; 1 for a constant pressure."""
@@ -201,7 +209,7 @@ class Cycle:
         states = list(room.states)
         if self.supplied:
             states = [np.append(state, load) for state, load in zip(states, room.loads, strict=True)]
-        return Closed(states[-1], states[:-1], room.error, room.slope)
+        return Closed(states[-1], states[:-1], room.error, room.slope, room.delays)
 
     def root(self, unknowns: Array) -> tuple[Array, Closed] | None:
         """The times at which everything closes, by Newton's method with steps that keep the order of events."""

@@ -209,7 +209,7 @@ class StateFlow(NamedTuple):
 
         held + draw π + (draw²/c) u + (draw supplied/c) t
 
-    on modes whose spring is stiffer by draw²/c: a ramp, so that the flow stays closed.
+    on modes whose spring is stiffer by draw²/c: a ramp, so that the flow stays closed. `quickening` is of the supply.
     """
 
     modes: MachineModes
@@ -217,6 +217,7 @@ class StateFlow(NamedTuple):
     draw: float = 0.0
     supplied: float = 0.0
     compliance: float = math.inf
+    quickening: float = 0.0
 
     @property
     def spring(self) -> float:
@@ -262,7 +263,7 @@ def state_flows(machine: Machine, elastic: int) -> dict[str, StateFlow]:
     found, c = {}, supply.compliance
     for name, draw in valve.pairs:
         modes = machine_modes(machine.body, machine.at, gas.stiffness + draw * draw / c, elastic)
-        found[name] = StateFlow(modes, gas.force, draw, supply.flow, c)
+        found[name] = StateFlow(modes, gas.force, draw, supply.flow, c, supply.quickening)
     return found
 
 

@@ -198,6 +198,8 @@ class Mechanism:
             flow=flow * unit**3,
             draw=draw * unit**2,
             slope=slope,
+            soft=0.0 if self.supply is None else 1.0 / (self.supply.compliance * unit**2),
+            quickening=0.0 if self.supply is None else self.supply.quickening,
             **self._reaches(ratio * self.end, speeds),
         )
 

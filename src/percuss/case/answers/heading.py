@@ -292,14 +292,17 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
 
 
 def _pump_text(machine: Machine, supply: Supply) -> str:
-    unit = machine.pressure
+    unit, varied = machine.pressure, ""
+    if supply.quickening:
+        varied = f"; delays over 1 + {number(supply.quickening)} (P/P0 − 1), P0 the pressure for which they hold"
     if unit is None:
-        return f"flow {number(supply.flow)}, accumulator {number(supply.compliance)}, pressure 1 for the forces below"
+        held = "pressure 1 for the forces below"
+        return f"flow {number(supply.flow)}, accumulator {number(supply.compliance)}, {held}{varied}"
     flow = supply.flow * machine.power_scale / unit
     volume = supply.compliance * machine.energy_scale / unit**2
     return (
         f"{number(6e4 * flow)} l/min into an accumulator of {number(1e11 * volume)} cm³/bar; "
-        f"{number(supply.start * unit / 1e5)} bar at the start"
+        f"{number(supply.start * unit / 1e5)} bar at the start{varied}"
     )
 
 

@@ -46,6 +46,7 @@ from percuss.case.answers.machine_figures import (
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count
+from percuss.model.load.valve import port_at
 from percuss.shown import Shown
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
@@ -193,7 +194,8 @@ def _warnings(answer: MachineAnswer) -> list[str]:
     cycle = answer.cycle
     if cycle is None:
         return found
-    latest = max((port.delay for port in machine.valve.ports), default=0.0)
+    pressure = 1.0 if cycle.rebound.pressure is None else cycle.rebound.pressure
+    latest = max(port_at(machine.valve, i, pressure).delay for i in range(len(machine.valve.ports)))
     if latest > cycle.period:
         found.append("a delay is longer than the cycle: orders of several cycles are under way at a time")
     used = {uncovering.port for uncovering in cycle.uncoverings}

@@ -210,7 +210,7 @@ def _pressure(motion: Trajectory) -> dict[str, Any] | None:
         return None
     unit = motion.machine.pressure or 1.0
     return {
-        "at_start": json_number(float(motion.start.row[2]) * unit),
+        "at_start": json_number(float(motion.pressure([motion.begin_time])[0]) * unit),
         "after_blows": numbers(motion.pressure(motion.blow_times) * unit),
         "at_end": json_number(float(motion.pressure(motion.end_time)[0]) * unit),
     }
@@ -575,6 +575,6 @@ def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
 def _pressures(motion: Trajectory) -> str:
     """The pressure of a supply at the start, and after the last blow."""
     last = motion.blow_times[-1:] if motion.impacts else motion.end_time
-    values = [float(motion.start.row[2]), float(motion.pressure(last)[0])]
+    values = (float(motion.pressure(time)[0]) for time in ([motion.begin_time], last))
     first, then = (supply_pressure(motion.machine, value) for value in values)
     return f"{first} at the start, {then} {'at the last blow' if motion.impacts else 'at the end'}"

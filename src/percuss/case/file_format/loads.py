@@ -90,6 +90,10 @@ class SupplyTable(CaseTable):
     """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
     start: Stress | None = None
     """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
+    quickening: PlainNumber | None = None
+    """How much faster the spool of the valve travels under a higher pressure: the delay of an order is divided by 1 +
+    `quickening` · (P/`pressure` − 1), P being the pressure when it is given. Allowed: 0 or greater and below 1. When
+    left out: 0, all delays are fixed."""
 
 
 def _reads(value: Any, info: ValidationInfo) -> Any:
@@ -409,12 +413,14 @@ def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Suppl
     start = None if own.start is None else number_of("supply.start", own.start, "pressure")
     if start is not None and start < 0.0:
         raise ParameterError("supply.start", own.start, "a pressure, 0 or greater")
+    with keyed("supply."):
+        quickening = Supply(1.0, 1.0, quickening=0.0 if own.quickening is None else own.quickening).quickening
     if table.is_plain:
-        return Supply(flow, accumulator, 1.0 if start is None else start)
+        return Supply(flow, accumulator, 1.0 if start is None else start, quickening)
     for name, state in table.states.items():
         if not isinstance(state, AreasTable):
             remedy = "a piston displaces oil by the areas on which its pressure acts"
             raise ParameterError(f"states.{name}", state, "areas, {front = …, rear = …}, beside a supply", remedy)
     if pressure is None:
         raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
-    return Supply.of_oil(flow, accumulator, pressure, start)
+    return Supply.of_oil(flow, accumulator, pressure, start, quickening)

@@ -44,7 +44,7 @@ def valve_keys(table: ValveLoad) -> list[str]:
             areas = [side for side in ("front", "rear") if getattr(given, side, None) is not None]
             keys += [f"load.states.{name}.{side}" for side in areas] or [f"load.states.{name}"]
     keys += ["load.chamber.force", "load.chamber.stiffness"]
-    keys += ["load.supply.flow", "load.supply.accumulator"] if table.supply is not None else []
+    keys += [f"load.supply.{name}" for name in ("flow", "accumulator", "quickening") if table.supply is not None]
     for i, port in enumerate(table.ports):
         edge = [] if port.on is not None else ["behind" if port.speed is None else "speed"]
         keys += [f"load.ports[{i}].{name}" for name in (*edge, "delay")]
@@ -155,6 +155,7 @@ KEYS: dict[str, Key] = {
     "load.chamber.stiffness": Key("stiffness of the chamber"),
     "load.supply.flow": Key("flow of the pump"),
     "load.supply.accumulator": Key("accumulator", "volume that it gives up per pressure"),
+    "load.supply.quickening": Key("quickening", "of the spool under a higher pressure"),
     "tool.bit_mass": Key("mass of the bit"),
     "tool.impedance": Key("impedance of the tool", "of an endless rod, divided by that of the bar's last section"),
     "tool.gap": Key("gap in front of the tool"),

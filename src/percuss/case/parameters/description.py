@@ -243,5 +243,6 @@ def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
     if valve.supply is not None:
         supply = valve.supply
         table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
+        table["supply"] |= {"quickening": supply.quickening} if supply.quickening else {}
     table |= {} if room is None else {"room": room}
     return table | ({"at": machine.at} if machine.at else {})

@@ -26,7 +26,6 @@ from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reordered, sequence_in
-from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 # ---- The cycles of an order of events
@@ -235,7 +234,7 @@ class MachineCurve(Problem):
         later = rhythm.period
         blows = rhythm.blow_times + tuple(time + later for time in rhythm.blow_times)
         passages = rhythm.passages + tuple((time + later, port) for time, port in rhythm.passages)
-        twice = Rhythm(blows, passages, rhythm.state, rhythm.orders)
+        twice = replace(rhythm, blow_times=blows, passages=passages, lying=(), sticking=False)
         sequence = sequence_in(self.motion(x).valve, twice)
         return None if sequence is None else (self.of(sequence), np.concatenate([x[:m], x[:m] + x[m - 1], x[m:]]))
 
@@ -257,7 +256,8 @@ class MachineCurve(Problem):
         """The curve of cycles of half of these."""
         rhythm = self.motion(x).rhythm
         p, q = len(rhythm.blow_times) // 2, len(rhythm.passages) // 2
-        half = Rhythm(rhythm.blow_times[:p], rhythm.passages[:q], rhythm.state, rhythm.orders)
+        times, passages = rhythm.blow_times[:p], rhythm.passages[:q]
+        half = replace(rhythm, blow_times=times, passages=passages, lying=(), sticking=False)
         sequence = sequence_in(self.motion(x).valve, half)
         return None if sequence is None else self.of(sequence)
 

@@ -95,6 +95,9 @@ class Supply:
         c of the accumulator: the volume that it gives up per pressure, times the square of that pressure, C P².
     start
         The pressure at the start, 0 or greater.
+    quickening
+        How much faster the spool travels where the pressure is higher, 0 or greater and below 1: the delay of an order
+        is divided by 1 + `quickening` (π − 1), π being the pressure when it is given. At 0 all delays are fixed.
 
     References
     ----------
@@ -109,14 +112,22 @@ class Supply:
     flow: float
     compliance: float
     start: float = 1.0
+    quickening: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "flow", positive("flow", self.flow))
         object.__setattr__(self, "compliance", positive("compliance", self.compliance))
         object.__setattr__(self, "start", non_negative("start", self.start))
+        object.__setattr__(self, "quickening", unit_interval("quickening", self.quickening))
+        if self.quickening == 1.0:
+            raise ParameterError(
+                "quickening", self.quickening, "a number from 0 to below 1", "without pressure it waits"
+            )
 
     @classmethod
-    def of_oil(cls, flow: float, compliance: float, pressure: float, start: float | None = None) -> Supply:
+    def of_oil(
+        cls, flow: float, compliance: float, pressure: float, start: float | None = None, quickening: float = 0.0
+    ) -> Supply:
         """The supply in SI, for a valve in newtons and metres whose forces hold at a pressure.
 
         Parameters
@@ -129,15 +140,18 @@ class Supply:
             For which the forces of the states hold, Pa.
         start
             The pressure at the start, Pa; `pressure` by default.
+        quickening
+            As of the supply.
         """
         flow, compliance = positive("flow", flow), positive("compliance", compliance)
         pressure = positive("pressure", pressure)
         begins = 1.0 if start is None else non_negative("start", start) / pressure
-        return cls(flow * pressure, compliance * pressure**2, begins)
+        return cls(flow * pressure, compliance * pressure**2, begins, quickening)
 
     def scaled(self, power: float, energy: float) -> Supply:
         """The same supply in other units of power and of energy."""
-        return Supply(self.flow * positive("power", power), self.compliance * positive("energy", energy), self.start)
+        flow, compliance = self.flow * positive("power", power), self.compliance * positive("energy", energy)
+        return replace(self, flow=flow, compliance=compliance)
 
 
 # ---- A load that the piston itself switches: a valve with states, ports, delays, and a gas chamber behind the piston
@@ -280,7 +294,7 @@ class Valve:
       and is carried out after its delay.
     - Of simultaneous events the blow comes first, then the ports in their order, then the orders that are due.
     - With a `supply` the forces of the states are those at the pressure 1, and are multiplied by the pressure, which
-      falls while the piston draws; see `Supply`.
+      falls while the piston draws; see `Supply`, by which the delays may follow it, too.
 
     Parameters
     ----------
@@ -380,13 +394,30 @@ class Valve:
     def at_pressure(self, pressure: float) -> Valve:
         """The valve under a constant pressure, a multiple of that for which the forces of the states hold."""
         factor = positive("pressure", pressure)
-        return replace(self, states={name: factor * force for name, force in self.pairs}, supply=None)
+        ports = tuple(port_at(self, i, factor) for i in range(len(self.ports)))
+        return replace(self, states={name: factor * force for name, force in self.pairs}, ports=ports, supply=None)
+
+    @property
+    def delays_vary(self) -> bool:
+        """Whether they follow the pressure of the supply."""
+        return self.supply is not None and self.supply.quickening > 0.0
 
     @property
     def orders(self) -> Orders:
         """The orders at the start: none, and the starting state as the last demand."""
         assert self.start is not None
         return Orders(self.start)
+
+
+def port_at(valve: Valve, number: int, pressure: float) -> Port:
+    """A port with the delay of an order that it gives at a pressure."""
+    port, supply = valve.ports[number], valve.supply
+    if supply is None or supply.quickening == 0.0:
+        return port
+    pace = 1.0 + supply.quickening * (pressure - 1.0)
+    if not pace > 0.0:
+        raise ParameterError("pressure", pressure, "a pressure at which the spool travels")
+    return replace(port, delay=port.delay / pace)
 
 
 @dataclass(frozen=True)

@@ -94,6 +94,7 @@ from percuss.simulate.kernels.valve_sight import (
     go_by,
     next_order,
     oil_moved,
+    pace,
     push_on_rigid_motion,
     rigid_place,
 )
@@ -512,9 +513,10 @@ def set_down(table, motion, desk, wait, log, valve):
         lost = 0.0
     record(REST, 0.0, lost, NO_PORT, motion, valve, log)
     if valve is not None and chatter:  # the last of its blows
+        fast = pace(table, motion, 0.0, valve)
         for port in range(valve.gear.to.shape[0]):
             if valve.gear.side[port] == 0.0:
-                demand(motion, port, 0.0, log, valve)
+                demand(motion, port, 0.0, fast, log, valve)
 
 
 # ---- A motion put where it begins

@@ -385,7 +385,8 @@ class Gear(NamedTuple):
     With a supply c π' = `flow` − p u': the accumulator is a spring of p²/c, so that each state of the valve has modes,
     and a Gear, of its own. The force is that of `forces` and `slope` times the charge c π + p u, which grows with the
     flow; `draw` is p, `slope` p/c. What p acts on is a last row of `ratio`, which sees when the pressure falls to 0.
-    `bend` (P,): what is read of the elastic modes under a constant unit force.
+    `bend` (P,): what is read of the elastic modes under a constant unit force. `soft`: 1/c; `quickening`: as of a
+    `Supply`.
     """
 
     forces: Floats
@@ -403,6 +404,8 @@ class Gear(NamedTuple):
     flow: float
     draw: float
     slope: float
+    soft: float
+    quickening: float
 
 
 VALVE_NOW = np.dtype(

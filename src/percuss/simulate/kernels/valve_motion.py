@@ -42,6 +42,7 @@ from percuss.simulate.kernels.valve_sight import (
     most,
     next_crossing,
     out_of_reach,
+    pace,
     recharge,
     rigid_place,
     rising,
@@ -134,10 +135,11 @@ def fire(table, motion, at, struck, log, valve):
     # `at`: the time of the event, from the anchor before it.
     gear, controls = valve.gear, valve.controls
     first = rigid_place(table, motion, controls.now.force)
+    fast = pace(table, motion, first, valve)
     for port in range(gear.to.shape[0]):
         if gear.side[port] == 0.0:
             if struck:
-                demand(motion, port, motion.now.gap_rate, log, valve)
+                demand(motion, port, motion.now.gap_rate, fast, log, valve)
             continue
         place, rate = seen(table, motion, port, first, valve)
         now_in = controls.kind[port] == ENTERS and controls.cross[port] <= at + SAME_TIME
@@ -145,7 +147,7 @@ def fire(table, motion, at, struck, log, valve):
             now_in = abs(place + gear.edge[port]) <= EDGE * (abs(place) + abs(gear.edge[port]))
         if now_in:
             controls.just[port] = 1
-            demand(motion, port, place if gear.speeds[port] else rate, log, valve)
+            demand(motion, port, place if gear.speeds[port] else rate, fast, log, valve)
 
 
 @inlined
@@ -153,12 +155,13 @@ def occupied(table, motion, log, valve):
     """The ports whose region is occupied at a start demand, in their order."""
     gear, controls = valve.gear, valve.controls
     first = rigid_place(table, motion, controls.now.force)
+    fast = pace(table, motion, first, valve)
     for port in range(gear.to.shape[0]):
         place, rate = seen(table, motion, port, first, valve)
         off = gear.side[port] * (place + gear.edge[port])
         if off > EDGE * (abs(place) + abs(gear.edge[port])):
             controls.just[port] = 1
-            demand(motion, port, place if gear.speeds[port] else rate, log, valve)
+            demand(motion, port, place if gear.speeds[port] else rate, fast, log, valve)
 
 
 # ---- Which comes first

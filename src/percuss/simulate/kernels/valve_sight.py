@@ -19,6 +19,7 @@ from percuss.simulate.kernels.motion_records import (
     NOTHING,
     NOWHERE,
     PORT,
+    RESTING,
     TIRED,
 )
 from percuss.simulate.kernels.statistics import record
@@ -235,7 +236,18 @@ def next_crossing(table, motion, desk, port, first, horizon, limit, forever, gue
 
 
 @inner
-def demand(motion, port, rate, log, valve):
+def pace(table, motion, first, valve):
+    """How fast the spool travels that is set off now; `first` is q_0. A bar at rest is undeformed."""
+    gear, place = valve.gear, 0.0
+    if gear.quickening == 0.0:
+        return 1.0
+    if gear.draw != 0.0 and motion.count.mode != RESTING:
+        place, _ = seen(table, motion, gear.to.shape[0], first, valve)
+    return 1.0 + gear.quickening * ((valve.controls.now.charge - gear.draw * place) * gear.soft - 1.0)
+
+
+@inner
+def demand(motion, port, rate, pace, log, valve):
     """A port demands its state: ignored when it was demanded last; a later demand replaces what would come after it."""
     # `rate`: velocity of what the port reads.
     gear, own, due, order = valve.gear, valve.controls.now, valve.controls.due, valve.controls.order
@@ -243,9 +255,10 @@ def demand(motion, port, rate, log, valve):
     if to == own.last:
         return
     own.last = to
-    while own.waiting > 0 and due[own.waiting - 1] >= gear.delay[port]:
+    delay = gear.delay[port] / pace
+    while own.waiting > 0 and due[own.waiting - 1] >= delay:
         own.waiting -= 1
-    due[own.waiting], order[own.waiting] = gear.delay[port], to  # there is room: see `CROWDED`
+    due[own.waiting], order[own.waiting] = delay, to  # there is room: see `CROWDED`
     own.waiting += 1
     record(PORT, rate, 0.0, port, motion, valve, log)
 

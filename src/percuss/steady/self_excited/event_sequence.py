@@ -32,7 +32,7 @@ from percuss.mechanics.cycle import Closed, Cycle, Timing
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array
-from percuss.model.load.valve import Orders
+from percuss.model.load.valve import Orders, port_at
 from percuss.steady.self_excited.rhythm import Rhythm, followed, valve_after
 from percuss.steady.self_excited.valve_cycle import (
     ValveCycle,
@@ -199,15 +199,17 @@ class EventSequence:
         """The motion with given times, which is a cycle where it closes; `fault` tells whether a machine does this."""
         posed = self.posed(machine, modes)
         closed = posed.closed(unknowns) if closed is None else closed
-        flights, times = self._flights(machine, posed, unknowns, closed), posed.times(unknowns)
+        flights, times = self._flights(machine, posed, unknowns, closed), posed.times(unknowns, closed.delays)
         happened = []
         for event, flight, state in zip(self.events, flights, closed.states, strict=True):
             detail = event.state if event.kind == "due" else event.port
             happened.append((flight.time + flight.duration, _KINDS[event.kind], detail, *posed.parts(state)))
-        guarded, delays = [0.0, *(times[i] for i in posed.guards)], [port.delay for port in machine.valve.ports]
-        pending = tuple(
-            (guarded[one.source + 1] + delays[one.port] - one.wrapped * times[-1], one.state) for one in self.waiting
-        )
+        given = [(0.0, closed.start), *((times[i], closed.states[i]) for i in posed.guards)]
+        pending = []
+        for one in self.waiting:
+            time, at = given[one.source + 1]
+            delay = port_at(machine.valve, one.port, posed.parts(at)[1]).delay
+            pending.append((time + delay - one.wrapped * times[-1], one.state))
         slope = posed.slope(unknowns)
         if modes == 0:  # the piston is at the wall just after the blow
             slope = slope[1:, 1:]
@@ -216,7 +218,7 @@ class EventSequence:
             if event.laid:
                 bar = posed.turn * posed.parts(closed.states[i])[0]
                 taken += 0.5 * float(bar[:, 1] @ bar[:, 1]) + strain_of(posed.flows[i], bar)
-        orders = Orders(self.last, pending)
+        orders = Orders(self.last, tuple(pending))
         return cycle_told(machine, modes, self.state, orders, flights, happened, slope, self.lying, taken)
 
     def solved(self, machine: Machine, modes: int, unknowns: Array) -> ValveCycle | None:
@@ -226,8 +228,9 @@ class EventSequence:
 
     def _flights(self, machine: Machine, posed: Cycle, unknowns: Array, closed: Closed) -> tuple[ValveFlight, ...]:
         found, state, last, time, begin = [], self.state, self.last, 0.0, closed.start
+        times = posed.times(unknowns, closed.delays).tolist()
         wave = hold = -np.inf
-        for i, (event, end) in enumerate(zip(self.events, posed.times(unknowns).tolist(), strict=True)):
+        for i, (event, end) in enumerate(zip(self.events, times, strict=True)):
             flow, (start, pressure) = posed.flows[i], posed.parts(begin)
             before = self.events[i - 1]
             if not before.lies and (before.laid or (before.kind == "due" and self.events[i - 2].lies)):
@@ -254,7 +257,7 @@ class EventSequence:
 
     # -- whether a machine does this --
 
-    def fault(self, cycle: ValveCycle) -> Fault | None:
+    def fault(self, cycle: ValveCycle, early: float = 0.0) -> Fault | None:
         """The first thing in a motion that is not as this order says, proved to be the first; None for none."""
         machine, flights = cycle.machine, cycle.flights
         times = np.array([flight.time + flight.duration for flight in flights])
@@ -273,7 +276,10 @@ class EventSequence:
                 continue
             if self._ends_a_chatter(i, flight, times[-1]):
                 continue
-            for part, wall in parts(flight, flows[flight.state]):
+            seen = replace(
+                flight, duration=flight.duration * (1.0 - early)
+            )  # a guard at its end may be met by rounding
+            for part, wall in parts(seen, flows[flight.state]):
                 time, which = first_met(machine, flows[flight.state], part, wall)
                 if time < np.inf:
                     kind: FaultKind = {-1: "wall", -2: "pressure"}.get(which, "port")  # type: ignore[assignment]

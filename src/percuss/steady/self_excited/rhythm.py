@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, cast
 
@@ -11,7 +12,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model import Valve
 from percuss.model.checks import count, finite, flag, instance, numbers, several, text
-from percuss.model.load.valve import MOST_PORTS, Orders
+from percuss.model.load.valve import MOST_PORTS, Orders, port_at
 
 
 class Switching:
@@ -26,9 +27,9 @@ class Switching:
         """When the next order is due; infinite for never."""
         return self.orders.pending[0][0] if self.orders.pending else np.inf
 
-    def demand(self, time: float, port: int, source: Any = None) -> bool:
-        """A port demands its state; whether that is a new order."""
-        before, self.orders = self.orders, self.orders.after(time, self.valve.ports[port])
+    def demand(self, time: float, port: int, source: Any = None, pressure: float = 1.0) -> bool:
+        """A port demands its state at a pressure of the supply; whether that is a new order."""
+        before, self.orders = self.orders, self.orders.after(time, port_at(self.valve, port, pressure))
         if self.orders is not before:
             self.sources[self.orders.pending[-1]] = source
         return self.orders is not before
@@ -65,6 +66,8 @@ class Rhythm:
         there; the last one is that at time 0.
     sticking
         Whether it does so after all blows at which the valve presses: without restitution.
+    pressures
+        Where delays follow the pressure of a supply, time and pressure of the events, the last one after a period.
 
     Examples
     --------
@@ -83,6 +86,7 @@ class Rhythm:
     orders: Orders
     lying: tuple[int, ...] = ()
     sticking: bool = False
+    pressures: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         times = numbers("blow_times", self.blow_times, "times after 0, in order").reshape(-1)
@@ -95,6 +99,11 @@ class Rhythm:
         lying = [count("lying", one, least=0) for one in several("lying", self.lying, "numbers of blows")]
         object.__setattr__(self, "lying", tuple(lying))
         flag("sticking", self.sticking)
+        told = several("pressures", self.pressures, "time and pressure of the events")
+        if any(not isinstance(pair, tuple | list) or len(pair) != 2 for pair in told):
+            raise ParameterError("pressures", self.pressures, "time and pressure of the events")
+        fed = tuple((finite("pressures", time), finite("pressures", pressure)) for time, pressure in told)
+        object.__setattr__(self, "pressures", fed)
 
     @property
     def period(self) -> float:
@@ -127,7 +136,17 @@ class Rhythm:
         return rhythm_of(begin, events, count("blows", blows, most=64))
 
 
-def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows: int) -> Rhythm:
+def under(rhythm: Rhythm, pressure: float) -> Rhythm:
+    """The same with delays at a constant pressure of the supply."""
+    return replace(rhythm, pressures=((rhythm.period, pressure),))
+
+
+def rhythm_of(
+    now: Switching,
+    events: Iterable[tuple[float, str, object]],
+    blows: int,
+    pressures: Sequence[tuple[float, float]] = (),
+) -> Rhythm:
     """As `Rhythm.of_events`, of a motion that began with any state and orders of the valve."""
     heard = _events(now.valve, events)
     struck: list[tuple[int, float, str, Orders]] = []
@@ -140,7 +159,7 @@ def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows
         elif kind == "rest":
             lying.add(len(struck) - 1)
         elif kind == "port":
-            now.demand(time, cast("int", detail))
+            now.demand(time, cast("int", detail), pressure=_pressure_at(pressures, time, math.inf))
         elif kind == "valve" and now.state != detail:
             now.state, now.orders = str(detail), replace(now.orders, pending=now.orders.pending[1:])
     if len(struck) <= blows:
@@ -153,9 +172,18 @@ def rhythm_of(now: Switching, events: Iterable[tuple[float, str, object]], blows
     )
     rests = {number - len(struck) + blows for number in lying if number >= len(struck) - blows}
     rests |= {blows - 1} if len(struck) - 1 - blows in lying else set()
+    fed = tuple((time - start, pressure) for time, pressure in pressures if start <= time <= struck[-1][1])
     return Rhythm(
-        tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders, tuple(sorted(rests))
-    )
+        tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders, tuple(sorted(rests)),
+        pressures=fed,
+    )  # fmt: skip
+
+
+def _pressure_at(pressures: Sequence[tuple[float, float]], time: float, period: float) -> float:
+    """That of the event nearest in time, which repeats itself; 1 where none is told."""
+    if not pressures:
+        return 1.0
+    return min(pressures, key=lambda one: abs(math.remainder(one[0] - time, period)))[1]
 
 
 _EVENT = "a time, what happened, and a port's number or a state"
@@ -213,18 +241,19 @@ def followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
     steps: list[Step] = []
     now = Switching(valve, rhythm.state, rhythm.orders)
     now.sources = {order: (i, -1, True) for i, order in enumerate(rhythm.orders.pending)}
-    told = rhythm.guarded
+    told, fed = rhythm.guarded, rhythm.pressures
 
     for number, (time, port) in enumerate([(0.0, -1), *told], start=-1):
         while number >= 0 and now.due < time:
             due, state = now.carry_out()
             source, by, wrapped = now.sources[due, state]
             steps.append(Step("due", due, by, source, wrapped, state, now.orders.last))
+        pressure = _pressure_at(fed, time, fed[-1][0]) if fed else 1.0
         if port >= 0:
-            now.demand(time, port, (number, port, False))
+            now.demand(time, port, (number, port, False), pressure)
         if number >= 0:
             steps.append(Step("port" if port >= 0 else "blow", time, port, number, False, now.state, now.orders.last))
         if port < 0 and number < len(told) - 1:
             for one in now.blow_demands():
-                now.demand(time, one, (number, one, False))
+                now.demand(time, one, (number, one, False), pressure)
     return steps, now

@@ -19,7 +19,7 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
 from percuss.steady.self_excited.event_sequence import chatter_left, first_met, hold_after_release, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
-from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of
+from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of, under
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
@@ -158,7 +158,7 @@ class Following:
                 self._hold = min(self._hold, self._wave)
 
     def _demand(self, number: int) -> None:
-        if self.valve.demand(self.time, number):
+        if self.valve.demand(self.time, number, pressure=self.pressure):
             self._happened("port", number)
 
     def _strike(self) -> None:
@@ -262,7 +262,9 @@ class Following:
     def rhythm(self, blows: int, events: list[tuple[float, str, object]] | None = None) -> Rhythm:
         """That of the last blows, or of the last ones among some events."""
         begin = Switching(self.machine.valve, self.start.state, self.start.orders)
-        return rhythm_of(begin, self.events if events is None else events, blows)
+        fed = [(event[0], state[1]) for event, state in zip(self.events, self.states, strict=True)]
+        varied = self.machine.valve.delays_vary
+        return rhythm_of(begin, self.events if events is None else events, blows, fed if varied else ())
 
     @property
     def strikes_twice(self) -> bool:
@@ -280,13 +282,17 @@ class Following:
 # ---- The cycle of a machine near a rhythm: Newton's method on the times of its events, then the proof
 
 
+_EARLY = 1e-8  # of a flight, before its end: where a pressure settles slowly the times are known to no more
+
+
 def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
     """The cycle with this order of events to which Newton's method leads from these times, if the machine does this."""
     sequence = sequence_in(machine.valve, rhythm)
     if sequence is None:
         return None
     found = sequence.solved(machine, count, np.array([time for time, _ in rhythm.guarded]))
-    return found if found is not None and sequence.fault(found) is None else None
+    early = 0.0 if machine.valve.supply is None else _EARLY
+    return found if found is not None and sequence.fault(found, early) is None else None
 
 
 # ---- The cycle of a machine that rests on the wall: what follows a release, until the next one
@@ -435,9 +441,9 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     return cycle
 
 
-def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
-    """The cycle of one blow of a machine little different from that of a given cycle; events may change places."""
-    found = solved(machine, cycle.modes, cycle.rhythm)
+def followed_to(machine: Machine, cycle: ValveCycle, rhythm: Rhythm | None = None) -> ValveCycle | None:
+    """The cycle of one blow of a machine little different from that of a cycle, or a rhythm; its order may change."""
+    found = solved(machine, cycle.modes, rhythm or cycle.rhythm)
     if found is not None:
         return found
     motion = Following(machine, cycle.modes, cycle.rebound, cycle.period)
@@ -456,7 +462,7 @@ def followed_to(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
 
 _TRIED = (1.0, 2.0, 0.5, 4.0)  # pressures at which a machine may run
 _STEP = 0.25  # of the logarithm of the pressure
-_MOST_STEPS = 40
+_MOST_STEPS = 80
 _NEAR = 1e-6
 _SMALL_SWING = 0.05  # of the pressure in a cycle: where the steps of the accumulator begin
 _MOST_HALVINGS = 40
@@ -478,7 +484,7 @@ def supplied(machine: Machine) -> Settled:
     start = replace(balance[0].rebound, pressure=balance[1])
     if (cycle := _with_less_oil(machine, *balance)) is not None:
         return Settled(cycle)
-    return settled_from(machine, 0, balance[0].rhythm, start, balance[0].period)
+    return settled_from(machine, 0, under(balance[0].rhythm, balance[1]), start, balance[0].period)
 
 
 def _balanced(machine: Machine) -> tuple[ValveCycle, float] | None:
@@ -532,7 +538,8 @@ def _with_less_oil(machine: Machine, cycle: ValveCycle, pressure: float) -> Valv
         if found is None:
             return None
         other = replace(supply, compliance=supply.compliance * 2.0**halving)
-        found = followed_to(machine.with_valve(replace(machine.valve, supply=other)), found)
+        rhythm = under(found.rhythm, pressure) if found is cycle else found.rhythm
+        found = followed_to(machine.with_valve(replace(machine.valve, supply=other)), found, rhythm)
     return found
 
 

@@ -340,7 +340,9 @@ class ValveCycle(Repeating):
         sticks = self.contact.velocity_factor == 0.0
         pressed = {flight.time for flight in self.flights if flight.lies}
         lying = tuple(i for i in self.lying if not sticks or np.append(self.blow_times[:-1], 0.0)[i] not in pressed)
-        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders, lying, sticks)
+        told = [(flight.time, flight.pressure) for flight in self.flights] if self.valve.delays_vary else []
+        fed = (*told, (self.period, told[0][1])) if told else ()
+        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders, lying, sticks, fed)
 
     @property
     def rebound(self) -> Rebound:

@@ -23,7 +23,7 @@ from percuss.model.load.valve import Orders
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
-from percuss.steady.self_excited.rhythm import Rhythm, valve_after
+from percuss.steady.self_excited.rhythm import Rhythm, under, valve_after
 from percuss.steady.self_excited.settling import rest_cycles_of, under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
@@ -151,16 +151,18 @@ class _ValveSearch:
 
     def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[Rhythm | None]:
         """Stretches of motions of the rigid piston, some blows after a random rebound."""
-        machine, piston = self.machine, Piston(self.machine)
+        machine, piston, pressure = self.machine, Piston(self.machine), 1.0
         for _ in range(wanted):
             if machine.valve.supply is not None:
-                piston = Piston(under_pressure(machine, float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))))
+                pressure = float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))
+                piston = Piston(under_pressure(machine, pressure))
             state = piston.names[int(random.integers(len(piston.names)))]
             speed = _REACH * max(piston.fast.speed, 0.1 * _speed(machine)) * float(random.uniform())
             begin: Rebound | None = Rebound(speed, state, Orders(state))
             for _ in range(int(random.integers(_SETTLING + 1))):
                 begin = None if begin is None else piston.leg(begin).rebound
-            yield None if begin is None else _stretch(piston, begin, self.blows)
+            stretch = None if begin is None else _stretch(piston, begin, self.blows)
+            yield None if stretch is None else under(stretch, pressure)
 
     def result(self, interrupted: bool) -> FoundOrbits:
         ended = sum(self.met.values())
@@ -223,7 +225,10 @@ def rotated(cycle: ValveCycle, blow: int) -> ValveCycle:
 
     times = sorted(moved(t) for t in rhythm.blow_times)
     passages = tuple(sorted((moved(t), port) for t, port in rhythm.passages))
-    again = replace(rhythm, blow_times=tuple(times), passages=passages, state=valve.state, orders=valve.orders)
+    fed = tuple(sorted((moved(t), pressure) for t, pressure in rhythm.pressures))
+    again = replace(
+        rhythm, blow_times=tuple(times), passages=passages, state=valve.state, orders=valve.orders, pressures=fed
+    )
     sequence = sequence_in(cycle.machine.valve, again)
     found = None if sequence is None else sequence.solved(
         cycle.machine, cycle.modes, np.array([t for t, _ in again.guarded])

@@ -239,9 +239,10 @@ function spoolMoves({ valve, machine, ports, blows, period, first_state: first }
       ...ports.filter(({ port }) => machine.ports[port].to === to).map(({ port, time: at }) => [at, machine.ports[port].delay]),
       ...machine.ports.filter((port) => port.on === "impact" && port.to === to).flatMap(({ delay }) => blows.map((blow) => [blow.time, delay])),
     ];
-    const apart = ([at, delay]) => Math.abs((((at + delay - time + 0.5 * period) % period) + period) % period - 0.5 * period);
-    const [, delay] = demanded.sort((a, b) => apart(a) - apart(b))[0] ?? [0, 0];
-    const end = time >= delay ? time : time + period;
-    return { begin: (end - delay) * seconds, end: end * seconds, from: names.indexOf(from), to: names.indexOf(to) };
+    const late = ([at, delay]) => ((((time - at - delay + 0.5 * period) % period) + period) % period) - 0.5 * period;
+    const asked = demanded.sort((a, b) => Math.abs(late(a)) - Math.abs(late(b)))[0];
+    const travel = asked ? Math.max(asked[1] + late(asked), 0) : 0;
+    const end = time >= travel ? time : time + period;
+    return { begin: (end - travel) * seconds, end: end * seconds, from: names.indexOf(from), to: names.indexOf(to) };
   });
 }
