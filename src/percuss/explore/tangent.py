@@ -4,13 +4,9 @@ Whatever drives the hammer, a difference moves freely between two events, each c
 the saltation matrix at every event (`percuss.mechanics.cycle` has the formula; theory §5). Steps of a load are at times
 that nothing moves. A machine that switches its own valve has no clock: differences are taken on the section of its
 blows, the time counted anew from each, so that a shift along the motion is none. An order that waits is as much later
-<<<<<<< HEAD
-as the crossing that gave it, and a supply has its pressure for a coordinate more. While a structure of several modes
-rests, differences move as what the wall holds does: they begin with the shape, and as much later as it comes to rest.
-=======
 as the crossing that gave it, and by what the pressure makes of its delay; a supply has its pressure for a coordinate
-more.
->>>>>>> main
+more. While a structure of several modes rests, differences move as what the wall holds does: they begin with the shape,
+and as much later as it comes to rest.
 """
 
 from __future__ import annotations
@@ -76,16 +72,10 @@ class Coordinates(NamedTuple):
 class EventRows(NamedTuple):
     """Events, or steps of the load; the first is an impact. All but `gone` are of the moment just after.
 
-        `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
-    <<<<<<< HEAD
-        `given`: the slot of the order that it gives, −1 for none. `step`: whether the motion only goes on. `place` and
-        `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these. `begun`: with what
-        acceleration that which moves on at rest begins to.
-    =======
-        `given`: the slot of the order that it gives, −1 for none; `quickens`: by how much the charge of a supply shortens
-        the delay of that. `step`: whether the motion only goes on. `place` and
-        `speed` are without the waves, which harmonics make, `waves` velocity and acceleration of these.
-    >>>>>>> main
+    `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
+    `given`: the slot of the order that it gives, −1 for none; `quickens`: by how much the charge of a supply shortens
+    the delay of that. `step`: whether the motion only goes on. `place` and `speed` are without the waves, which harmonics
+    make, `waves` velocity and acceleration of these. `begun`: with what acceleration that which moves on at rest begins.
     """
 
     gone: Array
