@@ -74,8 +74,9 @@ class EventRows(NamedTuple):
 
     `gone`: time since the row before. `later`: how its shift is found, by which `guard`, or which `slot` of orders;
     `given`: the slot of the order that it gives, −1 for none; `quickens`: by how much the charge of a supply shortens
-    the delay of that. `step`: whether the motion only goes on. `place` and `speed` are without the waves, which harmonics
-    make, `waves` velocity and acceleration of these. `begun`: with what acceleration that which moves on at rest begins.
+    the delay of that. `step`: whether the motion only goes on. `place` and `speed` are without the waves, which
+    harmonics make, `waves` velocity and acceleration of these. `begun`: the acceleration with which what moves on at
+    rest begins.
     """
 
     gone: Array
