@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from orbit_cases import ENTRIES, Made, after, numbers, of_kind, only, periods_of, system_of
-from percuss import Load, Start, System, run, steady_states
+from percuss import Load, Start, System, Timed, run, steady_states, timed_states
 from percuss.case import load_case
 from percuss.case.answers.exploring.orbits_answer import curve_dict
 from percuss.errors import ParameterError
@@ -201,6 +201,24 @@ def test_it_stops_when_told() -> None:
     assert branch.ends[0].kind is BranchEvent.STOPPED
     assert branch.values.size > 2
     assert follow(with_one_impact(HAMMER.with_load_factor(0.8)), "mean", most=3).values.size <= 5
+    seconds: list[float] = []
+    follow(with_one_impact(HAMMER), "mean=0.6:0.64", progress=lambda now: seconds.append(now.seconds))
+    assert len(seconds) > 3 and seconds == sorted(seconds)
+
+
+def test_a_range_is_told_as_the_command_takes_it() -> None:
+    orbit = with_one_impact(HAMMER)
+    told, given = follow(orbit, "mean=0.6:0.64"), follow(orbit, "mean", (0.6, 0.64))
+    assert told.as_json() == given.as_json() and orbit.follow("mean = 0.6:0.64:3").as_json() == told.as_json()
+    for along, between in (("mean=0.6", None), ("mean=0.6:0.64", (0.6, 0.64)), ("mean=0.6 N:0.64 N", None)):
+        with pytest.raises(ParameterError):
+            follow(orbit, along, between)
+
+
+def test_motions_whose_blows_take_time_are_not_followed() -> None:
+    (one, *_) = timed_states(HAMMER, Timed.of_uniform_bar(HAMMER.s, HAMMER.restitution)).orbits
+    with pytest.raises(ParameterError, match="timed_states"):
+        one.follow("mean")
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,9 @@ import strategies
 from percuss import Kept, Load, Reversed, System, Timed, steady_states, timed_states
 from percuss.errors import LoadError, ParameterError
 from percuss.model import External, Ratio, SteppedBar, UniformBar
+from percuss.stability import timed_stability
 from percuss.steady import TimedOrbit, TimedStates
+from percuss.steady.figures import FIGURES
 from percuss.steady.phases import phase_condition
 from timed_oracle import flight
 
@@ -176,6 +178,21 @@ def test_a_jump_of_the_load_is_a_steep_slope() -> None:
             assert sharp.force == pytest.approx(steep.force, abs=0.06)
             assert sharp.rigid_velocity == pytest.approx(steep.rigid_velocity, abs=0.004)
     assert len(between) > 3 and all(-1.1 < orbit.force < 1.1 for orbit in between)
+
+
+def test_they_answer_what_every_motion_is_asked() -> None:
+    system = System(20.0, 0.0048, 0.6, Load.harmonic(0.9, 1.0))
+    law = Timed.of_uniform_bar(20.0, 0.6)
+    for orbit in timed_states(system, law).orbits:
+        judged = timed_stability(orbit)
+        assert tuple(orbit.multipliers().values) == judged.multipliers and orbit.stable == judged.stable
+        assert orbit.verdict is judged.kind and (orbit.label, orbit.times) == ("z=1/1", (orbit.phase,))
+        assert set(orbit.figures) == set(FIGURES) and orbit.figures["impulse"] == orbit.impulse
+        t = np.linspace(0.0, orbit.period, 2001)
+        assert -orbit.motion(t).min() == pytest.approx(orbit.stroke, rel=1e-3) and orbit.motion(t).max() < 1e-3
+        assert orbit.motion([0.0, orbit.period]).tolist() == [0.0, 0.0]
+        with pytest.raises(ParameterError, match="modes"):
+            orbit.multipliers(3)
 
 
 def _scanned(orbit: TimedOrbit) -> float:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from percuss.simulate.events import STALLS, Event, Events, MotionCycle, SISummary, Summary
     from percuss.simulate.start import DISTRIBUTIONS, Start, Starts
     from percuss.simulate.stop import OUTCOMES, Stop
-    from percuss.simulate.trajectory import EnergyBalance, Section, Trajectory, run
+    from percuss.simulate.trajectory import EnergyBalance, PoincareSection, Trajectory, run
 
 ensure_cache()  # before anything here is compiled
 

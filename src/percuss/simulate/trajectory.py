@@ -473,7 +473,7 @@ class Trajectory(Shown):
         at: float = 1.0,
         direction: Literal["rising", "falling", "both"] = "both",
         side: Side = "right",
-    ) -> Section:
+    ) -> PoincareSection:
         """A Poincaré section: the motion at one phase of the load, at its events, or where something has a value.
 
         One of the first four says which. Crossings are looked for 16 times in the shortest period of the modes and the
@@ -534,7 +534,7 @@ class Trajectory(Shown):
             pressure = None if self.hammer.valve.supply is None else self._pressure(times, modes, piece)
         u, v = modes.displacement, modes.velocity
         phases = times % _TURN if self.is_clocked else None
-        return Section(plane, times, phases, row @ u, row @ v, u.T, v.T, states, pressure)
+        return PoincareSection(plane, times, phases, row @ u, row @ v, u.T, v.T, states, pressure)
 
     def _crossings(self, of_velocity: bool, value: float, place: float, direction: str) -> Array:
         """The times at which u(x, t) or u_t(x, t) crosses a value, some flights at once."""
@@ -691,7 +691,7 @@ def _roots(f: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: Array
 
 
 @dataclass(frozen=True)
-class Section(Shown):
+class PoincareSection(Shown):
     """A Poincaré section, a point for each time at which a motion meets it; made by `Trajectory.section`.
 
     Attributes
@@ -723,7 +723,7 @@ class Section(Shown):
 
     def __str__(self) -> str:
         points = f"{len(self)} point{'s' * (len(self) != 1)}"
-        return f"Section at {self.plane}: {points}, {self.displacement.shape[1] - 1} modes"
+        return f"PoincareSection at {self.plane}: {points}, {self.displacement.shape[1] - 1} modes"
 
     def _columns(self) -> dict[str, Any]:
         return {

@@ -43,6 +43,7 @@ _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
 _TURNED, _FEWEST, _MOST_LOOKS = 0.8, 4, 64  # rad of a mode in a part of a step that is looked at for flips; parts
+_CALM = 0.5  # of what is left of every disturbance after a cycle, at both ends of a step: below, there is no flip in it
 _NEXT, _PARABOLAS = 1e-3, 6  # of a step, beside its ends; towards a least value
 _DEEP, _DOUBTFUL = 0.1, 1e-2  # of what is beside a least value: one that is sought, and one that is solved for
 _SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
@@ -126,13 +127,13 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
 
 def _unstable(cycle: ValveCycle) -> int:
     """How many multipliers are outside the unit circle; they are found only where powers of the map do not shrink."""
-    return 0 if cycle.contracts else outside(cycle.multipliers().values)
+    return 0 if cycle.contraction < 1.0 else outside(cycle.multipliers().values)
 
 
 def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
     """The flips in a step up to a place; between which places they are is told by quick looks at its parts."""
     curve = segment.curve
-    if not last > 0.0:
+    if not last > 0.0 or max(curve.motion(point.x).contraction for point in (segment.start, segment.stop)) < _CALM:
         return []
     quick, turned = curve.flips_about(segment.start, segment.stop)
 

@@ -431,8 +431,8 @@ class ValveCycle(Repeating):
         return Multipliers(self.label, self.modes, values, self.machine, matrix)
 
     @cached_property
-    def contracts(self) -> bool:
-        """Whether powers of its map are seen to shrink every disturbance: then no multiplier need be known for it."""
+    def contraction(self) -> float:
+        """A bound of all multipliers by a power of the map, infinite where that grows; below 1 none need be known."""
         own, unit = self.flights[0].modes.omega, np.ones(len(self.slope))
         if self.modes:
             unit[: 2 * own.size : 2] = np.maximum(own, 1.0 / self.period)
@@ -440,8 +440,8 @@ class ValveCycle(Repeating):
         for _ in range(_SQUARINGS):
             power = power @ power
             if not np.abs(power).max() < _GROWN:
-                return False
-        return bool(np.linalg.norm(power) < 1.0)
+                return math.inf
+        return float(np.linalg.norm(power) ** 0.5**_SQUARINGS)
 
     @property
     def period(self) -> float:
