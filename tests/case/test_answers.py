@@ -534,6 +534,20 @@ def test_the_report_as_a_file_is_there_for_every_hammer(name: str, answered: Any
     assert {part.heading for part in report.sections} | cells <= {*text, ""}
 
 
+def test_the_report_as_a_file_tells_no_speed_of_what_does_not_strike() -> None:
+    from percuss.plot.html_report import report_html
+
+    case = Case.from_text(BACKWARD)
+    answer = steady_answer(case)
+    speeds = [found.orbit.impact_velocity for found in answer.periods[0].orbits]
+    assert min(speeds) < 0.0
+    text = report_html(case, answer)
+    assert text.count("none: the striking end would be leaving the wall") == sum(speed <= 0.0 for speed in speeds)
+    assert text.count(" taken by the impact (R); ") == sum(speed > 0.0 for speed in speeds)
+    told = [orbit["impact_velocity"] for orbit in answer.to_json_dict()["periods"][0]["orbits"]]
+    assert told == speeds  # signed: docs/json.md says what a negative one means
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_title_steers_neither_a_picture_nor_a_page() -> None:
     """matplotlib has no glyph for ESC, and the letters behind a reversal would be read backward."""
