@@ -59,7 +59,7 @@ def halting(halt: Callable[[], bool] | None) -> Iterator[None]:
         _halt.reset(before)
 
 
-def look() -> None:
+def check_interrupted() -> None:
     """What a long loop does now and then.
 
     Raises
@@ -77,7 +77,7 @@ def on_threads(work: Callable[[Item], Answer], items: Sequence[Item], threads: i
     found = []
     if threads == 1 or len(items) < 2:
         for item in items:
-            look()
+            check_interrupted()
             found.append(work(item))
         return found
     from concurrent.futures import ThreadPoolExecutor  # most calls do without
@@ -85,7 +85,7 @@ def on_threads(work: Callable[[Item], Answer], items: Sequence[Item], threads: i
     with ThreadPoolExecutor(max_workers=min(threads, len(items)), thread_name_prefix="percuss") as pool:
         try:
             for one in pool.map(work, items):
-                look()
+                check_interrupted()
                 found.append(one)
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
@@ -108,7 +108,7 @@ def interruptible(work: Callable[[], Answer]) -> Answer:
     thread.start()
     while thread.is_alive():
         thread.join(0.05)
-        look()
+        check_interrupted()
     if failed:
         raise failed[0]
     return found[0]

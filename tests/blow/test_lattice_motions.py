@@ -278,7 +278,7 @@ def test_the_ends_of_stiffness():
         assert a == pytest.approx(b, rel=1e-4)
 
 
-def fed_machine(frequency, rod, advance=True, amplitude=16e3):
+def supplied_machine(frequency, rod, advance=True, amplitude=16e3):
     """A uniform piston by waves from the phase of B77, ringing ended; its law of the blow; their steady motion."""
     bar = Bar(0.3, 16e-4)
     blow = effective_blow(bar, rod)
@@ -298,7 +298,7 @@ def fed_machine(frequency, rod, advance=True, amplitude=16e3):
 )
 def test_a_drill_that_is_fed_strikes_when_the_law_of_its_blow_says(frequency, bit_mass, ratio):
     """One contact: b77-blow with the residual penetration as its advance; B77 is early by up to 0.06 rad."""
-    motion, orbit = fed_machine(frequency, Rod([ONE], "rock", bit_mass=bit_mass, rock=Rock(3e8, ratio)))
+    motion, orbit = supplied_machine(frequency, Rod([ONE], "rock", bit_mass=bit_mass, rock=Rock(3e8, ratio)))
     assert motion.label == "z=1/1"
     assert motion.phases[0] == pytest.approx(orbit.phase, abs=3e-5)
     assert orbit.phase_shift > 0.015
@@ -307,11 +307,11 @@ def test_a_drill_that_is_fed_strikes_when_the_law_of_its_blow_says(frequency, bi
 
 
 def test_a_tool_pushed_back_strikes_at_b77s_phase():
-    motion, orbit = fed_machine(80.0, Rod([ONE], "rock", rock=Rock(3e8, 0.3)), advance=False)
+    motion, orbit = supplied_machine(80.0, Rod([ONE], "rock", rock=Rock(3e8, 0.3)), advance=False)
     assert motion.phases[0] == pytest.approx(orbit.phase_b77, abs=5e-6)
     assert motion.settled.fed[0] == 0.0
     assert motion.settled.rock_work[0] > 0.0
-    free, orbit = fed_machine(80.0, Rod([Section(1.0, area=20e-4)], "free"), advance=False)
+    free, orbit = supplied_machine(80.0, Rod([Section(1.0, area=20e-4)], "free"), advance=False)
     assert free.phases[0] == pytest.approx(orbit.phase_b77, abs=5e-6)
     assert free.rock_power == 0.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from percuss.case.answers.exploring.playback import blow_frames
+from percuss.case.answers.exploring.playback import blow_playback
 from percuss.case.case import case_of
 
 
@@ -18,7 +18,7 @@ def test_in_a_dimensionless_rod_waves_are_as_fast_as_in_the_bar(speed: float, ra
         "tool": {"impedance": ratio},
         "blow": {"velocity": 2.0},
     }
-    found = blow_frames(case_of(tables, "test"), frames=61, cells=400)
+    found = blow_playback(case_of(tables, "test"), frames=61, cells=400)
     assert found.header["striker"]["lengths"] == pytest.approx([1.0])
     assert found.header["rod"]["lengths"] == pytest.approx([found.arrays["rod_edges"][-1]])
     early = np.flatnonzero((found.arrays["t"] > 0.1 / speed) & (found.arrays["t"] < 0.9 / speed))

@@ -14,7 +14,7 @@ import pytest
 from case_texts import FOURIER, plain_case, si_case
 from percuss import Start, Stop, run, steady_states
 from percuss.case import Case, load_case, resumed_answer, simulation_answer
-from percuss.case.answers.simulation_answer import held_down_in_words, motion_report
+from percuss.case.answers.simulation_answer import held_down_sentences, motion_report
 from percuss.errors import CaseError
 from percuss.model.checks import DEFAULT_MODES
 from percuss.simulate import DISTRIBUTIONS
@@ -229,6 +229,6 @@ def test_that_the_load_holds_the_bar_down_is_told() -> None:
     assert kept.to_json_dict()["held_down"] is None
     shares = answer.motion.events.held_down
     assert told == {"rests": shares.size, "greatest_share": shares.max()} and 0.0 < shares.max() < 1.0
-    (row,) = held_down_in_words(shares)
+    (row,) = held_down_sentences(shares)
     assert row[0] == "held down" and f"{100.0 * shares.max():.2g} % of the energy" in row[1]
     assert row in motion_report(answer, 0).sections[1].rows

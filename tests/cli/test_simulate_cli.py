@@ -15,7 +15,7 @@ from case_texts import plain_case
 from cli_cases import CASES
 from percuss import Start, Stop, run
 from percuss.case import Case, load_case
-from percuss.case.answers.simulation_answer import ENDINGS, label_in_words
+from percuss.case.answers.simulation_answer import ENDINGS, label_sentence
 from percuss.cli import long_commands, main
 from percuss.cli.long_commands import JobWatch
 from percuss.simulate import OUTCOMES, Trajectory
@@ -106,7 +106,7 @@ def test_report_of_chosen_events(simulated):
 )
 def test_labels_in_words(label, free, words):
     system = SimpleNamespace(body=SimpleNamespace(is_free=free))
-    assert words in label_in_words(SimpleNamespace(label=label, period_unresolved=False, system=system, modes=2))
+    assert words in label_sentence(SimpleNamespace(label=label, period_unresolved=False, system=system, modes=2))
 
 
 def test_every_outcome_has_words():

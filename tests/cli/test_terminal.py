@@ -16,7 +16,7 @@ from case_texts import plain_case
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.cli import app, main, waiting
 from percuss.cli.report_printing import show as show_report
-from percuss.shown import neutral, one_line
+from percuss.short_repr import escape_control, one_line
 
 EVIL = "a\x1b[2J\x1b]0;x\x07\x9b31m\u202eb\rc\x7f"
 STEERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
@@ -84,10 +84,10 @@ def test_a_report_at_a_terminal(monkeypatch, capsys):
 
 
 def test_neutral():
-    assert neutral("tab\tand\nline") == "tab\tand\nline"
+    assert escape_control("tab\tand\nline") == "tab\tand\nline"
     assert one_line("a\nb") == "a\\u000ab"
-    assert json.loads(f'"{neutral(chr(0x9B))}"') == "\x9b"
-    assert neutral("Ωμ é 𝄞") == "Ωμ é 𝄞"
+    assert json.loads(f'"{escape_control(chr(0x9B))}"') == "\x9b"
+    assert escape_control("Ωμ é 𝄞") == "Ωμ é 𝄞"
 
 
 @pytest.mark.parametrize("seen", [True, False])

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from jobs import Sines, same, whole
-from percuss import whole_file
+from percuss import atomic_write
 from percuss.cli import main
 from percuss.errors import ArchiveError, Interrupted
 from percuss.explore.jobs import archive_layout as layout
@@ -306,7 +306,7 @@ def test_a_failed_sync_is_no_done_chunk(tmp_path, monkeypatch):
             raise OSError(errno.EIO, "Input/output error")
 
         with monkeypatch.context() as patch:
-            patch.setattr(whole_file.os, "fsync", fails)
+            patch.setattr(atomic_write.os, "fsync", fails)
             with pytest.raises(ArchiveError, match="Input/output error"):
                 archive.write(0, Sines(60).compute(0, 10, lambda: False))
         assert not archive.done.any()

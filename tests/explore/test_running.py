@@ -34,7 +34,7 @@ from percuss.explore.jobs.job import Column
 from percuss.explore.jobs.pool import SMALL, Chunk, Processes
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.sweeps import sweep_job
-from percuss.shown import duration
+from percuss.short_repr import duration
 
 HERE = Path(__file__).resolve().parent
 PATHS = os.pathsep.join(filter(None, [str(HERE), os.environ.get("PYTHONPATH")]))

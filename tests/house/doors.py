@@ -99,7 +99,7 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 # -- what is no error: a wrong object that has a meaning in this place -------------------------------------------------
 
 MEANT = (
-    ("empty", "blow.Blow.*_over_time.times steady.Rhythm.lying steady.Rhythm.pressures"),
+    ("empty", "blow.Blow.*_over_time.times steady.CycleTimes.lying steady.CycleTimes.pressures"),
     (
         "nothing",
         """
@@ -140,7 +140,7 @@ MEANT = (
     (
         "text, number in quotes",
         """
-        simulate.*.save.path units.split_header.text model.Port.to steady.Rhythm.state
+        simulate.*.save.path units.split_header.text model.Port.to steady.CycleTimes.state
         simulate.Start.with_valve.state simulate.Start.valve_state
         steady.FoundRestCycles.labelled.label *.title *.name *.file *.folder *.archive
         """,
@@ -316,7 +316,7 @@ class Arguments:
         time = np.linspace(0.0, 10.0, 500)
         one_impact = steady.PeriodicOrbit(SYSTEM, 1, (of["Orbit"].phase,), 0)
         fed = MACHINE.with_valve(dataclasses.replace(VALVE, supply=Supply(0.7, 15.0)))
-        fed_cycle = steady.self_excited_motion(fed, modes=0).cycle
+        supplied_cycle = steady.self_excited_motion(fed, modes=0).cycle
         range_: dict[str, Any] = {"name": "bar.length", "low": 100.0, "high": 300.0, "unit": "mm"}
         return {
             "recordings.read_recording": {
@@ -349,8 +349,8 @@ class Arguments:
             | {"contact": Kept(0.5)},
             "model.System.from_si": {"load": SI_LOAD, "bar": Bar(0.3, 1e-3), "contact": Kept(0.5)},
             "steady.blank_blow": {"cushion": Cushion(force=10.0)},
-            "steady.slow_pressure": {"cycle": fed_cycle},
-            "steady.pressure_over": {"cycle": fed_cycle, "times": [0.1, 0.2]},
+            "steady.slow_pressure": {"cycle": supplied_cycle},
+            "steady.pressure_over": {"cycle": supplied_cycle, "times": [0.1, 0.2]},
             "steady.FoundRestCycles.labelled": {"label": "chatter/1"},
             "steady.parameter_column": {"orbit": of["PeriodicOrbit"]},
             "steady.time_rates": {"orbit": of["PeriodicOrbit"]},

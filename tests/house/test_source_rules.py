@@ -187,7 +187,7 @@ def test_only_bodies_know_their_modes() -> None:
 # -- files are written by one helper ----------------------------------------------------------------------------------
 
 WRITING = {
-    "whole_file.py",
+    "atomic_write.py",
     "explore/jobs/archive.py",  # records are added to it; its own check sums tell what is whole
     "case/uploads/upload.py",  # in a folder of its own that goes away
     "web/serving.py",  # so too: the page that leads the browser to the address

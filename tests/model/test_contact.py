@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model import Contact, Result, SteppedBar, Timed, UniformBar
 from percuss.model.contact import LAWS, restitution_of_ratio
 from percuss.model.contact.falling_push import FallingPush
-from percuss.steady.resting.flight_chain import GapState, ReleasedFlight, Swing
+from percuss.steady.resting.flight_chain import ForcedResponse, GapState, ReleasedFlight
 
 # -- contact laws ----------------------------------------------------------------------------------------------------
 
@@ -183,7 +183,7 @@ def test_a_single_time_is_as_many(
     d: float, gap: float, rate: float, t: float, begin: float, sizes: list[float]
 ) -> None:
     load = Load.fourier([0.4, 1.0, *sizes])
-    leg = ReleasedFlight(Swing(System(s=5.0, d=d, restitution=0.5, load=load), 0), begin,
+    leg = ReleasedFlight(ForcedResponse(System(s=5.0, d=d, restitution=0.5, load=load), 0), begin,
               GapState(gap, rate, rate, np.zeros(0), np.zeros(0)))  # fmt: skip
     (y,), (v,) = leg.gap(np.array([t]))
     assert leg.gap_at(t) == (pytest.approx(y, rel=1e-13, abs=1e-14 * t), pytest.approx(v, rel=1e-13, abs=1e-14))

@@ -12,12 +12,12 @@ from scipy.integrate import solve_ivp
 from percuss import Load, System
 from percuss.blow import Rod
 from percuss.blow.periods import run_by_waves
-from percuss.case.answers.simulation_answer import label_in_words
+from percuss.case.answers.simulation_answer import label_sentence
 from percuss.errors import PercussError, ResonanceError
 from percuss.model import External, Reversed, UniformBar
 from percuss.simulate import Start, Starts, Stop, Trajectory, run, simulate_many
 from percuss.steady import rest_cycles
-from percuss.steady.resting.flight_chain import RestPath, RestSearch, Swing, release_phases
+from percuss.steady.resting.flight_chain import ForcedResponse, RestPath, RestSearch, release_phases
 
 TURN = 2.0 * np.pi
 
@@ -397,7 +397,7 @@ def test_a_period_that_hangs_on_rounding_is_not_stated(shift):
     assert (motion.label, motion.cycle, motion.period_unresolved) == ("chatter/?", None, True)
     first, second = motion.events.of("release").phase[-2:]
     assert (motion.outcome, first) == ("unresolved", second)
-    assert "rounding" in label_in_words(motion)
+    assert "rounding" in label_sentence(motion)
     many = simulate_many(motion.system, Start.rigid(), modes=0)
     assert many.label.tolist() == ["chatter/?"] and many.impacts[0] == motion.impacts
     assert many.outcome.tolist() == ["unresolved"]
@@ -508,7 +508,7 @@ def test_from_a_release_to_the_next_rest(seed: int) -> None:
     system, modes = drawn(np.random.default_rng(seed))
     release = float(release_phases(system.load)[0])
     try:
-        swing = Swing(system, modes)
+        swing = ForcedResponse(system, modes)
         chain = RestSearch(swing, release, release + TURN * FOLLOWED).chain()
     except ResonanceError:
         return

@@ -149,7 +149,7 @@ def test_a_flight_far_out_on_a_soft_gas_brings_back_its_energy() -> None:
     assert found.work[0] == pytest.approx(found.taken[0], rel=1e-12)
 
 
-# -- Rhythm and ringing of an elastic machine --------------------------------------------------------------------------
+# -- rhythm and ringing of an elastic machine -------------------------------------------------------------------------
 
 
 PORTS = (Port("power", 1.0, "back", 0.1), Port("return", 0.1, "front", 0.05))

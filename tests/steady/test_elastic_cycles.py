@@ -28,7 +28,7 @@ from percuss.model import (
     Valve,
 )
 from percuss.simulate import run
-from percuss.steady import Obstacle, Rhythm, ValveCycle, self_excited_motion, sensitivities
+from percuss.steady import CycleTimes, Obstacle, ValveCycle, self_excited_motion, sensitivities
 from percuss.steady.self_excited.self_switching import why_unstable
 from percuss.steady.self_excited.settling import solved
 
@@ -233,11 +233,11 @@ def test_the_rhythm_of_a_list_of_events() -> None:
     for lap in (1.0, 1.0 + cycle.period, 1.0 + 2.0 * cycle.period):
         events += [(lap - 0.05, "port", 1), (lap, "impact", 2.28), (lap + 0.05, "valve", "0")]
         events += [(lap + 1.6, "port", 0), (lap + 1.7, "valve", "1")]
-    rhythm = Rhythm.of_events(asked.valve, events)
+    rhythm = CycleTimes.of_events(asked.valve, events)
     assert (rhythm.state, rhythm.orders.last, len(rhythm.orders.pending)) == ("1", "0", 1)
     assert self_excited_motion(asked, modes=modes, near=rhythm).cycle.period == pytest.approx(cycle.period, rel=1e-12)
     with pytest.raises(ParameterError, match="blows"):
-        Rhythm.of_events(asked.valve, events[:4])
+        CycleTimes.of_events(asked.valve, events[:4])
 
 
 def test_a_late_return_without_restitution_rests() -> None:

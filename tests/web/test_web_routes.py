@@ -173,15 +173,15 @@ def test_an_answer_is_that_of_the_library(client: Client, path: str, asked: Any,
 
 FRAMES: list[tuple[str, dict[str, Any], Callable[[Case], playback.Frames]]] = [
     ("motion", {**MINI, "orbit": 2, "frames": 40, "places": 9},
-     lambda case: playback.orbit_frames(case, 2, frames=40, places=9)),
+     lambda case: playback.orbit_playback(case, 2, frames=40, places=9)),
     ("motion", {**MINI, "simulation": {"modes": 4}, "show": "start", "cycles": 3},
-     lambda case: playback.motion_frames(simulation_answer(case.changed(simulation={"modes": 4})).motion,
+     lambda case: playback.motion_playback(simulation_answer(case.changed(simulation={"modes": 4})).motion,
                                          settled=False, cycles=3)),
-    ("blow", {**MINI, "whole": False}, lambda case: playback.blow_frames(case, whole=False)),
+    ("blow", {**MINI, "whole": False}, lambda case: playback.blow_playback(case, whole=False)),
     ("machine", {"machine": "valve-breaker", "modes": 0, "whole": False},
-     lambda case: playback.machine_frames(case, modes=0, whole=False)),
+     lambda case: playback.machine_playback(case, modes=0, whole=False)),
     ("machine/start", {"machine": "valve-breaker", "simulation": {"modes": 2}, "blows": 3, "points": 50},
-     lambda case: playback.start_frames(simulation_answer(case.changed(simulation={"modes": 2})), 3, 50)),
+     lambda case: playback.start_playback(simulation_answer(case.changed(simulation={"modes": 2})), 3, 50)),
 ]  # fmt: skip
 
 
@@ -744,7 +744,7 @@ def test_a_machine_on_its_pump_has_a_rigid_piston_whatever_the_page_asks_for(cli
 
 def test_a_machine_from_its_start_is_the_simulated_motion() -> None:
     motion = simulation_answer(load_case("valve-breaker").changed({"position": -0.1}, {"modes": 2}))
-    frames, moved = playback.start_frames(motion, 3, 50), motion.motion
+    frames, moved = playback.start_playback(motion, 3, 50), motion.motion
     t, states = frames.arrays["t"], frames.header["states"]
     assert frames.header["label"] == moved.label
     assert np.all(np.diff(t) >= 0.0) and t[0] == 0.0 and t[-1] == moved.blow_times[2]
@@ -759,14 +759,14 @@ def test_a_machine_from_its_start_is_the_simulated_motion() -> None:
 
 def test_a_machine_that_never_moves_has_a_start_of_no_blows() -> None:
     still = load_case("valve-breaker").varied({"load.chamber.force": "15 kN"}).changed({"position": 0.0}, {"modes": 0})
-    frames = playback.start_frames(simulation_answer(still))
+    frames = playback.start_playback(simulation_answer(still))
     assert frames.header["label"] == "stalls (on the tool)" and not frames.header["answer"]["blows"]
     assert np.all(frames.arrays["centre"] == 0.0) and np.all(np.isfinite(frames.arrays["velocity"]))
 
 
 def test_the_search_for_a_cycle_can_be_given_up() -> None:
     with halting(lambda: True), pytest.raises(Interrupted):
-        playback.machine_frames(load_case("valve-drifter"))
+        playback.machine_playback(load_case("valve-drifter"))
 
 
 # -- branches -------------------------------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ from percuss.web import Limits, Settings
 from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
-from percuss.web.workers import Gate, Lane
+from percuss.web.workers import Admission, Lane
 from web_client import BASE, Client, offered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -609,7 +609,7 @@ async def test_work_in_line_is_refused_when_the_server_ends() -> None:
 
 
 async def test_the_gate_can_be_closed_again_and_while_a_wait_runs_out() -> None:
-    gate = Gate(Limits())
+    gate = Admission(Limits())
     with pytest.raises(Refusal) as told:
         async with gate.waiting(0.05):
             try:

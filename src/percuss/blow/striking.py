@@ -18,7 +18,7 @@ from percuss.blow.kernels import wave_records as kn
 from percuss.blow.kernels.nodes import go_on
 from percuss.blow.wave_history import BlowTables, Scales, WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model.checks import Array, count, finite, numbers, positive, several
 
 # ---- A blow as it is asked for, checked: what strikes what, how fast, under which load, for how long
@@ -327,7 +327,7 @@ def _carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTa
             return held, False
         if code == kn.FULL:
             held = _enlarged(held)
-        look()
+        check_interrupted()
 
 
 MOST_PIECES = 4_000_000  # pieces of waves of one blow, unless told otherwise: half a gigabyte

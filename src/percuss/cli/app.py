@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.cli.waiting import sign, telling
 from percuss.errors import Interrupted, PercussError, UsageError
-from percuss.shown import neutral
+from percuss.short_repr import escape_control
 
 if TYPE_CHECKING:
     from percuss.cli.arguments import Command
@@ -42,7 +42,7 @@ class _Neutral:
         self.rich_proxied_file = getattr(stream, "rich_proxied_file", stream)
 
     def write(self, text: str) -> int:
-        self.rich_proxied_file.write(neutral(text))
+        self.rich_proxied_file.write(escape_control(text))
         sign()
         return len(text)
 

@@ -97,7 +97,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case.answers.blow_answer import blow_dataset, blow_report
 
     if options.output is not None:
-        from percuss.whole_file import write_dataset
+        from percuss.atomic_write import write_dataset
 
         write_dataset(blow_dataset(answer), options.output)
     return answered(
@@ -234,7 +234,7 @@ def _best(parser: Parser, options: argparse.Namespace) -> int:
 
         answer = best_answer(case, spans, options.best, below=below, seed=seed, most=most, progress=progress)
     if options.output is not None:
-        from percuss.whole_file import write_whole
+        from percuss.atomic_write import write_whole
 
         write_whole(options.output, _text(answer.case, options.output))
     return answered(

@@ -107,8 +107,8 @@ def _check(parser: Parser, files: list[Path], force: bool) -> None:
 
 def _write(files: list[Path], text: str, name: str) -> None:
     """Write what the case names first, so that it never stands without it; leave nothing behind on failure."""
+    from percuss.atomic_write import write_whole
     from percuss.case.catalogue.sample_cases import write_beside
-    from percuss.whole_file import write_whole
 
     fresh = [file for file in files if not os.path.lexists(file)]
     try:

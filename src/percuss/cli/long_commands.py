@@ -17,7 +17,7 @@ from percuss.case.answers.facts import number, picked
 from percuss.cli.arguments import Option, command, made, need, option, whole
 from percuss.cli.waiting import COMPILING, doing, sign
 from percuss.errors import Interrupted, PercussError
-from percuss.shown import duration
+from percuss.short_repr import duration
 
 if TYPE_CHECKING:
     import argparse
@@ -273,9 +273,9 @@ Items that an incomplete archive lacks are NaN, or −1 in columns of whole numb
     made("-o, --output FILE", f"the file, {' or '.join(_KINDS)}", _KINDS, ("io", "xarray"), required=True),
 )
 def export(_: Parser, options: argparse.Namespace) -> int:
+    from percuss.atomic_write import write_dataset
     from percuss.explore.jobs.archive import Archive
     from percuss.explore.jobs.archive_export import dataset_of, write_csv
-    from percuss.whole_file import write_dataset
 
     with Archive.open(options.archive) as archive:
         write = write_csv if options.output.lower().endswith(".csv") else write_dataset

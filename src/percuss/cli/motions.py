@@ -129,8 +129,8 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
 def _filed(options: argparse.Namespace, case: Case, answer: Answer) -> None:
     """Write the report as a file, where one is wanted."""
     if options.report is not None:
+        from percuss.atomic_write import write_whole
         from percuss.plot.html_report import report_html
-        from percuss.whole_file import write_whole
 
         write_whole(options.report, report_html(case, answer))
 
@@ -262,8 +262,8 @@ def _told_machine(
     if output is not None:
         if answer.cycle is None:
             raise PercussError(f"{answer.name}: there is no cycle to write", "see the report without -o")
+        from percuss.atomic_write import write_whole
         from percuss.case.answers.machine_figures import cycle_table
-        from percuss.whole_file import write_whole
 
         write_whole(output, cycle_table(answer.machine, answer.cycle))
 

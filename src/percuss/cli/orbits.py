@@ -189,11 +189,11 @@ been followed so far.""",
 )
 def follow(parser: Parser, options: argparse.Namespace) -> int:
     from percuss import plot
+    from percuss.atomic_write import write_whole
     from percuss.case import branch_answer, point_curves_answer
     from percuss.case.answers.exploring.orbits_answer import begun_at, branch_dict, branch_report, branch_table
     from percuss.case.answers.exploring.point_curves_answer import point_curves_table
     from percuss.cli.report_printing import answered
-    from percuss.whole_file import write_whole
 
     if (options.curve is None) != (options.over is None):
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.facts import Grid, Report, ReportSection
-from percuss.shown import one_line
+from percuss.short_repr import one_line
 
 if TYPE_CHECKING:
     import argparse
@@ -21,14 +21,14 @@ _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
 def show(report: Report) -> None:
     """Print a report to stdout, in the manner that suits what stdout is."""
-    report = _neutral(report)
+    report = _escaped(report)
     if sys.stdout is not None and sys.stdout.isatty():
         _show_rich(report)
     else:
         print(plain_text(report), end="")
 
 
-def _neutral(report: Report) -> Report:
+def _escaped(report: Report) -> Report:
     sections: list[ReportSection | Grid] = []
     for part in report.sections:
         heading, rows = one_line(part.heading), tuple(tuple(map(one_line, row)) for row in part.rows)
@@ -111,8 +111,8 @@ def answered(
     # already. Returns the exit code: 130 with a line on what Ctrl-C has `cut` off.
     csv, netcdf, picture = (getattr(options, name, None) for name in ("csv", "netcdf", "plot"))
     if dataset is not None and (csv or netcdf):
+        from percuss.atomic_write import write_dataset
         from percuss.explore.jobs.archive_export import write_csv
-        from percuss.whole_file import write_dataset
 
         for path, write in ((csv, write_csv), (netcdf, write_dataset)):
             if path is not None:

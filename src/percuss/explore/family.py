@@ -17,7 +17,7 @@ from percuss.model import Machine, System
 from percuss.model.checks import Array, count, finite, having, instance, mapping, numbers, positive
 from percuss.model.checks import text as checked_text
 from percuss.model.described import describe_machine, describe_system
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 
 class Family(Protocol):
@@ -137,7 +137,7 @@ _FORM = "FROM:TO:NUMBER, FROM:TO:NUMBER:log or a list A,B,C, with or without a u
 
 
 @dataclass(frozen=True, eq=False)
-class Axis(Shown):
+class Axis(ShortRepr):
     """A parameter and its values.
 
     Parameters

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError, ResonanceError
 from percuss.halting import on_threads
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, at_once, count, flag, instance, several
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
 from percuss.simulate.pressed_structure import pressed
 
@@ -37,7 +37,7 @@ _ERASED = (-math.inf, -math.inf, 0.0)
 
 
 @dataclass(frozen=True)
-class Lyapunov(Shown):
+class Lyapunov(ShortRepr):
     """How fast two motions that start near each other separate or converge.
 
     Attributes
@@ -91,7 +91,7 @@ class Lyapunov(Shown):
 
 
 @dataclass(frozen=True)
-class LyapunovMany(Shown):
+class LyapunovMany(ShortRepr):
     """The exponents of many motions with N `modes`, a row each; `code`: the number in `LYAPUNOV_OUTCOMES`.
 
     See `Lyapunov`.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from percuss.errors import PercussError
-from percuss.halting import Elapsed, asked, halting, look
+from percuss.halting import Elapsed, asked, check_interrupted, halting
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, callback, count, having, instance, unit_interval
 from percuss.steady import PeriodicOrbit, orbit_near, orbits
@@ -19,7 +19,7 @@ from percuss.steady.states import MAX_MODES
 if TYPE_CHECKING:
     from percuss.simulate import Start, Trajectory
     from percuss.steady import ValveCycle
-    from percuss.steady.self_excited.rhythm import Rhythm
+    from percuss.steady.self_excited.cycle_times import CycleTimes
 
 SWITCHED = "branches of shorter orbits"  # what the starts are called
 _MOST_POINTS = 400  # of a branch, each way
@@ -83,12 +83,12 @@ def switched_seeds(
     return {SWITCHED: np.array(rows).reshape(-1, p)}
 
 
-def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int) -> dict[str, list[Rhythm]]:
+def doubled_seeds(machine: Machine, blows: int, valve_cycles: int, *, modes: int) -> dict[str, list[CycleTimes]]:
     """The same of a machine: rhythms of what begins at flips of its shorter cycles, over pressure or flow."""
     from percuss.explore.continuation.machine_walk import doubled_cycles
     from percuss.explore.continuation.walk import varied
 
-    supply, found = machine.valve.supply, list[Rhythm]()
+    supply, found = machine.valve.supply, list[CycleTimes]()
     name, here = ("pressure", 1.0) if supply is None else ("supply.flow", supply.flow)
     around = (1.0 - _AROUND) * here, (1.0 + _AROUND) * here
     for cycle in orbits(machine, blows // 2, valve_cycles // 2, modes=modes).orbits:
@@ -135,7 +135,7 @@ def orbit_seeds(
     Returns
     -------
     dict
-        Rows of p times, of a machine each a `Rhythm`, by where they come from; for the parameter `near` of `orbits`.
+        Rows of p times, of a machine each a `CycleTimes`, by where they come from, for the parameter `near` of `orbits`
 
     Raises
     ------
@@ -171,9 +171,9 @@ def orbit_seeds(
 _BLOWS = 120  # of each motion of a machine
 
 
-def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int = 1) -> Rhythm | None:
+def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int = 1) -> CycleTimes | None:
     """Of the last blows of a simulated motion of a machine; None where there are no more."""
-    from percuss.steady.self_excited.rhythm import Switching, rhythm_of  # a load that keeps time has none
+    from percuss.steady.self_excited.cycle_times import Switching, rhythm_of  # a load that keeps time has none
 
     if motion.impacts <= blows:
         return None
@@ -182,7 +182,7 @@ def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int =
 
 
 def _heard(motion: Trajectory) -> list[tuple[float, str, Any]]:
-    """The events of a motion of a machine as `Rhythm.of_events` takes them."""
+    """The events of a motion of a machine as `CycleTimes.of_events` takes them."""
     return [(one.time, one.kind, one.port if one.kind == "port" else one.state) for one in motion.events]
 
 
@@ -195,17 +195,17 @@ def _pressures(motion: Trajectory) -> list[tuple[float, float]]:
 
 def _rhythms(
     machine: Machine, blows: int, modes: int, motions: int, seed: int, halt: Callable[[], bool] | None
-) -> list[Rhythm]:
+) -> list[CycleTimes]:
     """Of motions of a machine the stretches of so many blows that come back most nearly: the last one, and the best."""
     from percuss.explore.attractors.drawn_starts import named, speed_scale
     from percuss.simulate import Stop, run
-    from percuss.steady.self_excited.rhythm import Switching, rhythm_of
+    from percuss.steady.self_excited.cycle_times import Switching, rhythm_of
 
     starts = named(machine, "wall" if speed_scale(machine) else "field", count("motions", motions, most=_MOST), seed)
     found = []
     with halting(halt):
         for start in starts:
-            look()
+            check_interrupted()
             motion = run(machine, start, modes=modes, stop=Stop(impacts=_BLOWS))
             events = _heard(motion)
             struck = [i for i, event in enumerate(events) if event[1] == "impact"]

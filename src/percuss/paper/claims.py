@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from percuss._version import __version__
+from percuss.atomic_write import write_whole
 from percuss.errors import Interrupted, PercussError
 from percuss.model.checks import count
 from percuss.paper.claim_common import Claim, ClaimsProgress, ClaimTable, Size, Trial, Verdict
 from percuss.paper.claim_hydraulic import Finding, Scatter, beyond, claim_d, scatters_of
 from percuss.paper.claim_pneumatic import StartsEnd, claim_a, claim_b, claim_c, ends_of, starts_each
 from percuss.paper.claim_stability import claim_e, claim_f
-from percuss.whole_file import write_whole
 
 # ---- All claims of B77's section 5 that were tried, as one result
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from percuss.atomic_write import write_whole
 from percuss.errors import PercussError
 from percuss.explore.boundary_curves.boundary import admissible_on
 from percuss.explore.boundary_curves.motion_branches import folds_and_stretches
@@ -19,7 +20,6 @@ from percuss.explore.family import SystemFamily
 from percuss.model import Load, System
 from percuss.model.checks import Array
 from percuss.stability.verdict import schur_quotients
-from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

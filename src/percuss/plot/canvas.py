@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss import palette
+from percuss.atomic_write import write_whole
 from percuss.errors import ParameterError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import having
 from percuss.model.checks import path as checked_path
-from percuss.shown import one_line
-from percuss.whole_file import write_whole
+from percuss.short_repr import one_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,7 +16,7 @@ from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import name_of, steady_report
-from percuss.shown import neutral
+from percuss.short_repr import escape_control
 from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
@@ -134,4 +134,4 @@ def _figure(figure: Any, caption: str) -> str:
 
 def _safe(text: str) -> str:
     """Text of others: neither markup nor a character that steers what shows it."""
-    return escaped(neutral(text))
+    return escaped(escape_control(text))

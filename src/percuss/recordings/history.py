@@ -30,7 +30,7 @@ from percuss.recordings.cycle_fit import (
     no_repetition,
     unlike,
 )
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 # ---- Whether a record stays at its highest or lowest value, as where a sensor or a recorder has reached its limit
 
@@ -70,7 +70,7 @@ DRIFTING = 0.25  # drift of the mean, as a fraction of the rms of the alternatin
 
 
 @dataclass(frozen=True)
-class HistoryReport(Shown):
+class HistoryReport(ShortRepr):
     """What was found in a recorded history.
 
     Attributes

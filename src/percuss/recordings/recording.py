@@ -32,7 +32,7 @@ from percuss.recordings.columns import (
 )
 from percuss.recordings.file_formats import READERS
 from percuss.recordings.text_table import read_text
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.units import si
 
 # ---- What a caller says of a recording, checked before its file is opened: path, columns, rate, moments
@@ -138,7 +138,7 @@ MAX_BYTES = 64 * 2**20  # the largest file that is read; 40 cycles are enough, a
 
 
 @dataclass(frozen=True)
-class Recording(Shown):
+class Recording(ShortRepr):
     """A measured history in SI units.
 
     Attributes

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import HistoryError, Interrupted, MissingExtraError, PercussError
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.recordings.untrusted_files import Damaged
 
 Found = tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]  # what a reader answers: plain values, and arrays by name
@@ -111,7 +111,7 @@ def _answer(
             return process.communicate(given, timeout=0.1)[0]
         except subprocess.TimeoutExpired:
             given = None
-        look()
+        check_interrupted()
         if halt is not None and halt():
             raise Interrupted(0, 1, None)
     return None

@@ -274,10 +274,10 @@ def begins(
     return kn.StartRows(*found)  # type: ignore[arg-type]  # of the types that they had
 
 
-def desk_for(table: kn.MotionTable) -> kn.Desk:
+def desk_for(table: kn.MotionTable) -> kn.Workspace:
     """Room to work in."""
     n = table.modes.omega.size
-    return kn.Desk(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
+    return kn.Workspace(np.zeros((2, table.harmonics.gap_re.size)), *(np.zeros(n) for _ in range(5)))
 
 
 def clocks(time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array]:

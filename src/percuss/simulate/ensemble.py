@@ -18,7 +18,7 @@ from percuss.errors import ParameterError
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, at_once, callback, count, instance, several
 from percuss.model.system import rests
-from percuss.shown import Shown, watched
+from percuss.short_repr import ShortRepr, watched
 from percuss.simulate.engine import (
     ENDS,
     NO_LOG,
@@ -40,10 +40,10 @@ from percuss.simulate.kernels.motion_records import (
     PAST,
     TURN,
     WINDOW,
-    Desk,
     KernelState,
     MotionTable,
     Rules,
+    Workspace,
 )
 from percuss.simulate.kernels.statistics import conclude
 from percuss.simulate.spectrum import state_of
@@ -73,7 +73,7 @@ class EnsembleProgress:
 
 
 @dataclass(frozen=True)
-class Ensemble(Shown):
+class Ensemble(ShortRepr):
     """The results of many motions; one row each, in the order in which they were given. All dimensionless.
 
     Of machines p is the number of blows in a period and n that of valve cycles, and `energy_lost_per_period` is that of
@@ -427,7 +427,7 @@ class _Systems(_Job):
                 values[-kept:] for values in (struck.phase, struck.impact_velocity, struck.period)
             )
 
-    def _desk(self, table: MotionTable) -> tuple[KernelState, KernelState, Desk]:
+    def _desk(self, table: MotionTable) -> tuple[KernelState, KernelState, Workspace]:
         """What a thread works in: made once for each."""
         k = table.harmonics.gap_re.size
         if getattr(self.local, "harmonics", None) != k:
@@ -435,7 +435,7 @@ class _Systems(_Job):
             self.local.states = [Snapshot.empty(self.modes, self._window()) for _ in range(2)]
             motion, twin = (state.motion for state in self.local.states)
             self.local.desk = (motion, twin, desk_for(table))
-        desk: tuple[KernelState, KernelState, Desk] = self.local.desk
+        desk: tuple[KernelState, KernelState, Workspace] = self.local.desk
         return desk
 
     def _window(self) -> int:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from percuss.model import System
 from percuss.model.checks import Array, choice
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate.kernels.motion_records import LOST_CYCLE
 
 KINDS = ("impact", "grazing", "chatter", "rest", "release", "port", "valve")
@@ -25,7 +25,7 @@ _NOTHING = 1e-300
 
 
 @dataclass(frozen=True)
-class Event(Shown):
+class Event(ShortRepr):
     """One event; see `Events`. `state`: the name of the valve's state; `port`: None but for a port's demand."""
 
     kind: str
@@ -43,7 +43,7 @@ class Event(Shown):
 
 
 @dataclass(frozen=True)
-class Events(Shown):
+class Events(ShortRepr):
     """The events of a motion in order of time, one array for each quantity, all of shape (n,).
 
     ``events[i]`` is one `Event`; a slice, a mask or an array of numbers gives the `Events` of it.
@@ -179,7 +179,7 @@ _SHOWN = 12  # most main blows of a cycle that are told one by one
 
 
 @dataclass(frozen=True)
-class MotionCycle(Shown):
+class MotionCycle(ShortRepr):
     """A periodic motion that was found.
 
     Attributes
@@ -206,7 +206,7 @@ class MotionCycle(Shown):
 
 
 @dataclass(frozen=True)
-class SISummary(Shown):
+class SISummary(ShortRepr):
     """The figures of a summary in the units of its field; each name ends in its unit. None where nothing strikes."""
 
     blow_rate_Hz: float | None
@@ -221,7 +221,7 @@ class SISummary(Shown):
 
 
 @dataclass(frozen=True)
-class Summary(Shown):
+class Summary(ShortRepr):
     """Means over the settled part of a motion; dimensionless.
 
     Attributes

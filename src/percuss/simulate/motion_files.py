@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
+from percuss.atomic_write import write_dataset
 from percuss.errors import HistoryError, PercussError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import count
@@ -22,13 +23,12 @@ from percuss.model.described import describe_machine, describe_system, machine_f
 from percuss.recordings.file_formats import netcdf_content
 from percuss.recordings.separate_process import Died
 from percuss.recordings.untrusted_files import Damaged
-from percuss.shown import watched
+from percuss.short_repr import watched
 from percuss.simulate.events import KINDS, Events, MotionCycle, joined
 from percuss.simulate.kernels.motion_records import TURNING, VALVE_NOW
 from percuss.simulate.sound import OF_SNAPSHOT, RECORDS, Motion, kept, kept_valve, sound, width
 from percuss.simulate.spectrum import Anchor
 from percuss.simulate.stop import MAX_MODES, Stop
-from percuss.whole_file import write_dataset
 
 if TYPE_CHECKING:
     import pandas

@@ -16,7 +16,7 @@ from percuss.model import HeldBody, Load, Machine, System
 from percuss.model.body import Body, UniformBar
 from percuss.model.checks import Array, choice, count, finite, having, instance, non_negative, numbers, several, text
 from percuss.model.load.valve import Orders
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate.spectrum import state_of, units
 from percuss.simulate.stop import MAX_MODES
 
@@ -466,7 +466,7 @@ def _on_wall(gap: float, size: float) -> float:
 
 
 @dataclass(frozen=True)
-class Starts(Shown):
+class Starts(ShortRepr):
     """Starts of many motions. Make one with `rigid`, `of` or `random`.
 
     Parameters

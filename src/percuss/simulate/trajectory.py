@@ -16,7 +16,7 @@ from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance, unit_interval
 from percuss.model.load.valve import Orders
-from percuss.shown import Shown, watched
+from percuss.short_repr import ShortRepr, watched
 from percuss.simulate.events import (
     CHATTER,
     IMPACT,
@@ -53,7 +53,7 @@ Side = Literal["left", "right"]
 
 
 @dataclass(frozen=True)
-class EnergyBalance(Shown):
+class EnergyBalance(ShortRepr):
     """Energy between two instants; dimensionless, of a machine per unit of mass.
 
     Attributes
@@ -82,7 +82,7 @@ class EnergyBalance(Shown):
 
 
 @dataclass(frozen=True)
-class Trajectory(Shown):
+class Trajectory(ShortRepr):
     """A simulated motion; made by `run`, and by `Trajectory.load` from a file.
 
     Of a system all quantities are dimensionless (theory §1): lengths in bar lengths, times in radians of the load's
@@ -691,7 +691,7 @@ def _roots(f: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: Array
 
 
 @dataclass(frozen=True)
-class PoincareSection(Shown):
+class PoincareSection(ShortRepr):
     """A Poincaré section, a point for each time at which a motion meets it; made by `Trajectory.section`.
 
     Attributes

@@ -11,13 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
-from percuss.halting import look, on_threads
+from percuss.halting import check_interrupted, on_threads
 from percuss.kernel_cache import ensure_cache
 from percuss.model import System
 from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, at_once, count, instance, numbers
 from percuss.model.contact import restitutions
 from percuss.model.load import Side
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.stability.verdict import coefficients_at, schur_quotients
 from percuss.steady import Orbit
 from percuss.steady.forced import Response, forced_response
@@ -30,7 +30,7 @@ _CHUNK = 1 << 15  # cells handled at once: their arrays stay in the cache
 
 
 @dataclass(frozen=True)
-class Plane(Shown):
+class Plane(ShortRepr):
     """Roots and reduced stability over an array of systems.
 
     The first axis numbers the branches: the monotone arcs of v_f, in order of phase, each holding at most one root.
@@ -159,7 +159,7 @@ def _fill(
         index = np.flatnonzero((level > low) & (level <= high) & (mean > 0.0))
         if not index.size:
             continue
-        look()
+        check_interrupted()
         phase = arcs.invert(np.full(index.size, branch), level[index])
         exact = None if response.is_smooth else response.rigid_acceleration(phase)
         slope, sigma, a = coefficients_at(system, period, phase, mean[index], beta[index], exact)
@@ -190,7 +190,7 @@ _NO_MOTION, _DONE, _GROWS, _UNSOLVED = range(len(OUTCOMES))
 
 
 @dataclass(frozen=True)
-class ExactPlane(Shown):
+class ExactPlane(ShortRepr):
     """The largest multiplier of every root of a `Plane`; the arrays have the shape of its phases.
 
     Attributes

@@ -13,7 +13,7 @@ from percuss.model.body import need_free
 from percuss.model.checks import Array, instance
 from percuss.model.contact import Contact, Result
 from percuss.model.load import Side
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady import Orbit, Reason, TimedOrbit
 from percuss.steady.forced import forced_response
 from percuss.steady.multipliers import NEUTRAL, TURNING, Multipliers, Repeating, reason_of
@@ -23,7 +23,7 @@ from percuss.steady.trigonometric import harmonic_sums
 
 
 @dataclass(frozen=True)
-class Waveform(Shown):
+class Waveform(ShortRepr):
     """Stable when lower < p(φ)/p_0 < upper, for a rigid bar without damping and any periodic load.
 
     Parameters
@@ -101,7 +101,7 @@ X = TypeVar("X", float, Array)
 
 
 @dataclass(frozen=True)
-class Reduced(Shown):
+class Reduced(ShortRepr):
     """The reduced criterion for one orbit, all numbers dimensionless.
 
     Parameters
@@ -243,7 +243,7 @@ def floquet_multipliers(orbit: Repeating, modes: int | None = None, *, side: Sid
 
 
 @dataclass(frozen=True)
-class Stability(Shown):
+class Stability(ShortRepr):
     """Whether small disturbances of an orbit die out.
 
     Parameters
@@ -340,10 +340,10 @@ def stability_of(orbit: Repeating, *, modes: int | None = None) -> Stability:
             f"B77's reduced criterion says {words[not stable]} (largest modulus {max(criteria[0].moduli):.6f}), the "
             f"exact multipliers (modes up to {n}) say {words[stable]} (largest modulus {multipliers.largest:.6f})"
         )
-    return Stability(stable, kind, _in_words(kind, orbit, multipliers), margin, criteria, multipliers, disagreement)
+    return Stability(stable, kind, _sentence(kind, orbit, multipliers), margin, criteria, multipliers, disagreement)
 
 
-def _in_words(kind: Reason, orbit: Repeating, multipliers: Multipliers) -> str:
+def _sentence(kind: Reason, orbit: Repeating, multipliers: Multipliers) -> str:
     if orbit.rests:
         return "stable: a rest on the wall in every cycle erases all disturbances"
     first = complex(multipliers.values[0])
@@ -398,7 +398,7 @@ def _unstable(kind: Reason, first: complex, what: str, blow: str) -> str:
 
 
 @dataclass(frozen=True)
-class TimedStability(Shown):
+class TimedStability(ShortRepr):
     """Whether small disturbances of the rhythm of a motion die out when its blows take time.
 
     Parameters

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from percuss.steady.resting.rest_cycles import FoundRestCycles, RestCycle, rest_cycles
     from percuss.steady.resting.rest_on_wall import Rest, rest_on_wall
     from percuss.steady.self_excited.blank_blow import BlankBlow, blank_blow
+    from percuss.steady.self_excited.cycle_times import CycleTimes
     from percuss.steady.self_excited.margins import (
         Sensitivity,
         SlowPressure,
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
         slow_pressure,
         valve_margins,
     )
-    from percuss.steady.self_excited.rhythm import Rhythm
     from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
     from percuss.steady.self_excited.valve_cycle import ValveCycle
     from percuss.steady.states import Drag, Nearest, SteadyStates, drag_of, greatest_drag, steady_states

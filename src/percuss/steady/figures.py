@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from percuss.errors import ParameterError
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from percuss.model import System
@@ -224,7 +224,7 @@ def _of(name: str, factor: float = 1.0, unit: str = "", card: bool = True) -> An
 
 
 @dataclass(frozen=True)
-class SIReport(Shown):
+class SIReport(ShortRepr):
     """An orbit's figures in the units of its field; each name ends in its unit.
 
     The striking speed is that of the striking end; momentum and mean force belong to the mean motion of the bar, for
@@ -278,7 +278,7 @@ def si_report(orbit: Striking) -> SIReport:
     >>> print(f"{report.blow_energy_J:.0f} J, {report.blow_rate_Hz:.0f} Hz, {report.impact_velocity_m_s:.1f} m/s")
     306 J, 60 Hz, 11.0 m/s
     """
-    if not isinstance(orbit, Shown) or not hasattr(orbit, "blow_energy"):
+    if not isinstance(orbit, ShortRepr) or not hasattr(orbit, "blow_energy"):
         raise ParameterError("orbit", orbit, "an orbit")
     system = orbit.system
     if system.bar is None or system.frequency is None:

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import one_for_all, phi1, phi2, propagator
 from percuss.model import Modes, System
 from percuss.model.checks import Array
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.forced import HarmonicResponse, PiecewiseResponse, Response, forced_response
 from percuss.steady.oscillator import ModalState, cubic_sum, free_sum, resolvent_bound
 from percuss.steady.phases import RELEASED_MODES
 
 
 @dataclass(frozen=True)
-class Truncation(Shown):
+class Truncation(ShortRepr):
     """The modes kept, those that give 1e-3 and 1e-7 of the stroke, and a bound of the others at the end."""
 
     modes: int
@@ -135,7 +135,7 @@ class Flown:
 
     def end_motion(self, t: Array, modes: int) -> tuple[Array, Array]:
         """Gap function and its velocity with the first `modes` modes of the sums only; each of shape (len(t),)."""
-        look()
+        check_interrupted()
         forced, forced_velocity = self._forced_end(t, modes)
         drift, drift_velocity = self._drift(t)
         rows = self._end_rows[:, :modes]
@@ -250,7 +250,7 @@ def _truncation(motion: Flown) -> Truncation:
         return Truncation(RELEASED_MODES, RELEASED_MODES, RELEASED_MODES, motion.modal_state(RELEASED_MODES))
     largest = motion.response.most_modes
     for probe in [p for p in _PROBES if p < largest] + [largest]:
-        look()
+        check_interrupted()
         left_out = _left_out(motion, probe)
         if left_out[-1] <= 0.5 * motion.tolerance * scale:
             break
@@ -331,7 +331,7 @@ _MOST_WORK = 20_000_000  # modes × times
 
 
 @dataclass(frozen=True)
-class Violation(Shown):
+class Violation(ShortRepr):
     """A passage through the wall between two impacts.
 
     Parameters
@@ -535,7 +535,7 @@ def _added_beyond(motion: Flown, few: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Energy(Shown):
+class Energy(ShortRepr):
     """Energy over one impact period, dimensionless."""
 
     input: float

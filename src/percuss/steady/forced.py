@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import phi1, phi2, propagator
 from percuss.model import Body, Modes, System
 from percuss.model.checks import Array, ComplexArray
@@ -156,7 +156,7 @@ class HarmonicResponse:
         both, size = np.empty((theta.size, 2)), max(1, _AT_ONCE // self.k.size)
         multiplied = self._at_end(modes if cut else None)[0]
         for i in range(0, theta.size, size):  # else a thousand harmonics at all times would fill the memory
-            look()
+            check_interrupted()
             waves = np.exp(1j * np.outer(theta[i : i + size], self.k))
             both[i : i + size] = (waves @ multiplied).real
         return both[:, 0], both[:, 1]

@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError, extra_package
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.kernel_cache import ensure_cache
 from percuss.lazy_names import lent
 from percuss.mechanics.flow import phi1
 from percuss.model import Body, Machine, System
 from percuss.model.checks import Array, ComplexArray, choice
 from percuss.model.load import Side
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.figures import figures_of
 from percuss.steady.oscillator import flights
 
@@ -269,7 +269,7 @@ _NEAR = 64  # multipliers of very many modes among which each of the rigid motio
 
 
 @dataclass(frozen=True)
-class Multipliers(Shown):
+class Multipliers(ShortRepr):
     """The Floquet multipliers of an orbit over its cycle, whatever its label; made by its `multipliers`.
 
     Parameters
@@ -426,7 +426,7 @@ def _secular(matrix: LinearMap) -> ComplexArray:
     work, state = np.zeros((kn.WORK_ROWS, 2 * n)), np.zeros((kn.STATE_ROWS, 2 * n), int)
     work[kn.JUMP, :n], work[kn.JUMP_RATE, :n] = matrix.g, matrix.g_velocity
     factors = matrix.velocity_factor, matrix.strain_factor
-    look()
+    check_interrupted()
     if kn.all_multipliers(*factors, matrix.speed, np.stack(matrix.blocks), work, state):
         return np.asarray(work[kn.RE] + 1j * work[kn.IM])
     if n <= _DENSE_CHECK:
@@ -441,7 +441,7 @@ def _secular(matrix: LinearMap) -> ComplexArray:
 # ---- What every periodic motion answers, whatever way it was found
 
 
-class Repeating(Shown):
+class Repeating(ShortRepr):
     """A motion that repeats: what all of them are asked alike."""
 
     if TYPE_CHECKING:
@@ -511,7 +511,7 @@ class Repeating(Shown):
         return lent("follow")(self, along, between, **options)
 
 
-class FoundMotions(Shown):
+class FoundMotions(ShortRepr):
     """What a search found: length, number and iteration tell of its `orbits`, the motions."""
 
     if TYPE_CHECKING:

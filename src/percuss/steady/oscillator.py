@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ResonanceError
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import Propagator, one_for_all, propagator
 from percuss.model import Body, HeldBody, Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
@@ -67,7 +67,7 @@ def _creeping_sum(omega: Array, d: Array, start: tuple[Array, Array], t: Array, 
     both = np.empty((2 * rows.shape[0], t.size))
     width = max(1, _CHUNK // omega.size)
     for i in range(0, t.size, width):
-        look()
+        check_interrupted()
         step = propagator(omega[:, None], d[:, None], t[None, i : i + width])
         both[: rows.shape[0], i : i + width] = rows @ (step.a * z + step.b * v)
         both[rows.shape[0] :, i : i + width] = rows @ (step.c * z + step.e * v)
@@ -79,7 +79,7 @@ def _plain_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array
     both = np.empty((weights.shape[0], t.size))
     width = max(1, _CHUNK // max(1, exponent.size))
     for i in range(0, t.size, width):
-        look()
+        check_interrupted()
         both[:, i : i + width] = (weights @ np.exp(np.outer(exponent, t[i : i + width]))).real
     return both
 
@@ -102,7 +102,7 @@ def _even_sum(weights: ComplexArray, exponent: ComplexArray, t: Array) -> Array:
     both = np.zeros((weights.shape[0], coarse * fine))
     width = max(1, _CHUNK // (weights.shape[0] * coarse))
     for i in range(0, exponent.size, width):
-        look()
+        check_interrupted()
         part = slice(i, i + width)
         far = np.exp(np.outer(t[0] + step * fine * np.arange(coarse), exponent[part]))
         turned = (weights[:, None, part] * far).reshape(-1, far.shape[1])

@@ -16,7 +16,7 @@ from percuss.model import System, Timed
 from percuss.model.checks import Array, array, count, instance, numbers
 from percuss.model.contact import impedance_ratio
 from percuss.model.load import Side
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.flight import Flight, Violation, flight_check
 from percuss.steady.forced import HarmonicResponse, forced_response
 from percuss.steady.multipliers import Multipliers, Reason, Repeating
@@ -391,7 +391,7 @@ def _clear(phase: float, other: float, phases: Array) -> bool:
 
 
 @dataclass(frozen=True)
-class TimedStates(Shown):
+class TimedStates(ShortRepr):
     """The steady motions with one blow every `periods` load periods under a law `Timed`.
 
     Parameters

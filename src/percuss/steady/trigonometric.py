@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model.checks import Array, ComplexArray
 
 TURN = 2.0 * math.pi
@@ -50,7 +50,7 @@ def bounded_roots(value: Curve, length: float, count: int, curvature: float, noi
     cells = np.arange(count)  # cell j of the level's count reaches from edge j to edge j + 1
     kept: list[npt.NDArray[np.int64]] = []  # low and high edges in units of the finest grid, and whether narrowest
     for level in range(_LEVELS + 1):
-        look()
+        check_interrupted()
         half = 0.5 * length / count
         g, slope = value(np.asarray(half * (2.0 * cells + 1.0), dtype=float))
         empty = np.abs(g) > np.abs(slope) * half + 0.5 * curvature * half**2 + noise
@@ -102,7 +102,7 @@ def polished(low: Array, high: Array, value: Curve, level: Array, start: Array |
     below = value(low)[0] < level
     active = np.arange(low.size)
     for _ in range(100):
-        look()
+        check_interrupted()
         here = theta[active]
         g, slope = value(here)
         g = g - level[active]
@@ -185,7 +185,7 @@ def phases_of_waves(
         return np.array([_one_phase(waves, float(ends[i]), float(ends[i + 1]), at) for i, at in each], dtype=float)
     low, high, start = np.empty(level.shape), np.empty(level.shape), np.empty(level.shape)
     for number in np.unique(arc):
-        look()
+        check_interrupted()
         here, between = arc == number, ends[number : number + 2]
         low[here], high[here], start[here] = _bracketed(level[here], *_nodes(*waves, *between.tolist()))
     return polished(low, high, _waves(*waves), level, start)

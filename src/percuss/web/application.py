@@ -27,7 +27,7 @@ from percuss.web import case_routes, motion_routes, orbit_routes
 from percuss.web.requests import Guard, Refusal, problem, problems_of, refused
 from percuss.web.settings import Settings
 from percuss.web.shared_by_routes import plain_json
-from percuss.web.workers import Gate, Kernels
+from percuss.web.workers import Admission, Kernels
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -85,7 +85,7 @@ def create_app(settings: Settings | None = None) -> Any:
         telemetry={"auto_configure": False},  # of newer versions of FastAPI: nothing is sent anywhere
     )
     app.state.settings = settings
-    app.state.gate = Gate(settings.limits)
+    app.state.gate = Admission(settings.limits)
     app.state.kernels = Kernels()
     app.state.shelf = shelf = Shelf()
     for module in (case_routes, orbit_routes, motion_routes):
@@ -116,7 +116,7 @@ def create_app(settings: Settings | None = None) -> Any:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     app.state.kernels.begin(app.state.shelf.compress)
     if app.state.gate.quick.closed:  # begun again after an end
-        app.state.gate = Gate(app.state.settings.limits)
+        app.state.gate = Admission(app.state.settings.limits)
     try:
         yield
     finally:

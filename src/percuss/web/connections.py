@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # ---- Who is connected: room for so many, for so many of one address, and the one that dawdles longest makes room
 
 
-class Guest(Protocol):
+class RemoteClient(Protocol):
     """A connection as the crowd sees it."""
 
     def dawdles_since(self) -> float | None:
@@ -38,10 +38,10 @@ class Crowd:
 
     def __init__(self, limits: Limits) -> None:
         self._most, self._most_of_one = limits.connections, limits.connections_per_address
-        self._guests: dict[Guest, str] = {}
-        self._of: defaultdict[str, set[Guest]] = defaultdict(set)
+        self._guests: dict[RemoteClient, str] = {}
+        self._of: defaultdict[str, set[RemoteClient]] = defaultdict(set)
 
-    def enter(self, guest: Guest, address: str) -> bool:
+    def enter(self, guest: RemoteClient, address: str) -> bool:
         """Count a connection; whether there is room for it, if need be in place of another."""
         home = neighbourhood(address)
         room = len(self._of[home]) < self._most_of_one or self._make_room(self._of[home])
@@ -50,7 +50,7 @@ class Crowd:
         self._of[home].add(guest)
         return room
 
-    def leave(self, guest: Guest) -> None:
+    def leave(self, guest: RemoteClient) -> None:
         """Forget a connection; once is enough."""
         home = self._guests.pop(guest, None)
         if home is not None:
@@ -58,7 +58,7 @@ class Crowd:
             if not self._of[home]:
                 del self._of[home]
 
-    def _make_room(self, among: set[Guest] | dict[Guest, str]) -> bool:
+    def _make_room(self, among: set[RemoteClient] | dict[RemoteClient, str]) -> bool:
         """Whether one of them could be sent away."""
         waits = [(since, guest) for guest in among if (since := guest.dawdles_since()) is not None]
         if not waits:

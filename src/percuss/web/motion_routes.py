@@ -13,14 +13,14 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss.case import experiment_job_of, simulation_answer
-from percuss.case.answers.exploring.exploration import experiment_dict, watched_experiment
+from percuss.case.answers.exploring.exploration import experiment_dict, experiment_progress
 from percuss.case.answers.exploring.playback import (
     Frames,
-    blow_frames,
-    machine_frames,
-    motion_frames,
-    orbit_frames,
-    start_frames,
+    blow_playback,
+    machine_playback,
+    motion_playback,
+    orbit_playback,
+    start_playback,
 )
 from percuss.web.questions import (
     BlowAsked,
@@ -100,10 +100,10 @@ def motion(case: Case, asked: MotionAsked, terms: Terms) -> Frames:
     """Of a steady motion (`orbit`), or of a simulation."""
     if asked.orbit is None:
         answer = simulated(case, asked, asked.start, asked.simulation, terms)
-        return motion_frames(answer.motion, settled=asked.show == "settled", window=asked.window, **asked.sizes)
+        return motion_playback(answer.motion, settled=asked.show == "settled", window=asked.window, **asked.sizes)
     if asked.start is not None or asked.simulation is not None:
         raise refused(422, "expected either a steady motion or a start", "leave out start and simulation", "orbit")
-    return orbit_frames(case, asked.orbit, asked.periods, window=asked.window, **asked.sizes)
+    return orbit_playback(case, asked.orbit, asked.periods, window=asked.window, **asked.sizes)
 
 
 def simulated(
@@ -135,7 +135,7 @@ def simulated(
 def blow(case: Case, asked: BlowAsked, terms: Terms) -> Frames:
     """Stress and velocity along striker and tool over time, the force between the faces, and where the energy is."""
     sizes = {"frames": asked.frames, "cells": asked.cells, "most_pieces": terms.limits.pieces}
-    return blow_frames(case, asked.show, whole=asked.whole, **sizes)
+    return blow_playback(case, asked.show, whole=asked.whole, **sizes)
 
 
 # ---- A machine that switches its own valve: its cycle over time, with the answer of the command line, and its start-up
@@ -147,7 +147,7 @@ def blow(case: Case, asked: BlowAsked, terms: Terms) -> Frames:
 def machine(case: Case, asked: MachineAsked, terms: Terms) -> Frames:
     """Position, force and state of the valve over a cycle, or what keeps the machine from running."""
     modes = 0 if case.is_machine and case.machine().valve.supply is not None else asked.modes  # none under a supply
-    return machine_frames(case, modes=modes, points=asked.points, whole=asked.whole)
+    return machine_playback(case, modes=modes, points=asked.points, whole=asked.whole)
 
 
 @router.answer("/api/machine/start", "Such a machine from a start", BINARY, quick=True, kernels="machines")
@@ -157,7 +157,7 @@ def machine_start(case: Case, asked: MachineStartAsked, terms: Terms) -> Frames:
     found = simulation_answer(simulated_case(case, asked.start, asked.simulation, terms.limits), terms.halt)
     if found.motion.outcome == "interrupted" and terms.halt():
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
-    return start_frames(found, asked.blows, asked.points)
+    return start_playback(found, asked.blows, asked.points)
 
 
 # ---- Experiments: random starts, told while they are followed, and the files of what came of them
@@ -191,8 +191,8 @@ async def experiment_file(request: Request, asked: ExperimentFileAsked) -> Respo
     await compiled(request, "motions")
 
     def work(halt: Halt) -> Response:
+        from percuss.atomic_write import write_dataset
         from percuss.explore.jobs.archive_export import write_csv
-        from percuss.whole_file import write_dataset
 
         most = min(asked.first or asked.starts, asked.starts)
         known = _experiments.find(_key(asked))
@@ -232,6 +232,6 @@ def _key(asked: ExperimentAsked) -> str:
 
 def _followed(job: ExperimentJob, asked: ExperimentAsked, halt: Halt, most: int | None = None) -> Iterator[Watched]:
     """Looks at the starts, or at the first of them, as they are followed; what has been followed is kept."""
-    for look in watched_experiment(job, halt, most):
+    for look in experiment_progress(job, halt, most):
         _experiments.put(_key(asked), look.found)  # it may be stopped before the next look
         yield look

@@ -20,7 +20,7 @@ from percuss.case import (
     steady_answer,
     sweep_job_of,
 )
-from percuss.case.answers.exploring.diagram_answer import diagram_dict, watched_diagram
+from percuss.case.answers.exploring.diagram_answer import diagram_dict, diagram_progress
 from percuss.case.answers.exploring.orbits_answer import (
     begun_at,
     branch_dict,
@@ -30,8 +30,8 @@ from percuss.case.answers.exploring.orbits_answer import (
     parsed_label,
     rest_cycles_dict,
 )
-from percuss.case.answers.exploring.playback import Frames, branch_frames
-from percuss.case.answers.exploring.point_curves_answer import watched_curves
+from percuss.case.answers.exploring.playback import Frames, branch_playback
+from percuss.case.answers.exploring.point_curves_answer import curves_progress
 from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_dict, quick_dict, quick_structure_dict
 from percuss.case.case import json_tables
 from percuss.case.parameters.moves import placed
@@ -260,7 +260,7 @@ def branch_motion(case: Case, asked: BranchMotionAsked, terms: Terms) -> Frames:
     sizes: dict[str, Any] = {"unit": asked.unit, "modes": asked.modes, **asked.sizes}
     start = asked.release if asked.times is None else asked.times
     assert start is not None
-    return branch_frames(case, asked.name, asked.value, start, asked.periods, **sizes)
+    return branch_playback(case, asked.name, asked.value, start, asked.periods, **sizes)
 
 
 Events = Callable[[Halt], Iterator[tuple[str, Any]]]
@@ -287,7 +287,7 @@ def motions_over(case: Case, asked: DiagramAsked, limits: Limits) -> Events:
     job = diagram_job_of(case, along, impacts=asked.impacts, **sizes)
 
     def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
-        for look in watched_diagram(job, halt):
+        for look in diagram_progress(job, halt):
             yield "done" if look.done == 1.0 else "progress", diagram_dict(case, look)
 
     return looks
@@ -302,7 +302,7 @@ def curves_over(case: Case, asked: PointCurvesAsked, limits: Limits) -> Events:
 
     def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
         with halting(halt):
-            for share, found in watched_curves(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
+            for share, found in curves_progress(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
                 told = {"done": share, "curves": [curve_dict(curve) for curve in found]}
                 yield "done" if share == 1.0 else "progress", told
 

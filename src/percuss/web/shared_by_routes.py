@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.web.questions import CaseAsked
     from percuss.web.settings import Limits
-    from percuss.web.workers import Gate, Kernels, Lane, Part
+    from percuss.web.workers import Admission, Kernels, Lane, Part
 
 
 # ---- From a request to its case; a case that was asked for a moment ago is not read again
@@ -180,8 +180,8 @@ def limits_of(request: Request) -> Limits:
     return found
 
 
-def gate_of(request: Request) -> Gate:
-    found: Gate = request.app.state.gate
+def gate_of(request: Request) -> Admission:
+    found: Admission = request.app.state.gate
     return found
 
 

@@ -150,7 +150,7 @@ async def _within(event: asyncio.Event, seconds: float) -> bool:
     return True
 
 
-class Gate:
+class Admission:
     """The lanes of one worker: quick answers never wait for long computations."""
 
     def __init__(self, limits: Limits) -> None:
@@ -313,10 +313,10 @@ def _use_motions() -> None:
 
 def _use_blows() -> None:
     from percuss.case import load_case, waves_answer
-    from percuss.case.answers.exploring.playback import blow_frames
+    from percuss.case.answers.exploring.playback import blow_playback
 
     case = load_case("laboratory-striker")
-    blow_frames(case, frames=2, cells=2)
+    blow_playback(case, frames=2, cells=2)
     waves_answer(case.changed(simulation={"impacts": 2, "modes": 0, "time": 1.0}), cells=16)
 
 

@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model import Load, System
 from percuss.model.body import Damping, External
 from percuss.model.checks import Array
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 _TURN = 2.0 * math.pi
 _SPREAD = 2.0  # times the steps asked for are the most that are tried
@@ -26,7 +26,7 @@ MOST_STEPS = 8_000_000
 
 
 @dataclass(frozen=True)
-class Lattice(Shown):
+class Lattice(ShortRepr):
     """Cells that all sections are cut into.
 
     The masses keep their ratios to the whole, which is 1, and the impedances theirs to one another: all that rounding

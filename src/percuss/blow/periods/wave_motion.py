@@ -15,10 +15,10 @@ from percuss.blow.bodies import Rod, Target, Wall
 from percuss.blow.kernels.lattice_motion import follow
 from percuss.blow.kernels.lattice_records import CONTACT, COUNT, LOAD, NOW, OFF, LatticeMachine, LatticeRow
 from percuss.blow.periods.lattice import Lattice, machine_record
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import Load, System
 from percuss.model.checks import Array, callback, count, flag, instance
-from percuss.shown import Shown, watched
+from percuss.short_repr import ShortRepr, watched
 from percuss.simulate import MotionCycle, Progress, Start, Stop
 
 _TURN = 2.0 * math.pi
@@ -157,7 +157,7 @@ _GRAZE = 1e-9  # of the greatest impulse
 
 
 @dataclass(frozen=True)
-class Impacts(Shown):
+class Impacts(ShortRepr):
     """The impacts of a machine, one after another; every array of shape (impacts,), dimensionless.
 
     Contacts that are less than a wave's way there and back apart are one impact; on a tool that is fed between blows,
@@ -308,7 +308,7 @@ _LONG = 2  # load periods in contact from which on the bar is said to rest
 
 
 @dataclass(frozen=True)
-class WaveEnergy(Shown):
+class WaveEnergy(ShortRepr):
     """Where the energy of a motion went; all over the time followed, dimensionless.
 
     Attributes
@@ -338,7 +338,7 @@ class WaveEnergy(Shown):
 
 
 @dataclass(frozen=True)
-class Uncertainty(Shown):
+class Uncertainty(ShortRepr):
     """How far the settled motion of a lattice with half the cells is from this one.
 
     Attributes
@@ -356,7 +356,7 @@ class Uncertainty(Shown):
 
 
 @dataclass(frozen=True)
-class WaveMotion(Shown):
+class WaveMotion(ShortRepr):
     """The striker under its load, contact by contact.
 
     Everything is dimensionless; `system` has the scales to SI.
@@ -563,7 +563,7 @@ def _followed(
     outcome, periods = "", 0
     while not outcome:
         for _ in lattice_run.period():
-            look()
+            check_interrupted()
             share = max(lattice_run.periods / most, lattice_run.strikes / max(stop.most_impacts, 1))
             now = Progress(lattice_run.strikes, lattice_run.time - begun, min(share, 1.0))
             if progress is not None and progress(now):

@@ -38,7 +38,7 @@ from percuss.errors import CaseError, HistoryError, ParameterError, extra_packag
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
 from percuss.model.checks import Array, choice, flag, instance, non_negative, positive
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class BlowAnswer(Shown):
+class BlowAnswer(ShortRepr):
     """One blow of a case, resolved by waves.
 
     Attributes
@@ -430,7 +430,7 @@ def _left_out(answer: BlowAnswer) -> tuple[tuple[str, str], ...]:
 _NEGLIGIBLE = 1e-3  # share of the energy that is not worth a clause
 
 
-def blow_in_words(answer: BlowAnswer) -> str:
+def blow_sentence(answer: BlowAnswer) -> str:
     """What one blow does, the first line of its report."""
     blow = answer.blow
     before = blow.energy_before
@@ -685,12 +685,12 @@ def blow_report(answer: BlowAnswer) -> Report:
         sections.append(ReportSection("What one-dimensional waves leave out", answer.left_out))
     tone = GOOD if answer.blow.outcome.name in ("OVER", "SPENT") else PLAIN
     cut = answer.blow.outcome.name == "TOO_MANY_PIECES"
-    return Report(answer.title, blow_in_words(answer), BAD if cut else tone, tuple(sections))
+    return Report(answer.title, blow_sentence(answer), BAD if cut else tone, tuple(sections))
 
 
 def _question(answer: BlowAnswer) -> ReportSection:
     blow, rod = answer.blow, answer.rod
-    struck = "a rigid wall" if rod is None else _rod_in_words(answer)
+    struck = "a rigid wall" if rod is None else _rod_sentence(answer)
     rows = [
         ("case", answer.name),
         ("striker", str(blow.striker)),
@@ -701,7 +701,7 @@ def _question(answer: BlowAnswer) -> ReportSection:
     return ReportSection("The blow", (*rows, *(("note", note) for note in answer.notes)))
 
 
-def _rod_in_words(answer: BlowAnswer) -> str:
+def _rod_sentence(answer: BlowAnswer) -> str:
     rod = answer.rod
     assert rod is not None
     if rod.impedance is not None:
@@ -760,7 +760,7 @@ def _peak(answer: BlowAnswer, name: str, peak: Peak) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class MeasuredGauge(Shown):
+class MeasuredGauge(ShortRepr):
     """A record of strain, stress or force at a gauge, laid over the computed force there.
 
     Attributes

@@ -181,7 +181,7 @@ def system_section(name: str, system: System, notes: tuple[str, ...], law: Timed
     rows.append(("damping", _damping_text(system)))
     rows.append(("contact", system.contact.sentence))
     if law is not None:
-        rows.append(("blow", law_in_words(law, system)))
+        rows.append(("blow", law_sentence(law, system)))
     rows.append(("load", _load_text(system)))
     if history is not None:
         rows.append(("history", _history_text(history)))
@@ -243,7 +243,7 @@ def _history_text(report: HistoryReport) -> str:
     )
 
 
-def law_in_words(law: Timed, system: System) -> str:
+def law_sentence(law: Timed, system: System) -> str:
     tell = Teller.of(system)
     lasts, centroid = (tell(time, "time", 3, plain=4) for time in (law.duration, law.force_centroid))
     text = (

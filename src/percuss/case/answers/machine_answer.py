@@ -34,20 +34,20 @@ from percuss.case.answers.heading import figures_in_short, machine_section, supp
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
+    BlankBlowReport,
     MachineSensitivity,
     Running,
-    ToldBlank,
+    blank_blow_report,
     course_of,
     figures_in_si,
     pressure_curve,
     sensitivities,
-    told_blank,
 )
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count
 from percuss.model.load.valve import port_at
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
 from percuss.steady.self_excited.margins import slow_pressure, valve_margins
@@ -66,7 +66,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MachineAnswer(Shown):
+class MachineAnswer(ShortRepr):
     """How a machine runs that switches its own valve, or what keeps it from running.
 
     Attributes
@@ -108,9 +108,9 @@ class MachineAnswer(Shown):
         return pressure_curve(self.motion)
 
     @cached_property
-    def blank(self) -> ToldBlank | None:
+    def blank(self) -> BlankBlowReport | None:
         """What it does that finds no tool, from the cycle of a rigid piston; None without one."""
-        return told_blank(self.rigid)
+        return blank_blow_report(self.rigid)
 
     @property
     def machine(self) -> Machine:

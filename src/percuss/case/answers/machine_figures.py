@@ -12,7 +12,7 @@ import numpy as np
 
 from percuss.case.answers.facts import Fact, Teller, json_number, json_of, number, rows_of, si_of, table_text
 from percuss.model import Cushion
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
 from percuss.steady.self_excited.margins import MachineQuantity, pressure_over, quantities_of
 
@@ -293,7 +293,7 @@ _ASSUMED = 0.02  # m: in which the cushion stops the piston that a case without 
 
 
 @dataclass(frozen=True)
-class ToldBlank(Shown):
+class BlankBlowReport(ShortRepr):
     """What a machine does that finds no tool, from its rigid piston; in the cushion of its case, or an assumed one."""
 
     machine: Machine
@@ -322,11 +322,11 @@ class ToldBlank(Shown):
         return json_of(self, BLANK, Teller.of(self.machine))
 
 
-def _cushioned(one: ToldBlank) -> bool:
+def _cushioned(one: BlankBlowReport) -> bool:
     return 0.0 < one.found.depth < math.inf
 
 
-def _depth(one: ToldBlank, tell: Teller) -> str | None:
+def _depth(one: BlankBlowReport, tell: Teller) -> str | None:
     if not _cushioned(one):
         return None
     beyond = one.found.cushion is not None and bool(one.found.cushion.beyond)
@@ -334,12 +334,12 @@ def _depth(one: ToldBlank, tell: Teller) -> str | None:
     return f"{tell(one.found.depth, 'length')} into the cushion{reach}"
 
 
-def _pressed(one: ToldBlank, tell: Teller, force: float) -> str:
+def _pressed(one: BlankBlowReport, tell: Teller, force: float) -> str:
     pressure = one.pressure(force)
     return tell(force, "force") + ("" if pressure is None else f", {number(pressure / 1e5)} bar")
 
 
-def _worst(one: ToldBlank, tell: Teller) -> str | None:
+def _worst(one: BlankBlowReport, tell: Teller) -> str | None:
     found = one.found
     if not (found.worst_pass > 1 and found.worst_depth > 0.0):
         return None
@@ -347,7 +347,7 @@ def _worst(one: ToldBlank, tell: Teller) -> str | None:
     return f"number {found.worst_pass}: {deep}, {_pressed(one, tell, found.worst_force)}"
 
 
-def _mean_pressure(one: ToldBlank, _: Teller) -> str | None:
+def _mean_pressure(one: BlankBlowReport, _: Teller) -> str | None:
     if one.machine.valve.supply is None:
         return None
     pressure, unit = one.found.pressure, one.machine.pressure
@@ -355,7 +355,7 @@ def _mean_pressure(one: ToldBlank, _: Teller) -> str | None:
     return f"{under}, the mean of the cycle"
 
 
-def _then(one: ToldBlank, tell: Teller) -> str:
+def _then(one: BlankBlowReport, tell: Teller) -> str:
     found = one.found
     if found.ending == "strikes the front end":
         return f"it strikes the front end of the housing with {tell(found.front_speed, 'speed')}"
@@ -371,12 +371,12 @@ def _then(one: ToldBlank, tell: Teller) -> str:
     return f"the machine stops {after}: the piston stays {where}"
 
 
-def _cushion(one: ToldBlank) -> dict[str, float | None] | None:
+def _cushion(one: BlankBlowReport) -> dict[str, float | None] | None:
     names, cushion = ("beyond", "force", "stiffness", "length", "returned", "area"), one.found.cushion
     return None if cushion is None else {name: json_number(getattr(cushion, name)) for name in names}
 
 
-BLANK: tuple[Fact[ToldBlank], ...] = (
+BLANK: tuple[Fact[BlankBlowReport], ...] = (
     Fact("cushion", "cushion", "null, or that of the case, see below", "", _cushion,
          lambda one, _: _ASSUMPTION if one.assumed else None),
     Fact("assumed", "", "whether the case describes none, and this one was assumed: it begins at the place "
@@ -419,17 +419,17 @@ BLANK: tuple[Fact[ToldBlank], ...] = (
 """What a blank blow is."""
 
 
-def told_blank(rigid: SelfExcited) -> ToldBlank | None:
+def blank_blow_report(rigid: SelfExcited) -> BlankBlowReport | None:
     """The blank blow of a machine; None without a cycle, or with neither a cushion nor sizes to assume one by."""
     machine, cycle = rigid.machine, rigid.cycle
     if cycle is None or cycle.modes:
         return None
     if machine.valve.cushion is not None:
-        return ToldBlank(machine, blank_blow(rigid), False)
+        return BlankBlowReport(machine, blank_blow(rigid), False)
     if not machine.is_si:
         return None
     depth = _ASSUMED / machine.length_scale
     valve = machine.valve if machine.valve.supply is None else machine.valve.at_pressure(slow_pressure(cycle).mean)
     pushed = max(0.0, *(valve.force(name) for name, _ in valve.pairs))
     assumed = Cushion(force=cycle.main_energy / depth + pushed)
-    return ToldBlank(machine, blank_blow(rigid, cushion=assumed), True)
+    return BlankBlowReport(machine, blank_blow(rigid, cushion=assumed), True)

@@ -27,7 +27,7 @@ from percuss.case.answers.facts import (
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.case import checked_case
 from percuss.model.checks import DEFAULT_MODES, count, finite, positive
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate.stop import MAX_MODES
 from percuss.stability import stability_of
 from percuss.steady import ForceRecord, recorded_valve, self_excited_motion, steady_states
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ByClock(Shown):
+class ByClock(ShortRepr):
     """What B77's clock says of the recorded motion: whether it exists, is stable, and its multiplier."""
 
     exists: bool
@@ -52,7 +52,7 @@ class ByClock(Shown):
 
 
 @dataclass(frozen=True)
-class RecordedAnswer(Shown):
+class RecordedAnswer(ShortRepr):
     """A recorded load read as a valve.
 
     Attributes

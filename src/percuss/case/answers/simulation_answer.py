@@ -42,7 +42,7 @@ from percuss.case.answers.heading import (
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import Array, callback, count, positive
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.simulate import Stop, Trajectory
 from percuss.units import si
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from percuss.steady import PeriodicOrbit
 
 
-def held_down_in_words(shares: Array) -> tuple[tuple[str, str], ...]:
+def held_down_sentences(shares: Array) -> tuple[tuple[str, str], ...]:
     """A row of a report: that the load held a bar on the wall before the time of a contact was over; none if never."""
     if not shares.size:
         return ()
@@ -71,7 +71,7 @@ _COARSE = 0.01
 # ---- A motion that is told event by event, or impact by impact
 
 
-class ToldMotion(Shown, ABC):
+class MotionReport(ShortRepr, ABC):
     """A motion that is told event by event, or impact by impact."""
 
     ROWS: ClassVar[str] = "events"  # the key of the list
@@ -102,7 +102,7 @@ def told_of(what: str, size: int, part: slice) -> str:
 
 
 @dataclass(frozen=True)
-class SimulationAnswer(ToldMotion):
+class SimulationAnswer(MotionReport):
     """A simulated motion of a case, of a hammer under a clock or of a machine that switches its own valve.
 
     Attributes
@@ -146,7 +146,7 @@ class SimulationAnswer(ToldMotion):
         return tuple(_warnings(self.motion))
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values; see `ToldMotion`."""
+        """The answer in plain values; see `MotionReport`."""
         motion, held = self.motion, self.motion.events.held_down
         tell, part = Teller.of(motion.hammer), motion.events[last_of(len(motion.events), last)]
         both = {
@@ -357,7 +357,7 @@ def motion_report(answer: SimulationAnswer, last: int | None) -> Report:
 
 def _summary(answer: SimulationAnswer) -> tuple[str, str]:
     motion = answer.motion
-    text = f"{label_in_words(motion)} ({motion.label})"
+    text = f"{label_sentence(motion)} ({motion.label})"
     figures, tell, system = motion.summary, Teller.of(motion.system), motion.system
     if motion.label in ("rest", "departed") or figures.main_blow_rate is None:
         return f"{text}.", BAD if motion.label in ("rest", "departed") else PLAIN
@@ -375,7 +375,7 @@ def _summary(answer: SimulationAnswer) -> tuple[str, str]:
     return f"{text}.", GOOD if settled else PLAIN
 
 
-def label_in_words(motion: Trajectory) -> str:
+def label_sentence(motion: Trajectory) -> str:
     name, _, numbers = motion.label.replace("z=", "z/", 1).partition("/")
     system = motion.system
     who, blow = ("The hammer", "blow") if system.body.is_free else ("The structure", "impact")
@@ -426,8 +426,8 @@ def _motion_section(answer: SimulationAnswer) -> ReportSection:
         ("label", f"{motion.label}, {_tolerance(motion)}"),
     ]
     if answer.orbit is not None:
-        rows.append(("orbit", orbit_in_words(answer.orbit)))
-    rows += held_down_in_words(answer.motion.events.held_down)
+        rows.append(("orbit", orbit_sentence(answer.orbit)))
+    rows += held_down_sentences(answer.motion.events.held_down)
     rows += [("warning", warning) for warning in answer.warnings]
     return ReportSection("Motion", tuple(rows))
 
@@ -516,7 +516,7 @@ def _interval(tell: Teller, figures: Summary) -> str:
 # ---- The orbit that a simulated motion has settled on, in a line
 
 
-def orbit_in_words(orbit: PeriodicOrbit) -> str:
+def orbit_sentence(orbit: PeriodicOrbit) -> str:
     """Its label, its largest multiplier, and what that means."""
     found = orbit.multipliers()
     text = f"{orbit.label}, largest multiplier {number(found.largest)}"
@@ -534,7 +534,7 @@ def orbit_in_words(orbit: PeriodicOrbit) -> str:
 def from_this_start(answer: SimulationAnswer) -> str:
     """How the motion ends, in one sentence."""
     motion, machine, cycle = answer.motion, answer.machine, answer.motion.cycle
-    text = f"From this start the machine {_in_words(motion.label)}"
+    text = f"From this start the machine {_sentence(motion.label)}"
     if cycle is None or not motion.impacts:
         return f"{text}."
     energy = float(motion.blow_energies[-max(cycle.impacts, 1) :].max())
@@ -542,7 +542,7 @@ def from_this_start(answer: SimulationAnswer) -> str:
     return f"{text}: {told}, after {counted(cycle.first, 'impact')}."
 
 
-def _in_words(label: str) -> str:
+def _sentence(label: str) -> str:
     """The label behind "the machine"."""
     if label.startswith(("runs", "stalls", "cycles")):
         return label
@@ -563,7 +563,7 @@ def _machine_report(answer: SimulationAnswer, last: int | None) -> Report:
         rows.append(("pressure", _pressures(motion)))
     if motion.cycle is not None:
         rows.append(("period", tell(motion.cycle.period, "time")))
-    rows += held_down_in_words(motion.events.held_down)
+    rows += held_down_sentences(motion.events.held_down)
     sections.append(ReportSection("Motion", tuple(rows)))
     if last != 0 and len(motion.events):
         part = last_of(len(motion.events), last)

@@ -27,7 +27,7 @@ from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
 from percuss.model.checks import count, several
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.stability import stability_of, timed_stability
 from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
 
@@ -150,7 +150,7 @@ def _mean(values: np.typing.NDArray[np.float64]) -> float | None:
 
 
 @dataclass(frozen=True)
-class CaseReach(Shown):
+class CaseReach(ShortRepr):
     """How far one parameter of a case may move.
 
     Parameters
@@ -183,7 +183,7 @@ class CaseReach(Shown):
         if self.found is None:
             return f"{head}: {self.refusal}"
         below, above = (
-            _end_in_words(one, unit, self.name.rpartition(".")[2]) for one in (self.found.below, self.found.above)
+            _end_sentence(one, unit, self.name.rpartition(".")[2]) for one in (self.found.below, self.found.above)
         )
         return f"{head}: down to {below}; up to {above}"
 
@@ -226,7 +226,7 @@ _LAST = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)} | dict.fromkeys(
 )  # values beyond which there are none
 
 
-def _end_in_words(end: ReachEnd, unit: str, name: str) -> str:
+def _end_sentence(end: ReachEnd, unit: str, name: str) -> str:
     then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
         return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
@@ -249,7 +249,7 @@ def _end_dict(end: ReachEnd) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class TimedAnswer(Shown):
+class TimedAnswer(ShortRepr):
     """One steady motion whose blows take time, and its stability."""
 
     orbit: TimedOrbit
@@ -280,7 +280,7 @@ class TimedAnswer(Shown):
 
 
 @dataclass(frozen=True)
-class TimedPeriod(Shown):
+class TimedPeriod(ShortRepr):
     """All motions with one blow in `states.periods` load periods under the law, in order of phase."""
 
     states: TimedStates
@@ -471,7 +471,7 @@ def reduced_dict(reduced: Reduced) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class OrbitAnswer(Shown):
+class OrbitAnswer(ShortRepr):
     """One steady motion: the orbit, its stability and, for a case in SI, its report.
 
     `timed`: where the case has a law that knows the duration of the blow, the motion of that law which continues it.
@@ -533,7 +533,7 @@ class OrbitAnswer(Shown):
 
 
 @dataclass(frozen=True)
-class PeriodAnswer(Shown):
+class PeriodAnswer(ShortRepr):
     """All steady motions with one impact in `states.periods` load periods, in order of phase.
 
     `greatest_drag`: where there is none, the greatest d with which there is one, all else kept; None without one.
@@ -560,7 +560,7 @@ class PeriodAnswer(Shown):
 
 
 @dataclass(frozen=True)
-class SteadyAnswer(Shown):
+class SteadyAnswer(ShortRepr):
     """The answer to "what steady motions does this hammer, or this structure that is held, have?".
 
     Attributes

@@ -187,7 +187,7 @@ ENDED = "this motion does not exist when the blow takes time: it has met another
 """What is said of a motion of B77's law that the duration of the blow ends."""
 
 
-def timed_in_words(found: TimedAnswer, judged: Stability | None = None) -> list[str]:
+def timed_sentences(found: TimedAnswer, judged: Stability | None = None) -> list[str]:
     """A motion in lines: its phase, its blow, its verdict beside that on B77's motion, and what makes it impossible."""
     orbit, tell = found.orbit, Teller.of(found.orbit.system)
     beside = "" if judged is None else f" (B77's rhythm {number(judged.margin_rhythm, 3)})"
@@ -252,7 +252,7 @@ def _judged(found: TimedAnswer) -> str:
 
 
 def _rows(found: TimedAnswer, judged: Stability | None) -> list[tuple[str, str]]:
-    first, *more = timed_in_words(found, judged)
+    first, *more = timed_sentences(found, judged)
     rows = [(found.orbit.law.law, first), *(("", text) for text in more)]
     return [*rows, *(("warning", warning) for warning in found.orbit.warnings)]
 

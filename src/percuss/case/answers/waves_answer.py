@@ -33,13 +33,13 @@ from percuss.case.answers.facts import (
     rhythm,
 )
 from percuss.case.answers.heading import heading_dict, system_section
-from percuss.case.answers.simulation_answer import ENDINGS, ToldMotion, last_of, rates, told_of
+from percuss.case.answers.simulation_answer import ENDINGS, MotionReport, last_of, rates, told_of
 from percuss.case.case import checked_case
 from percuss.errors import PercussError
 from percuss.model import System
 from percuss.model.body import SteppedBar
 from percuss.model.checks import callback, count, flag
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from percuss.blow import Rod, Wall
@@ -195,7 +195,7 @@ def _restitution(motion: WaveMotion) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Beside(Shown):
+class Beside(ShortRepr):
     """A settled motion by another law, and how much that by waves differs (rad, relative; None: other kinds)."""
 
     law: str
@@ -208,7 +208,7 @@ class Beside(Shown):
 
 
 @dataclass(frozen=True)
-class WavesAnswer(ToldMotion):
+class WavesAnswer(MotionReport):
     """A motion of a case with every contact resolved by waves.
 
     Attributes
@@ -241,7 +241,7 @@ class WavesAnswer(ToldMotion):
         return tuple(waves_warnings(self.motion))
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
-        """The answer in plain values; see `ToldMotion`."""
+        """The answer in plain values; see `MotionReport`."""
         motion, tell = self.motion, Teller.of(self.system)
         settled = json_of(motion, SETTLED, tell)
         return {

@@ -15,8 +15,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from percuss.atomic_write import write_whole
 from percuss.errors import CaseError, ParameterError, did_you_mean
-from percuss.whole_file import write_whole
 
 if TYPE_CHECKING:
     from percuss.case.case import Case

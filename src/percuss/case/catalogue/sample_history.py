@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from percuss.whole_file import write_whole
+from percuss.atomic_write import write_whole
 
 
 def write_sample_history(

@@ -35,7 +35,7 @@ from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, count, finite, instance, non_negative
 from percuss.model.described import machine_from, system_from
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import xarray
@@ -199,7 +199,7 @@ def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple
 
 
 @dataclass(frozen=True)
-class Share(Shown):
+class Share(ShortRepr):
     """The share of the starts that ends in an attractor, and Wilson's interval of 95 % of its probability."""
 
     attractor: Attractor

@@ -26,7 +26,7 @@ from percuss.explore.jobs.job import Column, Columns
 from percuss.model import Machine, System
 from percuss.model.checks import Array, finite
 from percuss.model.described import describe_machine, describe_system
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from percuss.simulate import Ensemble, Starts, Stop, Trajectory
@@ -39,7 +39,7 @@ DISTANCE = 1e-4  # how far apart, in radians and relative speeds, motions of one
 
 
 @dataclass(frozen=True)
-class Attractor(Shown):
+class Attractor(ShortRepr):
     """A motion that others settle on; dimensionless, phases in radians.
 
     `number`: 0 for the most frequent. `members`, `first`: how many of the motions settle on it, and the first of them.

@@ -35,12 +35,12 @@ from percuss.explore.family import Axis, Family, family_of
 from percuss.explore.jobs.archive_export import OfValues
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.explore.parameters import PARAMETERS, PERIODS
-from percuss.halting import halting, look
+from percuss.halting import check_interrupted, halting
 from percuss.model import System
 from percuss.model.body import need_free
 from percuss.model.checks import DEFAULT_MODES, Array, callback, count, several
 from percuss.model.contact import Result
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady import Orbit
 from percuss.steady.flight import a_passage, start_acceleration, stays_off, tops
 from percuss.steady.multipliers import LinearMap
@@ -128,7 +128,7 @@ def exact_crossings(
         return orbit.linear_map(modes, side)
 
     def matrix(t: float) -> LinearMap:
-        look()  # its multipliers are solved for again each time
+        check_interrupted()  # its multipliers are solved for again each time
         return made(t)
 
     def flip(t: Array) -> Array:
@@ -236,7 +236,7 @@ def _switches(
 
     @lru_cache(maxsize=4096)
     def orbit(t: float) -> Orbit:
-        look()
+        check_interrupted()
         return orbit_on(stretch, t)[0]
 
     nodes = stretch.nodes(samples, _AWAY, GRAZING_SAMPLES)
@@ -377,7 +377,7 @@ _OVER_X = ("y", "phase", "residual", "angle", "outside", "impact_velocity")
 
 
 @dataclass(frozen=True, eq=False)
-class BoundaryCurve(Shown):
+class BoundaryCurve(ShortRepr):
     """One boundary over x; every array of shape (n,), NaN where x has none.
 
     `branch`: the monotone arc of v_f (for a fold: its extremum) on which the curve begins, counted by phase from 0.

@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from percuss.explore.family import Family
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.load import Side
@@ -52,7 +52,7 @@ class Line:
 
     def system(self, y: float) -> System:
         """The system at a value of y, made once."""
-        look()
+        check_interrupted()
         if y not in self._systems:
             self._systems[y] = self.family.system({**self.fixed, self.name: y})
         return self._systems[y]

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, extra_package
 from percuss.explore.jobs.archive_export import OfValues
 from percuss.model.checks import Array, ComplexArray, choice
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady import PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import Repeating
 from percuss.steady.self_excited.valve_cycle import ValveCycle
@@ -119,7 +119,7 @@ class PlainMotion(NamedTuple):
 
 
 @dataclass(frozen=True)
-class BranchPoint(Shown):
+class BranchPoint(ShortRepr):
     """A point of a branch or of a curve at which something happens.
 
     Parameters

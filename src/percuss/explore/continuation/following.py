@@ -59,7 +59,7 @@ from percuss.explore.family import Family, SystemFamily, drives_itself, family_o
 from percuss.halting import Elapsed, asked, halting
 from percuss.model import System
 from percuss.model.checks import callback, count, instance
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady import Orbit, PeriodicOrbit, RestCycle
 from percuss.steady.multipliers import TURNING, Repeating
 from percuss.steady.periodic.periodic_orbit import differences, load_turn
@@ -558,7 +558,7 @@ class ReachEnd(BranchPoint):
 
 
 @dataclass(frozen=True)
-class Reach(Shown):
+class Reach(ShortRepr):
     """How far a parameter may move before a stable motion is lost; made by `reach`.
 
     Parameters

@@ -20,7 +20,7 @@ from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.continuation.orbit_curve import ParameterRows
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem
 from percuss.explore.family import SwitchingFamily
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.cycle import Cycle, closure_kernels
 from percuss.model import Machine
 from percuss.model.checks import Array
@@ -163,7 +163,7 @@ class MachineCurve(Problem):
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """As of other curves, over one parameter, by compiled functions."""
-        look()
+        check_interrupted()
         x, m, unit, steps = np.array(start), self.impacts, self.units[0], 0
         matrix, tangent = np.empty((m, m + 1)), np.empty(m + 1)
         try:

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from percuss.errors import PercussError
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit, Number, Problem, refused, unit_tangent
 from percuss.explore.family import Family
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.steady import PeriodicOrbit
@@ -240,7 +240,7 @@ class SolutionCurve(OrbitProblem):
         self, start: Array, normal: Array, along: Array | None = None, near: CurvePoint | None = None
     ) -> CurvePoint:
         """As of other curves, by compiled functions; the tangent points the way of the normal by default."""
-        look()
+        check_interrupted()
         x, p, way = np.array(start), self.impacts, normal if along is None else along
         derivative, tangent, steps = np.empty((p + 1, p + 3)), np.empty(p + 2), 0
         for _ in range(_MOST_ROWS):
@@ -293,7 +293,7 @@ def _solved(x: Array, linearised: Callable[[Array], tuple[Array, Array]], most: 
     """Where as many equations as unknowns hold, by Newton's method from a point near; or CorrectorFailed."""
     x = np.array(x)
     for _ in range(most):
-        look()
+        check_interrupted()
         matrix, off = linearised(x)
         try:
             step = np.linalg.solve(matrix, -off)

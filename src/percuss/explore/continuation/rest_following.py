@@ -13,7 +13,7 @@ from percuss.errors import Interrupted, PercussError
 from percuss.explore.continuation.branch import KEPT_IMPACTS, Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.walk import Varied
 from percuss.explore.family import Family
-from percuss.halting import halting, look
+from percuss.halting import check_interrupted, halting
 from percuss.model.checks import Array
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import wall_load
@@ -196,7 +196,7 @@ class _Walker:
         (here, cycle), size = rows[-1], self.step
         first, failed, gone = here, False, None
         while here != end:
-            look()
+            check_interrupted()
             last = not failed and abs(end - here) <= 1.5 * size
             step = self._sized(rows, min(size, abs(end - here)), gone) if failed else size
             ahead = end if last else here + math.copysign(step, end - here)

@@ -21,7 +21,7 @@ from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import BranchEvent
 from percuss.explore.family import Axis, Family, SystemFamily, family_of
 from percuss.explore.parameters import parameters_of
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import Machine, System
 from percuss.model.checks import Array, finite, numbers, text
 from percuss.steady.periodic.periodic_orbit import differences, load_turn, slope
@@ -286,7 +286,7 @@ class Problem(ABC):
 
     def corrected(self, start: Array, normal: Array, along: Array, near: CurvePoint) -> CurvePoint:
         """The point of the curve in a plane with a normal, its tangent the way of `along`; or CorrectorFailed."""
-        look()
+        check_interrupted()
         x, last, renewals, own, matrix = np.array(start), np.inf, 0, False, near.matrix
         try:
             matrix = self.matrix(x) if matrix is None else matrix

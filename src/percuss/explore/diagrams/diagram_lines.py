@@ -17,14 +17,14 @@ from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Walk,
 from percuss.explore.family import Family
 from percuss.model import Machine, System
 from percuss.model.checks import Array
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.periodic.periodic_orbit import differences
 
 _TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
-class SettledMotion(Shown):
+class SettledMotion(ShortRepr):
     """A motion that simulations settle on at one value of the parameter; dimensionless.
 
     Parameters

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from percuss.atomic_write import PARTS, replaced, synced
 from percuss.errors import ArchiveError
 from percuss.explore.jobs.archive_layout import (
     BEGIN,
@@ -56,7 +57,6 @@ from percuss.explore.jobs.archive_layout import (
 from percuss.explore.jobs.job import Column, Columns, Job
 from percuss.explore.jobs.pool import undisturbed
 from percuss.model.checks import path as checked_path
-from percuss.whole_file import PARTS, replaced, synced
 
 # ---- The items of chunks that are not complete yet, kept beside them, so that a kill loses a second of work and no
 # more

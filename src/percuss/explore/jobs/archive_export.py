@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from percuss.atomic_write import whole_file, write_dataset
 from percuss.errors import ParameterError, extra_package
 from percuss.explore.jobs.archive_layout import about_column, canonical, column_from, parsed
 from percuss.explore.jobs.job import Column
 from percuss.model.checks import path as checked_path
 from percuss.recordings.file_formats import netcdf_content
-from percuss.shown import Shown
-from percuss.whole_file import whole_file, write_dataset
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     import xarray
@@ -50,7 +50,7 @@ def variables_of(
     return made
 
 
-class HandedOver(Shown, ABC):
+class HandedOver(ShortRepr, ABC):
     """A result that hands its numbers over: as an xarray dataset, a pandas table, a file."""
 
     @abstractmethod

@@ -23,9 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss._version import __version__
+from percuss.atomic_write import replaced, synced
 from percuss.errors import ArchiveError, extra_package
 from percuss.explore.jobs.job import Column, Job
-from percuss.whole_file import replaced, synced
 
 # ---- zarr's folder, written so that what it says is there is on the disk: also after a power cut
 

@@ -21,7 +21,7 @@ from percuss.explore.jobs.job import Columns, Job
 from percuss.explore.jobs.pool import SMALL, Chunk, Pool, Processes, helpers, undisturbed
 from percuss.explore.jobs.progress import JobProgress, Meter
 from percuss.model.checks import callback, count, flag, having, path
-from percuss.shown import watched
+from percuss.short_repr import watched
 
 # ---- All columns of a job in memory, and which items are there
 

@@ -30,17 +30,17 @@ from percuss.explore.continuation.walk import (
     unit_tangent,
 )
 from percuss.explore.family import Family
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import System
 from percuss.model.checks import Array
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import set_at_wall, wall_load
 from percuss.steady import RestCycle
 from percuss.steady.resting.flight_chain import (
+    ForcedResponse,
     ReleasedFlight,
     RestPath,
     RestSearch,
-    Swing,
     WallImpact,
     chatter_left,
     release_phases,
@@ -116,7 +116,7 @@ class RestWay:
     def course(self, system: System) -> RestSearch:
         """The bar just after the last of these impacts; Unlike where they are others."""
         release = self.released(system)
-        course = RestSearch(Swing(system, self.modes), release, release + TURN * (self.periods + 1))
+        course = RestSearch(ForcedResponse(system, self.modes), release, release + TURN * (self.periods + 1))
         last, before = release, self.release
         for one in self.impacts:
             if not course.strikes():
@@ -455,7 +455,9 @@ def _off_release(cycle: RestCycle, time: float) -> float:
 
 def _left(cycle: RestCycle, chain: RestPath) -> list[PushedRebound]:
     """What each impact of a chain leaves."""
-    course = RestSearch(Swing(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN)
+    course = RestSearch(
+        ForcedResponse(set_at_wall(cycle.system, cycle.modes), cycle.modes), chain.release, chain.stop + TURN
+    )
     return [struck(course) for _ in chain.impacts]
 
 
@@ -570,7 +572,7 @@ def _root_on_line(number: Callable[[float], float], slope: float) -> tuple[float
     for count in range(1, _MOST_STEPS + 1):
         if not abs(along) <= _REACH:
             raise CorrectorFailed("beside the curve")
-        look()
+        check_interrupted()
         now = number(along)
         if now == 0.0:
             return along, slope, count

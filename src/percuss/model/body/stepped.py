@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import ParameterError
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model.body.body import Body, ComplexShape, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, check_damping
 from percuss.model.body.uniform import Bar, Piece, SizedBody, sinc_deficit, wave_speed
@@ -306,7 +306,7 @@ def _roots(sections: SectionChain, numbers: Array) -> Array:
     low, high = np.maximum(omega - room, 0.0), omega + room
     error, todo = np.full(numbers.size, np.inf), np.arange(numbers.size)
     for _ in range(_MOST_STEPS):
-        look()
+        check_interrupted()
         here = omega[todo]
         end = _march(sections, here)
         off = (end.turns_at_end - numbers[todo]) * np.pi + end.angle

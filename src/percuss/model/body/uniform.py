@@ -14,7 +14,7 @@ from percuss.errors import ParameterError
 from percuss.model.body.body import Body, ComplexShape, IntArray, Shape
 from percuss.model.body.damping import UNDAMPED, Damping, External, Ratio, check_damping, share_of_critical
 from percuss.model.checks import Array, ComplexArray, count, instance, non_negative, positive
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 # Far beyond any bar: outside them the squares of the frequencies leave the range of double precision
 LEAST_S, MOST_S = 1e-4, 1e9
@@ -255,7 +255,7 @@ class SizedBody(ABC):
         return np.asarray(rate * np.sqrt(squares) / (2.0 * np.pi))
 
 
-class SIScales(Shown, ABC):
+class SIScales(ShortRepr, ABC):
     """What has a body with sizes behind it, `bar`, or none: its scales are that body's mass M and length L, and 1/Ω."""
 
     bar: SizedBody | None

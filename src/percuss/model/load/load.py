@@ -25,7 +25,7 @@ from percuss.model.checks import (
     numbers,
     positive,
 )
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from percuss.recordings.history import HistoryReport
@@ -58,7 +58,7 @@ _CANCELLED = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Load(Shown):
+class Load(ShortRepr):
     """A force with period 2π in its own time, p(t) = Re Σ p_k exp(ikt), positive toward the wall.
 
     Make one with `harmonic`, `square`, `steps`, `fourier`, `from_function` or `history`.

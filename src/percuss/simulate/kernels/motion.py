@@ -70,8 +70,8 @@ from percuss.simulate.kernels.motion_records import (
     TURN,
     TWIN,
     UNRESOLVED,
+    PortView,
     Rules,
-    Sight,
     ValveArguments,
 )
 from percuss.simulate.kernels.statistics import (
@@ -681,7 +681,7 @@ def follow_valve(plant, rules, log, begins):
     # Time ends at `rules.end_phase`. `begins`: 0 for a motion on its way; 1 for one just put at its start; 2 where the
     # ports whose region is occupied there demand at once, in their order.
     table, motion, valve = plant.table, plant.motion, ValveArguments(plant.gear, plant.controls)
-    sight = Sight(plant.alone, plant.eye, plant.spot, plant.bench)
+    sight = PortView(plant.alone, plant.eye, plant.spot, plant.bench)
     if begins > 0:
         amplitudes_apart(table.bar, table.modes, motion.z, motion.now)
     if begins > 1:

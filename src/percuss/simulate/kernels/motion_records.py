@@ -239,7 +239,7 @@ class KernelState(NamedTuple):
     totals: Floats
 
 
-class Desk(NamedTuple):
+class Workspace(NamedTuple):
     """Room to work in. `osc`: the load's harmonics at the anchor, shape (2, K); the others are rows for all modes.
 
     `re`, `im`: phasors less 1; `forced`: forced motion; `aside_re`, `aside_im`: to put by.
@@ -503,8 +503,8 @@ class Plant(NamedTuple):
     motion: KernelState
     eye: KernelState
     spot: KernelState
-    desk: Desk
-    bench: Desk
+    desk: Workspace
+    bench: Workspace
     controls: Controls
 
 
@@ -515,10 +515,10 @@ class ValveArguments(NamedTuple):
     controls: Controls
 
 
-class Sight(NamedTuple):
+class PortView(NamedTuple):
     """Of a plant, what ports see with."""
 
     alone: MotionTable
     eye: KernelState
     spot: KernelState
-    bench: Desk
+    bench: Workspace

@@ -102,7 +102,7 @@ class FoundOrbits(FoundMotions):
         return f"{'z=' if isinstance(self.system, System) else ''}{self.rest or self.impacts}/{self.periods}"
 
     @property
-    def unseen_in_words(self) -> str:
+    def unseen_sentence(self) -> str:
         """The estimate of `unseen` with its bound, and by how many tries."""
         if self.unseen is None:
             return "none met"
@@ -131,7 +131,7 @@ class FoundOrbits(FoundMotions):
             head = f"{self.label}: {found}, complete (proved){free_amplitude(self.resonant_modes)}"
         else:
             estimate = (
-                "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen_in_words}"
+                "no estimate of what is missing" if self.unseen is None else f"unseen share {self.unseen_sentence}"
             )
             head = (
                 f"{self.label}: {found} in {self.tries} tries, {estimate}{', interrupted' if self.interrupted else ''}"

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import phi1, phi2
 from percuss.model import System
 from percuss.model.checks import Array
@@ -370,7 +370,7 @@ def _boxes(equations: PairEquations, turn: float, longest: float) -> _Enclosed |
             return None
         halves = []
         for first in range(0, mid.shape[0], _AT_ONCE):
-            look()
+            check_interrupted()
             part = slice(first, first + _AT_ONCE)
             found, left = _decided(equations, mid[part], rad[part])
             kept.append(found)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import Interrupted, ParameterError
-from percuss.halting import Elapsed, asked, halting, look
+from percuss.halting import Elapsed, asked, check_interrupted, halting
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, count, instance, numbers
 from percuss.steady.multipliers import Reason
@@ -62,7 +62,7 @@ def newton(chain: ImpactChain, times: Array, known: Array | None = None, turn: f
     for first in range(0, times.shape[0], rows):
         some = slice(first, first + rows)
         for done in range(0, _STEPS, steps):
-            look()
+            check_interrupted()
             orbit_kernels().search(
                 system.row, system.room(p), chain.period, turn, chain.is_neutral, roots, min(steps, _STEPS - done),
                 times[some], rebound[some], settling[some], outcome[some],
@@ -118,7 +118,7 @@ class RootSearch:
         most = max(1, min(_AT_ONCE, _NUMBERS // (self.chain.impacts**2 * max(self.chain.modes, 1))))
         first, size = 0, min(size, most)
         while first < tries:
-            look()
+            check_interrupted()
             yield first, min(size, tries - first)
             first, size = first + size, min(2 * size, most)
 
@@ -248,7 +248,7 @@ def orbits(
     near
         Impact times to start from first, by where they come from: rows of p times in order, within n load periods, as
         the last impacts of a simulated motion are (`percuss.explore.orbit_seeds`). Each array has the shape (K, p).
-        Of a machine lists of `Rhythm`.
+        Of a machine lists of `CycleTimes`.
     progress
         Called again and again; once it returns true the search ends with what it has, `interrupted`.
 

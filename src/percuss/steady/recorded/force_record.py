@@ -15,7 +15,7 @@ from percuss.mechanics.flow import phi1
 from percuss.model import System
 from percuss.model.checks import Array, finite, numbers
 from percuss.recordings.cycle_fit import recorded_phases
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.orbit import Orbit
 from percuss.steady.phases import phase_condition
 from percuss.steady.states import SteadyStates
@@ -290,7 +290,7 @@ _FAR = 0.2  # of a period: a blow farther from where the mean cycle has it is an
 
 
 @dataclass(frozen=True)
-class ForceRecord(Shown):
+class ForceRecord(ShortRepr):
     """The record that a load was made from, and the times of its blows where they were measured.
 
     Parameters

@@ -14,7 +14,7 @@ from percuss.errors import LoadError, ParameterError
 from percuss.model import Chamber, Contact, Machine, Port, System, Valve
 from percuss.model.checks import Array, instance, positive
 from percuss.model.load.valve import Orders
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.phases import level_factor
 from percuss.steady.recorded.force_record import (
     WINDOW,
@@ -187,7 +187,7 @@ _HALVINGS = 6
 
 
 @dataclass(frozen=True)
-class Reading(Shown):
+class Reading(ShortRepr):
     """A machine by one reading of a record.
 
     Attributes
@@ -209,7 +209,7 @@ class Reading(Shown):
 
 
 @dataclass(frozen=True)
-class RecordedSwitch(Shown):
+class RecordedSwitch(ShortRepr):
     """A change of the force, seen in a record.
 
     Attributes
@@ -408,7 +408,7 @@ _FELT = 0.02  # of the greatest jump: a chamber that adds less over the stroke i
 
 
 @dataclass(frozen=True)
-class RecordedValve(Shown):
+class RecordedValve(ShortRepr):
     """A machine that switches itself, as a recorded load shows it; in the units of its machines.
 
     Attributes

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator
 from percuss.model import Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
@@ -43,7 +43,7 @@ class GapState(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Swing:
+class ForcedResponse:
     """What the load does to a bar of modes 0 … N, whatever its motion; or the one mode of a structure at its wall."""
 
     system: System
@@ -103,7 +103,7 @@ class Swing:
 class ReleasedFlight:
     """A flight from a time on, in rad of the load, and a motion then, under a load without jumps."""
 
-    swing: Swing
+    swing: ForcedResponse
     time: float
     start: GapState
 
@@ -169,7 +169,7 @@ class ReleasedFlight:
 
     def gap(self, t: Array) -> tuple[Array, Array]:
         """Gap function and its velocity at times since the start; both of shape (len(t),)."""
-        look()
+        check_interrupted()
         swing, d = self.swing, self.swing.system.d
         fade, force = t * phi1(d * t), self.whole - d * self.drift
         y, v = self.start.rate * t + force * t**2 * phi2(d * t), self.start.rate + force * fade
@@ -193,7 +193,7 @@ class ReleasedFlight:
         if swing.modes or swing.harmonics.size > _FEW:
             y, v = self.gap(np.array([t]))
             return float(y[0]), float(v[0])
-        look()
+        check_interrupted()
         fade, bend = (t, 0.5 * t * t) if d == 0.0 else (t * float(phi1(d * t)), t**2 * float(phi2(d * t)))
         force = self.push - d * self.drift
         height, speed = self.start.rate * t + force * bend, self.start.rate + force * fade
@@ -438,7 +438,7 @@ def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
 class RestSearch:
     """A bar let go at a time (rad), followed from impact to impact until `stop`; `leg`: the flight that begins."""
 
-    def __init__(self, swing: Swing, release: float, stop: float) -> None:
+    def __init__(self, swing: ForcedResponse, release: float, stop: float) -> None:
         self.swing, self.stop, self.release = swing, stop, release
         body, modes = swing.system.body, swing.modes
         self.law = swing.system.contact

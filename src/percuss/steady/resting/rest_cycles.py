@@ -16,7 +16,14 @@ from percuss.model.load import Side
 from percuss.model.system import set_at_wall
 from percuss.steady.flight import Energy, Stretch, damped, deepest
 from percuss.steady.multipliers import FoundMotions, Multipliers, Repeating
-from percuss.steady.resting.flight_chain import GapState, RestPath, RestSearch, Swing, release_phases, time_to_release
+from percuss.steady.resting.flight_chain import (
+    ForcedResponse,
+    GapState,
+    RestPath,
+    RestSearch,
+    release_phases,
+    time_to_release,
+)
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -122,7 +129,7 @@ class RestCycle(Repeating):
 
     @cached_property
     def _searches(self) -> tuple[RestSearch, ...]:
-        swing = Swing(set_at_wall(self.system, self.modes), self.modes)
+        swing = ForcedResponse(set_at_wall(self.system, self.modes), self.modes)
         found = tuple(RestSearch(swing, chain.release, chain.stop + TURN) for chain in self.chains)
         for search in found:
             search.chain()
@@ -293,7 +300,7 @@ class ReleaseToRelease(NamedTuple):
 
 
 def way_from(
-    swing: Swing, releases: tuple[float, ...], number: int, most: float, late: float = 0.0
+    swing: ForcedResponse, releases: tuple[float, ...], number: int, most: float, late: float = 0.0
 ) -> ReleaseToRelease:
     """The way from a release phase to the next; `most`: rad after which it is given up."""
     chains: list[RestPath] = []
@@ -311,7 +318,7 @@ def way_from(
     return ReleaseToRelease(chains)
 
 
-def _sure_way(swing: Swing, releases: tuple[float, ...], number: int, most: float) -> ReleaseToRelease:
+def _sure_way(swing: ForcedResponse, releases: tuple[float, ...], number: int, most: float) -> ReleaseToRelease:
     """… which is no return where a bar that is let go hardly later comes back at another time."""
     way = way_from(swing, releases, number, most)
     if way.next >= 0 and way.end - releases[number] < _SHORT:
@@ -362,7 +369,7 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
     instance("system", system, System)
     kept = system.body.chosen(count("modes", modes, least=0, most=_MOST_MODES))
     longest = count("most", most, most=MOST_PERIODS)
-    swing = Swing(set_at_wall(system, kept), kept)
+    swing = ForcedResponse(set_at_wall(system, kept), kept)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     ways: dict[int, ReleaseToRelease] = {}
     leads_to: dict[int, int] = {-1: -1}
@@ -391,7 +398,11 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
 
 
 def _cycle(
-    system: System, swing: Swing, releases: tuple[float, ...], ways: dict[int, ReleaseToRelease], numbers: list[int]
+    system: System,
+    swing: ForcedResponse,
+    releases: tuple[float, ...],
+    ways: dict[int, ReleaseToRelease],
+    numbers: list[int],
 ) -> RestCycle:
     first = numbers.index(min(numbers))
     chains: list[RestPath] = []
@@ -410,7 +421,7 @@ def cycle_through(
     system: System, release: float, *, modes: int, most: int
 ) -> tuple[RestCycle | None, tuple[RestPath, ...], float | None]:
     """The cycle through the release phase nearest to the given one, or None; all chains, and that phase."""
-    swing = Swing(set_at_wall(system, modes), modes)
+    swing = ForcedResponse(set_at_wall(system, modes), modes)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     if not releases:
         return None, (), None

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from percuss.model import Load, System
 from percuss.model.body import need_free
 from percuss.model.checks import Array, ComplexArray, instance
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.oscillator import PI, convergents, held_resonance
 from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 
@@ -316,7 +316,7 @@ _EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Rest(Shown):
+class Rest(ShortRepr):
     """The bar at rest on the wall.
 
     Parameters

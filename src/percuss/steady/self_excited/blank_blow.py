@@ -15,7 +15,8 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model import Cushion
 from percuss.model.checks import instance
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
+from percuss.steady.self_excited.cycle_times import Switching, valve_after
 from percuss.steady.self_excited.piston import Piston
 from percuss.steady.self_excited.piston_flight import (
     READS,
@@ -27,7 +28,6 @@ from percuss.steady.self_excited.piston_flight import (
     turning_places,
     turning_time,
 )
-from percuss.steady.self_excited.rhythm import Switching, valve_after
 from percuss.steady.self_excited.self_switching import SelfExcited
 from percuss.steady.self_excited.settling import under_pressure
 
@@ -47,7 +47,7 @@ passes do not repeat.
 
 
 @dataclass(frozen=True)
-class BlankBlow(Shown):
+class BlankBlow(ShortRepr):
     """What a machine does that finds no tool; dimensionless, energies and forces per unit of mass.
 
     Attributes

@@ -33,7 +33,7 @@ from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders, port_at
-from percuss.steady.self_excited.rhythm import Rhythm, followed, valve_after
+from percuss.steady.self_excited.cycle_times import CycleTimes, followed, valve_after
 from percuss.steady.self_excited.valve_cycle import (
     ValveCycle,
     ValveFlight,
@@ -454,7 +454,7 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
     return found
 
 
-def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
+def sequence_in(valve: Valve, rhythm: CycleTimes) -> EventSequence | None:
     """The order of events in a rhythm, by the rules of the valve; None when its end is not its beginning."""
     steps, now = followed(valve, rhythm)
     ends, begins = now.orders, rhythm.orders
@@ -481,7 +481,7 @@ def sequence_in(valve: Valve, rhythm: Rhythm) -> EventSequence | None:
     return None if laid is None else EventSequence(rhythm.state, begins.last, waiting, laid)
 
 
-def _laid(valve: Valve, rhythm: Rhythm, events: list[SequenceEvent]) -> tuple[SequenceEvent, ...] | None:
+def _laid(valve: Valve, rhythm: CycleTimes, events: list[SequenceEvent]) -> tuple[SequenceEvent, ...] | None:
     """The events, with where the bar lies on the wall for as long as the valve presses; None where it does not."""
     # When the end of a chatter lets go is not told by the times of the blows.
     if not rhythm.lying and not rhythm.sticking:
@@ -512,7 +512,7 @@ def _laid(valve: Valve, rhythm: Rhythm, events: list[SequenceEvent]) -> tuple[Se
 _REPEATS = 4  # of a cycle, until its valve begins as it ends
 
 
-def reordered(valve: Valve, rhythm: Rhythm) -> Rhythm | None:
+def reordered(valve: Valve, rhythm: CycleTimes) -> CycleTimes | None:
     """A rhythm whose events are in another order than its valve begins with; None for none that repeats."""
     for _ in range(_REPEATS):
         last, asking = rhythm.orders.last, []

@@ -15,7 +15,7 @@ from percuss.mechanics.crossing import farthest
 from percuss.mechanics.flow import state_flows
 from percuss.model import Chamber, Machine, Valve
 from percuss.model.checks import Array, instance, numbers
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.piston import Piston, continued
 from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
@@ -31,7 +31,7 @@ _BEYOND = 1e-6
 
 
 @dataclass(frozen=True)
-class ValveMargins(Shown):
+class ValveMargins(ShortRepr):
     """How far a running machine is from what would stop it.
 
     Parameters
@@ -212,7 +212,7 @@ _DIFFERENCE_STEP = 1e-5  # of the quantity, or of its unit where it is 0
 
 
 @dataclass(frozen=True)
-class Sensitivity(Shown):
+class Sensitivity(ShortRepr):
     """The derivatives of a cycle by one quantity of its machine.
 
     Attributes
@@ -335,7 +335,7 @@ _PRESSURE_STEP = 1e-4  # of the pressure
 
 
 @dataclass(frozen=True)
-class SlowPressure(Shown):
+class SlowPressure(ShortRepr):
     """The pressure in a cycle, as a multiple of that for which the forces of the valve's states hold.
 
     Attributes

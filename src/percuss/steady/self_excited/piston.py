@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.model import Machine
 from percuss.model.load.valve import Orders
 from percuss.model.machine import machine_modes
@@ -105,7 +105,7 @@ class Piston:
 
     def leg(self, rebound: Rebound, behind: float = 0.0, started: bool = False) -> BlowToBlow:
         """The leg that a rebound begins, at which the blow demands first, or a start, at which ports do."""
-        look()
+        check_interrupted()
         room, ending = _ROOM, kn.TOO_MANY
         while ending == kn.TOO_MANY:
             row, log = self.row(rebound, behind, room), list[tuple[Any, ...]]()
@@ -201,7 +201,7 @@ class _Search:
 
     def near(self, row: list[float], blows: int, shrinking: int) -> ValveCycle | None:
         """The cycle of so many blows to which Newton's method leads from a rebound near it, or None."""
-        look()
+        check_interrupted()
         return self.found(blows if kn.cycle_near(row, blows, shrinking, self.work) else 0)
 
     def found(self, blows: int) -> ValveCycle | None:
@@ -231,7 +231,7 @@ def _room(rebound: Rebound) -> int:
 
 def settled(machine: Machine) -> tuple[ValveCycle | None, Lost | None, bool]:
     """The cycle of a fast start, or else of the fastest that tells; and whether a demand replaced an order in it."""
-    look()
+    check_interrupted()
     piston, room, why, part = Piston(machine), _ROOM, kn.UNKNOWN, 1.0
     while why == kn.UNKNOWN and room <= _MOST_ROOM:
         search = _Search(piston, kn.MOST_BLOWS, room)

@@ -13,8 +13,9 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model import Machine, Valve
 from percuss.model.checks import DEFAULT_MODES, count, instance, positive
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.self_excited import piston_kernels as kn
+from percuss.steady.self_excited.cycle_times import CycleTimes
 from percuss.steady.self_excited.piston import Lost, Piston, settled, starts
 from percuss.steady.self_excited.piston_flight import (
     FACTOR,
@@ -25,7 +26,6 @@ from percuss.steady.self_excited.piston_flight import (
     turning_places,
     turning_time,
 )
-from percuss.steady.self_excited.rhythm import Rhythm
 from percuss.steady.self_excited.settling import (
     Settled,
     settled_from,
@@ -236,7 +236,7 @@ _CLOSE = 1e-15
 
 
 @dataclass(frozen=True)
-class SelfExcited(Shown):
+class SelfExcited(ShortRepr):
     """What a machine does that switches its own valve.
 
     Parameters
@@ -283,7 +283,11 @@ class SelfExcited(Shown):
 
 
 def self_excited_motion(
-    machine: Machine, *, modes: int = DEFAULT_MODES, room: float | None = None, near: Rhythm | ValveCycle | None = None
+    machine: Machine,
+    *,
+    modes: int = DEFAULT_MODES,
+    room: float | None = None,
+    near: CycleTimes | ValveCycle | None = None,
 ) -> SelfExcited:
     """The cycle of a machine that switches its own valve, or what keeps it from running.
 
@@ -348,14 +352,14 @@ def self_excited_motion(
     return _judged(asked, rigid)
 
 
-def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
+def _checked(near: object, modes: int, valve: Valve) -> CycleTimes | None:
     if near is None:
         return None
     if modes == 0:
         raise ParameterError("near", near, "nothing beside modes=0", "the rigid piston needs no start")
     if isinstance(near, ValveCycle):
         return near.rhythm
-    rhythm = instance("near", near, Rhythm)
+    rhythm = instance("near", near, CycleTimes)
     named = [rhythm.state, rhythm.orders.last, *(to for _, to in rhythm.orders.pending)]
     for state in named:
         valve.force(state)
@@ -364,7 +368,7 @@ def _checked(near: object, modes: int, valve: Valve) -> Rhythm | None:
     return rhythm
 
 
-def _elastic(asked: SelfExcited, rhythm: Rhythm, rigid: ValveCycle | None) -> SelfExcited:
+def _elastic(asked: SelfExcited, rhythm: CycleTimes, rigid: ValveCycle | None) -> SelfExcited:
     """What an elastic machine does, from a rhythm on."""
     start, period = (None, rhythm.period) if rigid is None else (rigid.rebound, rigid.period)
     return _told(asked, settled_from(asked.machine, asked.modes, rhythm, start, period))

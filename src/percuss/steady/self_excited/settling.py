@@ -12,14 +12,14 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from percuss.halting import look
+from percuss.halting import check_interrupted
 from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
+from percuss.steady.self_excited.cycle_times import CycleTimes, Switching, rhythm_of, under
 from percuss.steady.self_excited.event_sequence import chatter_left, first_met, hold_after_release, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
-from percuss.steady.self_excited.rhythm import Rhythm, Switching, rhythm_of, under
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told, strain_of
 
 # ---- An elastic machine followed from a start, event by event, each of them proved to be the next one
@@ -82,7 +82,7 @@ class Following:
         before = self.blows
         supply = self.machine.valve.supply
         for _ in range(_MOST_EVENTS if supply is None else _MOST_SUPPLIED_EVENTS):
-            look()
+            check_interrupted()
             self._carry_out()
             if -math.inf < self._hold <= self.time:
                 self._caught_up()
@@ -259,7 +259,7 @@ class Following:
         self.events.append((self.time, kind, detail))
         self.states.append((self.now, self.pressure))
 
-    def rhythm(self, blows: int, events: list[tuple[float, str, object]] | None = None) -> Rhythm:
+    def rhythm(self, blows: int, events: list[tuple[float, str, object]] | None = None) -> CycleTimes:
         """That of the last blows, or of the last ones among some events."""
         begin = Switching(self.machine.valve, self.start.state, self.start.orders)
         fed = [(event[0], state[1]) for event, state in zip(self.events, self.states, strict=True)]
@@ -285,7 +285,7 @@ class Following:
 _EARLY = 1e-8  # of a flight, before its end: where a pressure settles slowly the times are known to no more
 
 
-def solved(machine: Machine, count: int, rhythm: Rhythm) -> ValveCycle | None:
+def solved(machine: Machine, count: int, rhythm: CycleTimes) -> ValveCycle | None:
     """The cycle with this order of events to which Newton's method leads from these times, if the machine does this."""
     sequence = sequence_in(machine.valve, rhythm)
     if sequence is None:
@@ -396,14 +396,16 @@ class Settled(NamedTuple):
     motion: Following | None = None
 
 
-def settled_from(machine: Machine, count: int, rhythm: Rhythm | None, start: Rebound | None, period: float) -> Settled:
+def settled_from(
+    machine: Machine, count: int, rhythm: CycleTimes | None, start: Rebound | None, period: float
+) -> Settled:
     """The stable cycle near a rhythm, its flights not proved; else where the motion from a rebound, if any, ends."""
     found = _settled(machine, count, rhythm, start, period)
     sound = found.cycle is None or found.cycle.keeps_before_the_wall
     return found if sound else found._replace(cycle=None)
 
 
-def _settled(machine: Machine, count: int, rhythm: Rhythm | None, start: Rebound | None, period: float) -> Settled:
+def _settled(machine: Machine, count: int, rhythm: CycleTimes | None, start: Rebound | None, period: float) -> Settled:
     first = None if rhythm is None else solved(machine, count, rhythm)
     if start is None or (first is not None and first.stable):
         return Settled(first)
@@ -441,7 +443,7 @@ def _shortest(machine: Machine, count: int, cycle: ValveCycle) -> ValveCycle:
     return cycle
 
 
-def followed_to(machine: Machine, cycle: ValveCycle, rhythm: Rhythm | None = None) -> ValveCycle | None:
+def followed_to(machine: Machine, cycle: ValveCycle, rhythm: CycleTimes | None = None) -> ValveCycle | None:
     """The cycle of one blow of a machine little different from that of a cycle, or a rhythm; its order may change."""
     found = solved(machine, cycle.modes, rhythm or cycle.rhythm)
     if found is not None:

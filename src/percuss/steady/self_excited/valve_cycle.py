@@ -19,10 +19,10 @@ from percuss.model import Contact, Machine, MachineModes, Valve
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load import Side
 from percuss.model.load.valve import Orders
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.steady.multipliers import CycleMap, Multipliers, Repeating
+from percuss.steady.self_excited.cycle_times import CycleTimes
 from percuss.steady.self_excited.piston_flight import PistonFlight, extremes
-from percuss.steady.self_excited.rhythm import Rhythm
 
 if TYPE_CHECKING:
     from percuss.steady.flight import Energy
@@ -47,7 +47,7 @@ class ModeShare(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ringing(Shown):
+class Ringing(ShortRepr):
     """What rings longest of a machine in its cycle.
 
     Parameters
@@ -232,7 +232,7 @@ def checked_place(place: object) -> Place:
 
 
 @dataclass(frozen=True)
-class MachineBlow(Shown):
+class MachineBlow(ShortRepr):
     """A blow of a machine.
 
     Attributes
@@ -334,7 +334,7 @@ class ValveCycle(Repeating):
         return self.machine.contact
 
     @cached_property
-    def rhythm(self) -> Rhythm:
+    def rhythm(self) -> CycleTimes:
         """When it strikes and passes ports, and the valve at time 0."""
         passages = tuple((one.time, one.port) for one in self.uncoverings)
         sticks = self.contact.velocity_factor == 0.0
@@ -342,7 +342,7 @@ class ValveCycle(Repeating):
         lying = tuple(i for i in self.lying if not sticks or np.append(self.blow_times[:-1], 0.0)[i] not in pressed)
         told = [(flight.time, flight.pressure) for flight in self.flights] if self.valve.delays_vary else []
         fed = (*told, (self.period, told[0][1])) if told else ()
-        return Rhythm(tuple(self.blow_times.tolist()), passages, self.state, self.orders, lying, sticks, fed)
+        return CycleTimes(tuple(self.blow_times.tolist()), passages, self.state, self.orders, lying, sticks, fed)
 
     @property
     def rebound(self) -> Rebound:

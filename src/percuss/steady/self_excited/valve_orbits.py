@@ -16,14 +16,14 @@ from typing import Any, cast
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError
-from percuss.halting import halting, look
+from percuss.halting import check_interrupted, halting
 from percuss.model import Machine
 from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.model.load.valve import Orders
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
+from percuss.steady.self_excited.cycle_times import CycleTimes, under, valve_after
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
-from percuss.steady.self_excited.rhythm import Rhythm, under, valve_after
 from percuss.steady.self_excited.settling import rest_cycles_of, under_pressure
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle
 
@@ -55,7 +55,7 @@ def valve_orbits(
     modes: int = DEFAULT_MODES,
     tries: int = 400,
     seed: int = 0,
-    near: Mapping[str, Iterable[Rhythm]] | None = None,
+    near: Mapping[str, Iterable[CycleTimes]] | None = None,
     halt: Callable[[], bool] | None = None,
 ) -> FoundOrbits:
     """The periodic motions of a machine with so many blows in so many cycles of its valve; see `orbits`."""
@@ -69,7 +69,7 @@ def valve_orbits(
     with halting(halt):
         try:
             for name, rhythms in (near or {}).items():
-                search.tried(name, (instance("near", rhythm, Rhythm) for rhythm in rhythms))
+                search.tried(name, (instance("near", rhythm, CycleTimes) for rhythm in rhythms))
             search.tried(RANDOM, search.drawn(np.random.default_rng(start), wanted))
         except Interrupted:
             if halt is None or not halt():  # told from outside: nobody waits for a part
@@ -103,10 +103,10 @@ class _ValveSearch:
         self.met: Counter[int] = Counter()  # the orbits at which random tries ended
         self.sources: dict[str, Tally] = {}
 
-    def tried(self, name: str, starts: Iterable[Rhythm | None]) -> None:
+    def tried(self, name: str, starts: Iterable[CycleTimes | None]) -> None:
         """Newton's method from stretches of motions, from each in turn; None is one that is none."""
         for rhythm in starts:
-            look()
+            check_interrupted()
             before = self._good
             number = None if rhythm is None else self._followed(rhythm)
             if number is None:
@@ -120,7 +120,7 @@ class _ValveSearch:
     def _good(self) -> int:
         return sum(1 for _, reason in self.roots if reason is None)
 
-    def _followed(self, rhythm: Rhythm) -> int | None:
+    def _followed(self, rhythm: CycleTimes) -> int | None:
         """The number of the root to which a stretch leads; None for none."""
         sequence = sequence_in(self.machine.valve, rhythm)
         if sequence is None or (sequence.blows, sequence.valve_cycles) != (self.blows, self.valve_cycles):
@@ -149,7 +149,7 @@ class _ValveSearch:
             return Drop.OUT_OF_ORDER
         return None if cycle.keeps_before_the_wall else Drop.THROUGH_WALL
 
-    def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[Rhythm | None]:
+    def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[CycleTimes | None]:
         """Stretches of motions of the rigid piston, some blows after a random rebound."""
         machine, piston, pressure = self.machine, Piston(self.machine), 1.0
         for _ in range(wanted):
@@ -184,7 +184,7 @@ def _speed(machine: Machine) -> float:
     return float(np.sqrt(2.0 * max(abs(machine.valve.force(name)) for name, _ in machine.valve.pairs) * way))
 
 
-def _stretch(piston: Piston, begin: Rebound, blows: int) -> Rhythm | None:
+def _stretch(piston: Piston, begin: Rebound, blows: int) -> CycleTimes | None:
     """So many blows of the rigid piston after a rebound; None where they do not come, or it rests in between."""
     legs: list[BlowToBlow] = []
     now: Rebound | None = begin
@@ -198,7 +198,7 @@ def _stretch(piston: Piston, begin: Rebound, blows: int) -> Rhythm | None:
         return None
     starts = zip([0.0, *ends[:-1].tolist()], legs, strict=True)
     passages = tuple((start + one.time, one.port) for start, leg in starts for one in leg.uncoverings)
-    return Rhythm(tuple(ends.tolist()), passages, begin.state, begin.orders)
+    return CycleTimes(tuple(ends.tolist()), passages, begin.state, begin.orders)
 
 
 def _numbers(cycle: ValveCycle) -> Array:

@@ -18,7 +18,7 @@ from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import CaseError, ParameterError, PercussError
 from percuss.explore.family import Axis
 from percuss.model.checks import finite, instance, several, text
-from percuss.shown import Shown
+from percuss.short_repr import ShortRepr
 from percuss.units import DIMENSIONS, unit_scale
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class BestAnswer(Shown):
+class BestAnswer(ShortRepr):
     """The case at its best, beside the case as it is.
 
     Attributes

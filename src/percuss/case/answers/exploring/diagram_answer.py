@@ -181,7 +181,7 @@ def _point(point: BranchPoint) -> dict[str, Any]:
 # ---- A diagram that is watched: what is settled on so far while it goes on, the same numbers at its end
 
 
-def watched_diagram(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Diagram]:
+def diagram_progress(job: DiagramJob, stopped: Callable[[], bool]) -> Iterator[Diagram]:
     """Carry out a diagram item by item, until `stopped` says so; the last one yielded is whole."""
     from percuss.explore import Diagram
 

@@ -308,7 +308,7 @@ class Watched:
         }
 
 
-def watched_experiment(job: ExperimentJob, stopped: Callable[[], bool], first: int | None = None) -> Iterator[Watched]:
+def experiment_progress(job: ExperimentJob, stopped: Callable[[], bool], first: int | None = None) -> Iterator[Watched]:
     """Starts by portions, on which no number depends; the last has all, or the `first`; none once `stopped`."""
     from percuss.explore.attractors.experiments import Experiment
 
@@ -377,7 +377,7 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
             told += f", simulated with {found.ask['simulated']}"
         rows.append(("modes", f"{told}{'; ' if per_impact else ''}{per_impact}"))
     elif "machine" in asked:
-        rows.append(("bar", bar_in_words(found.ask["modes"])))
+        rows.append(("bar", bar_sentence(found.ask["modes"])))
     elif per_impact:
         rows.append(("periods", per_impact))
     codes, counts = np.unique(found["outcome"], return_counts=True)
@@ -390,7 +390,7 @@ def _map_rows(found: Sweep, cells: int) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def bar_in_words(modes: int) -> str:
+def bar_sentence(modes: int) -> str:
     """What is kept of the bar."""
     return "rigid" if modes == 0 else counted(modes, "elastic mode")
 
@@ -504,7 +504,7 @@ def experiment_report(title: str, found: Experiment) -> Report:
     shares, system = found.shares, found.system
     rows = [
         ("starts", f"{len(found)}, {found.distribution}, seed {found.seed}"),
-        ("bar", bar_in_words(found.modes)),
+        ("bar", bar_sentence(found.modes)),
         ("ends", f"after at most {counted(found.stop.most_impacts, 'impact')}, or when the motion is found"),
     ]
     if isinstance(system, Machine):
@@ -545,7 +545,7 @@ def basins_report(title: str, found: Basins) -> Report:
     ]
     words = found.hammer.words
     rows += [(name, words[name][int(value)] if name in words else number(value)) for name, value in found.at]
-    rows.append(("bar", bar_in_words(found.modes)))
+    rows.append(("bar", bar_sentence(found.modes)))
     shares = found.shares
     summary = f"{counted(len(over) * len(up), 'start')} over {x} and {y}: {counted(len(shares), 'attractor')}."
     return Report(

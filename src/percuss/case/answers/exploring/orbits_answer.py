@@ -310,13 +310,13 @@ def _near(system: System, orbit: str, label: tuple[int, int], phases: str, modes
 def orbits_dict(found: FoundOrbits) -> dict[str, Any]:
     return {
         **picked(found, "label modes complete unseen unseen_bound interrupted ended tries resonant_modes"),
-        "orbits": [told_orbit(orbit) for orbit in found.orbits],
+        "orbits": [orbit_json(orbit) for orbit in found.orbits],
         "sources": {name: tally._asdict() for name, tally in found.sources.items()},
         "dropped": {reason.value: number for reason, number in found.dropped.items()},
     }
 
 
-def told_orbit(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
+def orbit_json(orbit: PeriodicOrbit | ValveCycle) -> dict[str, Any]:
     """An orbit of either kind of hammer, with its multipliers."""
     if isinstance(orbit, PeriodicOrbit):
         return orbit_dict(orbit, orbit.multipliers().values)
@@ -375,7 +375,7 @@ def _branch_dict(branch: Branch) -> dict[str, Any]:
 def _point(point: BranchPoint, has_rest: bool) -> dict[str, Any]:
     told = picked(point, "value beyond impact touch_phase side criticality")
     if isinstance(point.motion, ValveCycle):
-        return {"type": point.kind.value, "orbit": told_orbit(point.motion), **told}
+        return {"type": point.kind.value, "orbit": orbit_json(point.motion), **told}
     if not has_rest:
         return {"type": point.kind.value, "orbit": orbit_dict(point.orbit, point.multipliers), **told}
     told["touch_phase" if point.kind is BranchEvent.DEATH else "impact"] = None
@@ -561,7 +561,7 @@ def orbits_report(
 
 def _search_sections(one: FoundOrbits, mode: str) -> list[ReportSection | Grid]:
     rows = tuple(_orbit_row(number, orbit) for number, orbit in enumerate(one.orbits, 1))
-    lines = [("tries", str(one.tries)), ("unseen share", one.unseen_in_words)]
+    lines = [("tries", str(one.tries)), ("unseen share", one.unseen_sentence)]
     lines = [("complete", "yes (proved)")] if one.complete else lines
     lines += [
         (f"from {name}", f"{counted(tally.orbits, 'orbit')} in {tally.tries}") for name, tally in one.sources.items()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_in_words
+from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_sentence
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
 from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
@@ -177,7 +177,7 @@ class Frames:
     arrays: Arrays
 
 
-def orbit_frames(
+def orbit_playback(
     case: Case,
     orbit: int,
     periods: int = 1,
@@ -225,15 +225,15 @@ def orbit_frames(
     return Frames({**about, **header}, arrays)
 
 
-def motion_frames(motion: Trajectory, *, settled: bool = True, cycles: int = 1, **sizes: Any) -> Frames:
-    """The first or last load periods of a simulated motion, or whole cycles; `sizes` as of `stretch_frames`."""
+def motion_playback(motion: Trajectory, *, settled: bool = True, cycles: int = 1, **sizes: Any) -> Frames:
+    """The first or last load periods of a simulated motion, or whole cycles; `sizes` as of `stretch_playback`."""
     period = None if motion.cycle is None else motion.cycle.periods * _TURN
     about: dict[str, Any] = {"source": "simulation", "label": motion.label, "outcome": motion.outcome}
     about["summary"] = plain(asdict(motion.summary))
-    return stretch_frames(stretch_of(motion, settled, cycles), about, period, **sizes)
+    return stretch_playback(stretch_of(motion, settled, cycles), about, period, **sizes)
 
 
-def stretch_frames(
+def stretch_playback(
     stretch: PlayedStretch,
     about: dict[str, Any],
     period: float | None,
@@ -341,7 +341,7 @@ _LOOKS = 121  # points of the load over its period
 _MOST_IMPACTS = 20_000  # of a chatter that is simulated
 
 
-def branch_frames(
+def branch_playback(
     case: Case,
     name: str,
     value: float,
@@ -375,7 +375,7 @@ def branch_frames(
     struck = motion.events.time
     end = float(struck[-1]) if struck.size and isinstance(found, PeriodicOrbit) else motion.end_time
     about = {"source": "branch", "outcome": None, "summary": None, "label": found.label, "orbit": told}
-    framed = stretch_frames(PlayedStretch(motion, motion.begin_time, end, cycles), about, found.period, **sizes)
+    framed = stretch_playback(PlayedStretch(motion, motion.begin_time, end, cycles), about, found.period, **sizes)
     load = system.load.value(np.linspace(0.0, _TURN, _LOOKS))
     return Frames(framed.header, {**framed.arrays, "load": np.asarray(load)})
 
@@ -383,7 +383,7 @@ def branch_frames(
 # ---- A machine over its cycle
 
 
-def machine_frames(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
+def machine_playback(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
     """A machine's cycle in its units; `whole`: with margins and the curve over the pressure, which take longer."""
     answer = machine_answer(case, modes)
     machine = answer.machine
@@ -437,7 +437,7 @@ def course_arrays(machine: Machine, course: CycleCurve, blows: Array) -> dict[st
 # ---- A machine that switches itself from a start, as pictures in time: its first blows, in the form of a cycle
 
 
-def start_frames(found: SimulationAnswer, blows: int = 12, points: int = 2000) -> Frames:
+def start_playback(found: SimulationAnswer, blows: int = 12, points: int = 2000) -> Frames:
     """The first blows of a simulated motion, at most so many, with the header and the arrays of a cycle."""
     motion, machine = found.motion, found.machine
     count("blows", blows)
@@ -459,7 +459,7 @@ def start_frames(found: SimulationAnswer, blows: int = 12, points: int = 2000) -
 
 def _shown(motion: Trajectory, shown: Sequence[Event]) -> str:
     words = counted(sum(event.kind == "impact" for event in shown), "blow")
-    return f"Shown: all of it, {words}." if len(shown) == len(motion.events) else f"Shown: the first {words}."
+    return f"ShortRepr: all of it, {words}." if len(shown) == len(motion.events) else f"ShortRepr: the first {words}."
 
 
 def _answer_from_start(found: SimulationAnswer, course: CycleCurve, shown: Sequence[Event]) -> dict[str, Any]:
@@ -501,7 +501,7 @@ _BREAKS = 4000  # jumps of a force that are drawn as such
 _REACH = 2.0  # of an endless rod: lengths of the striker that are shown
 
 
-def blow_frames(
+def blow_playback(
     case: Case,
     show: Part = "start",
     *,
@@ -568,7 +568,7 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
         "energy_before": blow.energy_before,
         "contacts": [[one.start, one.end] for one in blow.contacts[:1000]],
         "gap": blow.target.gap,
-        "sentence": blow_in_words(answer) if whole else None,
+        "sentence": blow_sentence(answer) if whole else None,
         "answer": answer.to_json_dict() if whole else None,
     }
 

@@ -185,7 +185,7 @@ _NEAR = 3e-3  # of the plane, within which a point is on a curve that is known
 Watched = tuple[float, tuple["PointCurve", ...]]
 
 
-def watched_curves(
+def curves_progress(
     case: Case,
     orbit: str,
     across: str,

@@ -11,7 +11,7 @@ import numpy as np
 from percuss.case.answers.facts import json_number, numbers, picked, plain, plain_of
 from percuss.case.answers.heading import CLOCKED, clocked_because
 from percuss.case.answers.steady_answer import WAVEFORM, reduced_dict, steady_answer, timed_period, with_blow
-from percuss.case.answers.steady_report import ENDED, timed_in_words
+from percuss.case.answers.steady_report import ENDED, timed_sentences
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, stability_plane, waveform_criterion
 from percuss.stability.verdict import waveform_bounds
 from percuss.steady import steady_states
@@ -137,7 +137,7 @@ def _timed(told: dict[str, Any], orbit: Orbit, timed: TimedPeriod | None) -> dic
 
 
 def _told(timed: TimedPeriod, found: TimedAnswer | None) -> list[str]:
-    lines = [ENDED] if found is None else [*timed_in_words(found), *found.orbit.warnings]
+    lines = [ENDED] if found is None else [*timed_sentences(found), *found.orbit.warnings]
     return [f"{timed.states.law.law}: {lines[0]}", *lines[1:]]
 
 

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from percuss import Load, System, plot, whole_file
+from percuss import Load, System, atomic_write, plot
+from percuss.atomic_write import PARTS, write_whole
 from percuss.cli import main
 from percuss.errors import PercussError
 from percuss.paper.figure import PaperFigure
 from percuss.simulate import Stop, run
-from percuss.whole_file import PARTS, write_whole
 
 SYSTEM = System(s=20.0, d=0.0048, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 
@@ -130,7 +130,7 @@ def test_a_disk_that_fails_when_it_is_asked(writer, tmp_path, monkeypatch, code)
     def fails(_: int) -> None:
         raise OSError(code, os.strerror(code))
 
-    monkeypatch.setattr(whole_file.os, "fsync", fails)
+    monkeypatch.setattr(atomic_write.os, "fsync", fails)
     with pytest.raises(PercussError, match="cannot be written"):
         write(tmp_path / name)
     assert (tmp_path / name).read_text() == "before"

@@ -50,7 +50,7 @@ class Switching:
 
 
 @dataclass(frozen=True)
-class Rhythm:
+class CycleTimes:
     """When a machine strikes and passes its ports in a cycle, roughly: from a simulation, or from another cycle.
 
     Parameters
@@ -76,7 +76,7 @@ class Rhythm:
     >>> events = [(1.5, "port", 0), (1.5, "valve", "power"), (3.0, "impact", 2.1)]
     >>> events += [(3.0, "port", 1), (3.0, "valve", "return")]
     >>> again = [(time + 3.0, kind, detail) for time, kind, detail in events]
-    >>> Rhythm.of_events(valve, events + again).passages
+    >>> CycleTimes.of_events(valve, events + again).passages
     ((1.5, 0),)
     """
 
@@ -117,7 +117,7 @@ class Rhythm:
         return sorted(told, key=lambda one: (one[0], one[1] >= 0))
 
     @classmethod
-    def of_events(cls, valve: Valve, events: Iterable[tuple[float, str, object]], blows: int = 1) -> Rhythm:
+    def of_events(cls, valve: Valve, events: Iterable[tuple[float, str, object]], blows: int = 1) -> CycleTimes:
         """That of the last blows of a motion.
 
         Parameters
@@ -136,7 +136,7 @@ class Rhythm:
         return rhythm_of(begin, events, count("blows", blows, most=64))
 
 
-def under(rhythm: Rhythm, pressure: float) -> Rhythm:
+def under(rhythm: CycleTimes, pressure: float) -> CycleTimes:
     """The same with delays at a constant pressure of the supply."""
     return replace(rhythm, pressures=((rhythm.period, pressure),))
 
@@ -146,8 +146,8 @@ def rhythm_of(
     events: Iterable[tuple[float, str, object]],
     blows: int,
     pressures: Sequence[tuple[float, float]] = (),
-) -> Rhythm:
-    """As `Rhythm.of_events`, of a motion that began with any state and orders of the valve."""
+) -> CycleTimes:
+    """As `CycleTimes.of_events`, of a motion that began with any state and orders of the valve."""
     heard = _events(now.valve, events)
     struck: list[tuple[int, float, str, Orders]] = []
     lying = set[int]()
@@ -173,7 +173,7 @@ def rhythm_of(
     rests = {number - len(struck) + blows for number in lying if number >= len(struck) - blows}
     rests |= {blows - 1} if len(struck) - 1 - blows in lying else set()
     fed = tuple((time - start, pressure) for time, pressure in pressures if start <= time <= struck[-1][1])
-    return Rhythm(
+    return CycleTimes(
         tuple(time - start for _, time, _, _ in struck[-blows:]), passages, state, orders, tuple(sorted(rests)),
         pressures=fed,
     )  # fmt: skip
@@ -212,7 +212,7 @@ def _events(valve: Valve, given: Iterable[tuple[float, str, object]]) -> list[tu
     return found
 
 
-def valve_after(valve: Valve, rhythm: Rhythm, blow: int = -1) -> Switching:
+def valve_after(valve: Valve, rhythm: CycleTimes, blow: int = -1) -> Switching:
     """The valve just after a blow of a cycle, the last one by default; its orders have times from that blow on."""
     time = rhythm.blow_times[blow]
     times = tuple(one for one in rhythm.blow_times if one <= time)
@@ -234,7 +234,7 @@ class Step(NamedTuple):
     last: str
 
 
-def followed(valve: Valve, rhythm: Rhythm) -> tuple[list[Step], Switching]:
+def followed(valve: Valve, rhythm: CycleTimes) -> tuple[list[Step], Switching]:
     """The steps of a cycle, and the valve at its end."""
     # A source: number of the event among ports and blows, the port that demanded, whether before; of orders from
     # before: that of the order.

@@ -20,7 +20,7 @@ _LEFT = 'style="text-align:left"'
 _FEW = 6
 
 
-class Shown:
+class ShortRepr:
     """A dataclass that prints as one short line, and as a table in a notebook.
 
     Everything follows from its fields, and from `__str__` where there is one. Arrays are told by what they are, short
@@ -31,7 +31,7 @@ class Shown:
     >>> import numpy as np
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
-    ... class Found(Shown):
+    ... class Found(ShortRepr):
     ...     phase: float
     ...     moduli: object
     >>> Found(1.5, np.array([0.5, 0.25]))
@@ -45,7 +45,7 @@ class Shown:
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         if "__repr__" not in cls.__dict__:  # else the decorator would write its own
-            cls.__repr__ = Shown.__repr__  # type: ignore[method-assign]
+            cls.__repr__ = ShortRepr.__repr__  # type: ignore[method-assign]
 
     def __repr__(self) -> str:
         name = type(self).__name__
@@ -57,7 +57,7 @@ class Shown:
     def _repr_html_(self) -> str:
         rows = []
         for key, value in _facts(self):
-            inner = list(value) if isinstance(value, tuple) and value and isinstance(value[0], Shown) else None
+            inner = list(value) if isinstance(value, tuple) and value and isinstance(value[0], ShortRepr) else None
             lines = [_line(value)] if inner is None else [str(one).split("\n")[0] for one in inner[: 2 * _FEW]]
             if inner is not None and len(inner) > len(lines):
                 lines.append(f"… {len(inner) - len(lines)} more")
@@ -78,7 +78,7 @@ def _summary(result: object) -> str:
 
 def _line(value: Any) -> str:
     """A value in a few words."""
-    if isinstance(value, Shown):
+    if isinstance(value, ShortRepr):
         text = _summary(value)
         return f"<{text[:_SHORT]}{'…' * (len(text) > _SHORT)}>" if text else f"<{type(value).__name__}>"
     shape = getattr(value, "shape", None)
@@ -186,7 +186,7 @@ _STEERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202
 _ALSO_LINES = re.compile(f"[\n\u2028\u2029]|{_STEERS.pattern}")
 
 
-def neutral(text: str) -> str:
+def escape_control(text: str) -> str:
     """The text with all that steers a terminal written out."""
     return _STEERS.sub(_written_out, text)
 

@@ -14,7 +14,7 @@ import pytest
 from percuss import Load, Start, System, run, steady_states
 from percuss.case import load_case, simulation_answer, steady_answer
 from percuss.explore import basins, boundaries, experiment, lyapunov_exponent, sweep
-from percuss.shown import LONGEST, Shown
+from percuss.short_repr import LONGEST, ShortRepr
 from percuss.simulate import Event, Events, Starts, Stop, simulate_many
 from percuss.stability import stability_of
 
@@ -93,7 +93,7 @@ def test_every_public_result_is_shown_so():
         for name in module.__all__:
             made = getattr(module, name)
             if inspect.isclass(made) and dataclasses.is_dataclass(made) and "__repr__" not in vars(made):
-                assert issubclass(made, Shown) or len(dataclasses.fields(made)) < 8, f"{room}.{name}"
+                assert issubclass(made, ShortRepr) or len(dataclasses.fields(made)) < 8, f"{room}.{name}"
 
 
 def test_one_event_by_its_number():
@@ -118,7 +118,7 @@ def test_one_event_by_its_number():
 
 def test_text_is_escaped():
     @dataclass(frozen=True)
-    class Titled(Shown):
+    class Titled(ShortRepr):
         title: str
 
         def __str__(self) -> str:
