@@ -147,9 +147,8 @@ def test_answers_of_a_structure(folder, capsys):
         assert "gap" in capsys.readouterr().out
     assert main(["steady", "case.toml", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["system"]["gap"] == 0.3
-    for unfit, remedy in ((["--report", "x.html"], "--plot FILE"), (["--starts", "3"], "percuss experiment")):
-        assert main(["steady", "case.toml", *unfit]) == 2
-        assert remedy in capsys.readouterr().err
+    assert main(["steady", "case.toml", "--starts", "3"]) == 2
+    assert "percuss experiment" in capsys.readouterr().err
     assert main(["steady", "stopped-oscillator", "--reach-of", "stiffness"]) == 0
     told = capsys.readouterr().out.partition("How far")[2]
     assert "where the structure touches the wall between two impacts" in told

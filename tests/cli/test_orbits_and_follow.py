@@ -220,10 +220,10 @@ def ctrl_c_at(monkeypatch):
     def chosen(number):
         calls = count(1)
 
-        def asked(self):
+        def asked(self, *_):
             if next(calls) == number:
                 signal.raise_signal(signal.SIGINT)
-            return plain(self)
+            return plain(self, *_)
 
         monkeypatch.setattr(JobWatch, "asked", asked)
         return calls

@@ -616,7 +616,7 @@ def test_inadmissible_motions_are_not_found_by_simulation():
 @pytest.mark.parametrize(
     ("x", "y", "asked", "says"),
     [
-        (None, ("load_factor", 1.0, 1.0), {}, "lower to a higher"),
+        (None, ("load_factor", 1.0, 1.0), {}, "two different ends"),
         (None, ("restitution", 0.0, 1.0), {}, "beside"),
         (("mean", [1.0]), None, {}, "beside"),
         (("hardness", [1.0]), None, {}, "restitution, load_factor"),

@@ -309,7 +309,7 @@ def test_every_panel_shows_a_structure_or_says_why_not(desk: Desk) -> None:
     expect(page.locator("#verdict")).to_have_text("Stable")
     slide(page, "gap", -0.065)
     expect(page.locator("#verdict")).to_have_text("Unstable")
-    for name in ("orbits", "blow", "report"):
+    for name in ("orbits", "blow"):
         page.click(f"#tab-{name}")
         note = page.locator(f"#panel-{name} .own:not([hidden])")
         expect(note).to_contain_text(re.compile("structure.* Open the panel Branches"))

@@ -148,7 +148,7 @@ def follow_point(
     if not isinstance(motion, PeriodicOrbit | RestCycle | ValveCycle):
         raise ParameterError("point", str(point), "a point of follow")
     names = tuple(several("along", along, _TWO))
-    if len(names) != 2:
+    if len(names) != 2 or names[0] == names[1]:
         raise ParameterError("along", along, _TWO)
     given = (None, None) if values is None else several("values", values, _VALUES)
     ranges = (None, None) if between is None else several("between", between, _RANGES)
