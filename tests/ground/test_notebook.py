@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from percuss import Load, Starts, System
-from percuss import shown as notebook
+from percuss import short_repr as notebook
 from percuss.explore.jobs.progress import JobProgress
 from percuss.simulate import simulate_many
 
