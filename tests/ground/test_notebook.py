@@ -12,7 +12,7 @@ from percuss.simulate import simulate_many
 
 CODE = """
 import time
-from percuss import shown
+from percuss import short_repr
 from percuss.explore.jobs.carrying_out import carry_out
 from percuss.explore.jobs.job import Column
 import numpy as np
