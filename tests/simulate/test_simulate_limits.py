@@ -137,7 +137,7 @@ def loads(draw):
         values = draw(
             st.lists(st.one_of(st.just(0.0), st.floats(-2.0, 2.0)), min_size=len(breaks), max_size=len(breaks))
         )
-        return Load.steps(breaks, [size * v if abs(v) > 1e-300 else 0.0 for v in values])
+        return Load.steps(breaks, [size * v if abs(v) > 1e-200 else 0.0 for v in values])
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     harmonics = draw(st.sampled_from([2, 5, 40]))
     raw = rng.normal(size=(2, harmonics)) / np.arange(1, harmonics + 1) ** draw(st.sampled_from([0.5, 1.0, 2.0]))
