@@ -173,12 +173,18 @@ class Second:
 
             if at_begin and abs(values[0]) < 1e-11:  # where the last event was
                 values[0] = math.copysign(1e-300, value(1e-3 * width, 0))
+            if values[0] < 0.0 and values[1] < 0.0 and value(1e-3 * width, 0) > values[0]:  # it may come and go at once
+                high = minimize_scalar(
+                    lambda t: -value(t, 0), bounds=(0.0, width), method="bounded", options={"xatol": 1e-10 * width}
+                )
+                if high.fun < 0.0:
+                    low = 0.0 if values[0] < -1e-200 else 1e-3 * width
+                    times.append((brentq(value, low, high.x, (0,), xtol=1e-15, rtol=1e-14), what))
+                    continue
             up = np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[:1]
             left, top, right = values[:-2], values[1:-1], values[2:]
             near = (top > left) & (top >= right) & (top < 0.0) & (top > -np.abs(top - left) - np.abs(top - right))
-            for k in np.flatnonzero(near).tolist():
-                if up.size and k >= up[0]:
-                    break
+            for k in np.flatnonzero(near[: up[0]] if up.size else near).tolist():
                 high = minimize_scalar(
                     lambda t, k=k: -value(t, k), bounds=(0.0, 2.0 * width), method="bounded",
                     options={"xatol": 1e-10 * width},
