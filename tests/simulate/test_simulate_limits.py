@@ -133,7 +133,8 @@ def loads(draw):
     if kind == "constant":
         return Load.fourier([size * mean])
     if kind == "steps":
-        breaks = sorted(draw(st.sets(st.floats(0.0, 6.28), min_size=2, max_size=8)))
+        apart = st.lists(st.floats(0.0, 6.28), min_size=2, max_size=8, unique_by=lambda place: round(place, 9))
+        breaks = sorted(draw(apart))
         values = draw(
             st.lists(st.one_of(st.just(0.0), st.floats(-2.0, 2.0)), min_size=len(breaks), max_size=len(breaks))
         )
