@@ -19,6 +19,7 @@ SLIDERS = (Port("power", behind=0.6, side="back", delay=0.3), Port("return", beh
 VALVE = Valve({"return": -0.4, "power": 1.8}, SLIDERS)
 MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.3))
 FED = Machine(UniformBar(20.0), replace(VALVE, supply=Supply(0.7, 15.0)), Kept(0.3))
+QUICKENED = FED.with_valve(replace(VALVE, supply=Supply(0.7, 15.0, quickening=0.8)))
 
 
 def free(system, modes, time=60.0, start=None):
@@ -85,7 +86,8 @@ def test_what_is_no_section():
 
 
 @pytest.mark.parametrize(
-    ("hammer", "modes"), [(BAR, 3), (STEPS, 2), (HELD, 2), (MACHINE, 0), (MACHINE, 3), (FED, 0), (FED, 2)]
+    ("hammer", "modes"),
+    [(BAR, 3), (STEPS, 2), (HELD, 2), (MACHINE, 0), (MACHINE, 3), (FED, 0), (FED, 2), (QUICKENED, 0), (QUICKENED, 2)],
 )
 def test_a_motion_begun_from_a_state_goes_on_as_it_did(hammer, modes):
     motion = free(hammer, modes, 40.0)

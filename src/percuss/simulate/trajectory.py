@@ -15,7 +15,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, array, callback, choice, count, finite, instance, unit_interval
-from percuss.model.load.valve import Orders
+from percuss.model.load.valve import Orders, port_at
 from percuss.short_repr import ShortRepr, watched
 from percuss.simulate.events import (
     CHATTER,
@@ -450,7 +450,8 @@ class Trajectory(ShortRepr):
         valve = self.machine.valve
         found, orders = None, Orders(valve.pairs[self.start.piece][0])
         near = _SAME_TIME * (abs(self.begin_time) + abs(self.end_time))
-        for event in self.events:
+        pressure = self.pressure(self.events.time) if valve.delays_vary else np.ones(len(self.events))
+        for i, event in enumerate(self.events):
             if found is None and (event.time > time or (event.time == time and side == "left")):
                 found = orders
             changes = event.kind == "valve"
@@ -459,7 +460,7 @@ class Trajectory(ShortRepr):
             carried_out = event.time + near if changes else event.time - near
             orders = replace(orders, pending=tuple(order for order in orders.pending if order[0] > carried_out))
             if event.port is not None:
-                orders = orders.after(event.time, valve.ports[event.port])
+                orders = orders.after(event.time, port_at(valve, event.port, float(pressure[i])))
         found = orders if found is None else found
         return replace(found, pending=tuple((max(due - time, 0.0), to) for due, to in found.pending))
 
