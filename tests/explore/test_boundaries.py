@@ -390,8 +390,8 @@ def test_flips_beside_a_striking_speed_of_zero_are_found():
 
 @pytest.mark.slow
 def test_no_crossing_of_the_exact_map_is_missed():
-    seen, missed = crossings_and_misses(2, 24, 801)
-    assert seen >= 70 and missed == []
+    seen, missed = crossings_and_misses(2, 45, 1201)
+    assert seen >= 140 and missed == []
 
 
 def test_points_on_motions_that_strike_backward_are_kept_apart():
