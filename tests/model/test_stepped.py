@@ -130,7 +130,7 @@ def _pairs(bar: SteppedBar, n: int) -> bool:
 
 
 @given(bar=stepped_bars() | UNIFORM)
-@settings(max_examples=15)
+@settings(max_examples=30)
 def test_modes_are_in_order_and_within_their_bounds(bar: Body) -> None:
     count = 300
     omega, n = bar.frequencies(count), np.arange(1, count + 1)

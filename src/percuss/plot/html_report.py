@@ -61,7 +61,8 @@ def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None 
         moved = motion_report(simulation, 0)
         parts += ["<h2>Simulated motion</h2>", f"<p><strong>{_safe(moved.summary)}</strong></p>"]
         parts += map(_part, moved.sections[1:])
-        parts.append(_figure(plot.trajectory(simulation), "The motion from the start of the case"))
+        drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
+        parts.append(_figure(drawn(simulation), "The motion from the start of the case"))
     parts += ["<h2>Case</h2>", f"<pre>{_safe(case.to_toml())}</pre>"]
     parts.append(f"<footer>percuss {_safe(__version__)}; numbers without a unit are dimensionless</footer>")
     body = "\n".join(parts)

@@ -98,6 +98,7 @@ def _written(name: str, write: Callable[[Path], object]) -> bytes:
 )
 def motion(case: Case, asked: MotionAsked, terms: Terms) -> Frames:
     """Of a steady motion (`orbit`), or of a simulation."""
+    case.system()  # which refuses a machine: it has other pictures
     if asked.orbit is None:
         answer = simulated(case, asked, asked.start, asked.simulation, terms)
         return motion_playback(answer.motion, settled=asked.show == "settled", window=asked.window, **asked.sizes)
@@ -114,7 +115,6 @@ def simulated(
     known = _motions.find(key)
     if known is not None:
         return known
-    case.system()  # which refuses a machine: it has other pictures
     answer = simulation_answer(simulated_case(case, start, simulation, terms.limits), terms.halt)
     if answer.motion.outcome == "interrupted":
         raise refused(503, "it took too long", "ask for fewer impacts or modes")
@@ -146,8 +146,7 @@ def blow(case: Case, asked: BlowAsked, terms: Terms) -> Frames:
 )
 def machine(case: Case, asked: MachineAsked, terms: Terms) -> Frames:
     """Position, force and state of the valve over a cycle, or what keeps the machine from running."""
-    modes = 0 if case.is_machine and case.machine().valve.supply is not None else asked.modes  # none under a supply
-    return machine_playback(case, modes=modes, points=asked.points, whole=asked.whole)
+    return machine_playback(case, modes=asked.modes, points=asked.points, whole=asked.whole)
 
 
 @router.answer("/api/machine/start", "Such a machine from a start", BINARY, quick=True, kernels="machines")
