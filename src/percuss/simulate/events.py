@@ -398,21 +398,19 @@ of its supply falls to 0. Each is proved."""
 
 def machine_label(ended: str, cycle: MotionCycle | None, wanders: bool) -> str:
     """The motion's name, of one that `ended` so, one of `STALLS` among them."""
-    # ``runs n/m``, n blows in a valve cycle and m valve cycles until the motion repeats; ``double blow n/m`` with n of
-    # 2 or more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular`` when the
-    # last changes of the valve come near none of the ones before, or ``undecided`` where too little was followed to
-    # tell.
+    # ``runs p/n``, p blows and n valve cycles in a period, as orbits are labelled; ``double blow p/n`` with two blows or
+    # more in a valve cycle; ``runs with rest p/n``; ``cycles without blow``; ``stalls (…)``, see `STALLS`; ``irregular``
+    # when the last changes of the valve come near none before, or ``undecided`` where too little was followed to tell.
     if ended in STALLS:
         return f"stalls ({ended})"
     if cycle is None:
         return "irregular" if wanders else "undecided"
     if cycle.impacts == 0:
         return "cycles without blow"
-    blows = cycle.impacts / cycle.periods
-    numbers = f"{blows:.3g}/{cycle.periods}"
+    numbers = f"{cycle.impacts}/{cycle.periods}"
     if cycle.kind:
         return f"runs with rest {numbers}"
-    return f"double blow {numbers}" if blows >= 2.0 else f"runs {numbers}"
+    return f"double blow {numbers}" if cycle.impacts >= 2 * cycle.periods else f"runs {numbers}"
 
 
 def unresolved(count: npt.NDArray[Any]) -> int:

@@ -106,8 +106,8 @@ class Trajectory(ShortRepr):
         load periods with complete chatter and rest), ``rest/n`` (with rest, but finitely many impacts), ``rest`` (for
         good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
         of phase and speed), ``undecided``; ``rest/?`` or ``chatter/?`` where `period_unresolved`. Of a machine
-        ``runs n/m``, n blows in a valve cycle and m valve cycles until it repeats; ``double blow n/m`` with n of 2 or
-        more; ``runs with rest n/m``; ``cycles without blow``; ``stalls (…)``, see `percuss.simulate.STALLS`;
+        ``runs p/n``, p blows and n valve cycles in a period; ``double blow p/n`` with 2 blows or more in a valve cycle;
+        ``runs with rest p/n``; ``cycles without blow``; ``stalls (…)``, see `percuss.simulate.STALLS`;
         ``irregular``, or ``undecided`` where too little was followed to tell.
     cycle
         The periodic motion, or None when none was found.

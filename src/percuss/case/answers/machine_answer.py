@@ -149,7 +149,7 @@ class MachineAnswer(ShortRepr):
 
     @property
     def label(self) -> str:
-        """Blows per valve cycle and valve cycles per period, "1/1", or where a machine stalls: "on the tool"."""
+        """Blows and valve cycles in a period, "1/1", or where a machine stalls: "on the tool"."""
         obstacle = self.motion.obstacle
         if obstacle is not None and obstacle.value == "stays on the wall":
             return "on the tool"
