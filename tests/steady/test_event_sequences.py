@@ -396,3 +396,18 @@ def test_much_more_oil_makes_a_pressure_as_its_square() -> None:
         assert motion.runs and motion.cycle.blows == 1
         means.append(slow_pressure(motion.cycle).mean)
     assert means[0] > 1e4 and means[1] == pytest.approx(9.0 * means[0], rel=2e-2)
+
+
+def test_delays_follow_a_high_pressure_at_any_times() -> None:
+    """A delay times 1 + χ(π − 1) is that at the pressure 1, which the pump makes hundreds of times as high."""
+    ports = (Port("power", 1.0, "back", 0.3), Port("return", on="impact", delay=0.2))
+    valve = Valve({"return": -0.4, "power": 1.8}, ports, supply=Supply(10.0, 30.0, quickening=0.6))
+    cycle = fed(valve, 0.2, 0.1).cycle
+    sequence, machine = sequence_of(cycle), cycle.machine
+    assert [event.kind for event in sequence.events] == ["due", "port", "due", "blow"]
+    for share in (0.5, 0.8, 1.0, 1.3, 2.0):
+        x = share * sequence.unknowns(cycle)
+        closed = sequence.closed(machine, 0, x)
+        given = np.array([closed.start[-1], closed.states[1][-1]])
+        assert closed.delays[[0, 2]] * (1.0 + 0.6 * (given - 1.0)) == pytest.approx([0.2, 0.3], rel=1e-10)
+        assert given.min() > 50.0 and sequence.solved(machine, 0, x).period == pytest.approx(cycle.period, rel=1e-9)

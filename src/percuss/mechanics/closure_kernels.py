@@ -398,7 +398,8 @@ def given_at(room, i):
 @inner
 def delayed(room, Q):
     """Into `delaying`: by the unknown times the delays with the sign turned, and last by how much they change."""
-    # Their equations: a delay times 1 + χ(π − 1) is what it is at the pressure 1. Whether they can be solved.
+    # Their equations: a delay is what it is at the pressure 1, divided by 1 + χ(π − 1); not the product of these two,
+    # by which Newton's method goes astray where the pressure is high. Whether they can be solved.
     E, P, found, quickening = room.order.shape[0], room.error.shape[0], room.delaying, room.forces[0, QUICKENING]
     unit = 2 * room.columns.shape[0] + 1
     for i in range(E):
@@ -411,7 +412,7 @@ def delayed(room, Q):
             change = room.charges[unit + 1 + p]
             if source >= 0:
                 change = load_at(room, source, unit, unit + 1 + p) + room.pressures[source, unit + 1 + p]
-            found[q, Q + p if p < P else p - P] = late * quickening * change
+            found[q, Q + p if p < P else p - P] = room.later[i] / rate * quickening * change
         found[q, q] += rate
         found[q, Q + P] = room.later[i] - late * rate
     if not reduced(found, Q, Q + P + 1):
