@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from percuss import Load, System, stability_of, steady_states
-from percuss.mechanics.crossing import Regions, first_entering
+from percuss.mechanics.crossing import Regions, clearances, first_entering
 from percuss.mechanics.flow import ModalFlight
 from percuss.model import (
     Chamber,
@@ -347,3 +347,20 @@ def test_the_first_entering_is_the_first(coordinates, edges, stiffness, ramp) ->
         at = rows @ flight.at(np.array([found.time]))[0][:, 0] - levels - drifts * found.time
         assert at[found.which] == pytest.approx(0.0, abs=1e-9)
         assert (r[:, times < found.time] < 1e-9).all()
+    apart = clearances(flight, Regions(rows, levels, 1.0, drifts), -1)
+    for k, far in enumerate(apart.tolist()):
+        alone = first_entering(flight, Regions(rows[k : k + 1], levels[k : k + 1], 1.0, drifts[k : k + 1]))
+        assert (far < 0.0) == (alone.time < np.inf) or abs(far) < 1e-9
+
+
+@pytest.mark.parametrize("rung", [2e-5, 5e-4, 7e-4, 2e-3])
+def test_clearances_see_what_comes_and_goes_at_once(rung: float) -> None:
+    """A weak rebound is sent back by a mode that soon dies out, long before the first of evenly spaced looks."""
+    modes = MachineModes(np.array([0.0, 60.0]), np.array([0.0, 20.0]), np.array([1.0, 0.0]), np.ones(2), np.eye(2))
+    begin = np.array([[rung, -0.01], [-rung, 0.0]])
+    flight = ModalFlight(modes=modes, begin=begin, force=-0.3, duration=SPAN)
+    (apart,) = clearances(flight, Regions(np.ones((1, 2)), np.zeros(1), 1.0, np.zeros(1)), -1)
+    r = flight.at(np.linspace(0.0, 0.3, 100_001))[0].sum(axis=0)
+    levels = r[[0, *np.flatnonzero(np.diff(np.sign(np.diff(r)))) + 1]]
+    rises = np.maximum(levels[:-1], -levels[1:])[np.diff(levels) > 0.0]
+    assert apart == pytest.approx(rises.min(initial=np.inf), abs=1e-9)

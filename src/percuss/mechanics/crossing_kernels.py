@@ -16,7 +16,7 @@ response = twin(flow.response)
 
 OMEGA, DAMPING, DRIVEN, PLACE, SPEED = range(5)
 MOVED, RATE, BEND, TURNED = range(4)
-OFF, BOUNCE, LAST, NEXT, LEAST = range(5)
+OFF, BOUNCE, LAST, LEAST = range(4)
 
 EPS = 2.0**-52
 CELLS = 32
@@ -112,7 +112,7 @@ def offs(table, edges, touch, known):
 @entry
 def entered(table, force, ramp, span, scale, edges, known, sight, waiting):
     """The first time at which an edge is passed, infinite for none, which one, and whether this is proved."""
-    # `known` (k, 5), `sight` (n, 4) and `waiting` (100, 2) are room to work in. Cells of time are looked at from the
+    # `known` (k, 4), `sight` (n, 4) and `waiting` (100, 2) are room to work in. Cells of time are looked at from the
     # earliest on, and halved where nothing is proved of them.
     n, size, best, which, work, proven = table.shape[1], edges.shape[0], math.inf, -1, 0, True
     touch = TOUCH * scale
@@ -174,13 +174,12 @@ def entered(table, force, ramp, span, scale, edges, known, sight, waiting):
     return best, which, proven
 
 
-LOOKS, LOOKS_A_MODE = 24, 8  # in a flight
 TURN_STEPS = 4  # of Newton's method to where a place turns
 
 
 @inner
 def turned_at(table, force, ramp, edges, k, low, high, share, sight):
-    """Where r turns between two looks: a share of the way from the first, then Newton's method."""
+    """Where r turns between two times: a share of the way from the first, then Newton's method."""
     t, drift = low + (high - low) * share, edges[k, table.shape[1] + 1]
     for _ in range(TURN_STEPS):
         sighted(table, force, ramp, t, 0.0, sight)
@@ -197,33 +196,39 @@ def rose(known, k, low, high):
 
 
 @entry
-def cleared(table, force, ramp, span, edges, met, known, sight):
+def cleared(table, force, ramp, span, edges, met, known, sight, waiting):
     """How far each edge is from being passed in a flight, into its last column; that of the number `met` ends it."""
-    # Room to work in as of `entered`.
-    n, looks = table.shape[1], LOOKS + LOOKS_A_MODE * table.shape[1]
+    # Room to work in as of `entered`. Cells are halved until r turns at most once in each.
+    n = table.shape[1]
     for k in range(edges.shape[0]):
         drift, off = edges[k, n + 1], -edges[k, n]
         for m in range(n):
             off += edges[k, m] * table[PLACE, m]
-        known[k, OFF], known[k, LEAST], known[k, LAST] = off, math.inf, off
-        known[k, BOUNCE] = -drift
-        for m in range(n):
-            known[k, BOUNCE] += edges[k, m] * table[SPEED, m]
-    for j in range(1, looks):
-        high, low = span * j / (looks - 1), span * (j - 1) / (looks - 1)
-        sighted(table, force, ramp, high, 0.0, sight)
-        for k in range(edges.shape[0]):
-            known[k, NEXT] = seen(edges, k, sight, RATE) - edges[k, n + 1]
-        for k in range(edges.shape[0]):
-            before, now = known[k, BOUNCE], known[k, NEXT]
-            known[k, BOUNCE] = now
-            if before * now < 0.0:
-                t = turned_at(table, force, ramp, edges, k, low, high, before / (before - now), sight)
-                r, _ = distance(table, force, ramp, edges, known[k, OFF], k, t, sight)
-                rose(known, k, known[k, LAST], r)
-                known[k, LAST] = r
-    for k in range(edges.shape[0]):
-        r, _ = distance(table, force, ramp, edges, known[k, OFF], k, span, sight)
+        known[k, LEAST], known[k, LAST], work = math.inf, off, 0
+        for number in range(CELLS):
+            waiting[0, 0], waiting[0, 1], depth = span / CELLS * number, span / CELLS, 1
+            while depth > 0:
+                depth -= 1
+                left, h = waiting[depth, 0], waiting[depth, 1]
+                sighted(table, force, ramp, left, h, sight)
+                first, second = seen(edges, k, sight, RATE) - drift, seen(edges, k, sight, BEND)
+                third = seen(edges, k, sight, TURNED)
+                r, most = off + seen(edges, k, sight, MOVED) - drift * left, (abs(second) + third * h) * h
+                if abs(first) > most or (abs(first) + most) * h <= EPS * abs(r):  # it only rises or falls, or is still
+                    continue
+                work += n
+                if abs(second) < third * h and h > NARROWEST * span and work <= MOST_WORK:
+                    waiting[depth, 0], waiting[depth, 1] = left + 0.5 * h, 0.5 * h
+                    waiting[depth + 1, 0], waiting[depth + 1, 1] = left, 0.5 * h
+                    depth += 2
+                    continue
+                _, rate = distance(table, force, ramp, edges, off, k, left + h, sight)
+                if first * rate < 0.0:
+                    t = turned_at(table, force, ramp, edges, k, left, left + h, first / (first - rate), sight)
+                    r, _ = distance(table, force, ramp, edges, off, k, t, sight)
+                    rose(known, k, known[k, LAST], r)
+                    known[k, LAST] = r
+        r, _ = distance(table, force, ramp, edges, off, k, span, sight)
         if k != met:
             rose(known, k, known[k, LAST], r)
 
