@@ -13,7 +13,7 @@ from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import Side, in_words, outside, side_told
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
-from percuss.explore.continuation.missed_events import dying_impact, nearest
+from percuss.explore.continuation.missed_events import dying_impact, nearest, sheet_jump
 from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,
@@ -43,7 +43,8 @@ _ENDS = 8  # that may hide each other in a step
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
 _TURNED, _FEWEST, _MOST_LOOKS = 0.8, 4, 64  # rad of a mode in a part of a step that is looked at for flips; parts
-_CALM = 0.5  # of what is left of every disturbance after a cycle, at both ends of a step: below, there is no flip in it
+_CALM, _LIVELY = 0.5, 0.9  # of what is left of every disturbance after a cycle, at both ends of a step: below the first
+# there is no flip in it, below the second no pair that leaves the unit circle and comes back
 _NEXT, _PARABOLAS = 1e-3, 6  # of a step, beside its ends; towards a least value
 _DEEP, _DOUBTFUL = 0.1, 1e-2  # of what is beside a least value: one that is sought, and one that is solved for
 _SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
@@ -199,7 +200,7 @@ def _least(number: Callable[[float], float], *three: tuple[float, float]) -> set
 
 
 def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
-    """Where a pair of multipliers passes the unit circle, if two more or fewer are outside."""
+    """Where a pair of multipliers passes the unit circle, if two more or fewer are outside, at an end or inside."""
     curve, aside = segment.curve, _ASIDE * segment.length
 
     def values(place: float) -> ComplexArray:
@@ -208,7 +209,18 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     low, high = low + (aside if low else 0.0), high - (aside if high < segment.length else 0.0)
     if low >= high:
         return []
-    counts = tuple(_unstable(curve.motion(segment.at(place).x)) for place in (low, high))
+    ends = [curve.motion(segment.at(place).x) for place in (low, high)]
+    counts = tuple(map(_unstable, ends))
+    if counts[0] == counts[1] and max(one.contraction for one in ends) > _LIVELY:
+
+        def off(place: float) -> float:
+            sizes = np.abs(values(place)) - 1.0
+            return float(np.append(sizes[: counts[0]], -sizes[counts[0] :]).min())
+
+        three = [(place, off(place)) for place in (low, 0.5 * (low + high), high)]
+        for inner in {three[1][0]} if three[1][1] < 0.0 else _least(off, *three):
+            if outside(values(inner)) != counts[0]:
+                return _pair(segment, low, inner) + _pair(segment, inner, high)
     if abs(counts[1] - counts[0]) < 2:
         return []
     while high - low > _FINE * segment.length:
@@ -317,7 +329,7 @@ class MachineWalk(Walk):
         halving = None if self.fresh else self._halving(segment)
         if halving is not None:
             return Look(segment, [], None, halving)
-        if self.size > _REFINED * self.scale and turns_twice(segment):
+        if self.size > _REFINED * self.scale and (sheet_jump(segment) or turns_twice(segment)):
             raise CorrectorFailed("the branch may turn back twice in the step")
         last = end_of(segment)
         length = segment.length if last is None else last.place
