@@ -40,6 +40,7 @@ from percuss.steady.self_excited.valve_cycle import ValveCycle
 _INSIDE = 1e-10  # of a step, before the place where two events change places
 _BEFORE = 1e-7  # of a step, before an end, where it is asked whether another one comes first
 _ENDS = 8  # that may hide each other in a step
+_UNMET = BranchEvent.DEATH, BranchEvent.PORT_LOST  # where a guard is met without speed
 _ASIDE = 1e-3  # of a step, beside a fold or flip
 _FINE = 1e-12  # of a step, to which the number of multipliers outside the unit circle tells a place
 _TURNED, _FEWEST, _MOST_LOOKS = 0.8, 4, 64  # rad of a mode in a part of a step that is looked at for flips; parts
@@ -62,12 +63,12 @@ def end_of(segment: CurveSegment) -> LocatedEvent | None:
         if not sure and fault is None:
             break
         below = [name for name, value in curve.tests(x).items() if value < 0.0]
-        for name in below:
+        for name in reversed(below):  # speeds last, which come first where rounding decides
             kind, which = kind_of(name)
             place = segment.root(partial(_test, curve, name), 0.0, last)
             if kind is BranchEvent.CORNER:  # where the order is known, and the flight before it is none yet
                 place = max(place - _INSIDE * segment.length, 0.0)
-            if found is None or place < found.place:
+            if found is None or place - _BEFORE * segment.length * (kind in _UNMET) < found.place:
                 found = segment.event(kind, place, which)
         if fault is not None and not below:
             kind = OF_FAULTS[fault.kind]
@@ -334,7 +335,7 @@ class MachineWalk(Walk):
         last = end_of(segment)
         length = segment.length if last is None else last.place
         found = changes_of_stability(segment, length, self.fresh)
-        if last is not None and last.kind in (BranchEvent.DEATH, BranchEvent.PORT_LOST):
+        if last is not None and last.kind in _UNMET:
             # the time at which a guard is met turns back where it is met without speed: that is no fold
             found = [one for one in found if last.place - one.place > _ASIDE * segment.length]
         return Look(segment, found, target.limit, last)
