@@ -10,6 +10,7 @@ both. Prints the median ratio of each row with the range of the middle half, and
 from __future__ import annotations
 
 import argparse
+import inspect
 import json
 import os
 import subprocess
@@ -45,6 +46,7 @@ def tasks() -> dict[str, Callable[[], object]]:
             stability_of(orbit)
             _ = orbit.admissible, orbit.energy, orbit.stroke
 
+    one = {"workers" if "workers" in inspect.signature(simulate_many).parameters else "threads": 1}
     start, stop, first = (
         Start.rigid(-1.0, time=0.3),
         Stop(impacts=IMPACTS, periodic=False),
@@ -58,7 +60,7 @@ def tasks() -> dict[str, Callable[[], object]]:
     for modes in (8, 32, 128):
         ringing = Starts.random(striker(5.0), 4000, seed=1, distribution="ringing", modes=modes)
         found[f"ringing starts, N = {modes}"] = lambda m=modes, a=ringing: simulate_many(
-            striker(5.0), a, modes=m, stop=first, workers=1
+            striker(5.0), a, modes=m, stop=first, **one
         )
     for name, other in bodies().items():
         found[f"{name}, N = 32"] = lambda y=other: [run(y, start, modes=32, stop=stop) for _ in range(8)]
@@ -73,7 +75,7 @@ def tasks() -> dict[str, Callable[[], object]]:
         ]
     many = Starts.random(striker(5.0), 2000, seed=2)
     found["ensemble, N = 8"] = lambda: simulate_many(
-        striker(5.0), many, modes=8, stop=Stop(impacts=200, periodic=False), workers=1
+        striker(5.0), many, modes=8, stop=Stop(impacts=200, periodic=False), **one
     )
     found["one case, 32 modes"] = lambda: [stability_of(o) for o in steady_states(pneumatic(), modes=32).orbits]
     found["one case with proof, energy, stroke"] = lambda: whole(pneumatic())
@@ -90,7 +92,7 @@ def tasks() -> dict[str, Callable[[], object]]:
     ]
     for modes in (0, 8):
         found[f"label map 25², N = {modes}"] = lambda m=modes: simulate_many(
-            cells, Starts.rigid(time=np.full(len(cells), 0.3)), modes=m, workers=1
+            cells, Starts.rigid(time=np.full(len(cells), 0.3)), modes=m, **one
         )
         found[f"Lyapunov exponents, N = {modes}"] = lambda m=modes: lyapunov_many(cells[::25], modes=m)
     return found

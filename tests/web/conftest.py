@@ -82,7 +82,8 @@ def desk(browser: Browser, server: str, request: pytest.FixtureRequest) -> Itera
     found = Desk(browser, server, **getattr(request, "param", {}))
     yield found
     foreign = [url for url in found.asked if not url.startswith((server, "about:", "data:", "blob:"))]
+    failed = [(response.url, response.text()) for response in found.failed]
     found.context.close()
     assert foreign == []
     expected = getattr(request.node, "expected_words", ())
-    assert [line for line in found.said if not any(word in line for word in expected)] == []
+    assert [line for line in found.said if not any(word in line for word in expected)] == [], failed

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Route, expect
+from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Response, Route, expect
 
 from percuss.cli import main
 
@@ -91,6 +91,8 @@ class Desk:
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.on("console", self._heard)
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.failed: list[Response] = []
+        self.page.on("response", lambda response: self.failed.append(response) if response.status >= 500 else None)
 
     def _heard(self, message: ConsoleMessage) -> None:
         ours = "getImageData" in message.text  # a remark on what `ink` does, not on the page

@@ -19,7 +19,7 @@ from percuss.simulate.events import RELEASE, Events, MotionCycle, joined, label_
 from percuss.simulate.kernels import motion_records as kn
 from percuss.simulate.kernels.bounds import bounded
 from percuss.simulate.kernels.clock import release_phases
-from percuss.simulate.kernels.motion import follow
+from percuss.simulate.kernels.motion import follow, put_first
 from percuss.simulate.spectrum import Anchor, DampedModes, Spectrum, spectrum_of
 from percuss.simulate.start import Start
 from percuss.simulate.stop import Stop
@@ -299,8 +299,6 @@ def clock(time: float) -> tuple[int, float]:
 def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array, npt.NDArray[np.int64]]:
     """Load periods, phases and steps with which motions begin; a time within rounding of a step is where it begins."""
     periods, phases = clocks(time)
-    if not load.is_piecewise:
-        return periods, phases, np.zeros_like(periods)
     turns, phases, pieces = load.on_steps(phases, _ROUNDING * np.abs(time))
     return periods + turns, phases, pieces.astype(np.int64)
 
@@ -309,14 +307,14 @@ def begin(spectrum: Spectrum, table: kn.MotionTable, start: Start) -> Snapshot:
     """The state at the start."""
     u, v, gap = start.state(spectrum.modes, spectrum.system)
     state = Snapshot.empty(spectrum.modes)
-    period, phase, piece = begun(spectrum.system.load, np.array([start.time]))
-    starts = begins(u[None], v[None], np.array([gap]), phase, period, piece)
-    rules, room = (
-        kn.Rules(np.inf, 0.0, 0, False, 0.0, 0, 1),
-        (NO_LOG, NO_LOG, _GOES_ON, np.zeros(1, kn.MEMBER), _NO_TAIL),
-    )
-    twin = Snapshot.empty(spectrum.modes).motion
-    follow(to_change(table), starts, _ENDLESS, rules, state.motion, twin, desk_for(table), *room)
+    load = spectrum.system.load
+    if load.is_piecewise:
+        when = begun(load, np.array([start.time]))
+    else:
+        period, phase = clock(start.time)
+        when = np.array([period]), np.array([phase]), np.zeros(1, dtype=np.int64)
+    starts = begins(u[None], v[None], np.array([gap]), when[1], when[0], when[2])
+    put_first(to_change(table), state.motion, desk_for(table), starts)
     return state
 
 

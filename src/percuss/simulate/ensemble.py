@@ -369,6 +369,7 @@ class _Systems(_Job):
             np.ascontiguousarray(a if len(a) == n else a[rows]) for a in (s.displacement, s.velocity)
         )
         self.gaps, self.times = np.ascontiguousarray(s.gap[rows]), s.time[rows]
+        self.clocks = *clocks(self.times), np.zeros(n, dtype=np.int64)
         if self.stop.time is None:
             self.ends = np.column_stack([np.full(n, np.inf), np.zeros(n)])
         else:
@@ -396,7 +397,9 @@ class _Systems(_Job):
     def _members(self, system: System, first: int, last: int) -> None:
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         window = slice(first, last)
-        periods, phases, pieces = begun(system.load, self.times[window])
+        periods, phases, pieces = (column[window] for column in self.clocks)
+        if system.load.is_piecewise:
+            periods, phases, pieces = begun(system.load, self.times[window])
         u, v = self.displacement[window], self.velocity[window]
         if isinstance(system.body, HeldBody):
             u, v = state_of(system.body, system.load.at, self.modes, u, v, self.gaps[window])

@@ -557,6 +557,12 @@ def put(table, motion, desk, starts, i):
     count.mode = RESTING if still else (ON_WALL if starts.gap[i] == 0.0 else FLYING)
 
 
+@entry
+def put_first(table, motion, desk, starts):
+    """A motion at the first of the starts."""
+    put(table, motion, desk, starts, 0)
+
+
 # ---- One motion or many, to their ends
 
 NUDGE = 1e-12  # change of R and d under which a cycle from release to release must stay the same to be stated
