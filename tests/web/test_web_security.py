@@ -28,7 +28,6 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-import schemathesis
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -39,7 +38,7 @@ from percuss.case.uploads.upload import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
-from percuss.web import Limits, Settings
+from percuss.web import Limits, Settings, case_routes, motion_routes, orbit_routes
 from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
@@ -436,32 +435,40 @@ def test_no_field_breaks_the_server(client: Client, path: str, data: st.DataObje
 
 # -- the schema -----------------------------------------------------------------------------------------------------
 
-_schema = schemathesis.openapi.from_asgi(
-    "/api/openapi.json", Client(Settings(names=("testserver", "localhost"), limits=Limits(seconds=5.0))).app
-)
-
-
-_CHECKS = [
-    check
-    for check in schemathesis.checks.CHECKS.get_all()
-    if check.__name__ in ("not_a_server_error", "status_code_conformance", "content_type_conformance")
+_ROUTES = [
+    f"{method} {route.path}"
+    for room in (case_routes, motion_routes, orbit_routes)
+    for route in room.router.routes
+    for method in sorted(route.methods)
 ]
+_CHECKED = ("not_a_server_error", "status_code_conformance", "content_type_conformance")
 
 
-_QUESTIONS = {question.ok().label: question.ok() for question in _schema.get_all_operations()}
+@pytest.fixture(scope="module")
+def questions() -> tuple[dict[str, Any], list[Any]]:
+    """What the schema asks by its routes, and the checks of answers; it is read where it is asked, which takes long."""
+    import schemathesis
+
+    app = Client(Settings(names=("testserver", "localhost"), limits=Limits(seconds=5.0))).app
+    asked = [one.ok() for one in schemathesis.openapi.from_asgi("/api/openapi.json", app).get_all_operations()]
+    checks = [check for check in schemathesis.checks.CHECKS.get_all() if check.__name__ in _CHECKED]
+    assert sorted(one.label for one in asked) == sorted(_ROUTES)
+    return {one.label: one for one in asked}, checks
 
 
-@pytest.mark.parametrize("label", _QUESTIONS)
-def test_no_question_of_the_schema_breaks_the_server(label: str) -> None:
+@pytest.mark.parametrize("label", _ROUTES)
+def test_no_question_of_the_schema_breaks_the_server(questions: Any, label: str) -> None:
     """The bodies too: right ones and wrong ones of every field."""
 
-    @given(_QUESTIONS[label].as_strategy())
+    asks, checks = questions
+
+    @given(asks[label].as_strategy())
     @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
     def asked(case: Any) -> None:
         found = case.call()
         assert found.status_code < 500 or found.status_code == 503, found.text
         if found.status_code != 503:
-            case.validate_response(found, checks=_CHECKS)
+            case.validate_response(found, checks=checks)
 
     asked()
 
