@@ -161,7 +161,7 @@ BLOWS = f"""async ({{ pitches, energies }}) => {{
 
 
 def test_a_blow_sounds_at_the_first_mode_and_louder_with_its_energy(desk: Desk) -> None:
-    page = desk.open("machine=mini-breaker")
+    page = desk.module("sound.js")
     energies = [5.0, 50.0, 500.0, 5000.0]
     levels: dict[float, list[float]] = {}
     for frequency, _, samples in page.evaluate(BLOWS, {"pitches": [1470.0, 8080.0], "energies": energies}):
@@ -207,7 +207,7 @@ def played(page: Page, blows: list[dict[str, Any]], **more: Any) -> tuple[Any, l
 
 def test_blows_of_a_steady_motion_sound_evenly(desk: Desk) -> None:
     """However unevenly frames come, the blows are where the motion has them: far within 1 ms, over several turns."""
-    page = desk.open("machine=mini-breaker")
+    page = desk.module("sound.js")
     one = [{"time": 1.0, "energy": None, "share": 1.0}]
     begins, _ = played(page, one)
     assert len(begins) == 6 and np.abs(np.diff(begins) - 1.0).max() < 1e-4
@@ -220,7 +220,7 @@ def test_blows_of_a_steady_motion_sound_evenly(desk: Desk) -> None:
 @pytest.mark.parametrize("share", [0.3, 0.98])
 def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
     """Of a doubled motion: at least 8 dB softer, in the sound that comes out, and of another pitch."""
-    page = desk.open("machine=mini-breaker")
+    page = desk.module("sound.js")
     blows = [{"time": 1.0, "energy": 500.0, "share": 1.0}, {"time": 4.0, "energy": 500.0 * share, "share": share}]
     _, sounds = played(page, blows)
     strong, weak = sounds[0], sounds[1]
@@ -236,7 +236,7 @@ def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
 
 
 def test_a_pitch_that_cannot_be_heard_is_said(desk: Desk) -> None:
-    page = desk.open("machine=mini-breaker")
+    page = desk.module("sound.js")
     heard = "import('/static/sound.js').then(m => [20, 1000, 40000].map(f => m.heardAs({ frequency: f, share: 1 })))"
     low, plain, high = (text.replace("\u202f", " ") for text in page.evaluate(heard))
     assert low == "120 Hz, 50 %; the first mode, 20 Hz, is too low to hear"

@@ -202,7 +202,7 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
 
 
 def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.module("map_levels.js")
     strips = """([fixed, row, first]) => import('/static/map_levels.js').then(({ rowsOfNext }) => {
       const strips = [];
       for (let rows = 0; rows < 200; rows += strips.at(-1)[0]) {
