@@ -52,8 +52,23 @@ def gas(tmp_path):
     (tmp_path / "gas.toml").write_text(GAS, encoding="utf-8")
 
 
+WHOLE = {}
+
+
+@pytest.fixture
+def whole(percuss):
+    """The answer of a job, as JSON, by two workers: computed when it is first asked for."""
+
+    def answer(name):
+        if name not in WHOLE:
+            WHOLE[name] = percuss(*JOBS[name], "--json", "--workers", 2).json
+        return WHOLE[name]
+
+    return answer
+
+
 @pytest.mark.parametrize("name", JOBS)
-def test_every_file_of_a_job(percuss, name):
+def test_every_file_of_a_job(percuss, whole, name):
     """The same answer with one worker, with two, kept, and kept already; an archive is exported as what it is."""
     ask = JOBS[name]
     kinds = {"sweep": ("csv",), "diagram": ("csv", "netcdf")}.get(ask[0], ())
@@ -62,9 +77,8 @@ def test_every_file_of_a_job(percuss, name):
     done = percuss(*ask, "--workers", 1, "-o", "kept.zarr", "--plot", "made.svg", *made)
     done.told(TOLD[name], "picture: made.svg", "kept.zarr", *files.values())
     assert "<svg" in Path("made.svg").read_text(encoding="utf-8")
-    found = percuss(*ask, "--json", "--workers", 2).json
     percuss(*ask, "-o", "kept.zarr").refused("--resume")
-    assert percuss(*ask, "--json", "-o", "kept.zarr", "--resume").json == found
+    assert percuss(*ask, "--json", "-o", "kept.zarr", "--resume").json == whole(name)
     other = [word.replace("0.3:1.3:11", "0.3:1.2:11").replace("160 bar", "150 bar") for word in ask]
     other += ["--modes", "1"] if other == list(ask) else []
     percuss(*other, "-o", "kept.zarr", "--resume").refused("kept.zarr")
@@ -76,10 +90,9 @@ def test_every_file_of_a_job(percuss, name):
 
 
 @pytest.mark.parametrize("name", JOBS)
-def test_broken_off_and_gone_on_with(percuss, monkeypatch, name):
+def test_broken_off_and_gone_on_with(percuss, whole, monkeypatch, name):
     """Ctrl-C keeps what is done, says how to go on, and what comes of it is what comes of all at once."""
-    ask = JOBS[name]
-    whole = percuss(*ask, "--json").json
+    ask, at_once = JOBS[name], whole(name)
     with monkeypatch.context() as patched:
         patched.setattr("percuss.explore.jobs.progress._LOOK", 0.0)  # however fast the job is
         patched.setattr("percuss.explore.jobs.carrying_out.chunk_of", lambda size, *_, **__: max(1, size // 8))
@@ -94,7 +107,7 @@ def test_broken_off_and_gone_on_with(percuss, monkeypatch, name):
     assert broken.code == 130 and "interrupted after" in broken.err and "--resume" in broken.err
     assert ("the diagram is not whole" in broken.out) == Path("part.svg").exists() == (ask[0] == "diagram")
     percuss("show", "kept.zarr").told("% done", "to continue")
-    assert percuss(*ask, "--json", "-o", "kept.zarr", "--resume").json == whole
+    assert percuss(*ask, "--json", "-o", "kept.zarr", "--resume").json == at_once
 
 
 LONG = ("sweep", "case.toml", "--x", "restitution=0.1:0.8:80", "--y", "load_factor=0.2:0.9:80", "--quantity", "label",
@@ -241,8 +254,8 @@ def test_a_map_for_programs(percuss):
         assert "chatter/1" in data["label"].values.astype(str)
 
 
-def test_an_experiment(percuss):
-    found = percuss(*JOBS["experiment"], "--json").json
+def test_an_experiment(percuss, whole):
+    found = whole("experiment")
     assert (found["starts"], found["seed"], found["distribution"]) == (300, 5, "wall") and found["si"] is None
     assert sum(share["share"] for share in found["shares"]) == pytest.approx(1.0)
     keys = {"label", "share", "low", "high", "phases", "impact_velocities"}
@@ -254,9 +267,9 @@ def test_an_experiment(percuss):
     assert scaled["si"]["speed_m_s"] == load_case("hydraulic-drifter").system().speed_scale
 
 
-def test_which_starts_of_a_machine_run(percuss):
+def test_which_starts_of_a_machine_run(percuss, whole):
     percuss(*JOBS["machine"]).told("The machine runs from", "and stalls from", "period [s]")
-    told = percuss(*JOBS["machine"], "--json").json
+    told = whole("machine")
     shares = {share["label"]: share for share in told["shares"]}
     assert shares["runs 1/1"]["period"] == pytest.approx(0.1213, rel=1e-3) and "frequency_Hz" not in told["si"]
     assert sum(share["share"] for share in told["shares"]) == pytest.approx(1.0)
@@ -264,8 +277,8 @@ def test_which_starts_of_a_machine_run(percuss):
     percuss("basins", "gas.toml", "--x", "time=0:1:2", *STATES[2:]).refused("no clock")
 
 
-def test_basins(percuss):
-    found = percuss(*JOBS["basins"], "--json").json
+def test_basins(whole):
+    found = whole("basins")
     assert np.shape(found["image"]) == (7, 9) and found["attractors"][0]["label"]
 
 

@@ -13,7 +13,7 @@ import httpx
 import pytest
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, BrowserContext
 
     from web_desk import Desk
 
@@ -47,6 +47,7 @@ class Opened:
     def __init__(self) -> None:
         self.stack = ExitStack()
         self.browser: Browser | None = None
+        self.contexts: dict[str, BrowserContext] = {}
 
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         if item.get_closest_marker("browser") is None:
@@ -54,11 +55,11 @@ class Opened:
 
     def pytest_sessionfinish(self) -> None:
         self.stack.close()
-        self.browser = None
+        self.browser, self.contexts = None, {}
 
 
 @pytest.fixture
-def browser(pytestconfig: pytest.Config) -> Browser:
+def opened(pytestconfig: pytest.Config) -> Opened:
     from playwright.sync_api import sync_playwright
 
     from browser import FLAGS, chromium
@@ -71,19 +72,34 @@ def browser(pytestconfig: pytest.Config) -> Browser:
         path, playwright = chromium(), opened.stack.enter_context(sync_playwright())
         opened.browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
         opened.stack.callback(opened.browser.close)
+    return opened
+
+
+@pytest.fixture
+def browser(opened: Opened) -> Browser:
+    assert opened.browser is not None
     return opened.browser
 
 
 @pytest.fixture
-def desk(browser: Browser, server: str, request: pytest.FixtureRequest) -> Iterator[Desk]:
-    """A desk of its own for every test, which must have asked nobody else and said nothing on the console."""
+def desk(browser: Browser, opened: Opened, server: str, request: pytest.FixtureRequest) -> Iterator[Desk]:
+    """A desk of its own for every test, which must have asked nobody else and said nothing on the console.
+
+    Only what the browser has fetched is kept for the next one on a screen like this.
+    """
     from web_desk import Desk
 
-    found = Desk(browser, server, **getattr(request, "param", {}))
+    options = getattr(request, "param", {})
+    found = Desk(browser, server, opened.contexts.pop(str(options), None), **options)
     yield found
     foreign = [url for url in found.asked if not url.startswith((server, "about:", "data:", "blob:"))]
     failed = [(response.url, response.text()) for response in found.failed]
-    found.context.close()
+    if found.page.url.startswith(server):
+        found.page.evaluate("localStorage.clear()")
+        opened.contexts[str(options)] = found.context
+        found.page.close()
+    else:
+        found.context.close()
     assert foreign == []
     expected = getattr(request.node, "expected_words", ())
     assert [line for line in found.said if not any(word in line for word in expected)] == [], failed

@@ -700,8 +700,9 @@ def serving(*options: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
         assert told == []
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """One server for all clients that it must outlive, and of which it has nothing to say."""
     with serving() as found:
         yield found
 
@@ -799,32 +800,6 @@ def _children(pid: int) -> list[int]:
         return []
 
 
-def test_clients_that_leave_leave_nothing_behind(server: tuple[subprocess.Popen[str], str]) -> None:
-    """Not on standard error, see `serving`; and their places are free again."""
-    _, base = server
-
-    async def leave(request: bytes, after: float) -> None:
-        _, writer = await asyncio.open_connection("127.0.0.1", _port(base))
-        writer.write(request)
-        await writer.drain()
-        await asyncio.sleep(after)
-        writer.close()
-
-    async def ask() -> None:
-        maps = posted("/api/map", {**MACHINE, **GRID, "quantities": ["margin", "blow_energy"]})
-        y = {"name": "load_factor", "from": 0.05, "to": 1.2}
-        curves = posted("/api/boundaries", {**MACHINE, "x": GRID["x"], "y": y, "criterion": "exact"})
-        for i in range(6):
-            await asyncio.gather(*(leave(maps, 0.08 * j + 0.03 * i) for j in range(3)), leave(curves, 0.1 * i))
-
-    asyncio.run(ask())
-    with httpx.Client(base_url=base, trust_env=False, timeout=60.0) as client:
-        until = time.monotonic() + 60.0
-        while (found := client.post("/api/steady", json=MACHINE)).status_code == 429 and time.monotonic() < until:
-            time.sleep(0.1)
-    assert found.status_code == 200
-
-
 def _sent(base: str, *parts: bytes) -> bytes:
     """What comes back on a connection until it is closed."""
     with socket.create_connection(("127.0.0.1", _port(base)), 30.0) as connection:
@@ -864,6 +839,32 @@ def test_upgrades_are_answered_as_if_they_were_none(server: tuple[subprocess.Pop
             b"Host: 127.0.0.1\r\nConnection: Upgrade, close\r\nUpgrade: " + name + b"\r\nSec-WebSocket-Version: 13\r\n"
         )
         assert _sent(base, b"GET /api/about HTTP/1.1\r\n" + extra + b"\r\n")[:12] == b"HTTP/1.1 200"
+
+
+def test_clients_that_leave_leave_nothing_behind(server: tuple[subprocess.Popen[str], str]) -> None:
+    """Not on standard error, see `serving`; and their places are free again."""
+    _, base = server
+
+    async def leave(request: bytes, after: float) -> None:
+        _, writer = await asyncio.open_connection("127.0.0.1", _port(base))
+        writer.write(request)
+        await writer.drain()
+        await asyncio.sleep(after)
+        writer.close()
+
+    async def ask() -> None:
+        maps = posted("/api/map", {**MACHINE, **GRID, "quantities": ["margin", "blow_energy"]})
+        y = {"name": "load_factor", "from": 0.05, "to": 1.2}
+        curves = posted("/api/boundaries", {**MACHINE, "x": GRID["x"], "y": y, "criterion": "exact"})
+        for i in range(6):
+            await asyncio.gather(*(leave(maps, 0.08 * j + 0.03 * i) for j in range(3)), leave(curves, 0.1 * i))
+
+    asyncio.run(ask())
+    with httpx.Client(base_url=base, trust_env=False, timeout=60.0) as client:
+        until = time.monotonic() + 60.0
+        while (found := client.post("/api/steady", json=MACHINE)).status_code == 429 and time.monotonic() < until:
+            time.sleep(0.1)
+    assert found.status_code == 200
 
 
 @pytest.mark.parametrize("behind", [b"", posted("/api/quick", MACHINE)], ids=["alone", "with another behind it"])

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Response, Route, expect
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Page, Response, Route, expect
 
 from percuss.cli import main
 
@@ -80,9 +80,9 @@ def settled(page: Page, *but: str) -> None:
 class Desk:
     """A page with what it did: the addresses it asked for, what the console said."""
 
-    def __init__(self, browser: Browser, server: str, **context: Any) -> None:
+    def __init__(self, browser: Browser, server: str, known: BrowserContext | None = None, **context: Any) -> None:
         context = {"viewport": {"width": 1360, "height": 900}, "reduced_motion": "no-preference", **context}
-        self.context = browser.new_context(**context)
+        self.context = known or browser.new_context(**context)
         self.page: Page = self.context.new_page()
         self.page.set_default_timeout(WAIT)
         self.server = server
