@@ -19,6 +19,9 @@ VALVE = """kind = "valve"
 states = {return = -0.3, power = 1.0}
 ports = [{behind = 0.6, side = "back", to = "power", delay = 0.1}, {on = "impact", to = "return"}]
 chamber = {force = 0.05, stiffness = 0.1}"""
+BARE_VALVE = """kind = "valve"
+states = {return = -0.4, power = 1.8}
+ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]"""
 STEPS = 'kind = "steps"\nbreaks = [0.5, 2.0, 4.0]\nvalues = [1.0, -0.5, 0.25]'
 
 
@@ -36,6 +39,8 @@ def plain_case(
 
 SI = 'title = "Hydraulic drifter"\n' + si_case("damping_ratio = 1e-3")
 PLAIN = 'title = "B77 scale"\n' + plain_case(kind=FOURIER)
+MACHINE = plain_case("d = 0.0", kind=BARE_VALVE, restitution=0.2)
+"""A machine without delay, drag and gas, of which all is known in closed form."""
 
 # ---- A stepped bar on a rod with rock at its end, the blow that is asked for, and what a motion needs besides
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from case_texts import MACHINE
 from percuss.case import Case, MachineAnswer, load_case, machine_answer
 from percuss.case.answers.machine_answer import headline
 from percuss.case.answers.machine_figures import course_of, cycle_table
@@ -165,17 +166,7 @@ def test_the_table_of_a_cycle() -> None:
 
 def test_sensitivities_are_those_of_the_formulas() -> None:
     """Without delay, drag and gas: E ∝ p S/(1 − R²), rate ∝ sqrt(p/S)."""
-    text = """
-    [system]
-    s = 20.0
-    d = 0.0
-    restitution = 0.2
-    [load]
-    kind = "valve"
-    states = {return = -0.4, power = 1.8}
-    ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]
-    """
-    found = {one.parameter: one for one in machine_answer(Case.from_text(text), modes=0).sensitivities}
+    found = {one.parameter: one for one in machine_answer(Case.from_text(MACHINE), modes=0).sensitivities}
     assert found.keys() == {"pressure", "ports[0].behind", "restitution"}
     roots = math.sqrt(1.1), math.sqrt(0.9)
     assert found["pressure"].energy == pytest.approx(0.1)

@@ -2,18 +2,8 @@
 
 from pathlib import Path
 
+from case_texts import MACHINE
 from percuss.case import load_case
-
-PLAIN = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.2
-[load]
-kind = "valve"
-states = {return = -0.4, power = 1.8}
-ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]
-"""
 
 
 def test_the_report_of_the_breaker(percuss):
@@ -35,14 +25,16 @@ def test_elastic_modes_stand_beside_the_rigid_piston(percuss):
 
 def test_a_dimensionless_machine_and_one_that_does_not_run(percuss):
     asked = ("machine", "plain.toml", "--modes", "0")
-    Path("plain.toml").write_text(PLAIN, encoding="utf-8")
+    Path("plain.toml").write_text(MACHINE, encoding="utf-8")
     done = percuss(*asked)
     done.told("striking speed 2.1409, period 3.1489; stable, a disturbance is down to 4 %")
     assert not any(word in done for word in ("Power and oil", " kW", " mm"))
-    Path("plain.toml").write_text(PLAIN.replace("return = -0.4", "return = 0.4"), encoding="utf-8")
+    Path("plain.toml").write_text(MACHINE.replace("return = -0.4", "return = 0.4"), encoding="utf-8")
     failed = percuss(*asked, "--json").json["failed_condition"]["condition"]
     assert failed in ("stays on the wall", "irregular", "double blow")
-    Path("plain.toml").write_text(PLAIN.replace('"impact", to = "return"', '"impact", to = "power"'), encoding="utf-8")
+    Path("plain.toml").write_text(
+        MACHINE.replace('"impact", to = "return"', '"impact", to = "power"'), encoding="utf-8"
+    )
     percuss(*asked).told("Why not: stays on the wall", "remedy")
     percuss(*asked, "-o", "none.csv").refused("there is no cycle to write")
     assert not Path("none.csv").exists()

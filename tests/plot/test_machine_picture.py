@@ -9,19 +9,9 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
+from case_texts import MACHINE
 from percuss import plot
 from percuss.case import Case, load_case, machine_answer
-
-PLAIN = """
-[system]
-s = 20.0
-d = 0.0
-restitution = 0.2
-[load]
-kind = "valve"
-states = {return = -0.4, power = 1.8}
-ports = [{behind = 1.0, side = "back", to = "power"}, {on = "impact", to = "return"}]
-"""
 
 
 def texts(panel: Any) -> list[str]:
@@ -58,7 +48,7 @@ def test_the_picture_of_the_drifter(tmp_path: Path) -> None:
     ],
 )
 def test_every_outcome_can_be_drawn(now: str, then: str, title: str, tmp_path: Path) -> None:
-    answer = machine_answer(Case.from_text(PLAIN.replace(now, then, 1), file="c"), modes=0)
+    answer = machine_answer(Case.from_text(MACHINE.replace(now, then, 1), file="c"), modes=0)
     figure = plot.machine(answer)
     assert figure.get_suptitle() == title
     plot.save(figure, tmp_path / "machine.svg")

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from case_texts import si_case
 from percuss import Bar, Kept, Load, Orbit, System, si_report, steady_states
 from percuss.case import Case, steady_answer
 from percuss.case.answers.exploring.quick_answer import quick_dict
@@ -94,22 +95,8 @@ def test_a_field_of_the_report_ends_in_its_unit() -> None:
         assert factor == (60.0 if unit == "blows/min" else PREFIX[prefix]), key
 
 
-CASE = """
-[bar]
-length = "341 mm"
-diameter = "49 mm"
-[load]
-kind = "harmonic"
-mean = "4 kN"
-amplitude = "9 kN"
-frequency = "60 Hz"
-[contact]
-restitution = 0.2
-"""
-
-
 def test_all_answers_have_the_same_figures() -> None:
-    case = Case.from_text(CASE)
+    case = Case.from_text(si_case())
     whole = steady_answer(case).to_json_dict()["periods"][0]["orbits"]
     quick = quick_dict(case)["orbits"]
     for orbit, told, short in zip(steady_states(case.system()).orbits, whole, quick, strict=True):
@@ -124,7 +111,7 @@ def test_all_answers_have_the_same_figures() -> None:
 def test_a_map_has_the_figures_of_its_best_motion() -> None:
     names = [name for name, quantity in QUANTITIES.items() if quantity.one and name in FIGURES]
     assert set(names) == set(FIGURES) - {"blow_rate"}  # which in a map is that of a simulation
-    scaled = Case.from_text(CASE).system()
+    scaled = Case.from_text(si_case()).system()
     for system in (scaled, System(body=scaled.body, load=scaled.load, contact=scaled.contact)):
         found = sweep(system, "restitution=0.2", quantities=[*names, "margin"], workers=1)
         orbit = min(steady_states(system).orbits, key=lambda one: abs(one.phase - found["phase"][0]))
@@ -136,7 +123,7 @@ def test_a_map_has_the_figures_of_its_best_motion() -> None:
 
 
 def test_the_impulse_of_a_blow_is_what_the_load_gives_in_its_period() -> None:
-    for orbit in steady_states(Case.from_text(CASE).system()).orbits:
+    for orbit in steady_states(Case.from_text(si_case()).system()).orbits:
         assert si_report(orbit).impulse_N_s == pytest.approx(4000.0 / 60.0, rel=1e-12)  # p₀T, without drag
 
 
