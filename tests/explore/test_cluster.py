@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,8 @@ from percuss.errors import Interrupted, MissingExtraError, PercussError
 from percuss.explore.jobs.archive import Archive
 from percuss.explore.jobs.carrying_out import carry_out
 
-pytest.importorskip("distributed")
+if find_spec("distributed") is None:  # not imported: that takes a second in each process of the suite
+    pytest.skip("needs distributed", allow_module_level=True)
 
 from percuss import cluster
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+import scipy
 
 from percuss import Bar, Kept, Load, Start, Starts, Stop, System, run, stability_of, steady_states
 from percuss.errors import ParameterError, PercussError, ResonanceError
@@ -49,7 +49,7 @@ def same(one, other):
 def test_wilson_beside_scipy(n):
     for k in {0, 1, n // 3, n // 2, n - 1, n}:
         for confidence in (0.8, 0.95, 0.999):
-            theirs = stats.binomtest(k, n).proportion_ci(confidence, method="wilson")
+            theirs = scipy.stats.binomtest(k, n).proportion_ci(confidence, method="wilson")
             assert wilson(k, n, confidence) == pytest.approx((theirs.low, theirs.high), rel=1e-10, abs=1e-15)
 
 
@@ -73,17 +73,17 @@ def test_the_named_distributions():
         starts = named(PNEUMATIC, name, n, 5)
         phase, speed = starts.time, starts.velocity[:, 0]
         assert starts.displacement.shape == starts.velocity.shape == (n, 1)
-        assert stats.kstest(phase / TURN, "uniform").pvalue > 1e-3 and phase.min() >= 0.0 and phase.max() < TURN
+        assert scipy.stats.kstest(phase / TURN, "uniform").pvalue > 1e-3 and phase.min() >= 0.0 and phase.max() < TURN
         if name == "field":
-            assert stats.kstest(starts.gap / 20.0 + 1.0, "uniform").pvalue > 1e-3
-            assert stats.kstest(speed / 5.0, "norm").pvalue > 1e-3
+            assert scipy.stats.kstest(starts.gap / 20.0 + 1.0, "uniform").pvalue > 1e-3
+            assert scipy.stats.kstest(speed / 5.0, "norm").pvalue > 1e-3
             assert abs(np.corrcoef(starts.gap, speed)[0, 1]) < 0.01
         else:
             assert not starts.gap.any() and speed.max() < 0.0
         if name == "wall":
-            assert stats.kstest(-speed / scale, "halfnorm").pvalue > 1e-3
+            assert scipy.stats.kstest(-speed / scale, "halfnorm").pvalue > 1e-3
         if name == "gentle":
-            assert stats.kstest(-speed / 0.2, "uniform").pvalue > 1e-3 and speed.min() >= -0.2
+            assert scipy.stats.kstest(-speed / 0.2, "uniform").pvalue > 1e-3 and speed.min() >= -0.2
         assert abs(np.corrcoef(phase, speed)[0, 1]) < 0.01
 
 
@@ -147,7 +147,7 @@ def test_drawing_with_replacement_does_not_depend_on_how_many():
     whole = drawn(rows, BLOCK + 100, 4)
     assert np.array_equal(drawn(rows, 50, 4).time, whole.time[:50])
     assert np.array_equal(drawn(rows, 60, 4, BLOCK - 30).time, whole.time[BLOCK - 30 : BLOCK + 30])
-    assert stats.chisquare(np.bincount(whole.time.astype(int))).pvalue > 1e-3
+    assert scipy.stats.chisquare(np.bincount(whole.time.astype(int))).pvalue > 1e-3
 
 
 def test_files_of_starts(tmp_path):
