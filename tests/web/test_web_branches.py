@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.cli import main
 from percuss.explore import BranchEvent
-from web_desk import Desk, ink, knows, settled, slide, until
+from web_desk import STILL, Desk, ink, knows, settled, slide, until
 
 pytest.importorskip("fastapi")
 
@@ -24,7 +24,6 @@ pytest.importorskip("fastapi")
 
 pytestmark = pytest.mark.browser
 RIGID = "bmodes=0&system.s=5&system.d=0&system.restitution=0.5&load.kind=harmonic&load.mean=0.7&load.amplitude=1"
-STILL = [{"reduced_motion": "reduce"}]
 
 
 def followed(page: Page) -> str:

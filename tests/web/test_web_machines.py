@@ -14,7 +14,7 @@ from playwright.sync_api import expect
 
 from percuss.case import load_case, machine_answer
 from percuss.cli import main
-from web_desk import STATE, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
+from web_desk import STATE, STILL, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -46,7 +46,7 @@ def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: py
     assert "J (" in page.locator("#blow-energies").inner_text()
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_slider_of_the_blow_changes_its_picture_and_then_the_case(desk: Desk) -> None:
     page = desk.open("panel=blow&machine=mini-breaker")
     before = blown(page)
@@ -77,7 +77,7 @@ def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Des
     expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_the_tool_comes_back_after_a_wall_and_the_blow_stays_in_sight_of_its_sliders(desk: Desk) -> None:
     page = desk.open("panel=blow&machine=stepped-drifter")
     before = blown(page)
@@ -152,7 +152,7 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     expect(page.locator("#machine-play")).to_have_text("Pause")
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> None:
     page = desk.open("panel=machine&machine=valve-breaker")
     driven(page)
@@ -178,7 +178,7 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     assert knows(page, "state.js:data.tables.contact.restitution") == 0
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")

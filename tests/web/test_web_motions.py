@@ -17,7 +17,7 @@ from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, simulation_answer
 from percuss.case.case import case_of
-from web_desk import PANELS, Desk, came, figure, held, ink, knows, let_go, moved, scene, settled, slide, until
+from web_desk import PANELS, STILL, Desk, came, figure, held, ink, knows, let_go, moved, scene, settled, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -51,6 +51,7 @@ def test_the_bar_moves_pauses_scrubs_and_each_blow_is_counted(desk: Desk) -> Non
     expect(page.locator("#sound")).to_have_attribute("aria-pressed", "true")
 
 
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_motion_from_a_chosen_start(desk: Desk) -> None:
     words = "panel=motion&source=start&window=settled&cycles=8&system.s=20&system.d=0.005&system.restitution=0.8"
     load = "&load.kind=harmonic&load.mean=0.86&load.amplitude=1&simulation.modes=0"
@@ -84,6 +85,7 @@ STARTS: dict[str, tuple[dict[str, str], dict[str, Any]]] = {
 """What is typed for each kind of start, and the table [start] that it is."""
 
 
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_every_kind_of_start_of_a_case_can_be_chosen(desk: Desk) -> None:
     page = desk.open("panel=motion&machine=mini-breaker&source=start&simulation.modes=8")
     for kind, (typed, table) in STARTS.items():
@@ -101,6 +103,7 @@ def test_every_kind_of_start_of_a_case_can_be_chosen(desk: Desk) -> None:
     assert knows(page, "state.js:data.tables.start.random") == "ringing"
 
 
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_wrong_start_is_told_beside_its_field(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
     page = desk.open("panel=motion&machine=mini-breaker&source=start")

@@ -342,7 +342,7 @@ def show_panel(page: Page, name: str) -> None:
 @pytest.mark.parametrize(
     ("desk", "rules"),
     [
-        ({"color_scheme": "light"}, None),
+        ({"color_scheme": "light", "reduced_motion": "reduce"}, None),
         pytest.param({"color_scheme": "dark"}, ["color-contrast"], marks=pytest.mark.slow),
     ],
     indirect=["desk"],
@@ -380,7 +380,9 @@ def test_dark_and_light(desk: Desk) -> None:
     expect(page.locator("#theme")).to_have_text("Theme: light")
 
 
-@pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)
+@pytest.mark.parametrize(
+    "desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True, "reduced_motion": "reduce"}], indirect=True
+)
 def test_a_phone_shows_one_column_and_nothing_sticks_out(desk: Desk) -> None:
     page = desk.open("panel=case&machine=mini-breaker")
     for panel in (*PANELS, "a valve"):

@@ -20,6 +20,7 @@ from percuss.steady import steady_states
 from web_client import unpacked
 from web_desk import (
     STATE,
+    STILL,
     Desk,
     came,
     figure,
@@ -243,7 +244,7 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
     assert len(seen) > 1
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
+@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
     page = desk.open("panel=map&machine=valve-breaker")
     page.wait_for_selector("#map[data-fine='50']")
