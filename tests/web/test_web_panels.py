@@ -20,7 +20,6 @@ from percuss.steady import steady_states
 from web_client import unpacked
 from web_desk import (
     STATE,
-    STILL,
     Desk,
     came,
     figure,
@@ -203,7 +202,7 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
 
 
 def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
-    page = desk.module("map_levels.js")
+    page = desk.open("panel=map&machine=mini-breaker")
     strips = """([fixed, row, first]) => import('/static/map_levels.js').then(({ rowsOfNext }) => {
       const strips = [];
       for (let rows = 0; rows < 200; rows += strips.at(-1)[0]) {
@@ -244,7 +243,7 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
     assert len(seen) > 1
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
+@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
 def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
     page = desk.open("panel=map&machine=valve-breaker")
     page.wait_for_selector("#map[data-fine='50']")
