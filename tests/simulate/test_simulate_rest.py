@@ -13,11 +13,12 @@ from percuss import Load, System
 from percuss.blow import Rod
 from percuss.blow.periods import run_by_waves
 from percuss.case.answers.simulation_answer import label_sentence
-from percuss.errors import PercussError, ResonanceError
+from percuss.errors import ParameterError, PercussError, ResonanceError
 from percuss.model import External, Reversed, UniformBar
 from percuss.simulate import Start, Starts, Stop, Trajectory, run, simulate_many
 from percuss.steady import rest_cycles
 from percuss.steady.resting.flight_chain import ForcedResponse, RestPath, RestSearch, release_phases
+from random_hammers import random_hammer
 
 TURN = 2.0 * np.pi
 
@@ -543,3 +544,28 @@ def test_attractors_that_rest_are_found(mean: float, restitution: float, modes: 
     assert events.phase[last] == pytest.approx(cycle.rest_phase, rel=0, abs=1e-9)
     releases = events.phase[events.kind == "release"]
     assert releases[-1] == pytest.approx(cycle.release_phase, rel=0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("seed", "modes"), [(1, 4), (8, 8), (31, 4)])
+def test_attractors_that_are_always_let_go_at_once_are_found(seed: int, modes: int) -> None:
+    """Ringing lays the bar down while the load pulls: no phase of the load is that of its release."""
+    system = random_hammer(seed).system
+    motion = run(system, Start.rigid(0.0, -1.0, 0.3), modes=modes)
+    (cycle,) = rest_cycles(system, modes=modes, most=4)
+    assert motion.label == cycle.label and system.load.value(cycle.release_phase) < 0.0
+    events = motion.events
+    releases = events.phase[events.kind == "release"]
+    assert releases[-1] == pytest.approx(cycle.release_phase, rel=0, abs=1e-8)
+    struck = events.of("impact")
+    fast = cycle.speeds > 1e-3
+    number = int(fast.sum())
+    since = int(np.flatnonzero(struck.time < events.time[events.kind == "release"][-2])[-1]) + 1
+    assert struck.impact_velocity[since : since + number] == pytest.approx(cycle.speeds[fast], rel=0, abs=1e-7)
+    off = releases - cycle.release_phase
+    last = np.flatnonzero(np.abs(off) > 1e-6)[-1]
+    assert off[last + 1] / off[last] == pytest.approx(cycle.phase_multiplier, abs=1e-3)
+    assert cycle.stable and cycle.multipliers().values[0] == cycle.phase_multiplier
+    balance = motion.energy_balance(events.time[-1] - 2.0 * cycle.period)
+    assert balance.input == pytest.approx(2.0 * cycle.energy.input, rel=1e-6)
+    with pytest.raises(ParameterError, match="always let go at once"):
+        cycle.follow("restitution")

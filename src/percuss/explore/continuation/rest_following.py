@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from percuss.errors import Interrupted, PercussError
+from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.explore.continuation.branch import KEPT_IMPACTS, Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.walk import Varied
 from percuss.explore.family import Family
@@ -132,6 +132,9 @@ _FAR = 1e6  # times the value, or 1: the ends where no range is given
 def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Callable[[], bool] | None = None) -> Branch:
     """The branch of a cycle with rest; see `percuss.explore.follow`."""
     # All multipliers are 0: it goes on while the same impacts follow and the bar rests before the load pulls again.
+    if cycle.phase_multiplier:
+        held = "a cycle in which the load holds the bar for some time"
+        raise ParameterError("cycle", str(cycle), held, "a bar that is always let go at once is not followed yet")
     (here,), ((low, high),), share = over.here, over.bounds, 1.0 / (points - 1)
     bounded, far = math.isfinite(high - low), _FAR * max(1.0, abs(here))
     low, high = (low, high) if bounded else (here - far, here + far)

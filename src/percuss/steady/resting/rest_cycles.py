@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -35,9 +36,10 @@ class RestCycle(Repeating):
     """A periodic motion with rest on the wall; made by `rest_cycles`.
 
     While it rests the bar forgets everything: the cycle is told by the phases of the load at which it is let go, and
-    whatever disturbs it is gone after the next rest. All its multipliers are 0 (superstable). Times are in radians of
-    the load's fundamental, all quantities are dimensionless. The bar has the modes 0 … N, forced part included, exactly
-    as a simulation with N modes moves.
+    whatever disturbs it is gone after the next rest. All its multipliers are 0 (superstable); but a bar that its
+    ringing lays down under a load that pulls is let go at once, and where it is nowhere held the phase is not
+    forgotten. Times are in radians of the load's fundamental, all quantities are dimensionless. The bar has the modes
+    0 … N, forced part included, exactly as a simulation with N modes moves.
 
     Parameters
     ----------
@@ -47,12 +49,15 @@ class RestCycle(Repeating):
         N.
     chains
         From each release to the next rest, in order; the first is that with the least phase of the load.
+    phase_multiplier
+        What a cycle leaves of a small change of the phase at which the bar is let go; 0 where the load holds it.
     """
 
     system: System
     periods: int
     modes: int
     chains: tuple[RestPath, ...] = field(repr=False)
+    phase_multiplier: float = 0.0
 
     @property
     def chatters(self) -> bool:
@@ -219,7 +224,7 @@ class RestCycle(Repeating):
         return Energy(math.fsum(taken) + lost, lost, math.fsum(taken))
 
     def _multipliers(self, side: Side) -> Multipliers:
-        return Multipliers(self.label, self.modes, np.zeros(2, dtype=complex), self.system)
+        return Multipliers(self.label, self.modes, np.array([self.phase_multiplier, 0.0], dtype=complex), self.system)
 
     @property
     def admissible(self) -> bool:
@@ -246,7 +251,7 @@ def _blows(chain: RestPath) -> int:
 
 @dataclass(frozen=True)
 class FoundRestCycles(FoundMotions):
-    """All cycles with rest of a system, one for each release phase at most.
+    """The cycles with rest of a system, one for each release phase at most.
 
     Parameters
     ----------
@@ -257,8 +262,8 @@ class FoundRestCycles(FoundMotions):
     releases
         All phases at which the load lets go of a bar at rest; shape (K,).
     leads_to
-        Of each of them the number of the cycle, from 0, that a bar let go there ends in; −1 where it does not come back
-        to a release within the load periods that were allowed, or rounding decides when. Shape (K,).
+        Of each of them the number of the cycle, from 0, that a bar let go there ends in; −1 where it comes to none
+        within the load periods that were allowed, or rounding decides when. Shape (K,).
     """
 
     system: System
@@ -288,6 +293,10 @@ MOST_PERIODS = 256
 _MOST_MODES = 4096
 _MOST_RELEASES = 256
 _LATER = 1e-13  # rad, by which rounding may be late
+_SETTLING = 64.0 * TURN
+_AT_ONCE = 16  # times that a bar is let go at once in a cycle in which no load holds it
+_AGAIN, _NEARLY = 1e-6, 1e-2  # rad, by which the phase of such a release comes back when its cycle is solved for
+_MOVED, _SETTLED, _STEPS = 3e-6, 1e-11, 12  # rad, for slopes and at the end, and steps of Newton's method
 _SHORT = 9.0  # rad, of a way on which rounding cannot grow to have a say
 
 
@@ -305,16 +314,20 @@ def way_from(
     """The way from a release phase to the next; `most`: rad after which it is given up."""
     chains: list[RestPath] = []
     time = first = releases[number] + late
-    while time < first + most and len(chains) < _MOST_RELEASES:
-        chain = RestSearch(swing, time, first + most).chain()
+    end = first + most
+    while time < end and len(chains) < _MOST_RELEASES:
+        chain = RestSearch(swing, time, end).chain()
         chains.append(chain)
         if chain.rest is None:
             break
         wait, following = time_to_release(swing.system.load, np.asarray(releases), chain.rest)
         time = chain.rest + wait
-        if following >= 0:
+        if following >= 0 and time < first + most + TURN:
             turns = round((time - releases[following]) / TURN)
             return ReleaseToRelease(chains, following, releases[following] + TURN * turns)
+        if following >= 0 or any(near < _AGAIN for _, near in _again(chains)):
+            break
+        end = max(end, first + _SETTLING)  # what is let go at once may take long to settle
     return ReleaseToRelease(chains)
 
 
@@ -328,14 +341,16 @@ def _sure_way(swing: ForcedResponse, releases: tuple[float, ...], number: int, m
 
 
 def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -> FoundRestCycles:
-    """All periodic motions that rest on the wall for a part of every cycle.
+    """The periodic motions that come to rest on the wall in every cycle.
 
     A bar that rests has forgotten how it came there, and leaves undeformed and from rest at a phase at which the load
     begins to pull. There are finitely many of these, so that following the bar from each of them to its next rest finds
     every such motion; no guess is needed, and none can be missed but those with more load periods than allowed and
     those whose length rounding decides. The bar comes to rest where infinitely many impacts have piled up in finite
     time (complete chatter), or with R = 0 at the first impact under a load that pushes. The conventions of rest and
-    release are those of the simulation.
+    release are those of the simulation. Where the ringing of an elastic bar lays it down while the load pulls it is let
+    go at once, at any phase: if that happens in every cycle and no load ever holds it, the cycle to which the motion
+    from a release phase comes is solved for, and has a multiplier.
 
     Parameters
     ----------
@@ -381,13 +396,15 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
             path.append(here)
             ways[here] = _sure_way(swing, releases, here, TURN * longest)
             here = ways[here].next
+        cycle = None
         if here in path:
             cycle = _cycle(system, swing, releases, ways, path[path.index(here) :])
-            if cycle.periods <= longest:
-                cycles.append(cycle)
-            found = len(cycles) - 1 if cycle.periods <= longest else -1
-        else:
-            found = leads_to[here]
+        elif here < 0 and path and ways[path[-1]].end == math.inf:
+            cycle = _let_go_at_once(system, swing, ways[path[-1]].chains)
+        found = leads_to[here] if here not in path else -1
+        if cycle is not None and cycle.periods <= longest:
+            found = next((i for i, one in enumerate(cycles) if _is_same(one, cycle)), len(cycles))
+            cycles[found:] = cycles[found:] or [cycle]
         leads_to.update(dict.fromkeys(path, found))
     order = sorted(range(len(cycles)), key=lambda number: cycles[number].release_phase)
     place = {-1: -1} | {number: i for i, number in enumerate(order)}
@@ -395,6 +412,54 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
         system, kept, longest, tuple(cycles[number] for number in order), releases,
         tuple(place[leads_to[number]] for number in range(len(releases))),
     )  # fmt: skip
+
+
+def _again(chains: Sequence[RestPath]) -> list[tuple[int, float]]:
+    """How near the phase of the last release at once comes to each before it, and after how many chains."""
+    ends = np.array([math.nan if chain.rest is None else chain.rest for chain in chains[-_AT_ONCE - 1 :]])
+    off = np.abs(np.mod(ends[-1] - ends[-2::-1] + math.pi, TURN) - math.pi)
+    return [(number, near) for number, near in enumerate(off.tolist(), 1) if near < _NEARLY]
+
+
+def _let_go_at_once(system: System, swing: ForcedResponse, chains: Sequence[RestPath]) -> RestCycle | None:
+    """The cycle that chains settle on whose bar is laid down under a load that pulls, each time, and let go at once."""
+    for number, _ in _again(chains):
+        periods = round((chains[-1].stop - chains[-1 - number].stop) / TURN)
+        cycle = _at_once(system, swing, chains[-1].stop, number, periods)
+        if cycle is not None:
+            return cycle
+    return None
+
+
+def _at_once(system: System, swing: ForcedResponse, release: float, number: int, periods: int) -> RestCycle | None:
+    """The cycle of so many chains, the bar let go at once after each, near the phase of a release."""
+
+    def way(time: float) -> list[RestPath]:
+        found, stop = list[RestPath](), time + TURN * (periods + 1)
+        while len(found) < number and (not found or found[-1].rest is not None):
+            found.append(RestSearch(swing, found[-1].stop if found else time, stop).chain())
+        return found
+
+    def late(time: float) -> float:
+        chains = way(time)
+        pulled = all(one.rest is not None and float(swing.system.load.value(one.rest)) < 0.0 for one in chains)
+        return chains[-1].stop - time - TURN * periods if pulled else math.nan
+
+    time, slope, step = release, 0.0, math.inf
+    for _ in range(_STEPS):
+        off, slope = late(time), (late(time + _MOVED) - late(time - _MOVED)) / (2.0 * _MOVED)
+        if not abs(off) <= _NEARLY or slope == 0.0 or abs(step) <= _SETTLED:
+            break
+        step = -off / slope
+        time += step
+    if not abs(step) <= _SETTLED:
+        return None
+    first = min(float(np.mod(chain.release, TURN)) for chain in way(time))
+    return RestCycle(system, periods, swing.modes, tuple(way(first)), 1.0 + slope)
+
+
+def _is_same(one: RestCycle, other: RestCycle) -> bool:
+    return one.label == other.label and abs(one.release_phase - other.release_phase) < _AGAIN
 
 
 def _cycle(
