@@ -125,6 +125,20 @@ def test_colours_and_legend_are_right_from_the_first_strip_on(desk: Desk, quanti
     let_go(page, "map", asked)
 
 
+def test_curves_come_some_points_at_a_time(desk: Desk) -> None:
+    """As few as a busy machine answers in time: 25 at once took it 30 s, and the finer map went with them."""
+    asked = held(desk.page, "boundaries")
+    page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=160:480 mm&y=restitution&yr=0:0.9&q=margin")
+    counts = []
+    for _ in range(3):
+        route = came(page, asked)
+        page.wait_for_timeout(500)  # it takes longer than a piece of the map may
+        counts.append(len(route.request.post_data_json["x"]["values"]))
+        asked.pop(0).continue_()
+    assert counts[0] == 2 and max(counts) < 8
+    let_go(page, "boundaries", asked)
+
+
 PHONE = [{"viewport": {"width": 390, "height": 844}, "has_touch": True}]
 
 

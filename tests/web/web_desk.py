@@ -93,7 +93,7 @@ class Desk:
         self.page.on("console", self._heard)
         self.page.on("pageerror", lambda error: self.said.append(str(error)))
         self.failed: list[Response] = []
-        self.page.on("response", lambda response: self.failed.append(response) if response.status >= 500 else None)
+        self.page.on("response", lambda response: self.failed.append(response) if response.status >= 400 else None)
 
     def _heard(self, message: ConsoleMessage) -> None:
         ours = "getImageData" in message.text  # a remark on what `ink` does, not on the page

@@ -6,7 +6,7 @@ import { parameter, shown } from "./map_axes.js";
 import { data, isHeld, switchesItself, view } from "./state.js";
 
 const STRIP = 250; // ms that one request may take
-const POINTS = 24; // of a curve in one request
+const POINTS = 24; // of a curve at first, before the steps are halved
 
 /** The map that is wanted now: what is asked, in which steps, and a key that tells it from others. */
 export function wanted(x, y, version) {
@@ -51,8 +51,9 @@ export async function* level(map, side, cost, signal) {
   }
 }
 
-/** Rows of the next strip, at most twice those of the last: it takes `STRIP`, or twice what a strip takes however few
- * rows it has. Both are read off a line through the strips so far; before there are any, `row` is what a row takes. */
+/** Rows of the next strip, or points of a curve, at most twice those of the last: it takes `STRIP`, or twice what a
+ * strip takes however few rows it has. Both are read off a line through the strips so far; before there are any, `row`
+ * is what a row takes. */
 export function rowsOfNext(strips, row) {
   if (!strips.length) return Math.max(1, Math.floor(STRIP / row));
   const last = strips.at(-1)[0];
@@ -94,8 +95,12 @@ export async function* curves(map, signal) {
   const { x, y, body } = map;
   if (switchesItself() || isHeld() || x.whole || y.whole || body.quantities.includes("label")) return;
   const found = new Map();
-  for (const part of halvings(4 * POINTS)) {
+  const shares = halvings(4 * POINTS);
+  const strips = []; // of each its points and its milliseconds
+  for (let done = 0; done < shares.length; done += strips.at(-1)[0]) {
+    const part = shares.slice(done, done + rowsOfNext(strips, STRIP / 2)).sort((a, b) => a - b);
     const values = part.map((share) => x.from + share * (x.to - x.from));
+    const begun = performance.now();
     const asks = { criterion: "reduced", kinds: ["fold", "flip"] };
     const range = { name: y.name, from: y.from, to: y.to };
     const strip = await post(
@@ -103,20 +108,19 @@ export async function* curves(map, signal) {
       { case: body.case, periods: body.periods, x: asked(x, values), y: range, ...asks },
       signal,
     );
+    strips.push([part.length, performance.now() - begun]);
     for (const curve of strip.curves) add(found, curve);
     yield [...found.values()];
     await quiet(signal);
   }
 }
 
-/** Shares 0 to 1: POINTS + 1 of them, then those between, and between again; never more than POINTS + 1 at once. */
+/** Shares 0 to 1: POINTS + 1 of them, then those between, and between again. */
 function halvings(most) {
-  const parts = [Array.from({ length: POINTS + 1 }, (_, i) => i / POINTS)];
-  for (let count = 2 * POINTS; count <= most; count *= 2) {
-    const between = Array.from({ length: count / 2 }, (_, i) => (2 * i + 1) / count);
-    for (let i = 0; i < between.length; i += POINTS) parts.push(between.slice(i, i + POINTS));
-  }
-  return parts;
+  const shares = Array.from({ length: POINTS + 1 }, (_, i) => i / POINTS);
+  for (let count = 2 * POINTS; count <= most; count *= 2)
+    shares.push(...Array.from({ length: count / 2 }, (_, i) => (2 * i + 1) / count));
+  return shares;
 }
 
 function add(found, { kind, branch, x, y }) {
