@@ -369,7 +369,7 @@ class _Systems(_Job):
             np.ascontiguousarray(a if len(a) == n else a[rows]) for a in (s.displacement, s.velocity)
         )
         self.gaps, self.times = np.ascontiguousarray(s.gap[rows]), s.time[rows]
-        self.clocks = *clocks(self.times), np.zeros(n, dtype=np.int64)
+        self.periods, self.phases = clocks(self.times)
         if self.stop.time is None:
             self.ends = np.column_stack([np.full(n, np.inf), np.zeros(n)])
         else:
@@ -397,7 +397,7 @@ class _Systems(_Job):
     def _members(self, system: System, first: int, last: int) -> None:
         table = self.shared if self.shared is not None else table_of(system, self.modes)
         window = slice(first, last)
-        periods, phases, pieces = (column[window] for column in self.clocks)
+        periods, phases, pieces = self.periods[window], self.phases[window], np.zeros(last - first, dtype=np.int64)
         if system.load.is_piecewise:
             periods, phases, pieces = begun(system.load, self.times[window])
         u, v = self.displacement[window], self.velocity[window]
