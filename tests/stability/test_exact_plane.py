@@ -338,6 +338,14 @@ def test_cells_that_do_not_push() -> None:
     assert not plane.stable.any()
 
 
+def test_a_blow_that_loses_nothing_is_neutral_where_nothing_drags() -> None:
+    system = System(s=20.0, d=0.0, restitution=1.0, load=Load.harmonic(1.2, 1.0))
+    plane = stability_plane(system, 1.0, 1.2)
+    assert np.all(plane.schur[0] == 1.0)
+    assert (plane.schur[1] < 1.0).any()
+    assert not plane.stable.any()
+
+
 @pytest.mark.parametrize(
     ("name", "arguments"),
     [

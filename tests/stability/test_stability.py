@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -666,6 +667,8 @@ def test_the_kind_is_what_the_largest_multiplier_does(
         found = stability_of(orbit, modes=modes)
         largest = max(found.multipliers.values, key=abs)
         assert found.reason.startswith(SENTENCES[found.kind])
+        told = re.search(r"(?:by a factor of|multiplier) (-?\d+\.\d+)", found.reason)
+        assert told is None or abs(float(told[1])) == pytest.approx(abs(largest), rel=0, abs=6e-4)
         assert (found.kind is Reason.STABLE) == found.stable
         if orbit.fold or found.stable:
             continue
