@@ -56,8 +56,8 @@ SAMPLES = {
 }
 BRANCHES = {
     "hydraulic-drifter": ("load_factor=0.3:1.2", "restitution=0.05:0.4", ("--modes", "4")),
-    "stopped-oscillator": ("restitution=0.7:0.9", "mean=-0.02:0.02", ()),
-    "stopped-beam": ("restitution=0.5:0.7", "mean=-5N:5N", ()),
+    "stopped-oscillator": ("mean=-0.3:0.6", "restitution=0.7:0.9", ()),
+    "stopped-beam": ("mean=-20N:20N", "restitution=0.5:0.7", ()),
 }
 """Of a sample the parameters along and over which its branches are followed, and options."""
 RANDOM = {"steady": (), "simulate": ("--impacts", "60"), "orbits": ("--label", "2/1", "--modes", "0")}
