@@ -93,7 +93,9 @@ def desk(browser: Browser, opened: Opened, server: str, request: pytest.FixtureR
     found = Desk(browser, server, opened.contexts.pop(str(options), None), **options)
     yield found
     foreign = [url for url in found.asked if not url.startswith((server, "about:", "data:", "blob:"))]
-    failed = [(response.url, response.text()) for response in found.failed]
+    expected = getattr(request.node, "expected_words", ())
+    complaints = [line for line in found.said if not any(word in line for word in expected)]
+    failed = [(response.url, response.text()) for response in found.failed] if complaints else []
     if found.page.url.startswith(server):
         found.page.evaluate("localStorage.clear()")
         opened.contexts[str(options)] = found.context
@@ -101,5 +103,4 @@ def desk(browser: Browser, opened: Opened, server: str, request: pytest.FixtureR
     else:
         found.context.close()
     assert foreign == []
-    expected = getattr(request.node, "expected_words", ())
-    assert [line for line in found.said if not any(word in line for word in expected)] == [], failed
+    assert complaints == [], failed
