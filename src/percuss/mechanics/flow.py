@@ -144,7 +144,7 @@ def propagator(omega: npt.ArrayLike, d: npt.ArrayLike, t: npt.ArrayLike) -> Prop
         spread = np.where(over, 2.0 * rate, 0.0) * t
         cosine = np.where(over, 0.5 * slow * (1.0 + np.exp(-spread)), half * np.cos(angle))
         b = np.where(over, slow * t * phi1(spread), half * t * np.sinc(angle / np.pi))
-        versine = np.where(over, half - cosine, half * 2.0 * np.sin(0.5 * angle) ** 2)
+        versine = np.where(over, -0.5 * slow * np.expm1(-0.5 * spread) ** 2, half * 2.0 * np.sin(0.5 * angle) ** 2)
     return Propagator(cosine + half_d * b, b, -(omega**2) * b, cosine - half_d * b, half, versine)
 
 
@@ -175,20 +175,6 @@ def beyond_time(omega: Array, d: Array, b: Array, t: Array) -> Array:
     return np.asarray(np.where((square > 0.0) & (half * t < 1.0), exact, b - t))
 
 
-def less_than_one(omega: Array, d: Array, step: Propagator, t: Array) -> Array:
-    """Φ's 1 − a, without cancellation, be the modes ringing or creeping."""
-    half = 0.5 * d
-    ringing = np.asarray(-np.expm1(-half * t) + step.versine - half * step.b)
-    apart = np.sqrt(np.maximum(half**2 - omega**2, 0.0))
-    creeps = apart > 0.5 * half
-    if not creeps.any():
-        return ringing
-    quick, spread = half + apart, np.where(creeps, 2.0 * apart, 1.0)
-    slow = omega**2 / quick
-    creeping = omega**2 * t**2 * (quick * phi2(quick * t) - slow * phi2(slow * t)) / spread
-    return np.asarray(np.where(creeps, creeping, ringing))
-
-
 # ---- Of the coordinates of a machine, of which the first may be no oscillator
 
 Response = tuple[Array, Array, Array, Array]
@@ -203,7 +189,8 @@ def response_of(modes: MachineModes, t: Array) -> Response:
     if modes.size:
         omega, damping = modes.omega[1:, None], modes.damping[1:, None]
         step = propagator(omega, damping, t[None, :])
-        ds[1:], s[1:], q[1:] = step.e, step.b, less_than_one(omega, damping, step, t) / omega**2
+        one_less = -np.expm1(-0.5 * damping * t) + step.versine - 0.5 * damping * step.b  # 1 − a
+        ds[1:], s[1:], q[1:] = step.e, step.b, one_less / omega**2
         w[1:] = (t - s[1:] - damping * q[1:]) / omega**2
     return ds, s, q, w
 

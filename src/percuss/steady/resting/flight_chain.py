@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss.halting import check_interrupted
-from percuss.mechanics.flow import beyond_time, excess, less_than_one, phi1, phi2, propagator
+from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator
 from percuss.model import Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.system import half_swing
@@ -183,7 +183,7 @@ class ReleasedFlight:
             known, (z, rate), time = swing.known, self.free, t[:, None]
             step, half = propagator(known.omega, known.damping, time), 0.5 * known.damping
             lost, late = np.expm1(-half * time) - step.versine, beyond_time(known.omega, known.damping, step.b, time)
-            y = y + (late * rate - less_than_one(known.omega, known.damping, step, time) * z) @ known.gamma
+            y = y + ((lost + half * step.b) * z + late * rate) @ known.gamma
             v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
         return np.asarray(self.start.gap + y), np.asarray(v)
 
