@@ -147,18 +147,8 @@ def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
     if last < segment.length:  # at an end a guard may be met without speed, where the number has a pole
         places.insert(-1, max(last - _ASIDE * segment.length, 0.5 * (places[-2] + last)))
     values = [curve.flip(segment.start), *map(about, places[1:-1]), curve.flip(segment.at(last))]
-    seen = list(zip(places, values, strict=True))
-    for end, inner, way in ((0, 1, 1.0), (-1, -2, -1.0)):  # a least value may be between an end and what is next to it
-        if values[end] * values[inner] > 0.0 and abs(values[end]) <= abs(values[inner]):
-            place = places[end] + way * _NEXT * last
-            seen.append((place, about(place)))
-    seen.sort()
-    ends = {seen[0][0], seen[-1][0]}
-    for one, other in pairwise(seen):
-        ends |= {one[0], other[0]} if one[1] * other[1] < 0.0 else set()
-    for before, here, after in zip(seen, seen[1:], seen[2:], strict=False):
-        ends |= _least(about, before, here, after)
-    signs = [(place, curve.flip(segment.at(place))) for place in sorted(ends)]
+    ends = _near_zero(about, places, values)
+    signs = [(place, curve.flip(segment.at(place))) for place in ends]
     found = []
     for one, other in pairwise(pair for pair in signs if math.isfinite(pair[1])):
         if one[1] * other[1] < 0.0:
@@ -166,6 +156,22 @@ def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
             if abs(curve.flip(segment.at(place))) < min(abs(one[1]), abs(other[1])):  # else it is a pole
                 found.append(segment.event(BranchEvent.FLIP, place))
     return found
+
+
+def _near_zero(number: Callable[[float], float], places: Sequence[float], values: Sequence[float]) -> list[float]:
+    """Places between which a number may pass 0: the outer ones, where its sign changes, where it turns close to 0."""
+    seen = list(zip(places, values, strict=True))
+    for end, inner, way in ((0, 1, 1.0), (-1, -2, -1.0)):  # a least value may be between an end and what is next to it
+        if values[end] * values[inner] > 0.0 and abs(values[end]) <= abs(values[inner]):
+            place = places[end] + way * _NEXT * (places[-1] - places[0])
+            seen.append((place, number(place)))
+    seen.sort()
+    ends = {seen[0][0], seen[-1][0]}
+    for one, other in pairwise(seen):
+        ends |= {one[0], other[0]} if one[1] * other[1] < 0.0 else set()
+    for before, here, after in zip(seen, seen[1:], seen[2:], strict=False):
+        ends |= _least(number, before, here, after)
+    return sorted(ends)
 
 
 def _least(number: Callable[[float], float], *three: tuple[float, float]) -> set[float]:
@@ -218,8 +224,8 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
             sizes = np.abs(values(place)) - 1.0
             return float(np.append(sizes[: counts[0]], -sizes[counts[0] :]).min())
 
-        three = [(place, off(place)) for place in (low, 0.5 * (low + high), high)]
-        for inner in {three[1][0]} if three[1][1] < 0.0 else _least(off, *three):
+        places = np.linspace(low, high, _FEWEST + 1).tolist()
+        for inner in _near_zero(off, places, [off(place) for place in places])[1:-1]:
             if outside(values(inner)) != counts[0]:
                 return _pair(segment, low, inner) + _pair(segment, inner, high)
     if abs(counts[1] - counts[0]) < 2:
