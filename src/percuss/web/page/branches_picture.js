@@ -19,7 +19,7 @@ export const EVENTS = {
   flip: { words: "flip: period doubling", shape: "triangle" },
   neimark_sacker: { words: "Neimark–Sacker", shape: "ring" },
   branch_point: { words: "another branch crosses", shape: "ring" },
-  corner: { words: "corner where two events meet", shape: "square" },
+  corner: { words: "corner where two events meet", shape: "plus" },
   nonsmooth_fold: { words: "fold where two events meet", shape: "square" },
   grazing_touch: { words: "end: touches the wall between impacts", shape: "cross" },
   grazing_impact_dies: { words: "end: an impact dies", shape: "cross" },

@@ -216,18 +216,17 @@ function polyline(pen, { x, y }, px, py) {
 }
 
 /** Shapes tell apart what colours tell apart: disc stable, ring unstable, cross not possible, diamond the design, square
- * a fold, triangle a flip. */
+ * a fold, triangle a flip, plus a corner. */
 export function mark(pen, shape, x, y, size, colour) {
   const colours = theme();
   pen.setLineDash([]);
   pen.beginPath();
-  if (shape === "cross") {
+  if (shape === "cross" || shape === "plus") {
+    const [far, near] = shape === "cross" ? [size, size] : [1.3 * size, 0];
     pen.strokeStyle = colour;
     pen.lineWidth = 2.4;
-    (pen.moveTo(x - size, y - size),
-      pen.lineTo(x + size, y + size),
-      pen.moveTo(x - size, y + size),
-      pen.lineTo(x + size, y - size));
+    (pen.moveTo(x - far, y - near), pen.lineTo(x + far, y + near));
+    (pen.moveTo(x - near, y + far), pen.lineTo(x + near, y - far));
     pen.stroke();
     return;
   }

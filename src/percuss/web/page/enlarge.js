@@ -35,7 +35,7 @@ export async function enlarge(chart) {
   }
 }
 
-const SYMBOLS = { disc: "circle", dot: "circle", ring: "circle-open", cross: "x-thin-open", diamond: "diamond" };
+const SYMBOLS = { disc: "circle", dot: "circle", ring: "circle-open", cross: "x-thin-open", plus: "cross-thin-open", diamond: "diamond" };
 
 function traces(spec) {
   const found = [];
