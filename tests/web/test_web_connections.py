@@ -561,9 +561,10 @@ def test_the_token_need_not_be_on_the_command_line(
         monkeypatch.setenv("PERCUSS_TOKEN", f"{TOKEN}-of-the-environment")
         assert main(["serve", "--host", "0.0.0.0"]) == 0
         assert main(["serve", "--token-file", str(file)]) == 0  # what is said counts more than what is around
-        assert main(["serve", "--token", TOKEN]) == 0
+        assert main(["serve", "--token", TOKEN, "--seconds", "45"]) == 0
         monkeypatch.setenv("PERCUSS_TOKEN", "")
         assert main(["serve"]) == 0
+    assert [one.limits.seconds for one in found] == [30.0, 30.0, 30.0, 45.0, 30.0]
     kinds = ["of-the-file", "of-the-environment", "of-the-file"]
     assert [one.token for one in found] == [*(f"{TOKEN}-{kind}" for kind in kinds), TOKEN, ""]
     assert TOKEN not in capsys.readouterr().out

@@ -29,8 +29,9 @@ expect.set_options(timeout=WAIT)
 
 @contextmanager
 def served(*options: str, **environment: str) -> Iterator[str]:
-    """The address of a running `percuss serve`."""
+    """The address of a running `percuss serve`, which gives no answer up before a test would."""
     command = [sys.executable, "-m", "percuss", "serve", "--port", "0", "--no-browser", *options]
+    command += ["--seconds", str(WAIT // 1000)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}) as process:
         assert process.stdout is not None
         line = process.stdout.readline()

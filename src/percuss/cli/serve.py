@@ -66,6 +66,9 @@ server is contacted. Only this machine can open the page unless --host says othe
     option("--port PORT", "port to listen on, 0 for any free one (default 8321)", whole(0, 65535), default=8321),
     option("--workers N", "processes (default 1)", whole(1, 256), default=1),
     option(
+        "--seconds S", "after which an answer that takes longer is given up (default 30)", whole(1, 86400), default=30
+    ),
+    option(
         "--token-file FILE",
         "a file whose first line is a secret that the page must send; needed when --host admits other machines. "
         f"Without this option the secret is taken from the environment variable {_VARIABLE}",
@@ -97,7 +100,8 @@ def serve(parser: Parser, options: argparse.Namespace) -> int:
         _ = case.hammer  # refused here, not first by the page
         text = without_files(case).to_toml()
     settings = settings_room.Settings(
-        host=options.host, port=options.port, token=token, names=tuple(options.name), case=text
-    )
+        host=options.host, port=options.port, token=token, names=tuple(options.name), case=text,
+        limits=settings_room.Limits(seconds=float(options.seconds)),
+    )  # fmt: skip
     import_module("percuss.web.serving").serve(settings, options.workers, not options.no_browser)
     return 0
