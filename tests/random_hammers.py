@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from percuss import Kept, Load, System
-from percuss.model import External, KelvinVoigt, Ratio, Reversed, UniformBar
+from percuss.model import External, KelvinVoigt, ModalBody, Ratio, Reversed, UniformBar
 
-__all__ = ["RandomHammer", "random_hammer"]
+__all__ = ["RandomHammer", "random_hammer", "random_structure"]
 
 TURN = 2.0 * math.pi
 
@@ -33,6 +33,17 @@ def random_hammer(seed: int) -> RandomHammer:
     contact = Reversed(rebound) if random.random() < 0.2 else Kept(rebound)
     speed = float(10.0 ** random.uniform(-0.3, 1.5))
     return RandomHammer(System(UniformBar(speed, law), random_load(random, rebound), contact), modes)
+
+
+def random_structure(seed: int) -> System:
+    """A structure of two or three modes near its stop, hardly damped to overdamped, under harmonics or steps."""
+    random = np.random.default_rng([7, seed])
+    modes = int(random.integers(2, 4))
+    omega, delta = np.sort(random.uniform(1.5, 12.0, modes)), 10.0 ** random.uniform(-2.0, 0.7, modes)
+    contact, drive = random.uniform(0.3, 1.5, modes), random.uniform(-1.0, 1.0, modes)
+    load = (Load.harmonic(0.0, 1.0), Load.square(1.0, 1.2), Load.fourier([0.1, 0.6, 0.3j]))[seed % 3]
+    body = ModalBody(tuple(omega), tuple(delta), tuple(contact), tuple(drive), float(random.uniform(-0.06, 0.01)))
+    return System(body, load, Kept(float(random.choice([0.0, 0.2, 0.4, 0.6]))))
 
 
 def random_load(random: np.random.Generator, rebound: float) -> Load:

@@ -1,6 +1,7 @@
 """Structures that are held, simulated: their orbits come back, the energy closes, starts are what they say."""
 
 import math
+from functools import cache
 
 import mpmath
 import numpy as np
@@ -16,6 +17,7 @@ from percuss.mechanics.flow import propagator
 from percuss.model import Kept, Load, ModalBody, Mounted, System
 from percuss.simulate.events import KINDS
 from percuss.steady import orbits, rest_cycles
+from random_hammers import random_structure
 
 TURN = 2.0 * math.pi
 BODY = ModalBody((0.6, 2.3), (0.05, 0.1), (1.0, 0.8), (1.0, -0.5), 0.3)
@@ -290,10 +292,98 @@ def test_several_modes_move_on_while_the_wall_holds_the_contact(body, load, rest
     assert motion.gap(np.linspace(release, motion.events[rest + 2].time, 50)).max() < 1e-14
 
 
-def test_cycles_with_rest_are_searched_for_of_one_mode():
-    with pytest.raises(ParameterError, match="several"):
-        rest_cycles(System(PAIR, COSINE, Kept(0.4)))
-    assert rest_cycles(System(PAIR, COSINE, Kept(0.4)), modes=1).orbits
+# -- cycles with rest of several modes: the map from rest to rest --
+
+
+SEVERAL = [
+    System(PAIR, COSINE, Kept(0.4)), System(THREE, COSINE, Kept(0.3)), System(PAIR, Load.square(1.0, 1.2), Kept(0.4)),
+    System(PAIR, Load.steps([0.2, 1.0, 3.0], [0.5, -0.4, 1.0]), Kept(0.0)),
+    *map(random_structure, (2, 5, 7, 13, 16, 22, 23)),
+]  # fmt: skip
+
+
+@cache
+def resting_cycles(number):
+    return rest_cycles(SEVERAL[number], most=4)
+
+
+def simulated_from_rest(system, time, shape, rests, later=0.0):
+    """The motion from a rest on, at which the modes move the contact by so much, past so many rests more."""
+    gamma = system.body.modes(len(shape), 0).gamma
+    start = Start.modal(np.append(0.0, shape / gamma), np.zeros(len(shape) + 1), time)
+    motion = run(system, start, stop=Stop(impacts=10**5, time=later + 4.5 * TURN, periodic=False))
+    ends = np.flatnonzero(motion.events.code == KINDS.index("rest"))
+    return motion, int(ends[ends > 0][rests - 1] if motion.events[0].kind == "rest" else ends[rests - 1])
+
+
+@pytest.mark.parametrize("number", range(len(SEVERAL)))
+def test_a_cycle_with_rest_of_several_modes_is_what_is_simulated_from_it(number):
+    """Stable or not: from its rest on for a cycle, with its energy; and what simulations settle on is among them."""
+    system, found = SEVERAL[number], resting_cycles(number)
+    assert found.orbits and not found.complete
+    for cycle in found.orbits:
+        lying = cycle.lying[-1]
+        motion, last = simulated_from_rest(system, lying.time, lying.shape, len(cycle.chains))
+        events, turn = motion.events[: last + 1], cycle.period
+        kind, times = events.kind, events.time - turn
+        assert times[kind == "release"] == pytest.approx([chain.release for chain in cycle.chains], abs=1e-10)
+        assert times[kind == "rest"][-len(cycle.chains) :] == pytest.approx(
+            [one.time for one in cycle.lying], abs=1e-10
+        )
+        struck, speeds = times[kind == "impact"], events.impact_velocity[kind == "impact"]
+        assert speeds.max() == pytest.approx(cycle.impact_velocity, abs=1e-10)
+        if len(cycle.chains) == 1:
+            many = min(struck.size, cycle.speeds.size)
+            assert struck[:many] == pytest.approx(np.array(cycle.times[:many]), abs=1e-10)
+            assert speeds[:many] == pytest.approx(cycle.speeds[:many], abs=1e-10)
+        gamma = system.body.modes(lying.shape.size, 0).gamma
+        assert motion.displacement[last][1:] * gamma == pytest.approx(lying.shape, abs=1e-10)
+        since = np.linspace(0.01, 0.99, 80) * turn
+        first = cycle.chains[0].release + turn
+        assert cycle.motion(since) == pytest.approx(motion.gap(first + since), abs=1e-9)
+        balance = motion.energy_balance(lying.time, lying.time + turn)
+        assert cycle.energy.input == pytest.approx(balance.input, rel=1e-8)
+        assert cycle.label.startswith("chatter" if system.restitution else "rest") and cycle.rest_times.min() > 0.0
+    settled = run(system, Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=3000, time=3000.0))
+    if settled.cycle is not None and settled.cycle.kind and settled.cycle.periods <= 4:
+        phases = settled.events.of("release").phase[-1]
+        near = [
+            one for one in found.orbits if np.abs(np.exp(1j * phases) - np.exp(1j * one.release_phases)).min() < 1e-8
+        ]
+        assert [one.label for one in near] == [settled.label] and near[0].stable
+
+
+@pytest.mark.parametrize("number", range(len(SEVERAL)))
+def test_multipliers_of_a_cycle_with_rest_are_those_of_the_simulated_map(number):
+    """From shape and time of a rest to those of the next, by differences."""
+    system, aside = SEVERAL[number], 1e-7
+    for cycle in resting_cycles(number).orbits:
+        lying, rests = cycle.lying[-1], len(cycle.chains)
+        known = system.body.modes(lying.shape.size, 0)
+        root = np.sqrt(known.inertia)
+        across = np.linalg.svd((1.0 / root)[None])[2][1:].T
+
+        def mapped(off, lying=lying, rests=rests, root=root, across=across, gamma=known.gamma):
+            shape = lying.shape + across @ off[:-1] / root
+            motion, last = simulated_from_rest(system, lying.time + off[-1], shape, rests)
+            return np.append(across.T @ (root * gamma * motion.displacement[last][1:]), motion.events[last].time)
+
+        columns = [(mapped(aside * one) - mapped(-aside * one)) / (2.0 * aside) for one in np.eye(root.size)]
+        seen, told = np.linalg.eigvals(np.array(columns).T), cycle.multipliers().values
+        assert told.size == 2 * root.size and (told[root.size :] == 0.0).all()
+        scale = max(1.0, cycle.multipliers().largest)
+        assert np.poly(seen) == pytest.approx(np.poly(told[: root.size]), abs=1e-6 * scale**2)
+
+
+def test_a_second_mode_that_does_not_move_the_contact_changes_nothing():
+    one = System(ModalBody((3.3,), (0.3,), (1.0,), (1.0,), -0.01), COSINE, Kept(0.4))
+    two = System(ModalBody((3.3, 7.3), (0.3, 0.1), (1.0, 0.0), (1.0, -0.5), -0.01), COSINE, Kept(0.4))
+    (alone,), (beside,) = rest_cycles(one).orbits, rest_cycles(two).orbits
+    assert beside.label == alone.label and alone.remembered == () and len(beside.remembered) == 2
+    assert beside.release_phase == pytest.approx(alone.release_phase, abs=1e-10)
+    assert beside.rest_phase == pytest.approx(alone.rest_phase, abs=1e-10)
+    many = min(alone.speeds.size, beside.speeds.size)
+    assert beside.speeds[:many] == pytest.approx(alone.speeds[:many], abs=1e-10)
 
 
 def test_without_rebound_several_modes_leave_under_steps_when_they_are_pulled():

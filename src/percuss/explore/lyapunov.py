@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, ResonanceError
 from percuss.halting import on_threads
+from percuss.mechanics.held_structure import held_structure
 from percuss.model import HeldBody, Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array, at_once, count, flag, instance, several
 from percuss.short_repr import ShortRepr
 from percuss.simulate import Start, Starts, Stop, Trajectory, run
-from percuss.simulate.pressed_structure import pressed
 
 LYAPUNOV_OUTCOMES = ("done", "rest", "departed", "work", "memory", "resonance", "stalls")
 """How the computation of an exponent ends.
@@ -246,7 +246,7 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
     held = motion.is_clocked and isinstance(motion.system.body, HeldBody) and motion.modes > 1
     forgets = motion.is_clocked and not held
     if held and outcome == "rest":
-        slowest = float(pressed(motion.system, motion.modes).exponents[0].real.max())
+        slowest = float(held_structure(motion.system, motion.modes).exponents[0].real.max())
         own = (-math.inf if slowest < 0.0 else 0.0, _TURN * slowest, 0.0)
         return Lyapunov(*own, left, "rest", motion.modes, own[:1] * (2 * motion.modes) if every else ())
     if outcome == "rest" or (forgets and rests.size and rests[-1] > later):

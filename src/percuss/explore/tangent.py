@@ -19,12 +19,12 @@ import numpy.typing as npt
 
 from percuss.compiled import entry, inner, twin
 from percuss.mechanics import flow
+from percuss.mechanics.held_structure import held_structure
 from percuss.model import HeldBody
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load.valve import port_at
 from percuss.simulate import Trajectory
 from percuss.simulate.events import CHATTER, IMPACT, PORT, RELEASE, REST, VALVE, Events
-from percuss.simulate.pressed_structure import pressed
 
 free, response = twin(flow.free), twin(flow.response)
 
@@ -123,7 +123,7 @@ def _clocked(motion: Trajectory, first: int) -> tuple[Coordinates, EventRows]:
     no = np.full(len(e), -1)
     held, begun = _nothing_held(omega.size), np.zeros((1, omega.size))
     if begin and motion.modes > 1:
-        held = pressed(system, motion.modes).exponents
+        held = held_structure(system, motion.modes).exponents
         later[e.code == REST] = LAID
         pull = gain * load.value(e.phase)[:, None] - omega**2 * spectrum.unit * motion.displacement[first:, 1:]
         begun = pull - np.outer(pull.sum(axis=1) / (1.0 / spectrum.inertia).sum(), 1.0 / spectrum.inertia)

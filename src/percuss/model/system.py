@@ -273,8 +273,8 @@ def wall_load(system: System, modes: int) -> Load:
 
 
 def set_at_wall(system: System, modes: int) -> System:
-    """The system whose impacts are those of a structure of one mode, with the wall at 0; a bar as it is."""
-    if system.body.is_free:
+    """The system whose impacts are those of a structure of one mode, with the wall at 0; all others as they are."""
+    if system.body.is_free or modes > 1:
         return system
     load = wall_load(system, modes).acting_at(0)
     known = system.body.modes(1, system.load.at)

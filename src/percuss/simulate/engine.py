@@ -478,19 +478,21 @@ class Clocked:
 
     def _let_go(self, own: kn.MotionTable, state: Snapshot, log: kn.Log, ends: Array) -> str:
         """A structure of several modes at rest released into the state; or how its motion ends before."""
-        from percuss.simulate.pressed_structure import pressed
+        from percuss.mechanics.held_structure import held_structure
+        from percuss.simulate.pressed_structure import release
 
         spectrum, now, count = self.spectrum, state.now[0], state.count[0]
         phase, piece, period = float(now["phase"]), int(count["piece"]), int(count["period"])
-        shape, still = spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))
-        held, left = pressed(spectrum.system, self.modes), (ends[0] - period) * kn.TURN + (ends[1] - phase)
-        wait, piece, modes = held.release(phase, piece, (shape, np.zeros_like(still)), left)
+        shape = spectrum.unit * spectrum.modal(state.z, 0.0, 0.0, phase, spectrum.mean(piece))[0][1:]
+        held, left = held_structure(spectrum.system, self.modes), (ends[0] - period) * kn.TURN + (ends[1] - phase)
+        wait, piece, (place, rate) = release(held, phase, piece, (shape, np.zeros_like(shape)), left)
         if not wait < left:
             return "rest" if wait == math.inf else "work" if math.isnan(wait) else "time"
         turns, phase = clock(phase + wait)
         if own.values.size:
             set_load(own.bar, own.values[piece])
-        state.z[:] = spectrum.amplitudes(*modes, phase, spectrum.mean(piece))
+        u, v = (np.append(0.0, one / spectrum.unit) for one in (place, rate))
+        state.z[:] = spectrum.amplitudes(u, v, phase, spectrum.mean(piece))
         for name, value in (
             ("gap", 0.0), ("gap_rate", 0.0), ("rigid_rate", 0.0), ("phase", phase), ("cosine", math.cos(phase)),
             ("sine", math.sin(phase)), ("hold", _AWAY / float(spectrum.omega.max())), ("last_flight", -1.0),

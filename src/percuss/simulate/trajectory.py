@@ -275,12 +275,15 @@ class Trajectory(ShortRepr):
         if lies and (i < 0 or not isinstance(self.hammer, System) or self.hammer.body.is_free):
             return ModalMotion(nothing, nothing)
         if lies and self.modes > 1:
-            from percuss.simulate.pressed_structure import pressed
+            from percuss.mechanics.held_structure import held_structure
 
             at = self._anchor(i)
             periods = self.events.period[i]
             since = np.maximum((times - periods * _TURN) - at.phase, 0.0)
-            return pressed(self.system, self.modes).after(at.phase, at.piece, (self._at(i), nothing[:, 0]), since)
+            unit, shape = self.spectrum.unit[:, None], self._at(i)
+            state = unit[:, 0] * shape[1:], nothing[1:, 0]
+            place, rate = held_structure(self.system, self.modes).after(at.phase, at.piece, state, since)
+            return ModalMotion(np.vstack([shape[0] + nothing[:1], place / unit]), np.vstack([nothing[:1], rate / unit]))
         # a structure of one mode rests as it was struck last; infinitely many bounces of less than 1e-9 are none
         if lies or (i + 1 < len(self.events) and self.events.code[i + 1] == CHATTER):
             return ModalMotion(self._at(i)[:, None] + nothing, nothing)

@@ -648,10 +648,10 @@ class Stretch(NamedTuple):
     rates: Callable[[Array], Array]
 
 
-def damped(system: System, modes: int, flights: Iterable[Stretch]) -> float:
-    """Energy that the damping of the body with modes 0 … N takes in flights."""
-    known, load = system.body.modes(modes, system.load.at), system.load
-    share = np.append(system.d, known.damping * known.weight)
+def damped(system: System, masses: Array, flights: Iterable[Stretch]) -> float:
+    """Energy that damping takes in flights, of a body with the modes 0 … N: `masses` are those of their velocities."""
+    known, load = system.body.modes(masses.size, system.load.at), system.load
+    share = np.append(system.d, known.damping * masses)
     if not share.any():
         return 0.0
     fastest = max(1.0, *known.omega[-1:].tolist(), *load.harmonics[-1:].tolist())

@@ -132,7 +132,7 @@ _FAR = 1e6  # times the value, or 1: the ends where no range is given
 def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Callable[[], bool] | None = None) -> Branch:
     """The branch of a cycle with rest; see `percuss.explore.follow`."""
     # All multipliers are 0: it goes on while the same impacts follow and the bar rests before the load pulls again.
-    if cycle.phase_multiplier:
+    if cycle.remembered:
         held = "a cycle in which the load holds the bar for some time"
         raise ParameterError("cycle", str(cycle), held, "a bar that is always let go at once is not followed yet")
     (here,), ((low, high),), share = over.here, over.bounds, 1.0 / (points - 1)

@@ -155,7 +155,7 @@ class PeriodicOrbit(Repeating):
             return self.steady.energy
         taken = self.impacts * self.delivered_energy
         flown = (Stretch(flight.phase, flight.period, flight.rates) for flight in self.flights)
-        lost = damped(self.system, self.modes, flown)
+        lost = damped(self.system, self._chain.known.weight, flown)
         return Energy(taken + lost, lost, taken)
 
     @cached_property

@@ -4,19 +4,20 @@ Rest forgets everything: the bar leaves the wall undeformed and at rest, so that
 of the release alone. As in a simulation the bar is taken to be away from the wall as long as the load pulls, and for
 the time of one wave through it; that no flight touches the wall before its impact is proved from then on. So does the
 one mode of a structure, under the load `wall_load`: it is away as long as that pulls, half a period of its own at most.
+A structure of several modes leaves with what has moved on while the wall held its contact (`rest_map`).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from percuss.halting import check_interrupted
-from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator
+from percuss.mechanics.flow import beyond_time, excess, phi1, phi2, propagator, response
 from percuss.model import Load, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.system import half_swing
@@ -29,11 +30,11 @@ from percuss.steady.trigonometric import TURN, on_circle, trigonometric_roots
 # The gap function is y'(0) t and what bends it: every part of that is exact to rounding of its own size, however short
 # the time. The ever shorter flights of a chatter then keep their digits.
 
-_FEW = 8  # harmonics, of which a loop is faster than arrays
+_FEW = 8  # harmonics, or modes, of which a loop is faster than arrays
 
 
 class GapState(NamedTuple):
-    """The gap and its rate, the velocity of the bar as a whole, and u_n, u_n' of its elastic modes."""
+    """The gap and its rate, the velocity of the bar as a whole, and q_n, q_n' of its modes: what each moves it by."""
 
     gap: float
     rate: float
@@ -44,7 +45,7 @@ class GapState(NamedTuple):
 
 @dataclass(frozen=True)
 class ForcedResponse:
-    """What the load does to a bar of modes 0 … N, whatever its motion; or the one mode of a structure at its wall."""
+    """What the load does to a bar of modes 0 … N, or to a structure, whatever its motion."""
 
     system: System
     modes: int
@@ -62,11 +63,21 @@ class ForcedResponse:
 
     @cached_property
     def gains(self) -> ComplexArray:
-        """What each harmonic moves each elastic mode; shape (N, K)."""
+        """What each harmonic moves the striking end by in each elastic mode; shape (N, K)."""
         if not self.harmonics.size:
             return np.empty((self.modes, 0), dtype=complex)
         response = HarmonicResponse(self.system)
-        return np.asarray(response.gains(self.modes) * response.p)
+        return np.asarray(self.known.gamma[:, None] * response.gains(self.modes) * response.p)
+
+    @cached_property
+    def statics(self) -> Array:
+        """… and a constant unit load; shape (N,)."""
+        return np.asarray(self.known.gamma / self.known.omega**2)
+
+    @property
+    def is_several(self) -> bool:
+        """Whether it is a structure of several modes, which move on while the wall holds its contact."""
+        return not self.system.body.is_free and self.modes > 1
 
     @cached_property
     def rigid(self) -> ComplexArray:
@@ -80,7 +91,7 @@ class ForcedResponse:
     def end(self) -> ComplexArray:
         """… and the striking end; shape (K,)."""
         whole = self.rigid / (1j * self.harmonics)
-        return np.asarray(whole + self.known.gamma @ self.gains) if self.modes else whole
+        return np.asarray(whole + self.gains.sum(axis=0)) if self.modes else whole
 
     def breaks_after(self, time: float) -> float:
         """The first jump of the load after a time; inf where it has none."""
@@ -127,7 +138,7 @@ class ReleasedFlight:
         """What is free in the elastic modes at the start, displacements and velocities."""
         swing, start = self.swing, self.start
         waves = swing.gains * self.turned
-        forced = self.push / swing.known.omega**2 + waves.real.sum(axis=1)
+        forced = self.push * swing.statics + waves.real.sum(axis=1)
         rate = (waves * (1j * swing.harmonics)).real.sum(axis=1)
         return start.displacement - forced, start.velocity - rate
 
@@ -137,19 +148,36 @@ class ReleasedFlight:
         return self.start.rigid - float((self.swing.rigid * self.turned).real.sum())
 
     @cached_property
-    def acceleration(self) -> float:
-        """Acceleration of the striking end just after the start."""
+    def accelerations(self) -> Array:
+        """q_n'' just after the start; shape (N,)."""
         swing, (z, rate) = self.swing, self.free
-        known, k = swing.known, swing.harmonics
-        waves = float((-(k**2) * swing.end * self.turned).real.sum())
-        elastic = float(known.gamma @ (-(known.omega**2) * z - known.damping * rate))
-        return self.whole - swing.system.d * self.drift + waves + elastic
+        waves = (swing.gains * (-(swing.harmonics**2) * self.turned)).real.sum(axis=1)
+        return np.asarray(waves - swing.known.omega**2 * z - swing.known.damping * rate)
+
+    @cached_property
+    def acceleration(self) -> float:
+        """… of the striking end."""
+        swing = self.swing
+        waves = float((1j * swing.harmonics * swing.rigid * self.turned).real.sum())
+        return self.whole - swing.system.d * self.drift + waves + float(self.accelerations.sum())
+
+    @cached_property
+    def at_rest(self) -> tuple[Array, float]:
+        """The same without the velocities that modes 1 … N have, and of the end of a structure."""
+        pushes = self.accelerations + self.swing.known.damping * self.start.velocity
+        return pushes, float(pushes.sum())
+
+    @cached_property
+    def aside(self) -> Array:
+        """Velocities of the modes of a structure beside those with which a chatter moves them; shape (N,)."""
+        pushes, push = self.at_rest
+        return np.asarray(self.start.velocity - self.start.rate * pushes / push)
 
     @cached_property
     def ringing(self) -> Array:
         """Bound of what each free elastic mode moves the striking end; shape (N,)."""
         z, rate = self.free
-        return np.asarray(np.abs(self.swing.known.gamma) * np.hypot(z, rate / self.swing.known.omega))
+        return np.asarray(np.hypot(z, rate / self.swing.known.omega))
 
     @cached_property
     def bend(self) -> float:
@@ -183,26 +211,37 @@ class ReleasedFlight:
             known, (z, rate), time = swing.known, self.free, t[:, None]
             step, half = propagator(known.omega, known.damping, time), 0.5 * known.damping
             lost, late = np.expm1(-half * time) - step.versine, beyond_time(known.omega, known.damping, step.b, time)
-            y = y + ((lost + half * step.b) * z + late * rate) @ known.gamma
-            v = v + (step.c * z + (lost - half * step.b) * rate) @ known.gamma
+            y = y + ((lost + half * step.b) * z + late * rate).sum(axis=1)
+            v = v + (step.c * z + (lost - half * step.b) * rate).sum(axis=1)
         return np.asarray(self.start.gap + y), np.asarray(v)
 
     def gap_at(self, t: float) -> tuple[float, float]:
-        """Gap function and its velocity at a time since the start: as `gap`; sooner for a rigid bar."""
+        """Gap function and its velocity at a time since the start: as `gap`; sooner with few modes and harmonics."""
         swing, d = self.swing, self.swing.system.d
-        if swing.modes or swing.harmonics.size > _FEW:
+        if swing.modes > _FEW or swing.harmonics.size > _FEW:
             y, v = self.gap(np.array([t]))
             return float(y[0]), float(v[0])
         check_interrupted()
         fade, bend = (t, 0.5 * t * t) if d == 0.0 else (t * float(phi1(d * t)), t**2 * float(phi2(d * t)))
-        force = self.push - d * self.drift
+        force = self.whole - d * self.drift
         height, speed = self.start.rate * t + force * bend, self.start.rate + force * fade
         for k, amplitude in zip(swing.harmonics.tolist(), self._amplitudes, strict=True):
             angle = k * t
             even = 2.0 * math.sin(0.5 * angle) ** 2
             height -= amplitude.imag * excess(angle) + amplitude.real * even
             speed -= k * (amplitude.real * math.sin(angle) - amplitude.imag * even)
+        for stiffness, drag, z, rate in self._oscillations:
+            _, s, q, w = response(t, stiffness, drag)
+            lost = stiffness * w + drag * q  # t − s
+            height -= stiffness * q * z + lost * rate
+            speed -= stiffness * s * z + (stiffness * q + drag * s) * rate
         return self.start.gap + height, speed
+
+    @cached_property
+    def _oscillations(self) -> list[list[float]]:
+        """ω², d, displacement and velocity of each mode, of what is free in it."""
+        known = self.swing.known
+        return np.array([known.omega**2, known.damping, *self.free]).T.tolist() if self.swing.modes else []
 
     @cached_property
     def _amplitudes(self) -> list[complex]:
@@ -220,7 +259,7 @@ class ReleasedFlight:
         known, (z, rate) = swing.known, self.free
         step = propagator(known.omega, known.damping, t)
         moved = swing.gains * waves
-        forced = self.push / known.omega**2 + moved.real.sum(axis=1)
+        forced = self.push * swing.statics + moved.real.sum(axis=1)
         forced_rate = (moved * (1j * swing.harmonics)).real.sum(axis=1)
         return GapState(
             gap, speed, rigid, step.a * z + step.b * rate + forced, step.c * z + step.e * rate + forced_rate
@@ -241,6 +280,21 @@ _STEPS = 80
 _CLOSE = 1e-9  # share of the time at which Newton's method is about to end
 
 
+class Approaching(Protocol):
+    """What may touch the wall: its beginning, its gap and rate at times since, and bounds of their derivatives."""
+
+    @property
+    def start(self) -> GapState: ...
+    @property
+    def acceleration(self) -> float: ...
+    @property
+    def bend(self) -> float: ...
+    @property
+    def jerks(self) -> tuple[float, float]: ...
+    def gap(self, t: Array) -> tuple[Array, Array]: ...
+    def gap_at(self, t: float) -> tuple[float, float]: ...
+
+
 class WallTouch(NamedTuple):
     """A contact: its time since the start of the leg, and the velocity of the striking end there."""
 
@@ -248,7 +302,7 @@ class WallTouch(NamedTuple):
     speed: float
 
 
-def first_contact(leg: ReleasedFlight, begin: float, end: float) -> WallTouch | None:
+def first_contact(leg: Approaching, begin: float, end: float) -> WallTouch | None:
     """The first time in [begin, end) at which the striking end reaches the wall; None when there is none."""
     # Cells are dropped only where y + |y'| h + sup|y''| h²/2 < 0 at their middles; the first that is left has a contact
     # when y' exceeds what sup|y''| can take back within twice its width, and y then grows beyond 0. Times are since the
@@ -263,7 +317,7 @@ def first_contact(leg: ReleasedFlight, begin: float, end: float) -> WallTouch | 
     return None
 
 
-def _first_window(leg: ReleasedFlight, begin: float) -> float:
+def _first_window(leg: Approaching, begin: float) -> float:
     """Some times the flight to be expected of a bar that has just struck, and not longer than y'' stays the same."""
     speed, force, jerk = -leg.start.rate, leg.acceleration, sum(leg.jerks)
     if leg.start.gap == 0.0 and speed <= 0.0 and begin > 0.0:
@@ -286,7 +340,7 @@ def _safe(leg: ReleasedFlight) -> float:
     return -2.5 * leg.acceleration / jerk if jerk > 0.0 else math.inf
 
 
-def _within(leg: ReleasedFlight, low: float, high: float) -> WallTouch | None:
+def _within(leg: Approaching, low: float, high: float) -> WallTouch | None:
     bend, half = min(leg.bend, abs(leg.acceleration) + sum(leg.jerks) * high), 0.5 * (high - low) / _CELLS
     touch = _TOUCH * min(1.0, abs(leg.start.gap) + (abs(leg.start.rate) + bend * high) * high)
     narrow = max(float(np.spacing(high)), 0.1 * math.sqrt(touch / bend) if bend > 0.0 else 0.0)
@@ -312,7 +366,7 @@ def _within(leg: ReleasedFlight, low: float, high: float) -> WallTouch | None:
     return None
 
 
-def _refined(leg: ReleasedFlight, low: float, high: float, guess: float) -> WallTouch:
+def _refined(leg: Approaching, low: float, high: float, guess: float) -> WallTouch:
     """The root of a y that grows between two times, by Newton's method kept between them."""
     t, speed, last = guess, 0.0, math.inf
     for _ in range(_STEPS):
@@ -383,6 +437,7 @@ MOST_IMPACTS = 20_000
 _ERROR = 1e-13  # to which the end of a chatter is known
 _LONGEST = 1e-3  # left of a chatter whose sum is taken
 _STILL = 1e-13  # of the speeds that occur: a rebound that is slower is none
+_AWAY = 1e-2  # of a radian of the load or of the highest mode: how long a structure of several modes is away at least
 _RIPPLES = 8  # quarter waves of the last mode for which the ripple of a cut sum may hide the release
 
 
@@ -395,24 +450,36 @@ class WallImpact(NamedTuple):
 
 @dataclass(frozen=True)
 class RestPath:
-    """A bar let go at `release` (rad), its impacts and the sum of a chatter's rest, to its next rest or `stop`."""
+    """A bar let go at `release` (rad), its impacts and the sum of a chatter's rest, to its next rest or `stop`.
+
+    `begun` is the motion as it is let go, and `shape` the q_n in which it lies down.
+    """
 
     release: float
     impacts: tuple[WallImpact, ...]
     rest: float | None
     chatters: bool
     stop: float
+    begun: GapState = field(repr=False, compare=False)
+    shape: Array = field(repr=False, compare=False)
+
+    def later(self, by: float) -> RestPath:
+        """The same so much later."""
+        moved = tuple(impact._replace(time=impact.time + by) for impact in self.impacts)
+        rest = None if self.rest is None else self.rest + by
+        return replace(self, release=self.release + by, impacts=moved, rest=rest, stop=self.stop + by)
 
 
 def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
     """How long until the impacts after this one have piled up; None where that is not certain, or not known."""
     # Theory, Chatter: rebound speed w, acceleration P at rest and its rate j. The flights 2w/P, 2Rw/P, … add up to T =
     # 2w/((1 − R)P), and to first order in j and d to T(1 − dT/6 − jT/(3P)). What changes the acceleration otherwise,
-    # the elastic modes above all, is part of what is not known; of one mode, y'' = P − d y' − ω² y, only the second
-    # order in time. `factor` is −R, by which the law multiplies velocities, between −1 and 0.
+    # the elastic modes above all, is part of what is not known. A structure, whose modes begin with the accelerations
+    # α_n at rest, moves as −α_n/P of its contact does, with d = Σ d_n α_n/P, but for `aside`; that, and only the second
+    # order in time, is not known of it. `factor` is −R, by which the law multiplies velocities, between −1 and 0.
     swing, w, free, k = leg.swing, -leg.start.rate, leg.swing.system.body.is_free, leg.swing.harmonics
-    d = swing.system.d if free else float(swing.known.damping[0])
-    push = leg.acceleration - d * w
+    known_modes, d = swing.known, swing.system.d
+    push = leg.acceleration - d * w if free else leg.at_rest[1]
     if push <= 0.0:
         return None
     left = 2.0 * w / ((1.0 + factor) * push)
@@ -421,15 +488,19 @@ def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
     if free:
         smooth, elastic = leg.jerks
         known, unknown = (smooth + d * leg.bend) * left / push + d * left, elastic * left / push
-        if d != 0.0 or swing.known.is_damped:
+        if d != 0.0 or known_modes.is_damped:
             z, rate = leg.free
-            other = np.abs(swing.known.gamma * (swing.known.damping - d))
-            unknown += float(other @ np.hypot(swing.known.omega * z, rate)) / push
+            other = np.abs(known_modes.damping - d)
+            unknown += float(other @ np.hypot(known_modes.omega * z, rate)) / push
         most, waves = known + unknown, swing.end * (-1j * k**3 - d * k**2)
     else:
-        waves = float(swing.known.gamma[0]) * 1j * k * swing.system.load.coefficients[k.astype(int)]
-        most = known = float(np.abs(waves).sum()) * left / push + d * left
-        unknown = (float(k @ np.abs(waves)) / push + float(swing.known.omega[0]) ** 2) * left**2
+        omega, damping, share = known_modes.omega, known_modes.damping, leg.at_rest[0] / push
+        d, aside = float(damping @ share), np.abs(leg.aside)
+        waves = float(known_modes.gamma.sum()) * 1j * k * swing.system.load.coefficients[k.astype(int)]
+        known = float(np.abs(waves).sum()) * left / push + abs(d) * left
+        unknown = (float(k @ np.abs(waves)) / push + float(omega**2 @ np.abs(share))) * left**2
+        unknown += float((damping + omega**2 * left) @ aside) * left / push
+        most = known + unknown
     if most > 0.1 or (known**2 + unknown) * left > _ERROR:
         return None
     return float(left * (1.0 - d * left / 6.0 - (waves * leg.turned).real.sum() * left / (3.0 * push)))
@@ -438,15 +509,18 @@ def chatter_left(leg: ReleasedFlight, factor: float) -> float | None:
 class RestSearch:
     """A bar let go at a time (rad), followed from impact to impact until `stop`; `leg`: the flight that begins."""
 
-    def __init__(self, swing: ForcedResponse, release: float, stop: float) -> None:
+    def __init__(self, swing: ForcedResponse, release: float, stop: float, begun: GapState | None = None) -> None:
         self.swing, self.stop, self.release = swing, stop, release
-        body, modes = swing.system.body, swing.modes
-        self.law = swing.system.contact
-        none = np.zeros(modes)
-        self.leg = ReleasedFlight(swing, release, GapState(0.0, 0.0, 0.0, none, none))
-        pulled, free = pull_lasts(swing.system.load, release), body.is_free
-        wave = (1.0 + 0.5 / modes) * body.transit_time if modes else 0.0
-        self.free_until = release + (max(pulled, wave) if free else min(pulled, half_swing(swing.known)))
+        body, modes, none = swing.system.body, swing.modes, np.zeros(swing.modes)
+        self.law, free = swing.system.contact, body.is_free
+        self.begun = GapState(0.0, 0.0, 0.0, none, none) if begun is None else begun
+        self.leg = ReleasedFlight(swing, release, self.begun)
+        if swing.is_several:
+            self.free_until = release + _AWAY / max(1.0, float(swing.known.omega.max()))
+        else:
+            pulled = pull_lasts(swing.system.load, release)
+            wave = (1.0 + 0.5 / modes) * body.transit_time if modes else 0.0
+            self.free_until = release + (max(pulled, wave) if free else min(pulled, half_swing(swing.known)))
         self.ripple = 0.5 * math.pi / float(swing.known.omega[-1]) if modes and free else 0.0
         self.impacts: list[WallImpact] = []
         self.flight = math.inf  # the last one
@@ -458,8 +532,21 @@ class RestSearch:
             time, speed = self.impacts[-1]
             left, chatters = self._rests(speed)
             if left is not None and time + left <= self.stop:
-                return RestPath(self.release, tuple(self.impacts), time + left, chatters, time + left)
-        return RestPath(self.release, tuple(self.impacts), None, False, min(self.stop, self.leg.time))
+                return self._path(time + left, chatters, time + left, self._shape(left))
+        return self._path(None, False, min(self.stop, self.leg.time), self.leg.start.displacement)
+
+    def _path(self, rest: float | None, chatters: bool, stop: float, shape: Array) -> RestPath:
+        return RestPath(self.release, tuple(self.impacts), rest, chatters, stop, self.begun, shape)
+
+    def _shape(self, left: float) -> Array:
+        """The q_n in which it lies down after the last impact: a bar is undeformed, its end at the wall."""
+        # The velocities beside those of the chatter are turned over and over in flights that are ever shorter.
+        leg, factor = self.leg, self.law.velocity_factor
+        if not self.swing.is_several:
+            return np.zeros(self.swing.modes)
+        if left == 0.0:
+            return leg.start.displacement
+        return leg.start.displacement - leg.aside * 2.0 * leg.start.rate / leg.at_rest[1] / (1.0 + factor**2)
 
     def strikes(self) -> bool:
         """Follow the bar through its next impact; whether there is one before the stop."""
@@ -518,7 +605,7 @@ class RestSearch:
     def _rests(self, speed: float) -> tuple[float | None, bool]:
         """How long until the bar lies on the wall, if it does without leaving, and whether it chatters until then."""
         leg, factor = self.leg, self.law.velocity_factor
-        push = float(self.swing.system.load.value(leg.time))
+        push = 0.0 if self.swing.is_several else float(self.swing.system.load.value(leg.time))
         scale = abs(leg.drift) + float(np.abs(self.swing.end) @ self.swing.harmonics) + speed
         if -leg.start.rate <= _STILL * scale:
             held = (factor == 0.0 and push > 0.0) or leg.acceleration >= 0.0

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from percuss.mechanics.held_structure import HeldStructure, held_structure
 from percuss.model import System
 from percuss.model.checks import DEFAULT_MODES, Array, array, count, instance, text
 from percuss.model.load import Side
@@ -25,6 +26,7 @@ from percuss.steady.resting.flight_chain import (
     release_phases,
     time_to_release,
 )
+from percuss.steady.resting.rest_map import FixedRests, Lying, begins, closed_near, next_rest
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -38,8 +40,9 @@ class RestCycle(Repeating):
     While it rests the bar forgets everything: the cycle is told by the phases of the load at which it is let go, and
     whatever disturbs it is gone after the next rest. All its multipliers are 0 (superstable); but a bar that its
     ringing lays down under a load that pulls is let go at once, and where it is nowhere held the phase is not
-    forgotten. Times are in radians of the load's fundamental, all quantities are dimensionless. The bar has the modes
-    0 … N, forced part included, exactly as a simulation with N modes moves.
+    forgotten. Nor do the several modes of a structure forget the shape and the phase in which they come to rest: of
+    the 2N multipliers N are 0. Times are in radians of the load's fundamental, all quantities are dimensionless. The
+    bar has the modes 0 … N, forced part included, exactly as a simulation with N modes moves.
 
     Parameters
     ----------
@@ -49,15 +52,16 @@ class RestCycle(Repeating):
         N.
     chains
         From each release to the next rest, in order; the first is that with the least phase of the load.
-    phase_multiplier
-        What a cycle leaves of a small change of the phase at which the bar is let go; 0 where the load holds it.
+    remembered
+        The multipliers of what the rests do not forget, the greatest first: none where the load holds the bar; of one
+        that is let go at once what a cycle leaves of a small change of the phase; N of a structure of several modes.
     """
 
     system: System
     periods: int
     modes: int
     chains: tuple[RestPath, ...] = field(repr=False)
-    phase_multiplier: float = 0.0
+    remembered: tuple[complex, ...] = ()
 
     @property
     def chatters(self) -> bool:
@@ -130,12 +134,17 @@ class RestCycle(Repeating):
         """Always."""
         return True
 
+    @property
+    def lying(self) -> tuple[Lying, ...]:
+        """When it comes to rest, and in which shape, after each release."""
+        return tuple(Lying(chain.rest or math.nan, chain.shape) for chain in self.chains)
+
     # -- the motion between release and rest, followed again --
 
     @cached_property
     def _searches(self) -> tuple[RestSearch, ...]:
         swing = ForcedResponse(set_at_wall(self.system, self.modes), self.modes)
-        found = tuple(RestSearch(swing, chain.release, chain.stop + TURN) for chain in self.chains)
+        found = tuple(RestSearch(swing, chain.release, chain.stop + TURN, chain.begun) for chain in self.chains)
         for search in found:
             search.chain()
         return found
@@ -182,8 +191,8 @@ class RestCycle(Repeating):
     def _energies(self, motion: GapState) -> tuple[float, float]:
         """Kinetic and strain energy."""
         known = self._searches[0].swing.known
-        kinetic = 0.5 * motion.rigid**2 + 0.5 * float(motion.velocity**2 @ known.weight)
-        return kinetic, 0.5 * float((known.omega * motion.displacement) ** 2 @ known.weight)
+        kinetic = 0.5 * motion.rigid**2 + 0.5 * float(motion.velocity**2 @ known.inertia)
+        return kinetic, 0.5 * float((known.omega * motion.displacement) ** 2 @ known.inertia)
 
     @property
     def phase(self) -> float:
@@ -218,13 +227,20 @@ class RestCycle(Repeating):
         """Energy over the cycle: put in by the load, taken by damping and by impacts and rests."""
         law = self.system.contact
         taken = [law.energy_taken(*self._energies(one)) for chain in self._struck for one in chain]
-        taken += [sum(self._energies(search.leg.start)) for search in self._searches]  # when it lies down
+        swing = self._searches[0].swing
+        left = [self._energies(search.leg.start) for search in self._searches]  # when it lies down
+        taken += [kinetic if swing.is_several else kinetic + strain for kinetic, strain in left]
         flown = (one for search in self._searches for one in search.flown)
-        lost = damped(self.system, self.modes, (Stretch(leg.time, time, leg.rates) for leg, time, _ in flown))
+        stretches = [Stretch(leg.time, time, leg.rates) for leg, time, _ in flown]
+        if swing.is_several:
+            held = held_structure(swing.system, self.modes)
+            stretches += map(partial(_while_held, held), self.chains, self.rest_times.tolist())
+        lost = damped(self.system, swing.known.inertia, stretches)
         return Energy(math.fsum(taken) + lost, lost, math.fsum(taken))
 
     def _multipliers(self, side: Side) -> Multipliers:
-        return Multipliers(self.label, self.modes, np.array([self.phase_multiplier, 0.0], dtype=complex), self.system)
+        zeros = max(2 - len(self.remembered), len(self.remembered))
+        return Multipliers(self.label, self.modes, np.append(self.remembered, np.zeros(zeros, complex)), self.system)
 
     @property
     def admissible(self) -> bool:
@@ -238,6 +254,16 @@ class RestCycle(Repeating):
             f"rest from {self.rest_phase:.6f} rad, {impacts} impact{'s' if impacts != 1 else ''} followed, "
             f"{self.modes} modes"
         )
+
+
+def _while_held(held: HeldStructure, chain: RestPath, lasts: float) -> Stretch:
+    """A structure of several modes while the wall holds its contact, as a stretch of its motion."""
+    lying = Lying(chain.rest or math.nan, chain.shape)
+
+    def rates(t: Array) -> Array:
+        return np.vstack([np.zeros(t.size), held.after(*begins(held, lying), t)[1]])
+
+    return Stretch(lying.time, lasts, rates)
 
 
 def _blows(chain: RestPath) -> int:
@@ -264,6 +290,8 @@ class FoundRestCycles(FoundMotions):
     leads_to
         Of each of them the number of the cycle, from 0, that a bar let go there ends in; −1 where it comes to none
         within the load periods that were allowed, or rounding decides when. Shape (K,).
+    rests
+        Of a structure of several modes, which is let go at any phase: from how many rests the cycles were looked for.
     """
 
     system: System
@@ -272,6 +300,12 @@ class FoundRestCycles(FoundMotions):
     orbits: tuple[RestCycle, ...]
     releases: tuple[float, ...]
     leads_to: tuple[int, ...]
+    rests: int = 0
+
+    @property
+    def complete(self) -> bool:
+        """Whether none can be missed, of so many load periods, but those whose length rounding decides."""
+        return not self.rests
 
     def labelled(self, label: str) -> tuple[RestCycle, ...]:
         """Those of a label, such as chatter/1."""
@@ -279,8 +313,9 @@ class FoundRestCycles(FoundMotions):
         return tuple(cycle for cycle in self.orbits if cycle.label == label)
 
     def __str__(self) -> str:
-        many, lost = len(self.releases), sum(number < 0 for number in self.leads_to)
-        head = f"{len(self)} cycle{'s' if len(self) != 1 else ''} with rest from {many} release phase"
+        many, lost = self.rests or len(self.releases), sum(number < 0 for number in self.leads_to)
+        head = f"{len(self)} cycle{'s' if len(self) != 1 else ''} with rest from {many} "
+        head += "rest" if self.rests else "release phase"
         head += "s" if many != 1 else ""
         if lost:
             head += f", {lost} without a return within {self.most} load periods"
@@ -352,10 +387,16 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
     go at once, at any phase: if that happens in every cycle and no load ever holds it, the cycle to which the motion
     from a release phase comes is solved for, and has a multiplier.
 
+    A structure of one mode does as a bar does, but that its spring, too, presses or pulls. Of several modes those that
+    are left move on while the wall holds the contact, and remember: its cycles are fixed points of a map from rest to
+    rest (theory, Structures that are held). They are looked for from rests in the shapes in which the load bends the
+    structure at some phases, on the way from rest to rest, and solved for by Newton's method where that nearly comes
+    back; stable and unstable ones are found so, and some may be missed.
+
     Parameters
     ----------
     system
-        The bar, its load and its contact; or a structure of one mode, of which the spring, too, presses or pulls.
+        The bar or the structure, its load and its contact.
     modes
         N: the bar has the modes 0 … N, in the forced part, too; a structure the modes 1 … N.
     most
@@ -366,7 +407,7 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
     ResonanceError
         When an undamped bar is driven exactly at one of its own frequencies.
     ParameterError
-        For numbers out of range; for a structure of several modes, which moves on while the wall holds its contact.
+        For numbers out of range.
 
     References
     ----------
@@ -385,6 +426,8 @@ def rest_cycles(system: System, *, modes: int = DEFAULT_MODES, most: int = 64) -
     kept = system.body.chosen(count("modes", modes, least=0, most=_MOST_MODES))
     longest = count("most", most, most=MOST_PERIODS)
     swing = ForcedResponse(set_at_wall(system, kept), kept)
+    if swing.is_several:
+        return _of_several_modes(system, swing, longest)
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     ways: dict[int, ReleaseToRelease] = {}
     leads_to: dict[int, int] = {-1: -1}
@@ -455,7 +498,7 @@ def _at_once(system: System, swing: ForcedResponse, release: float, number: int,
     if not abs(step) <= _SETTLED:
         return None
     first = min(float(np.mod(chain.release, TURN)) for chain in way(time))
-    return RestCycle(system, periods, swing.modes, tuple(way(first)), 1.0 + slope)
+    return RestCycle(system, periods, swing.modes, tuple(way(first)), (1.0 + slope,))
 
 
 def _is_same(one: RestCycle, other: RestCycle) -> bool:
@@ -474,12 +517,83 @@ def _cycle(
     late = 0.0
     for number in numbers[first:] + numbers[:first]:
         way = ways[number]
-        for chain in way.chains:  # so much later
-            moved = tuple(impact._replace(time=impact.time + late) for impact in chain.impacts)
-            rest = None if chain.rest is None else chain.rest + late
-            chains.append(RestPath(chain.release + late, moved, rest, chain.chatters, chain.stop + late))
+        chains += [chain.later(late) for chain in way.chains]
         late += way.end - releases[way.next]
     return RestCycle(system, round(late / TURN), swing.modes, tuple(chains))
+
+
+# ---- … of a structure of several modes: fixed points of its map from rest to rest
+
+_STARTS, _SETTLES = 8, 16  # and load periods for which the way from each start is followed, or `most`
+_MOST_RESTS, _LONGEST, _MOST_TRIES = 24, 8, 4  # on that way; of a cycle; and of Newton's method
+_COMES_BACK, _COULD = 1e-2, 0.5  # of the shape, and rad: by how much the rests may be off where a cycle is solved for
+
+
+def _of_several_modes(system: System, swing: ForcedResponse, longest: int) -> FoundRestCycles:
+    held, cycles = held_structure(swing.system, swing.modes), list[RestCycle]()
+    for number in range(_STARTS):
+        phase = TURN * number / _STARTS
+        bent = float(system.load.value(phase)) if number % 2 else system.load.mean
+        for cycle in _from_rest(system, swing, Lying(phase, held.still(bent) / held.basis[0]), longest, cycles):
+            if cycle.periods <= longest and not any(_is_same(one, cycle) for one in cycles):
+                cycles.append(cycle)
+    cycles.sort(key=lambda cycle: (cycle.periods, cycle.release_phase))
+    return FoundRestCycles(system, swing.modes, longest, tuple(cycles), (), (), _STARTS)
+
+
+def _from_rest(
+    system: System, swing: ForcedResponse, lying: Lying, longest: int, known: list[RestCycle]
+) -> Iterator[RestCycle]:
+    """The cycles near the way of a structure from a rest on, up to that to which it comes."""
+    been, tries, stop, off = [lying], 0, lying.time + TURN * max(longest, _SETTLES), partial(_off, swing)
+    while len(been) <= _MOST_RESTS and tries < _MOST_TRIES:
+        way = next_rest(swing, been[-1], stop)
+        if way is None:
+            return
+        been.append(way.end)
+        if any(off(one, way.end) < _AGAIN for cycle in known for one in cycle.lying):
+            return
+        for rests in range(1, min(len(been), _LONGEST + 1)):
+            near = off(been[-1 - rests], way.end)
+            periods = round((way.end.time - been[-1 - rests].time) / TURN)
+            if periods < 1 or not (near < _COMES_BACK or (rests <= 2 and near < _COULD)):
+                continue
+            tries += 1
+            fixed = closed_near(swing, way.end, rests, periods)
+            if fixed is None or any(off(fixed.ways[0].begin, one.end) < _AGAIN for one in fixed.ways[:-1]):
+                continue
+            yield _of_rests(system, swing, fixed)
+            if near < _COMES_BACK and off(fixed.ways[0].begin, way.end) < _COMES_BACK:
+                return
+            break
+
+
+def _off(swing: ForcedResponse, one: Lying, other: Lying) -> float:
+    """By how much two rests are off, of the shape, and in rad of the load."""
+    time, root = abs(math.remainder(other.time - one.time, TURN)), np.sqrt(swing.known.inertia)
+    size = max(float(np.abs(root * shape).max()) for shape in (one.shape, other.shape))
+    return max(time, float(np.abs(root * (other.shape - one.shape)).max()) / max(size, 1e-300))
+
+
+def _of_rests(system: System, swing: ForcedResponse, fixed: FixedRests) -> RestCycle:
+    """The cycle of a fixed point, from the release with the least phase on."""
+    chains = [way.path for way in fixed.ways]
+    first = int(np.argmin([np.mod(chain.release, TURN) for chain in chains]))
+    periods = round((fixed.ways[-1].end.time - fixed.ways[0].begin.time) / TURN)
+    turned = [*chains[first:], *(chain.later(TURN * periods) for chain in chains[:first])]
+    early = TURN * math.floor(turned[0].release / TURN)
+    values = np.linalg.eigvals(fixed.matrix).astype(complex)
+    values = values[np.lexsort((values.imag, -values.real, -np.round(np.abs(values), 13)))]
+    return RestCycle(
+        system, periods, swing.modes, tuple(chain.later(-early) for chain in turned), tuple(values.tolist())
+    )
+
+
+def cycle_near(system: System, cycle: RestCycle) -> RestCycle | None:
+    """The cycle of a structure of several modes near that of another system, of as many rests and load periods."""
+    swing, last = ForcedResponse(system, cycle.modes), cycle.lying[-1]
+    fixed = closed_near(swing, last, len(cycle.chains), cycle.periods)
+    return None if fixed is None else _of_rests(system, swing, fixed)
 
 
 def cycle_through(
@@ -487,6 +601,10 @@ def cycle_through(
 ) -> tuple[RestCycle | None, tuple[RestPath, ...], float | None]:
     """The cycle through the release phase nearest to the given one, or None; all chains, and that phase."""
     swing = ForcedResponse(set_at_wall(system, modes), modes)
+    if swing.is_several:
+        every = [one for one in rest_cycles(system, modes=modes, most=most) if one.periods == most]
+        found = min(every, key=lambda one: abs(math.remainder(one.release_phase - release, TURN)), default=None)
+        return found, () if found is None else found.chains, None if found is None else found.release_phase
     releases = tuple(float(phase) for phase in release_phases(swing.system.load))
     if not releases:
         return None, (), None

@@ -458,22 +458,24 @@ def rest_cycles_answer(case: Case, *, modes: int | None = None, most: int = 64) 
 def rest_cycles_dict(found: FoundRestCycles, label: str) -> dict[str, Any]:
     """The cycles of a label, in the form of the answers of a search for orbits."""
     told = re.sub(r"\s", "", label)
-    nothing: dict[str, Any] = {"unseen": 0.0, "unseen_bound": 0.0, "sources": {}, "resonant_modes": [], "dropped": {}}
+    bound = 0.0 if found.complete else 1.0
+    nothing: dict[str, Any] = {"unseen": 0.0, "unseen_bound": bound, "sources": {}, "resonant_modes": [], "dropped": {}}
     return {
         "label": told,
         "modes": found.modes,
         "orbits": [rest_cycle_dict(cycle) for cycle in found.labelled(told)],
-        "complete": True,
+        "complete": found.complete,
         "interrupted": False,
         "ended": 0,
-        "tries": len(found.releases),
+        "tries": found.rests or len(found.releases),
         **nothing,
     }
 
 
 def rest_cycle_dict(cycle: RestCycle) -> dict[str, Any]:
     told = picked(cycle, "label release_phase rest_phase flight_times stable admissible")
-    return {**told, "impacts": _impacts(cycle), "multipliers": [[0.0, 0.0]], "reason": None}
+    values = list(cycle.remembered) or [0.0j]
+    return {**told, "impacts": _impacts(cycle), "multipliers": plain_value(values), "reason": None}
 
 
 def _chosen_cycle(system: System, orbit: str, modes: int) -> RestCycle:
@@ -541,7 +543,9 @@ def branch_section(heading: str, line: Branch) -> ReportSection:
 
 _COLUMNS = ("number", "phases [rad]", "speeds", "largest multiplier", "stable")
 _CYCLE_COLUMNS = ("number", "blows after", "speeds", "largest multiplier", "stable")
-_REST_COLUMNS = ("number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]")
+_REST_COLUMNS = (
+    "number", "release [rad]", "phases [rad]", "speeds", "rest from [rad]", "largest multiplier", "stable",
+)  # fmt: skip
 
 
 def orbits_report(
@@ -608,11 +612,16 @@ def _rest_sections(found: FoundRestCycles, label: str) -> tuple[ReportSection | 
                 _few(cycle.phases.tolist()),
                 _few(cycle.speeds.tolist()),
                 f"{cycle.rest_phase:.9f}",
+                f"{cycle.multipliers().largest:.6g}",
+                "yes" if cycle.stable else "no",
             )
             for number, cycle in enumerate(cycles, 1)
         )
         sections.append(Grid(label, _REST_COLUMNS, rows))
-    lines = [("complete", "yes: one motion from each phase at which the load lets go"), ("multipliers", "all 0")]
+    lines = [("complete", "yes: one motion from each phase at which the load lets go")]
+    if not found.complete:
+        told = "no: several modes move on while the wall holds the contact, and the structure leaves at any phase"
+        lines = [("complete", told), ("looked for", f"from {counted(found.rests, 'rest')}")]
     for release, number in zip(found.releases, found.leads_to, strict=True):
         end = (
             found[number].label
@@ -620,7 +629,7 @@ def _rest_sections(found: FoundRestCycles, label: str) -> tuple[ReportSection | 
             else f"no return within {found.most} load periods, or rounding decides when"
         )
         lines.append((f"released at {release:.6f} rad", end))
-    if not found.releases:
+    if found.complete and not found.releases:
         lines.append(("release", "the load never turns from push to pull"))
     sections.append(ReportSection(f"{label}: from the releases", tuple(lines)))
     return tuple(sections)
