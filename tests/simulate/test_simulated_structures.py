@@ -12,11 +12,12 @@ from scipy.integrate import solve_ivp
 
 from percuss import Start, Stop, run
 from percuss.errors import ParameterError
-from percuss.explore import SystemFamily
+from percuss.explore import BranchEvent, SystemFamily, follow_point
 from percuss.mechanics.flow import propagator
 from percuss.model import Kept, Load, ModalBody, Mounted, System
 from percuss.simulate.events import KINDS
 from percuss.steady import orbits, rest_cycles
+from percuss.steady.resting.rest_cycles import cycle_near
 from random_hammers import random_structure
 
 TURN = 2.0 * math.pi
@@ -373,6 +374,23 @@ def test_multipliers_of_a_cycle_with_rest_are_those_of_the_simulated_map(number)
         assert told.size == 2 * root.size and (told[root.size :] == 0.0).all()
         scale = max(1.0, cycle.multipliers().largest)
         assert np.poly(seen) == pytest.approx(np.poly(told[: root.size]), abs=1e-6 * scale**2)
+
+
+def test_a_cycle_with_rest_of_several_modes_is_followed_to_its_fold():
+    """The multiplier that is 1 there grows as the root of the distance; both cycles that meet have the same there."""
+    cycle = next(one for one in resting_cycles(0).orbits if one.stable and one.remembered[0].imag == 0.0)
+    branch = cycle.follow("gap", (-0.0115, -0.004), points=5)
+    limit, fold = branch.points
+    assert (limit.kind, fold.kind) == (BranchEvent.LIMIT, BranchEvent.FOLD) and branch.stable.all()
+    assert fold.value == pytest.approx(-0.0063370799, abs=1e-9)
+    margins = 1.0 - np.array([one.remembered[0].real for one in branch.cycles])[-12:-2]
+    off = fold.value - branch.values[-12:-2]
+    assert np.polyfit(np.log(np.abs(off)), np.log(margins), 1)[0] == pytest.approx(0.5, abs=0.05)
+    with pytest.raises(ParameterError, match="several modes"):
+        follow_point(fold, ("gap", "restitution"))
+    middle = branch.cycles[len(branch.cycles) // 3]
+    found, _ = cycle_near(middle.system, middle, middle.lying[-1], 1e-3)
+    assert found.release_phase == pytest.approx(middle.release_phase, abs=1e-11)
 
 
 def test_a_second_mode_that_does_not_move_the_contact_changes_nothing():

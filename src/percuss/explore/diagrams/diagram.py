@@ -81,7 +81,7 @@ class Diagram(OfValues):
     settled
         What simulations settled on, value by value, the most frequent first.
     branches, rest_branches
-        All that were traced, each of them once; those of cycles with rest of rigid bars, and structures of one mode.
+        All that were traced, each of them once; those of cycles with rest of rigid bars, and of structures.
     impossible
         Roots of the equations beyond the grazings at which branches end: no motions.
     ask
@@ -218,7 +218,7 @@ def diagram(
     is met, too, up to where it is lost. At a few values orbits are searched for, stable and unstable, and every branch
     that one of them lies on is followed through the whole range, with the branches that begin at its flips and
     grazings. So are the cycles without rest that simulations settle on, however narrow their range is, and cycles with
-    rest of up to 4 load periods, of a rigid bar or a structure of one mode.
+    rest of up to 4 load periods, of a rigid bar or a structure.
 
     Parameters
     ----------

@@ -164,6 +164,7 @@ MOST_REST_PERIODS = 4
 """Load periods of the cycles that are looked for: windows of longer ones are narrow, and take long to follow."""
 
 _POINTS = 33  # over the whole range, at least
+_FINER = 5  # times as many values as are given are looked at where the search for cycles takes no time
 _NEAR_RELEASE = 0.05  # rad, within which the releases of two cycles of one label at one value are one
 
 
@@ -178,7 +179,7 @@ def rests_traced(
 ) -> list[Branch]:
     """All branches of cycles with rest that are met at one of the values; none of what does not rest as a whole."""
     found: list[Branch] = []
-    for value in values:
+    for value in values if modes <= 1 else values[::_FINER]:  # a search takes seconds where several modes remember
         try:
             with halting(stopped):
                 system = family.system({name: value})
@@ -195,7 +196,7 @@ def rests_traced(
 
 def _rests(system: System, modes: int) -> bool:
     """Whether the branches are few: after each touch an elastic bar goes on otherwise. With R = 1 no chatter ends."""
-    return modes == (0 if system.body.is_free else 1) and system.contact.velocity_factor > -1.0
+    return (modes == 0 or not system.body.is_free) and system.contact.velocity_factor > -1.0
 
 
 def _is_on_rest_line(line: Branch, value: float, cycle: RestCycle) -> bool:

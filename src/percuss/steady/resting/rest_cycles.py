@@ -26,7 +26,7 @@ from percuss.steady.resting.flight_chain import (
     release_phases,
     time_to_release,
 )
-from percuss.steady.resting.rest_map import FixedRests, Lying, begins, closed_near, next_rest
+from percuss.steady.resting.rest_map import FixedRests, Lying, begins, closed_near, next_rest, ways_from
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -548,7 +548,7 @@ def _from_rest(
     been, tries, stop, off = [lying], 0, lying.time + TURN * max(longest, _SETTLES), partial(_off, swing)
     while len(been) <= _MOST_RESTS and tries < _MOST_TRIES:
         way = next_rest(swing, been[-1], stop)
-        if way is None:
+        if way is None or way.path.rest is None:
             return
         been.append(way.end)
         if any(off(one, way.end) < _AGAIN for cycle in known for one in cycle.lying):
@@ -589,11 +589,34 @@ def _of_rests(system: System, swing: ForcedResponse, fixed: FixedRests) -> RestC
     )
 
 
-def cycle_near(system: System, cycle: RestCycle) -> RestCycle | None:
-    """The cycle of a structure of several modes near that of another system, of as many rests and load periods."""
-    swing, last = ForcedResponse(system, cycle.modes), cycle.lying[-1]
-    fixed = closed_near(swing, last, len(cycle.chains), cycle.periods)
-    return None if fixed is None else _of_rests(system, swing, fixed)
+def lying_between(one: RestCycle, other: RestCycle, share: float) -> Lying:
+    """The last rest of one cycle, moved by a share of the way to that of another one near it."""
+    here, swing = one.lying[-1], ForcedResponse(one.system, one.modes)
+    there = min(other.lying, key=partial(_off, swing, here))
+    late = math.remainder(there.time - here.time, TURN)
+    return Lying(here.time + share * late, here.shape + share * (there.shape - here.shape))
+
+
+def cycle_near(
+    system: System, cycle: RestCycle, lying: Lying, reach: float
+) -> tuple[RestCycle | None, tuple[RestPath, ...]]:
+    """The cycle of a structure of several modes within reach of a rest, alike one of another system; what follows it.
+
+    None where there is none, or one beyond a fold: of as many multipliers greater than 1, or one, or three … more.
+    """
+    swing, rests = ForcedResponse(system, cycle.modes), len(cycle.chains)
+    fixed = closed_near(swing, lying, rests, cycle.periods)
+    if fixed is not None:
+        found = _of_rests(system, swing, fixed)
+        near = min(_off(swing, lying, one) for one in found.lying) < reach
+        if near and (_folded(found) > 0.0) == (_folded(cycle) > 0.0):
+            return found, found.chains
+    return None, tuple(way.path.later(-cycle.period) for way in ways_from(swing, lying, rests, cycle.periods))
+
+
+def _folded(cycle: RestCycle) -> float:
+    """The product of all 1 − μ, which vanishes at a fold."""
+    return float(np.prod(1.0 - np.array(cycle.remembered)).real)
 
 
 def cycle_through(

@@ -147,14 +147,24 @@ class RestToRest:
 
 
 def next_rest(swing: ForcedResponse, lying: Lying, stop: float) -> RestToRest | None:
-    """The way to the next rest; None where there is none before the stop."""
+    """The way to the next rest, or as far as the stop; None where the wall does not let go before."""
     held = held_structure(swing.system, swing.modes)
     released = _let_go(held, lying, stop)
     if released is None:
         return None
     search = RestSearch(swing, released[0], stop, released[1])
-    path = search.chain()
-    return None if path.rest is None else RestToRest(held, lying, path, search)
+    return RestToRest(held, lying, search.chain(), search)
+
+
+def ways_from(swing: ForcedResponse, lying: Lying, rests: int, periods: int) -> list[RestToRest]:
+    """The ways of so many rests, or as far as so many load periods and one more."""
+    found: list[RestToRest] = []
+    while len(found) < rests and (not found or found[-1].path.rest is not None):
+        way = next_rest(swing, found[-1].end if found else lying, lying.time + TURN * (periods + 1))
+        if way is None:
+            break
+        found.append(way)
+    return found
 
 
 # ---- Fixed points of it
@@ -183,14 +193,10 @@ def closed_near(swing: ForcedResponse, lying: Lying, rests: int, periods: int) -
     scale = max(float(np.abs(root * lying.shape).max()), 1e-300)
 
     def off(lying: Lying) -> tuple[Array, list[RestToRest]]:
-        ways: list[RestToRest] = []
-        here: Lying | None = lying
-        while here is not None and len(ways) < rests:
-            way = next_rest(swing, here, lying.time + TURN * (periods + 1))
-            ways += [] if way is None else [way]
-            here = None if way is None else way.end
-        if here is None:
+        ways = ways_from(swing, lying, rests, periods)
+        if len(ways) < rests or ways[-1].path.rest is None:
             return np.full(root.size, np.inf), ways
+        here = ways[-1].end
         shape = across.T @ (root * (here.shape - lying.shape)) / scale
         return np.append(shape, here.time - lying.time - TURN * periods), ways
 

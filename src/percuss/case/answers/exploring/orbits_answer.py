@@ -511,9 +511,13 @@ def branch_report(
     every = list(branch.family())
     sections: list[ReportSection | Grid] = [branch_section(one.label, one) for one in every]
     if branch.has_rest:
-        rests = branch.rest_times
+        rests, told = branch.rest_times, "all 0: stable all along"
+        if any(cycle.remembered for cycle in branch.cycles):
+            sizes = [cycle.multipliers().largest for cycle in branch.cycles]
+            told = f"the largest from {min(sizes):.6g} to {max(sizes):.6g}, "
+            told += f"stable at {counted(int(branch.stable.sum()), 'point')} of {branch.values.size}"
         lines = (
-            ("multipliers", "all 0: stable all along"),
+            ("multipliers", told),
             ("shortest rest", f"{rests.min():.6g} to {rests.max():.6g} rad of the load"),
         )
         sections.append(ReportSection(f"{branch.label}: on the way", lines))

@@ -22,6 +22,7 @@ from percuss.model.body import ModalBody, SizedBody
 from percuss.model.checks import Array, count
 from percuss.simulate import Start, Stop, run
 from percuss.simulate.events import IMPACT
+from percuss.simulate.spectrum import units
 from percuss.steady import PeriodicOrbit, RestCycle, orbit_near, steady_states
 from percuss.steady.resting.rest_cycles import cycle_through
 
@@ -364,6 +365,10 @@ def branch_playback(
         if found is None or found.periods != periods:
             raise ParameterError("release", at, f"a phase near that at which a cycle of {periods} load periods leaves")
         start, told = Start.rigid(0.0, 0.0, found.release_phase), rest_cycle_dict(found)
+        if len(found.remembered) > 1:  # several modes of a structure: from the rest before
+            time, shape = found.lying[-1]
+            shape = shape / units(system.body.modes(found.modes, system.load.at))
+            start = Start.modal(np.append(0.0, shape), np.zeros(found.modes + 1), time)
         stop = Stop(_MOST_IMPACTS, time=found.period, periodic=False)
     else:
         found = orbit_near(system, at, periods, modes=modes)
