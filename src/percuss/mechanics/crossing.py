@@ -52,7 +52,7 @@ def _told(flight: ModalFlight, regions: Regions) -> tuple[Array, tuple[float, fl
     modes, (u, v) = flight.modes, flight.begin.T
     numbers = float(flight.force), float(flight.ramp), float(flight.duration)
     edges = np.column_stack([regions.rows, regions.levels, regions.drifts])
-    room = np.empty((len(edges), 4)), np.empty((len(u), 4)), np.empty((100, 2))
+    room = np.empty((len(edges), 6)), np.empty((len(u), 4))
     return np.array([modes.omega, modes.damping, modes.driven, u, v]), numbers, edges, room
 
 
@@ -70,7 +70,7 @@ def clearances(flight: ModalFlight, regions: Regions, met: int) -> Array:
     # about to where one of them is 0: max(least, −greatest), the least of all rises. Infinite where r never rises.
     table, numbers, edges, room = _told(flight, regions)
     _kernels().cleared(table, *numbers, edges, met, *room)
-    return np.asarray(room[0][:, -1])
+    return np.asarray(room[0][:, _kernels().LEAST])
 
 
 def farthest(flight: ModalFlight, row: Array, drift: float = 0.0) -> float:

@@ -17,6 +17,8 @@ response = twin(flow.response)
 OMEGA, DAMPING, DRIVEN, PLACE, SPEED = range(5)
 MOVED, RATE, BEND, TURNED = range(4)
 OFF, BOUNCE, LAST, LEAST = range(4)
+VAGUE, FIRST, TOLD = 1, 4, 5
+ABOVE, BELOW, TURNS = 1.0, -1.0, 2.0
 
 EPS = 2.0**-52
 CELLS = 32
@@ -28,8 +30,8 @@ MOST_HALVINGS = 200  # each leaves at most half, or Newton's method converges
 
 
 @inner
-def sighted(table, force, ramp, t, h, sight):
-    """How far the coordinates have moved, two derivatives, and a bound of the third within h."""
+def sighted(table, force, ramp, t, sight):
+    """How far the coordinates have moved, and two derivatives."""
     for m in range(table.shape[1]):
         omega, drag, driven, u, v = (
             table[OMEGA, m],
@@ -44,7 +46,14 @@ def sighted(table, force, ramp, t, h, sight):
         moved, rate = v * s + pull * q + climb * w, v * ds + pull * s + climb * q
         bend = driven * (force + ramp * t) - square * (u + moved) - drag * rate
         sight[m, MOVED], sight[m, RATE], sight[m, BEND] = moved, rate, bend
-        turned = abs(square * rate + drag * bend - climb)
+
+
+@inner
+def bounded(table, ramp, h, sight):
+    """A bound of the third derivative within h of where the coordinates are sighted."""
+    for m in range(table.shape[1]):
+        omega, rate, bend = table[OMEGA, m], sight[m, RATE], sight[m, BEND]
+        turned = abs(omega * omega * rate + table[DAMPING, m] * bend - ramp * table[DRIVEN, m])
         sight[m, TURNED] = turned + omega * min(omega * h, 1.0) * abs(bend)
 
 
@@ -61,7 +70,7 @@ def seen(edges, k, sight, part):
 def distance(table, force, ramp, edges, off, k, t, sight):
     """r of an edge, beyond which it is entered, and its rate."""
     n = table.shape[1]
-    sighted(table, force, ramp, t, 0.0, sight)
+    sighted(table, force, ramp, t, sight)
     drift = edges[k, n + 1]
     return off + seen(edges, k, sight, MOVED) - drift * t, seen(edges, k, sight, RATE) - drift
 
@@ -86,12 +95,12 @@ def root(table, force, ramp, edges, off, k, start, stop, sight):
 @inner
 def bounced(table, force, ramp, edges, off, k, span, sight):
     """When what leaves an edge is back there, where the parabola from the start decides that; else infinite."""
-    sighted(table, force, ramp, 0.0, 0.0, sight)
+    sighted(table, force, ramp, 0.0, sight)
     first, second = seen(edges, k, sight, RATE) - edges[k, table.shape[1] + 1], seen(edges, k, sight, BEND)
     if off != 0.0 or not first < 0.0 or not second > 0.0:
         return math.inf
     turned = -first / second
-    sighted(table, force, ramp, 0.0, 3.0 * turned, sight)
+    bounded(table, ramp, 3.0 * turned, sight)
     if 3.0 * turned > span or seen(edges, k, sight, TURNED) * turned > BENT * second:
         return math.inf
     return root(table, force, ramp, edges, off, k, 1.5 * turned, 3.0 * turned, sight)
@@ -110,33 +119,28 @@ def offs(table, edges, touch, known):
 
 
 @entry
-def entered(table, force, ramp, span, scale, edges, known, sight, waiting):
+def entered(table, force, ramp, span, scale, edges, known, sight):
     """The first time at which an edge is passed, infinite for none, which one, and whether this is proved."""
-    # `known` (k, 4), `sight` (n, 4) and `waiting` (100, 2) are room to work in. Cells of time are looked at from the
-    # earliest on, and halved where nothing is proved of them.
+    # `known` (k, 6) and `sight` (n, 4) are room to work in. Cells of time are looked at from the earliest on; one of
+    # which nothing is proved is halved, and where that was not needed the next one is twice as wide.
     n, size, best, which, work, proven = table.shape[1], edges.shape[0], math.inf, -1, 0, True
     touch = TOUCH * scale
     slow = touch / span
     offs(table, edges, touch, known)
     for k in range(size):
-        known[k, LAST] = math.nan
         known[k, BOUNCE] = bounced(table, force, ramp, edges, known[k, OFF], k, span, sight)
         if known[k, BOUNCE] < best:
             best, which = known[k, BOUNCE], k
-    for number in range(CELLS):
-        waiting[0, 0], waiting[0, 1], depth = span / CELLS * number, span / CELLS, 1
-        while depth > 0:
-            depth -= 1
-            left, h = waiting[depth, 0], waiting[depth, 1]
-            if left >= best:
-                continue
+    left, h = 0.0, span / CELLS
+    while span - left > 0.5 * NARROWEST * span and left < best:
+        h, is_open, halved = min(h, span - left), False, False
+        sighted(table, force, ramp, left, sight)
+        while True:
             work += n
-            if h < NARROWEST * span or work > MOST_WORK:
-                proven = False
-                continue
-            sighted(table, force, ramp, left, h, sight)
+            bounded(table, ramp, h, sight)
             is_open = False
             for k in range(size):
+                known[k, LAST] = math.nan
                 if known[k, BOUNCE] < math.inf:
                     continue
                 drift = edges[k, n + 1]
@@ -156,21 +160,22 @@ def entered(table, force, ramp, span, scale, edges, known, sight, waiting):
                     is_open = True
                     continue
                 known[k, LAST] = r  # it only rises
-            for k in range(size):
-                if known[k, BOUNCE] < math.inf or math.isnan(known[k, LAST]):
-                    continue
-                r, known[k, LAST] = known[k, LAST], math.nan
-                stop = min(left + h, span)
-                over = touch if stop >= span * (1.0 - 1e-12) else 0.0
-                if r < 0.0 and left < best:
-                    r, _ = distance(table, force, ramp, edges, known[k, OFF], k, stop, sight)
-                    time = root(table, force, ramp, edges, known[k, OFF], k, left, stop, sight) if r > over else best
-                    if time < best:
-                        best, which = time, k
-            if is_open:
-                waiting[depth, 0], waiting[depth, 1] = left + 0.5 * h, 0.5 * h
-                waiting[depth + 1, 0], waiting[depth + 1, 1] = left, 0.5 * h
-                depth += 2
+            if not is_open or h < NARROWEST * span or work > MOST_WORK:
+                break
+            h, halved = 0.5 * h, True
+        proven = proven and not is_open and work <= MOST_WORK
+        if work > MOST_WORK:
+            break
+        stop = min(left + h, span)
+        over = touch if stop >= span * (1.0 - 1e-12) else 0.0
+        for k in range(size):
+            if known[k, LAST] < 0.0 and left < best:
+                r, _ = distance(table, force, ramp, edges, known[k, OFF], k, stop, sight)
+                time = root(table, force, ramp, edges, known[k, OFF], k, left, stop, sight) if r > over else best
+                if time < best:
+                    best, which = time, k
+        left += h
+        h = h if halved else 2.0 * h
     return best, which, proven
 
 
@@ -182,85 +187,147 @@ def turned_at(table, force, ramp, edges, k, low, high, share, sight):
     """Where r turns between two times: a share of the way from the first, then Newton's method."""
     t, drift = low + (high - low) * share, edges[k, table.shape[1] + 1]
     for _ in range(TURN_STEPS):
-        sighted(table, force, ramp, t, 0.0, sight)
+        sighted(table, force, ramp, t, sight)
         t -= (seen(edges, k, sight, RATE) - drift) / seen(edges, k, sight, BEND)
         t = min(max(t, low), high)
     return t
 
 
 @inner
-def rose(known, k, low, high):
-    """Of a stretch on which r only rises or falls: how far it is from passing 0 on it, if that is the least."""
-    if high > low:
-        known[k, LEAST] = min(known[k, LEAST], max(low, -high))
+def rose(known, k, r):
+    """Notes that r has come to a turn or an end; False where how low it was before is not known well enough."""
+    # Of a rise what it is from passing 0, if that is the least: max(low, −high).
+    low = known[k, LAST]
+    if known[k, VAGUE] != 0.0 and r > 0.0 and low > -r:
+        return False
+    if r > low:
+        known[k, LEAST] = min(known[k, LEAST], max(low, -r))
+    known[k, LAST], known[k, VAGUE] = r, 0.0
+    return True
 
 
-@entry
-def cleared(table, force, ramp, span, edges, met, known, sight, waiting):
-    """How far each edge is from being passed in a flight, into its last column; that of the number `met` ends it."""
-    # Room to work in as of `entered`. Cells are halved until r turns at most once in each.
-    n = table.shape[1]
+@inner
+def sampled(table, force, ramp, span, edges, met, known, sight):
+    """What the least of each edge is no greater than, by evenly spaced looks."""
     for k in range(edges.shape[0]):
-        drift, off = edges[k, n + 1], -edges[k, n]
-        for m in range(n):
-            off += edges[k, m] * table[PLACE, m]
-        known[k, LEAST], known[k, LAST], work = math.inf, off, 0
-        for number in range(CELLS):
-            waiting[0, 0], waiting[0, 1], depth = span / CELLS * number, span / CELLS, 1
-            while depth > 0:
-                depth -= 1
-                left, h = waiting[depth, 0], waiting[depth, 1]
-                sighted(table, force, ramp, left, h, sight)
+        known[k, LAST], known[k, FIRST], known[k, LEAST] = math.inf, known[k, OFF], math.inf
+    for j in range(1, CELLS + 2):
+        t = max(span, 0.0) * min(j, CELLS) / CELLS
+        sighted(table, force, ramp, t, sight)
+        for k in range(edges.shape[0]):
+            if k == met and j >= CELLS:
+                continue
+            here = known[k, FIRST]
+            r = known[k, OFF] + seen(edges, k, sight, MOVED) - edges[k, table.shape[1] + 1] * t
+            rise = r - here if j <= CELLS else -math.inf
+            if (here - known[k, LAST]) * rise < 0.0 and here * rise >= 0.0:
+                known[k, LEAST] = min(known[k, LEAST], abs(here))
+            known[k, LAST], known[k, FIRST] = here, r
+
+
+@inner
+def turned_in(table, force, ramp, span, edges, met, known, sight, dropping):
+    """All turns of r that may lessen the least of an edge; False where `dropping` the others left too little known."""
+    n, size, left, h, work = table.shape[1], edges.shape[0], 0.0, span / CELLS, 0
+    for k in range(size):
+        known[k, LAST], known[k, VAGUE] = known[k, OFF], 0.0
+    while span - left > 0.5 * NARROWEST * span:
+        h, halved = min(h, span - left), False
+        sighted(table, force, ramp, left, sight)
+        while True:
+            work += n
+            bounded(table, ramp, h, sight)
+            is_open = False
+            for k in range(size):
+                drift = edges[k, n + 1]
+                r = known[k, OFF] + seen(edges, k, sight, MOVED) - drift * left
                 first, second = seen(edges, k, sight, RATE) - drift, seen(edges, k, sight, BEND)
                 third = seen(edges, k, sight, TURNED)
-                r, most = off + seen(edges, k, sight, MOVED) - drift * left, (abs(second) + third * h) * h
-                if abs(first) > most or (abs(first) + most) * h <= EPS * abs(r):  # it only rises or falls, or is still
+                bend, more, most = 0.5 * h * h, third * (h * h * h / 6.0), (abs(second) + third * h) * h
+                known[k, FIRST], known[k, TOLD] = first, 0.0
+                falls = first + max(second, 0.0) * h + third * bend < 0.0
+                rises = -first + max(-second, 0.0) * h + third * bend < 0.0
+                if falls or rises or (abs(first) + most) * h <= EPS * abs(r):  # it only rises or falls, or is still
                     continue
-                work += n
-                if abs(second) < third * h and h > NARROWEST * span and work <= MOST_WORK:
-                    waiting[depth, 0], waiting[depth, 1] = left + 0.5 * h, 0.5 * h
-                    waiting[depth + 1, 0], waiting[depth + 1, 1] = left, 0.5 * h
-                    depth += 2
-                    continue
-                _, rate = distance(table, force, ramp, edges, off, k, left + h, sight)
+                if dropping:
+                    least, last = max(known[k, LEAST], 0.0), known[k, LAST]
+                    low = r + min(first, 0.0) * h + min(second, 0.0) * bend - more
+                    high = r + max(first, 0.0) * h + max(second, 0.0) * bend + more
+                    if low >= least and (last >= 0.0 or (known[k, VAGUE] == 0.0 and low >= -last)):
+                        known[k, FIRST], known[k, TOLD] = r, ABOVE
+                        continue
+                    if -high >= least:
+                        known[k, FIRST], known[k, TOLD] = high, BELOW
+                        continue
+                known[k, TOLD] = TURNS
+                is_open = is_open or abs(second) < third * h
+            if not is_open or h <= NARROWEST * span or work > MOST_WORK:
+                break
+            h, halved = 0.5 * h, True
+        for k in range(size):
+            first, told = known[k, FIRST], known[k, TOLD]
+            if told == ABOVE:
+                rose(known, k, first)
+                known[k, LAST] = math.inf
+            elif told == BELOW:
+                known[k, LAST], known[k, VAGUE] = first, 1.0
+            elif told == TURNS:
+                _, rate = distance(table, force, ramp, edges, known[k, OFF], k, left + h, sight)
                 if first * rate < 0.0:
                     t = turned_at(table, force, ramp, edges, k, left, left + h, first / (first - rate), sight)
-                    r, _ = distance(table, force, ramp, edges, off, k, t, sight)
-                    rose(known, k, known[k, LAST], r)
-                    known[k, LAST] = r
-        r, _ = distance(table, force, ramp, edges, off, k, span, sight)
-        if k != met:
-            rose(known, k, known[k, LAST], r)
+                    r, _ = distance(table, force, ramp, edges, known[k, OFF], k, t, sight)
+                    if not rose(known, k, r):
+                        return False
+        left += h
+        h = h if halved else 2.0 * h
+    for k in range(size):
+        r, _ = distance(table, force, ramp, edges, known[k, OFF], k, span, sight)
+        if k != met and not rose(known, k, r):
+            return False
+    return True
 
 
 @entry
-def highest(table, force, ramp, span, edges, sight, waiting):
+def cleared(table, force, ramp, span, edges, met, known, sight):
+    """How far each edge is from being passed in a flight, into its column `LEAST`; that of the number `met` ends it."""
+    # Room to work in, and cells, as of `entered`, down to those in which r turns at most once. Cells in which no turn
+    # is nearer to 0 than the nearest known are dropped: but for how low a rise begins that passes 0 none is needed.
+    offs(table, edges, -1.0, known)
+    sampled(table, force, ramp, span, edges, met, known, sight)
+    if not turned_in(table, force, ramp, span, edges, met, known, sight, True):
+        turned_in(table, force, ramp, span, edges, met, known, sight, False)
+
+
+@entry
+def highest(table, force, ramp, span, edges, sight):
     """The greatest r of the first edge in a flight: cells that cannot hold it are dropped."""
     n, off = table.shape[1], -edges[0, table.shape[1]]
     for m in range(n):
         off += edges[0, m] * table[PLACE, m]
     best = max(off, distance(table, force, ramp, edges, off, 0, span, sight)[0])
-    for number in range(CELLS):
-        waiting[0, 0], waiting[0, 1], depth = span / CELLS * number, span / CELLS, 1
-        while depth > 0:
-            depth -= 1
-            left, h = waiting[depth, 0], waiting[depth, 1]
-            sighted(table, force, ramp, left, h, sight)
-            r = off + seen(edges, 0, sight, MOVED) - edges[0, n + 1] * left
-            first, second = seen(edges, 0, sight, RATE) - edges[0, n + 1], seen(edges, 0, sight, BEND)
+    left, h = 0.0, span / CELLS
+    while span - left > 0.5 * NARROWEST * span:
+        h, halved = min(h, span - left), False
+        sighted(table, force, ramp, left, sight)
+        r = off + seen(edges, 0, sight, MOVED) - edges[0, n + 1] * left
+        first, second = seen(edges, 0, sight, RATE) - edges[0, n + 1], seen(edges, 0, sight, BEND)
+        best = max(best, r)  # the edges of cells are looked at
+        while True:
+            bounded(table, ramp, h, sight)
             third, bend = seen(edges, 0, sight, TURNED), 0.5 * h * h
-            best = max(best, r)
             most = r + max(first, 0.0) * h + max(second, 0.0) * bend + third * (h * h * h / 6.0)
             falls = first + max(second, 0.0) * h + third * bend < 0.0
             rises = -first + max(-second, 0.0) * h + third * bend < 0.0
-            if falls or rises or not most > best + 1e-14 * abs(best):  # the edges of cells are looked at
-                continue
+            if falls or rises or not most > best + 1e-14 * abs(best):
+                break
             if second + third * h < 0.0:
                 best = max(best, top(table, force, ramp, edges, off, left, min(left + h, span), sight))
-            elif h > NARROWEST * span:
-                waiting[depth, 0], waiting[depth, 1] = left + 0.5 * h, 0.5 * h
-                waiting[depth + 1, 0], waiting[depth + 1, 1] = left, 0.5 * h
-                depth += 2
+                break
+            if h <= NARROWEST * span:
+                break
+            h, halved = 0.5 * h, True
+        left += h
+        h = h if halved else 2.0 * h
     return best
 
 
