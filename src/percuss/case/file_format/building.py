@@ -230,6 +230,17 @@ def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | Non
 # ---- From the tables of a case to the objects of the model, with every refusal translated to its key
 
 
+_LAST: dict[Any, tuple[tuple[object, ...], Any]] = {}
+
+
+def _again(make: Callable[..., Any], *given: object) -> Any:
+    """What is made of tables, or was last made of equal ones: cases over a parameter have most tables in common."""
+    known = _LAST.get(make)
+    if known is None or known[0] != given:
+        _LAST[make] = known = given, make(*given)
+    return known[1]
+
+
 class Parts:
     """The objects behind the tables of a case, as far as they can be made without reading a recording."""
 
@@ -247,13 +258,13 @@ class Parts:
             make = partial(contact_of, bar=self.bar, tool=tables.tool is not None)
             self.contact = self._try(tables.struck_name, tables.struck, make)
         if isinstance(tables.load, ValveLoad):
-            self.valve = self._try("load", tables.load, valve_of)
+            self.valve = self._try("load", tables.load, partial(_again, valve_of))
         elif tables.load is not None and not isinstance(tables.load, HistoryLoad):
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
         self._look_at_blow(tables)
         if tables.start is not None:
-            self._try("start", tables.start, checked_start)
+            self._try("start", tables.start, partial(_again, checked_start))
         if tables.simulation is not None:
             self._try("simulation", tables.simulation, checked_simulation)
         if self._problems:
@@ -309,14 +320,14 @@ class Parts:
 
     def _target_in_si(self, tables: PhysicalCase, bar: SizedBody) -> None:
         before = len(self._problems)
-        rock = None if tables.rock is None else self._try("rock", tables.rock, rock_of)
+        rock = None if tables.rock is None else self._try("rock", tables.rock, partial(_again, rock_of))
         if tables.rock is not None and tables.tool is None:
             accepted = "expected a table [tool] beside it: what the bar strikes, with the rock at its end"
             self._problems.append(CaseError(self._file, "rock", None, accepted, NO_BIT))
         if len(self._problems) == before:
             area = None if tables.contact is None else tables.contact.receiving_area
-            make = partial(sized_target, rock=rock, receiving_area=area, bar=bar)
-            self.target = self._try("tool", tables.tool, make)
+            alone = bar if tables.tool is None else None
+            self.target = self._try("tool", tables.tool, lambda table: _again(sized_target, table, rock, area, alone))
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
         """Whether the body takes the law of the contact, and the load at its place."""

@@ -131,12 +131,14 @@ def rock_of(table: RockTable) -> Rock:
     return Rock(**{"unloading_ratio": 1.0, "gap": 0.0} | given_in(table))
 
 
-def sized_target(tool: ToolTable | None, rock: Rock | None, receiving_area: str | None, bar: SizedBody) -> Rod | Wall:
-    """What a bar in SI strikes; without a table [tool] the rod of `receiving_area`, or a rigid wall."""
+def sized_target(
+    tool: ToolTable | None, rock: Rock | None, receiving_area: str | None, bar: SizedBody | None
+) -> Rod | Wall:
+    """What a bar in SI strikes; without a table [tool] the rod of `receiving_area`, as the bar is, or a rigid wall."""
     from percuss.blow import Rod, Wall
 
     if tool is None:
-        if receiving_area is None:
+        if receiving_area is None or bar is None:
             return Wall()
         area, last = si(receiving_area, "area", "receiving_area"), bar.pieces[-1]
         return Rod((Section(None, area=area, youngs_modulus=last.youngs_modulus, density=last.density),), "infinite")
