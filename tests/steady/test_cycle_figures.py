@@ -351,6 +351,15 @@ def test_the_first_entering_is_the_first(coordinates, edges, stiffness, ramp) ->
     for k, far in enumerate(apart.tolist()):
         alone = first_entering(flight, Regions(rows[k : k + 1], levels[k : k + 1], 1.0, drifts[k : k + 1]))
         assert (far < 0.0) == (alone.time < np.inf) or abs(far) < 1e-9
+    rates = rows @ flight.at(times)[1] - drifts[:, None]
+    for far, y, rate in zip(apart.tolist(), r, rates, strict=True):  # where no look hides two turns
+        size, turns = np.abs(rate), np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
+        calm = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])) + 1
+        if np.all((size[calm] > 1e-2 * size.max()) | np.isin(calm, turns) | np.isin(calm - 1, turns)):
+            tops = y[turns] + 0.5 * rate[turns] ** 2 / (rate[turns] - rate[turns + 1]) * times[1]
+            levels = np.concatenate([y[:1], tops, y[-1:]])
+            rises = np.maximum(levels[:-1], -levels[1:])[np.diff(levels) > 0.0]
+            assert far == pytest.approx(rises.min(initial=np.inf), abs=1e-5)
 
 
 @pytest.mark.parametrize("rung", [2e-5, 5e-4, 7e-4, 2e-3])
