@@ -49,6 +49,7 @@ _CALM, _LIVELY = 0.5, 0.9  # of what is left of every disturbance after a cycle,
 _NEXT, _PARABOLAS = 1e-3, 6  # of a step, beside its ends; towards a least value
 _DEEP, _DOUBTFUL = 0.1, 1e-2  # of what is beside a least value: one that is sought, and one that is solved for
 _SEEN, _LEVEL, _REFINED = 9, 0.3, 1e-5  # looks at a step; part of a slope; a step in which nothing more is looked for
+_ASTRAY = 0.06  # rad, between a chord and the mean of its tangents: ringing ripples a branch by 0.05 and less
 _STANDSTILL = 3.0  # times as long as at first is a cycle that comes to none
 _FRESH = 5e-3  # of each time, for the first step from a flip
 
@@ -336,7 +337,7 @@ class MachineWalk(Walk):
         halving = None if self.fresh else self._halving(segment)
         if halving is not None:
             return Look(segment, [], None, halving)
-        if self.size > _REFINED * self.scale and (sheet_jump(segment) or turns_twice(segment)):
+        if self.size > _REFINED * self.scale and (sheet_jump(segment, _ASTRAY) or turns_twice(segment)):
             raise CorrectorFailed("the branch may turn back twice in the step")
         last = end_of(segment)
         length = segment.length if last is None else last.place

@@ -555,7 +555,7 @@ def _closer(maps: ModeMaps, least: _Least) -> _Least:
     return least._replace(place=place, value=np.asarray(value))
 
 
-def sheet_jump(segment: CurveSegment) -> bool:
+def sheet_jump(segment: CurveSegment, most: float = _OFF_MEAN) -> bool:
     """Whether the chord leads further aside than its tangents: on one sheet it has their mean direction."""
     if not segment.curve.modes:
         return False
@@ -563,7 +563,7 @@ def sheet_jump(segment: CurveSegment) -> bool:
     if not (np.any(chord) and np.any(mean)):
         return False
     off = chord / np.linalg.norm(chord) - mean / np.linalg.norm(mean)
-    return bool(np.linalg.norm(off) > _OFF_MEAN)
+    return bool(np.linalg.norm(off) > most)
 
 
 def hidden_crossing(segment: CurveSegment, points: Sequence[Place]) -> bool:
