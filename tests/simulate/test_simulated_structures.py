@@ -226,6 +226,13 @@ def test_a_hardly_held_mass_chatters_as_a_free_one():
     assert one.rest_phase == pytest.approx(other.rest_phase, abs=1e-8)
 
 
+def test_modes_far_slower_than_the_load_rest_in_every_period():
+    body = ModalBody((1e-3, 9e-4), (0.0, 0.0), (1.0, 1.0), (0.5, 0.5), -8e5)
+    motion = run(System(body, COSINE, Kept(0.5)), Start.rigid(-0.3, 0.0, 0.4), stop=Stop(impacts=3000, time=60.0))
+    assert np.diff(motion.events.of("release").time[2:]) == pytest.approx(np.full(6, TURN), abs=1e-4)
+    assert motion.gap(np.linspace(0.4, motion.end_time, 2000)).max() < 1e-9
+
+
 @settings(max_examples=15)
 @given(
     st.floats(0.3, 8.0), st.floats(0.0, 3.0), st.floats(-0.9, 0.9), st.floats(0.0, 0.7),

@@ -27,7 +27,7 @@ from percuss.simulate.stop import Stop
 # ---- The numbers of one system as the kernels want them, computed once for all its motions
 
 _EQUAL = 4.0 * np.finfo(float).eps
-_AWAY = 1e-2  # of a radian of the highest mode: how long a structure of several modes is away at least, once let go
+_AWAY = 1e-2  # of a radian of the load or of the highest mode: how long a structure of several modes is away at least, once let go
 _RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked at again after a release
 
 
@@ -495,7 +495,7 @@ class Clocked:
         state.z[:] = spectrum.amplitudes(u, v, phase, spectrum.mean(piece))
         for name, value in (
             ("gap", 0.0), ("gap_rate", 0.0), ("rigid_rate", 0.0), ("phase", phase), ("cosine", math.cos(phase)),
-            ("sine", math.sin(phase)), ("hold", _AWAY / float(spectrum.omega.max())), ("last_flight", -1.0),
+            ("sine", math.sin(phase)), ("hold", _AWAY / max(1.0, float(spectrum.omega.max()))), ("last_flight", -1.0),
             ("since", 0.0), ("released", -1.0), ("last_place", 0.0),
         ):  # fmt: skip
             now[name] = value
