@@ -27,7 +27,7 @@ from percuss.simulate.stop import Stop
 # ---- The numbers of one system as the kernels want them, computed once for all its motions
 
 _EQUAL = 4.0 * np.finfo(float).eps
-_AWAY = 1e-2  # of a radian of the load or of the highest mode: how long a structure of several modes is away at least, once let go
+_AWAY = 1e-2  # of a radian of the load or of the highest mode: how long several modes are away at least, once let go
 _RIPPLE = 1e-3  # of a radian of a structure's one mode: how soon it is looked at again after a release
 
 
