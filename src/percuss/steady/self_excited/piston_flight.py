@@ -201,9 +201,11 @@ def time_at(flight: PistonFlight, place: float, way: int, number: int, start: fl
         else:
             high = t
         following = t - beyond / (way * speed) if way * speed > 0.0 else low
+        if abs(following - t) <= 2.0 * EPS * t:  # before a bound is: rounding may put it on this side of the last one
+            return following
         if not low < following < high:
             following = 0.5 * (low + high)
-        if abs(following - t) <= 2.0 * EPS * t or not low < following < high:
+        if not low < following < high:
             return following
         t = following
     return t
