@@ -31,6 +31,7 @@ from percuss.case.file_format.contact import (
     restitution_of,
     rock_of,
     sized_target,
+    struck_alone,
     timed_law,
 )
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, valve_of
@@ -326,8 +327,10 @@ class Parts:
             self._problems.append(CaseError(self._file, "rock", None, accepted, NO_BIT))
         if len(self._problems) == before:
             area = None if tables.contact is None else tables.contact.receiving_area
-            alone = bar if tables.tool is None else None
-            self.target = self._try("tool", tables.tool, lambda table: _again(sized_target, table, rock, area, alone))
+            self.target = self._try(
+                "tool", tables.tool,
+                lambda table: struck_alone(area, bar) if table is None else _again(sized_target, table, rock),
+            )  # fmt: skip
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
         """Whether the body takes the law of the contact, and the load at its place."""

@@ -131,17 +131,20 @@ def rock_of(table: RockTable) -> Rock:
     return Rock(**{"unloading_ratio": 1.0, "gap": 0.0} | given_in(table))
 
 
-def sized_target(
-    tool: ToolTable | None, rock: Rock | None, receiving_area: str | None, bar: SizedBody | None
-) -> Rod | Wall:
-    """What a bar in SI strikes; without a table [tool] the rod of `receiving_area`, as the bar is, or a rigid wall."""
+def struck_alone(receiving_area: str | None, bar: SizedBody) -> Rod | Wall:
+    """What a bar in SI strikes without a table [tool]: the rod of `receiving_area`, as the bar is, or a rigid wall."""
     from percuss.blow import Rod, Wall
 
-    if tool is None:
-        if receiving_area is None or bar is None:
-            return Wall()
-        area, last = si(receiving_area, "area", "receiving_area"), bar.pieces[-1]
-        return Rod((Section(None, area=area, youngs_modulus=last.youngs_modulus, density=last.density),), "infinite")
+    if receiving_area is None:
+        return Wall()
+    area, last = si(receiving_area, "area", "receiving_area"), bar.pieces[-1]
+    return Rod((Section(None, area=area, youngs_modulus=last.youngs_modulus, density=last.density),), "infinite")
+
+
+def sized_target(tool: ToolTable, rock: Rock | None) -> Rod | Wall:
+    """What a bar in SI strikes by a table [tool]."""
+    from percuss.blow import Rod, Wall
+
     given = {"gap": 0.0, "bit_mass": 0.0} | given_in(tool)
     if tool.kind == "wall":
         for key in ("sections", "end", "bit_mass"):
