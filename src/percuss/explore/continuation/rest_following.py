@@ -34,7 +34,7 @@ def _who(cycle: RestCycle) -> str:
 
 def without_release(cycle: RestCycle) -> str:
     """Where the load no longer lets go."""
-    if len(cycle.remembered) > 1:
+    if cycle.is_several:
         return "the wall never has to pull: the structure rests on it for good"
     return f"the load never turns from push to pull: the {_who(cycle)} rests on the wall for good"
 
@@ -70,7 +70,7 @@ _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 def rest_end(value: float, cycle: RestCycle, chains: tuple[RestPath, ...], is_system: bool) -> BranchPoint:
     """What ends the branch between a cycle and what was followed just beyond."""
-    phase, impact, several = None, None, len(cycle.remembered) > 1
+    phase, impact, several = None, None, cycle.is_several
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
     vanishes = float(cycle.rest_times.min()) < short_rest(cycle)
     if not is_system:
@@ -216,7 +216,7 @@ class _Walker:
         """
         try:
             system = self.systems.system({self.name: value})
-            if len(near.remembered) > 1:
+            if near.is_several:
                 last = near.lying[-1]
                 begin = last if lying is None else lying
                 moved = abs(math.remainder(begin.time - last.time, 2.0 * math.pi))
@@ -246,7 +246,7 @@ class _Walker:
             step = self._sized(rows, min(size, abs(end - here)), gone) if failed else size
             ahead = end if last else here + math.copysign(step, end - here)
             lying = None
-            if len(cycle.remembered) > 1 and len(rows) > 1:
+            if cycle.is_several and len(rows) > 1:
                 (before, earlier), _ = rows[-2:]
                 lying = lying_between(cycle, earlier, (ahead - here) / (before - here))
             found, chains, is_system = self.at(ahead, cycle, lying)

@@ -135,6 +135,11 @@ class RestCycle(Repeating):
         return True
 
     @property
+    def is_several(self) -> bool:
+        """Whether several modes of a structure move on while it rests, and remember."""
+        return not self.system.body.is_free and self.modes > 1
+
+    @property
     def lying(self) -> tuple[Lying, ...]:
         """When it comes to rest, and in which shape, after each release."""
         return tuple(Lying(chain.rest or math.nan, chain.shape) for chain in self.chains)

@@ -365,7 +365,7 @@ def branch_playback(
         if found is None or found.periods != periods:
             raise ParameterError("release", at, f"a phase near that at which a cycle of {periods} load periods leaves")
         start, told = Start.rigid(0.0, 0.0, found.release_phase), rest_cycle_dict(found)
-        if len(found.remembered) > 1:  # several modes of a structure: from the rest before
+        if found.is_several:  # several modes of a structure: from the rest before
             time, shape = found.lying[-1]
             shape = shape / units(system.body.modes(found.modes, system.load.at))
             start = Start.modal(np.append(0.0, shape), np.zeros(found.modes + 1), time)
