@@ -76,6 +76,7 @@ def processes() -> list[Row]:
             ("percuss steady --reach, harmonic load", 3.0, ["steady", "pneumatic-jackleg", "--reach"]),
             ("percuss steady --reach, measured history", 3.0, ["steady", case, "--reach"]),
             ("percuss steady --reach, a valve that the piston switches", 3.0, ["steady", "valve-breaker", "--reach"]),
+            ("percuss steady --reach, a valve with ringing", 3.0, ["steady", "valve-drifter", "--reach"]),
         ):
             seconds = median(process("-m", "percuss", *arguments))
             beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"
