@@ -214,3 +214,11 @@ def written(text: str, tree: ast.AST) -> Iterator[int]:
 
 def test_every_writer_uses_the_helper() -> None:
     assert {name for name, source in sources().items() if list(written(*source))} <= WRITING
+
+
+def test_a_module_gives_a_name_one_value() -> None:
+    """A constant set a second time, far below, changes what stands above it: no linter says so."""
+    for name, (_, tree) in sources().items():
+        assigned = [node for node in tree.body if isinstance(node, ast.Assign)]
+        given = [target.id for node in assigned for target in node.targets if isinstance(target, ast.Name)]
+        assert len(set(given)) == len(given), name

@@ -224,7 +224,6 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("machine/start", {"machine": "valve-breaker", "start": {"position": 0.1}}, "start.position"),
     ("machine/start", {"machine": "valve-breaker", "blows": 0}, "blows"),
     ("map", {"machine": "valve-breaker", "quantities": ["orbits"], **PLANE}, "quantities"),
-    ("orbits", {"case": MODES, "label": "chatter/1"}, "modes"),
     ("orbits", {"case": RIGID, "label": "x"}, "label"),
     ("orbits", {"case": RIGID, "label": "65/1"}, "impacts"),
     ("orbits", {"case": RIGID, "label": "2/1", "tries": 0}, "tries"),

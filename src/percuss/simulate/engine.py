@@ -209,7 +209,7 @@ def _releases(body: Body, at: int, harmonics: tuple[complex, ...], modes: int, m
 
 Records = npt.NDArray[Any]
 
-_ROUNDING = 8.0 * np.finfo(float).eps  # of a time: a few products and its own last digit
+_OFF = 8.0 * np.finfo(float).eps  # of a time: a few products and its own last digit
 
 
 @dataclass(frozen=True)
@@ -300,7 +300,7 @@ def clock(time: float) -> tuple[int, float]:
 def begun(load: Load, time: npt.ArrayLike) -> tuple[npt.NDArray[np.int64], Array, npt.NDArray[np.int64]]:
     """Load periods, phases and steps with which motions begin; a time within rounding of a step is where it begins."""
     periods, phases = clocks(time)
-    turns, phases, pieces = load.on_steps(phases, _ROUNDING * np.abs(time))
+    turns, phases, pieces = load.on_steps(phases, _OFF * np.abs(time))
     return periods + turns, phases, pieces.astype(np.int64)
 
 

@@ -54,7 +54,7 @@ class Lane:
     def __init__(self, name: str, at_once: int, waiting: int) -> None:
         self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix=f"percuss-{name}")
         self._most = at_once + waiting
-        self._taken = 0
+        self._taken, self._counting = 0, threading.Lock()
         self._halts: set[Halt] = set()
         self.closed = False
 
@@ -66,13 +66,13 @@ class Lane:
         if self._taken >= self._most:
             raise refused(429, "too many computations at once", "try again in a second")
         halt = Halt(seconds)
-        self._taken += 1
+        self._take(1)
         self._halts.add(halt)
         try:
             yield halt
         finally:
             halt.stop()
-            self._taken -= 1
+            self._take(-1)
             self._halts.discard(halt)
 
     def submit(self, work: Callable[[], T]) -> Future[T]:
@@ -105,19 +105,12 @@ class Lane:
         """Keep a place taken while work that was given up goes on, so that no more than is allowed ever runs."""
         if running.done() or running.cancel():
             return
-        self._taken += 1
-        loop = asyncio.get_running_loop()
+        self._take(1)
+        running.add_done_callback(lambda _: self._take(-1))  # in its thread: the loop may be gone by then
 
-        def ended(_: Future[T]) -> None:
-            try:
-                loop.call_soon_threadsafe(self._leave)
-            except RuntimeError:  # the loop is gone, and nobody else counts
-                self._leave()
-
-        running.add_done_callback(ended)
-
-    def _leave(self) -> None:
-        self._taken -= 1
+    def _take(self, places: int) -> None:
+        with self._counting:
+            self._taken += places
 
     def close(self) -> None:
         """Stop everything; nothing new begins."""
