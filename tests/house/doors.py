@@ -82,14 +82,14 @@ NO_DOORS = {
     "steady.ValveCycle.follow steady.TimedOrbit.follow",
     "what a file holds: the doors are save and load": "explore.Branch.from_json "
     "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json explore.Shares.from_json "
-    "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.release_at "
+    "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.releases_at "
     "explore.PointCurve.save",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at explore.Branch.speeds_at explore.PointCurve.speeds_at "
     "steady.Orbit.mean_range "
-    "explore.Branch.release_at "
+    "explore.Branch.releases_at "
     "steady.ModalState.first steady.PeriodicOrbit.outside steady.LinearMap.dense steady.LinearMap.participation "
     "steady.LinearMap.secular steady.LinearMap.shares steady.CycleMap.dense steady.CycleMap.participation "
     "steady.CycleMap.shares",

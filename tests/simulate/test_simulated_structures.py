@@ -17,7 +17,6 @@ from percuss.mechanics.flow import propagator
 from percuss.model import Kept, Load, ModalBody, Mounted, System
 from percuss.simulate.events import KINDS
 from percuss.steady import orbits, rest_cycles
-from percuss.steady.resting.rest_cycles import cycle_near
 from random_hammers import random_structure
 
 TURN = 2.0 * math.pi
@@ -361,43 +360,100 @@ def test_a_cycle_with_rest_of_several_modes_is_what_is_simulated_from_it(number)
         assert [one.label for one in near] == [settled.label] and near[0].stable
 
 
+def has_multipliers_of_the_simulated_map(cycle):
+    """From shape and time of a rest to those of the next, by differences."""
+    system, aside, lying, rests = cycle.system, 1e-7, cycle.lying[-1], len(cycle.chains)
+    known = system.body.modes(lying.shape.size, 0)
+    root = np.sqrt(known.inertia)
+    across = np.linalg.svd((1.0 / root)[None])[2][1:].T
+
+    def mapped(off):
+        shape = lying.shape + across @ off[:-1] / root
+        motion, last = simulated_from_rest(system, lying.time + off[-1], shape, rests)
+        return np.append(across.T @ (root * known.gamma * motion.displacement[last][1:]), motion.events[last].time)
+
+    columns = [(mapped(aside * one) - mapped(-aside * one)) / (2.0 * aside) for one in np.eye(root.size)]
+    seen, told = np.linalg.eigvals(np.array(columns).T), cycle.multipliers().values
+    assert told.size == 2 * root.size and (told[root.size :] == 0.0).all()
+    scale = max(1.0, cycle.multipliers().largest)
+    assert np.poly(seen) == pytest.approx(np.poly(told[: root.size]), abs=1e-6 * scale**2)
+
+
 @pytest.mark.parametrize("number", range(len(SEVERAL)))
 def test_multipliers_of_a_cycle_with_rest_are_those_of_the_simulated_map(number):
-    """From shape and time of a rest to those of the next, by differences."""
-    system, aside = SEVERAL[number], 1e-7
     for cycle in resting_cycles(number).orbits:
-        lying, rests = cycle.lying[-1], len(cycle.chains)
-        known = system.body.modes(lying.shape.size, 0)
-        root = np.sqrt(known.inertia)
-        across = np.linalg.svd((1.0 / root)[None])[2][1:].T
-
-        def mapped(off, lying=lying, rests=rests, root=root, across=across, gamma=known.gamma):
-            shape = lying.shape + across @ off[:-1] / root
-            motion, last = simulated_from_rest(system, lying.time + off[-1], shape, rests)
-            return np.append(across.T @ (root * gamma * motion.displacement[last][1:]), motion.events[last].time)
-
-        columns = [(mapped(aside * one) - mapped(-aside * one)) / (2.0 * aside) for one in np.eye(root.size)]
-        seen, told = np.linalg.eigvals(np.array(columns).T), cycle.multipliers().values
-        assert told.size == 2 * root.size and (told[root.size :] == 0.0).all()
-        scale = max(1.0, cycle.multipliers().largest)
-        assert np.poly(seen) == pytest.approx(np.poly(told[: root.size]), abs=1e-6 * scale**2)
+        has_multipliers_of_the_simulated_map(cycle)
 
 
-def test_a_cycle_with_rest_of_several_modes_is_followed_to_its_fold():
-    """The multiplier that is 1 there grows as the root of the distance; both cycles that meet have the same there."""
-    cycle = next(one for one in resting_cycles(0).orbits if one.stable and one.remembered[0].imag == 0.0)
-    branch = cycle.follow("gap", (-0.0115, -0.004), points=5)
-    limit, fold = branch.points
-    assert (limit.kind, fold.kind) == (BranchEvent.LIMIT, BranchEvent.FOLD) and branch.stable.all()
-    assert fold.value == pytest.approx(-0.0063370799, abs=1e-9)
-    margins = 1.0 - np.array([one.remembered[0].real for one in branch.cycles])[-12:-2]
-    off = fold.value - branch.values[-12:-2]
-    assert np.polyfit(np.log(np.abs(off)), np.log(margins), 1)[0] == pytest.approx(0.5, abs=0.05)
+def settled_beside(cycle):
+    """What a simulation settles on from beside the last rest of a cycle."""
+    lying, zeros = cycle.lying[-1], np.zeros(cycle.modes + 1)
+    gamma = cycle.system.body.modes(cycle.modes, 0).gamma
+    start = Start.modal(np.append(0.0, lying.shape / gamma), zeros, lying.time + 1e-4)
+    return run(cycle.system, start, stop=Stop(impacts=20_000, time=400.0 * TURN))
+
+
+@pytest.mark.parametrize("number", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_a_branch_of_cycles_with_rest_goes_round_its_folds(number):
+    """The cycles that a search finds between the folds are all on it, and that beyond; so it is from either end."""
+    found, places = resting_cycles(0).orbits, [-0.0125, -0.0113140723999, -0.010904488965, -0.0063370798975, -0.0055]
+    branch = found[number].follow("gap", (-0.0125, -0.0055), points=5)
+    beyond = rest_cycles(SystemFamily(SEVERAL[0]).system({"gap": -0.006}), most=1).orbits
+    for value, known in ((-0.01, found), (-0.006, beyond)):
+        releases = sorted(branch.releases_at(value))
+        assert releases == pytest.approx(sorted(one.release_phase for one in known), abs=0.02)
+    told = sorted((one.value, one.kind.value) for one in branch.points)
+    assert [value for value, _ in told] == pytest.approx(places, abs=1e-12)
+    assert [kind for _, kind in told] == ["limit", "fold", "neimark_sacker", "fold", "limit"]
+    for fold in branch.at("fold"):
+        assert np.abs(fold.multipliers - 1.0).min() < 1e-5
+
+
+def test_a_pair_of_multipliers_of_several_modes_leaves_the_unit_circle():
+    """A simulation comes back to the cycle on one side, and not on the other."""
+    cycle = next(one for one in resting_cycles(0).orbits if one.remembered[0].imag)
+    branch = cycle.follow("gap", (-0.0112, -0.01), points=5)
+    (pair,) = branch.at("neimark_sacker")
+    assert np.abs(pair.multipliers[:2]) == pytest.approx(1.0, abs=1e-9) and pair.multipliers[0].imag
+    has_multipliers_of_the_simulated_map(pair.cycle)
+    for end in (branch.cycles[0], branch.cycles[-1]):
+        phase = settled_beside(end).events.of("release").phase[-1]
+        assert (abs(np.exp(1j * phase) - np.exp(1j * end.release_phase)) < 1e-6) == end.stable
+    assert branch.cycles[0].stable != branch.cycles[-1].stable
+
+
+def test_a_fold_of_several_modes_is_followed_through_two_parameters():
+    """From a fold over one parameter to that over the other one; what ends a branch is refused."""
+    cycle = next(one for one in resting_cycles(0).orbits if one.remembered[0].imag)
+    branch = cycle.follow("restitution", (0.4, 0.46), points=5)
+    (fold,) = branch.at("fold")
+    curve = follow_point(fold, ("restitution=0.4:0.4504", "gap=-0.012:-0.0099"))
+    assert (curve.kind, curve.is_orbit.all(), curve.releases.shape[1]) == ("fold", True, 1)
+    end = min(curve.ends, key=lambda one: one.values[0])
+    assert end.kind is BranchEvent.LIMIT and end.values == pytest.approx((0.4, -0.0113140723999), abs=1e-10)
     with pytest.raises(ParameterError, match="several modes"):
-        follow_point(fold, ("gap", "restitution"))
-    middle = branch.cycles[len(branch.cycles) // 3]
-    found, _ = cycle_near(middle.system, middle, middle.lying[-1], 1e-3)
-    assert found.release_phase == pytest.approx(middle.release_phase, abs=1e-11)
+        follow_point(branch.points[0], ("gap", "restitution"))
+
+
+def test_the_doubled_cycle_of_several_modes_begins_at_a_flip():
+    """Simulations settle on the cycle before it, and beyond on that of twice the period, with two rests."""
+    branch = resting_cycles(4).orbits[0].follow("mean", (0.0925, 0.1), points=5, switch=1)
+    (flip,) = branch.at("flip")
+    assert np.abs(flip.multipliers + 1.0).min() < 1e-9 and (flip.side, flip.criticality) == ("smaller", "supercritical")
+    has_multipliers_of_the_simulated_map(flip.cycle)
+    for end in follow_point(flip, ("mean=0.09:0.097", "restitution=0.19:0.21")).ends:
+        assert end.kind is BranchEvent.LIMIT and np.abs(end.cycle.multipliers().values + 1.0).min() < 1e-8
+        has_multipliers_of_the_simulated_map(end.cycle)
+    (doubled,) = branch.switched
+    first, last = doubled.ends
+    assert (doubled.label, doubled.releases.shape[1]) == ("chatter/2", 2)
+    assert (first.kind, last.kind) == (BranchEvent.HALVING, BranchEvent.LIMIT)
+    assert first.value == pytest.approx(flip.value, abs=1e-12)
+    for cycle in (branch.cycles[-1], last.cycle):
+        motion = settled_beside(cycle)
+        assert motion.label == cycle.label
+        phases = motion.events.of("release").phase[-len(cycle.chains) :]
+        assert sorted(phases) == pytest.approx(sorted(cycle.release_phases), abs=1e-7)
 
 
 def test_a_second_mode_that_does_not_move_the_contact_changes_nothing():

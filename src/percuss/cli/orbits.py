@@ -199,9 +199,6 @@ def follow(parser: Parser, options: argparse.Namespace) -> int:
         parser.error("arguments --curve and --over: points are followed through two parameters: give both")
     along, over = ((text or "").partition("=")[0].strip() for text in (options.along, options.over))
     case = named_case(options.case)
-    resting = options.orbit.lstrip().startswith(("chatter", "rest"))
-    if resting and options.switch:
-        parser.error("argument --switch: nothing branches off a cycle with rest: follow an orbit P/N")
     curves: Any = ()
     of_curves = options.curve is not None and along != over  # over its own parameter a point stays where it is
     with watching(parser, SELDOM) as watch:

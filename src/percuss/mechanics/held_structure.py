@@ -81,12 +81,17 @@ class HeldStructure:
         back = (ends @ columns).reshape(2, n, -1).transpose(1, 0, 2)
         return exponents, np.ascontiguousarray(forth), np.ascontiguousarray(back)
 
-    def still(self, mean: float) -> Array:
-        """Where √m q is still under a constant load."""
+    def lies(self, moved: Array) -> Array:
+        """The q_n with the contact at the wall, and so much of √m q across it."""
         root, contact, across = self.basis
         body = self.system.body
         assert isinstance(body, HeldBody)
-        lies = body.gap * contact / (contact @ contact)
+        return np.asarray((body.gap * contact / (contact @ contact) + across @ moved) / root)
+
+    def still(self, mean: float) -> Array:
+        """Where √m q is still under a constant load."""
+        root, _, across = self.basis
+        lies = root * self.lies(np.zeros(root.size - 1))
         push = root * self.known.gamma * mean - self.known.omega**2 * lies
         return np.asarray(lies + across @ np.linalg.solve(self._matrices[1], across.T @ push))
 

@@ -246,8 +246,6 @@ def follow(case: Case, asked: FollowAsked, terms: Terms) -> dict[str, Any]:
     def ends(*_: object) -> bool:
         return terms.halt() or soon()
 
-    if is_rest_label(asked.orbit.partition(":")[0]) and asked.switch:
-        raise refused(422, "nothing branches off a cycle with rest", "expected 0", "switch", asked.switch)
     branch = branch_answer(case, asked.orbit, along, switch=asked.switch, modes=asked.modes, progress=ends)
     return branch_dict(branch, begun=begun_at(case, along))
 

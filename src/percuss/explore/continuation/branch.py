@@ -468,11 +468,9 @@ class Branch(OfValues):
         wanted = kind if isinstance(kind, BranchEvent) else event_of(kind)
         return tuple(point for point in self.points if point.kind is wanted)
 
-    def release_at(self, value: float) -> float | None:
-        """The first release of a cycle with rest at a value, straight between the points; None beyond the ends."""
-        if not self.values[0] <= value <= self.values[-1]:
-            return None
-        return float(np.interp(value, self.values, np.unwrap(self.releases[:, 0])))
+    def releases_at(self, value: float) -> list[float]:
+        """The first releases of its cycles with rest at a value, straight between the points."""
+        return [float(release) for release in self._between(value, np.unwrap(self.releases[:, 0]))]
 
     def times_at(self, value: float) -> list[Array]:
         """The times of the impacts where it has a value of the parameter, straight between its points."""

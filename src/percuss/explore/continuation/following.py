@@ -416,7 +416,7 @@ def follow(
     if isinstance(start, ValveCycle):
         found = follow_cycle(start, over, switch=depth, most=most, halt=halt)
     elif isinstance(start, RestCycle):
-        found = follow_rest(start, over, points=few, halt=halt)
+        found = follow_rest(start, over, switch=depth, points=few, most=most, halt=halt)
     else:
         found = _follow_orbit(start, over, depth, most, halt)
     return found.recording(kept)

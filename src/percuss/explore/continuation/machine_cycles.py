@@ -8,7 +8,7 @@ that they go on smoothly beyond every end of the branch: there a margin changes 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 
 from percuss.errors import PercussError
 from percuss.explore.continuation.branch import BranchEvent
+from percuss.explore.continuation.branch_events import outside
 from percuss.explore.continuation.orbit_curve import ParameterRows
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem
 from percuss.explore.family import SwitchingFamily
@@ -24,7 +25,6 @@ from percuss.halting import check_interrupted
 from percuss.mechanics.cycle import Cycle, closure_kernels
 from percuss.model import Machine
 from percuss.model.checks import Array
-from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.self_excited.event_sequence import EventSequence, Fault, reordered, sequence_in
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
@@ -33,7 +33,6 @@ from percuss.steady.self_excited.valve_cycle import ValveCycle
 _KEPT = 256  # motions
 _MOST_STEPS, _CLOSE, _LONGEST = 16, 1e-7, 0.5
 _MOST_ROWS, _RATE_WITHIN, _ROW_WITHIN = 8, 1e-4, 1e-9  # of the unit of the parameter
-_STEP = 1e-5  # of what a parameter changes by for a step of 1, for differences
 _SILENT = 2.0 * math.log(1e3)  # of a mode within a cycle, from which on nothing of it comes back
 _ROUNDED, _INSTANT = 1e-8, 1e-7  # of a flight, before its end; of the period: nothing is met in a shorter flight
 
@@ -49,6 +48,7 @@ class MachineCurve(Problem):
     modes: int
     tick: float
     periods = 1
+    difference = 1e-5
 
     @cached_property
     def impacts(self) -> int:  # type: ignore[override]
@@ -135,16 +135,7 @@ class MachineCurve(Problem):
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         closed = self._closed(x)
-        return np.hstack([closed.slope * self.tick, self._by_parameters(x)]), np.asarray(closed.error)
-
-    def _by_parameters(self, x: Array) -> Array:
-        """The derivatives by the parameters, by differences."""
-
-        def moved(place: int) -> Callable[[float], Array]:
-            way = np.eye(x.size)[place]
-            return lambda by: self.residual(x + by * way)
-
-        return np.stack([slope(moved(place), _STEP, CorrectorFailed) for place in self.places], axis=1)
+        return np.hstack([closed.slope * self.tick, self.by_differences(x, self.places)]), np.asarray(closed.error)
 
     @cached_property
     def rows(self) -> ParameterRows[Cycle]:
@@ -191,7 +182,21 @@ class MachineCurve(Problem):
     def apart(self, x: Array, first: Array) -> Array:
         return x - first
 
+    def along(self, cycles: Sequence[ValveCycle]) -> dict[str, Any]:
+        """What a branch has of cycles, by the names of its columns."""
+        return {
+            "times": np.array([cycle.blow_times for cycle in cycles]),
+            "speeds": np.array([cycle.blow_speeds for cycle in cycles]),
+            "cycle_times": np.array([cycle.period for cycle in cycles]),
+            "energies": np.array([float(cycle.blow_energies.mean()) for cycle in cycles]),
+        }
+
     # -- numbers that vanish where stability changes --
+
+    def unstable(self, x: Array) -> int:
+        """How many multipliers are outside; they are found only where powers of the map do not shrink."""
+        cycle = self.motion(x)
+        return 0 if cycle.contraction < 1.0 else outside(cycle.multipliers().values)
 
     def fold(self, point: CurvePoint) -> float:
         """Where a multiplier is 1."""

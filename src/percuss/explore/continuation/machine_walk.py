@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise, product
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from percuss.explore.continuation.walk import (
     CurveSegment,
     LocatedEvent,
     Look,
+    Problem,
     Target,
     Varied,
     Walk,
@@ -128,11 +130,6 @@ def changes_of_stability(segment: CurveSegment, last: float, fresh: bool) -> lis
     return sorted(found, key=lambda one: one.place)
 
 
-def _unstable(cycle: ValveCycle) -> int:
-    """How many multipliers are outside the unit circle; they are found only where powers of the map do not shrink."""
-    return 0 if cycle.contraction < 1.0 else outside(cycle.multipliers().values)
-
-
 def _flips(segment: CurveSegment, last: float) -> list[LocatedEvent]:
     """The flips in a step up to a place; between which places they are is told by quick looks at its parts."""
     curve = segment.curve
@@ -218,7 +215,7 @@ def _pair(segment: CurveSegment, low: float, high: float) -> list[LocatedEvent]:
     if low >= high:
         return []
     ends = [curve.motion(segment.at(place).x) for place in (low, high)]
-    counts = tuple(map(_unstable, ends))
+    counts = tuple(curve.unstable(segment.at(place).x) for place in (low, high))
     if counts[0] == counts[1] and max(one.contraction for one in ends) > _LIVELY:
 
         def off(place: float) -> float:
@@ -319,7 +316,7 @@ class MachineWalk(Walk):
     """A walk along cycles; its marks are how many multipliers are outside, `fresh` where it begins at a flip."""
 
     def __init__(
-        self, curve: MachineCurve, start: CurvePoint, bounds: Sequence[tuple[float, float]], *, fresh: bool = False
+        self, curve: Any, start: CurvePoint, bounds: Sequence[tuple[float, float]], *, fresh: bool = False
     ) -> None:
         super().__init__(curve, start, bounds)
         self.fresh = fresh
@@ -330,7 +327,7 @@ class MachineWalk(Walk):
         super().keep(point._replace(motion=point.curve.motion(point.x)), mark)
 
     def mark(self) -> int:
-        return _unstable(self.curve.motion(self.here.x))
+        return int(self.curve.unstable(self.here.x))
 
     def look(self, target: Target) -> Look:
         segment = CurveSegment(self.curve, self.here, target.point)
@@ -339,13 +336,18 @@ class MachineWalk(Walk):
             return Look(segment, [], None, halving)
         if self.size > _REFINED * self.scale and (sheet_jump(segment, _ASTRAY) or turns_twice(segment)):
             raise CorrectorFailed("the branch may turn back twice in the step")
+        found, last = self.what_happens(segment)
+        return Look(segment, found, target.limit, last)
+
+    def what_happens(self, segment: CurveSegment) -> tuple[list[LocatedEvent], LocatedEvent | None]:
+        """Where stability changes in a step, in order, and what ends it; CorrectorFailed where a shorter one tells."""
         last = end_of(segment)
         length = segment.length if last is None else last.place
         found = changes_of_stability(segment, length, self.fresh)
         if last is not None and last.kind in _UNMET:
             # the time at which a guard is met turns back where it is met without speed: that is no fold
             found = [one for one in found if last.place - one.place > _ASIDE * segment.length]
-        return Look(segment, found, target.limit, last)
+        return found, last
 
     def _halving(self, segment: CurveSegment) -> LocatedEvent | None:
         """Where both halves of the cycle become one, which is the flip of the cycle of one of them.
@@ -391,7 +393,11 @@ class MachineWalk(Walk):
         self.arrive(beyond)
 
     def home(self, segment: CurveSegment) -> CurvePoint | None:
-        return super().home(segment) if self.points[0].curve.sequence == self.curve.sequence else None
+        return super().home(segment) if self.points[0].curve == self.curve else None
+
+    def told(self, one: LocatedEvent) -> BranchPoint:
+        """What is told of something that happened."""
+        return cycle_point(one, self)
 
     def stuck(self) -> None:
         m = self.curve.impacts
@@ -409,27 +415,27 @@ class MachineWalk(Walk):
 _SAME = 1e-6  # rad, by which the cycle may be inexact
 
 
-def beginning(curve: MachineCurve, cycle: ValveCycle, values: tuple[float, ...]) -> CurvePoint | None:
-    """The point of a cycle with the tangent towards greater values of the parameter; None where there is none near."""
+def beginning(curve: Problem, x: Array) -> CurvePoint | None:
+    """The point near unknowns with the tangent towards greater values of the parameter; None where there is none."""
     try:
-        found = curve.settled(curve.unknowns(cycle, *values))
+        found = curve.settled(x)
     except CorrectorFailed:
         return None
     return found if found.tangent[-1] >= 0.0 else found._replace(tangent=-found.tangent)
 
 
-def doubled(point: CurvePoint) -> tuple[MachineCurve, CurvePoint] | None:
+def doubled(point: CurvePoint) -> tuple[Any, CurvePoint] | None:
     """The branch of twice as many blows that begins at a flip."""
     made = point.curve.doubled(point.x)
     if made is None:
         return None
     wide, x = made
-    own = wide.matrix(x)[:, : wide.impacts]
+    own = wide.matrix(x)[:, : wide.places[0]]
     way = np.append(np.linalg.svd(own)[2][-1], np.zeros(len(wide.names)))
     return wide, CurvePoint(x, way / np.linalg.norm(way), 0, None, wide)
 
 
-def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
+def cycle_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
     """What is told of a point."""
     curve = one.point.curve
     cycle = (curve.halved(one.point.x) or curve) if one.kind is BranchEvent.HALVING else curve
@@ -439,7 +445,8 @@ def machine_point(one: LocatedEvent, walk: Walk) -> BranchPoint:
         assert halves is not None
         x = halves[0]
     motion = cycle.motion(x)
-    values = motion.multipliers().values if np.all(np.isfinite(motion.slope)) else None
+    unbounded = isinstance(motion, ValveCycle) and not np.all(np.isfinite(motion.slope))
+    values = None if unbounded else motion.multipliers().values
     beyond, side = one.kind.words, None
     if one.kind is BranchEvent.FOLD:
         told = f"{curve.names[0]} = {curve.value(one.point.x):.9g}"
@@ -493,7 +500,7 @@ def _flip(curve: MachineCurve, point: CurvePoint) -> tuple[str, Side | None]:
             continue
         by, last = float(found.x[-1] - start.x[-1]), side
         flipped = _flipped(curve, point, by)
-        side = Side(by > 0.0, not _unstable(wide.motion(found.x)), flipped)
+        side = Side(by > 0.0, not wide.unstable(found.x), flipped)
         if side == last and side.stable == (flipped and settled):  # else it is beyond a fold of its own
             break
     else:
@@ -534,13 +541,14 @@ def follow_cycle(
     tick = cycle.period / (2.0 * math.pi)
     curve = MachineCurve(family, over.names, over.units, sequence, cycle.modes, tick)
     with halting(halt):
-        start = beginning(curve, cycle, over.here)
-        if start is None or float(np.abs(start.x - curve.unknowns(cycle, *over.here)).max()) > _SAME:
+        x = curve.unknowns(cycle, *over.here)
+        start = beginning(curve, x)
+        if start is None or float(np.abs(start.x - x).max()) > _SAME:
             raise ParameterError("orbit", str(cycle), f"a cycle of the machine with {over}")
         if (fault := curve.fault(start.x)) is not None:
             raise ParameterError("orbit", str(cycle), f"a possible cycle, without another {fault.kind}")
         ways = both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, most)
-    return _branch(curve, ways, over.bounds, most, switch, halt, [])
+    return branch_of(curve, ways, over.bounds, most, switch, halt, [])
 
 
 def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
@@ -550,7 +558,7 @@ def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
     curve = MachineCurve(
         family, over.names, over.units, sequence_of(cycle), cycle.modes, cycle.period / (2.0 * math.pi)
     )
-    start = beginning(curve, cycle, over.here)
+    start = beginning(curve, curve.unknowns(cycle, *over.here))
     ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
     for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):
         partner = doubled(one.point)
@@ -569,8 +577,8 @@ def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
     return found
 
 
-def _branch(
-    curve: MachineCurve,
+def branch_of(
+    curve: Any,
     ways: Sequence[MachineWalk],
     bounds: Sequence[tuple[float, float]],
     most: int,
@@ -581,7 +589,7 @@ def _branch(
     """The branch of walks from one point, and those that begin at its flips; `met` are those that were followed."""
     points, marks, happened = joined(ways)
     motions = [point.motion for point in points]
-    found = tuple(machine_point(one, way) for one, way in happened)
+    found = tuple(way.told(one) for one, way in happened)
     met += [(curve.label, point.value) for point in found if point.kind is BranchEvent.HALVING]
     switched = []
     for one, _ in happened if depth else ():
@@ -594,15 +602,12 @@ def _branch(
             continue
         met.append(key)
         with halting(halt):
-            walk = MachineWalk(wide, start, bounds, fresh=True).walked(most)
+            walk = type(ways[0])(wide, start, bounds, fresh=True).walked(most)
         walk.happened.insert(0, LocatedEvent(BranchEvent.HALVING, 0.0, start))
-        switched.append(_branch(wide, (walk,), bounds, most, depth - 1, halt, met))
+        switched.append(branch_of(wide, (walk,), bounds, most, depth - 1, halt, met))
     return Branch(
         parameters=curve.names, label=curve.label, modes=curve.modes,
         values=np.array([curve.value(point.x) for point in points]),
-        times=np.array([motion.blow_times for motion in motions]),
-        speeds=np.array([motion.blow_speeds for motion in motions]),
-        cycle_times=np.array([motion.period for motion in motions]),
-        energies=np.array([float(motion.blow_energies.mean()) for motion in motions]),
         unstable=np.array(marks, dtype=np.int64), points=found, motions=tuple(motions), switched=tuple(switched),
+        **curve.along(motions),
     )  # fmt: skip

@@ -4,26 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from itertools import combinations, pairwise
+from typing import Any
 
 import numpy as np
 
 from percuss.errors import Interrupted, ParameterError, PercussError
-from percuss.explore.boundary_curves.plane_lines import bracketed_roots
 from percuss.explore.continuation.branch import KEPT_IMPACTS, Branch, BranchEvent, BranchPoint
-from percuss.explore.continuation.walk import Varied
+from percuss.explore.continuation.branch_events import outside
+from percuss.explore.continuation.machine_walk import MachineWalk, beginning, branch_of
+from percuss.explore.continuation.walk import (
+    CorrectorFailed,
+    CurvePoint,
+    CurveSegment,
+    LocatedEvent,
+    Problem,
+    Varied,
+    both_ways,
+)
 from percuss.explore.family import Family
 from percuss.halting import check_interrupted, halting
+from percuss.mechanics.held_structure import held_structure
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.contact.falling_push import FallingPush
 from percuss.model.system import wall_load
 from percuss.steady import RestCycle
 from percuss.steady.multipliers import TURNING
-from percuss.steady.resting.flight_chain import RestPath, release_phases
-from percuss.steady.resting.rest_cycles import cycle_near, cycle_through, lying_between
-from percuss.steady.resting.rest_map import Lying
+from percuss.steady.resting.flight_chain import ForcedResponse, RestPath, release_phases
+from percuss.steady.resting.rest_cycles import MOST_PERIODS, cycle_of_rests, cycle_through
+from percuss.steady.resting.rest_map import FixedRests, Lying, ways_from
 
 # ---- What lies beyond the ends of a branch of cycles with rest, in a sentence
 
@@ -62,24 +73,21 @@ def _after_change(cycle: RestCycle, chains: Sequence[RestPath]) -> str:
 _JUMP = 1.4  # factor by which a flight may change in a step
 _AHEAD = 1.5
 _SHORT = 1e-2  # rad of rest below which the rest is about to vanish
-_FOLDS = 0.05  # from 1, of a multiplier beyond whose point no cycle is found
-_HALVINGS, _SAME = 40, 1e-8  # to a point between two others, and share of their distance that those of a pair are off
-_REACH = 0.03  # rad, and of the shape, by which a rest may be off where it was expected
 _FEW = 1e-3  # of the greatest speed: slower impacts belong to the chatter
 
 
-def rest_end(value: float, cycle: RestCycle, chains: tuple[RestPath, ...], is_system: bool) -> BranchPoint:
-    """What ends the branch between a cycle and what was followed just beyond."""
+def rest_end(
+    value: float, cycle: RestCycle, own: tuple[RestPath, ...], chains: tuple[RestPath, ...], is_system: bool
+) -> BranchPoint:
+    """What ends the branch between a cycle, with its `own` chains, and what was followed just beyond."""
     phase, impact, several = None, None, cycle.is_several
     waits = [np.mod(after.release - (one.rest or math.nan), 2.0 * math.pi) for one, after in pairwise(chains)]
     vanishes = float(cycle.rest_times.min()) < short_rest(cycle)
     if not is_system:
         kind, beyond = BranchEvent.NO_SYSTEM, "there is no such system"
-    elif any(abs(one - 1.0) < _FOLDS for one in cycle.remembered):
-        kind, beyond = BranchEvent.FOLD, f"another cycle {cycle.label} meets this one, and there is none beyond"
     elif not chains and not (several and vanishes):
         kind, beyond = BranchEvent.RELEASE_LOST, without_release(cycle)
-    elif (other := _first_other(cycle.chains, chains)) is not None:
+    elif (other := _first_other(own, chains)) is not None:
         kind, phase, impact = other
         touches = f"the {_who(cycle)} touches the wall in a flight, and strikes it there beyond"
         jumps = cycle.modes > 0 and cycle.system.body.is_free
@@ -148,10 +156,19 @@ _ON = "the branch goes on"
 _FAR = 1e6  # times the value, or 1: the ends where no range is given
 
 
-def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Callable[[], bool] | None = None) -> Branch:
+def follow_rest(
+    cycle: RestCycle,
+    over: Varied,
+    *,
+    switch: int = 0,
+    points: int = 65,
+    most: int = 4000,
+    halt: Callable[[], bool] | None = None,
+) -> Branch:
     """The branch of a cycle with rest; see `percuss.explore.follow`."""
-    # It goes on while the same impacts follow and the bar rests before the load pulls again: all multipliers are 0, or
-    # of a structure of several modes those of a map of which it is a fixed point, up to a fold.
+    # It goes on while the same impacts follow and the bar rests before the load pulls again: all multipliers are 0.
+    if cycle.is_several:
+        return _follow_several(cycle, over, switch, points, most, halt)
     if len(cycle.remembered) == 1:
         held = "a cycle in which the load holds the bar for some time"
         raise ParameterError("cycle", str(cycle), held, "a bar that is always let go at once is not followed yet")
@@ -167,34 +184,28 @@ def follow_rest(cycle: RestCycle, over: Varied, *, points: int = 65, halt: Calla
                 ends.append(walker.walked(way, stop))
             except Interrupted:
                 ends.append(BranchPoint(BranchEvent.STOPPED, (way[-1][0],), way[-1][1], _ON))
-        rows = [*below[:0:-1], *above]
-        inner = []
-        with suppress(Interrupted):
-            inner = [point for pair in pairwise(rows) for point in walker.crossings(*pair)]
-    what = ends[0], *inner, ends[1]
-    return _branch(walker.name, np.array([row[0] for row in rows]), tuple(row[1] for row in rows), what)
+    rows = [*below[:0:-1], *above]
+    cycles = [row[1] for row in rows]
+    return Branch(
+        parameters=(walker.name,), label=cycle.label, modes=cycle.modes, values=np.array([row[0] for row in rows]),
+        points=tuple(ends), unstable=np.zeros(len(rows), dtype=np.int64), motions=tuple(cycles), **along(cycles),
+    )  # fmt: skip
 
 
-def _branch(name: str, values: Array, cycles: tuple[RestCycle, ...], points: tuple[BranchPoint, ...]) -> Branch:
-    """The cycles with the first impacts after each of their releases."""
+def along(cycles: Sequence[RestCycle]) -> dict[str, Any]:
+    """What a branch has of cycles: the first impacts after each of their releases, releases and rests."""
     times, speeds = np.full((2, len(cycles), len(cycles[0].chains), KEPT_IMPACTS), np.nan)
     for i, cycle in enumerate(cycles):
         for flight, chain in enumerate(cycle.chains):
             kept = np.array(chain.impacts[:KEPT_IMPACTS]).reshape(-1, 2)
             times[i, flight, : len(kept)], speeds[i, flight, : len(kept)] = kept.T
     most = int(np.isfinite(times).sum(axis=-1).max())
-    return Branch(
-        parameters=(name,), label=cycles[0].label, modes=cycles[0].modes, values=values, points=points,
-        times=times[..., :most], speeds=speeds[..., :most],
-        unstable=np.array([_outside(cycle) for cycle in cycles], dtype=np.int64),
-        releases=np.array([[chain.release for chain in cycle.chains] for cycle in cycles]),
-        rests=np.array([[chain.rest for chain in cycle.chains] for cycle in cycles], dtype=float), motions=cycles,
-    )  # fmt: skip
-
-
-def _outside(cycle: RestCycle) -> int:
-    """How many multipliers are outside the unit circle."""
-    return sum(abs(one) > 1.0 for one in cycle.remembered)
+    return {
+        "times": times[..., :most],
+        "speeds": speeds[..., :most],
+        "releases": np.array([[chain.release for chain in cycle.chains] for cycle in cycles]),
+        "rests": np.array([[chain.rest for chain in cycle.chains] for cycle in cycles], dtype=float),
+    }
 
 
 @dataclass(frozen=True)
@@ -207,22 +218,10 @@ class _Walker:
     step: float
     growth: float  # share of the way so far that a step may be, where the range has no ends
 
-    def at(
-        self, value: float, near: RestCycle, lying: Lying | None = None
-    ) -> tuple[RestCycle | None, tuple[RestPath, ...], bool]:
-        """The cycle at a value that goes on from one beside it, what was followed, and whether there is a system.
-
-        `lying`: where a structure of several modes should come to rest.
-        """
+    def at(self, value: float, near: RestCycle) -> tuple[RestCycle | None, tuple[RestPath, ...], bool]:
+        """The cycle at a value that goes on from one beside it, what was followed, and whether there is a system."""
         try:
             system = self.systems.system({self.name: value})
-            if near.is_several:
-                last = near.lying[-1]
-                begin = last if lying is None else lying
-                moved = abs(math.remainder(begin.time - last.time, 2.0 * math.pi))
-                cycle, chains = cycle_near(system, near, begin, max(_REACH, 0.5 * moved))
-                same = cycle is not None and cycle.label == near.label
-                return (cycle, chains, True) if same else (None, chains, True)
             cycle, chains, release = cycle_through(
                 system, near.release_phase, modes=self.first.modes, most=self.first.periods
             )
@@ -245,11 +244,7 @@ class _Walker:
             last = not failed and abs(end - here) <= 1.5 * size
             step = self._sized(rows, min(size, abs(end - here)), gone) if failed else size
             ahead = end if last else here + math.copysign(step, end - here)
-            lying = None
-            if cycle.is_several and len(rows) > 1:
-                (before, earlier), _ = rows[-2:]
-                lying = lying_between(cycle, earlier, (ahead - here) / (before - here))
-            found, chains, is_system = self.at(ahead, cycle, lying)
+            found, chains, is_system = self.at(ahead, cycle)
             scale = max(1.0, abs(here))
             if found is not None:
                 size = min(1.5 * abs(ahead - here), max(self.step, self.growth * abs(ahead - first)))
@@ -265,33 +260,8 @@ class _Walker:
                 gone = self._release_lost(here, math.copysign(_BARELY * scale, end - here))
                 if gone is not None:
                     return BranchPoint(BranchEvent.RELEASE_LOST, (gone,), cycle, without_release(cycle))
-                return rest_end(here, cycle, chains, is_system)
+                return rest_end(here, cycle, cycle.chains, chains, is_system)
         return BranchPoint(BranchEvent.LIMIT, (here,), cycle, _ON)
-
-    def crossings(self, one: tuple[float, RestCycle], other: tuple[float, RestCycle]) -> list[BranchPoint]:
-        """Where multipliers pass through the unit circle between two points."""
-        (low, cycle), (high, after) = one, other
-        counts, found = sorted((_outside(cycle), _outside(after))), list[BranchPoint]()
-
-        def beside(at: float) -> RestCycle | None:
-            return self.at(at, cycle, lying_between(cycle, after, (at - low) / (high - low)))[0]
-
-        for place in range(*counts):
-
-            def beyond(values: Array, place: int = place) -> Array:
-                there = [beside(at) for at in values.tolist()]
-                return np.array([math.nan if here is None else abs(here.remembered[place]) - 1.0 for here in there])
-
-            first, last = (np.array([abs(here.remembered[place]) - 1.0]) for here in (cycle, after))
-            value = float(bracketed_roots(beyond, np.array([low]), np.array([high]), first, last, _HALVINGS)[0])
-            there = beside(value)
-            if there is None or (found and abs(found[-1].value - value) < _SAME * abs(high - low)):
-                continue  # the other one of a pair
-            passes = there.remembered[place]
-            kind = BranchEvent.FLIP if passes.real < 0.0 else BranchEvent.CROSSING
-            kind = BranchEvent.NEIMARK_SACKER if abs(passes.imag) > TURNING else kind
-            found.append(BranchPoint(kind, (value,), there, kind.words, multipliers_of(there)))
-        return sorted(found, key=lambda point: point.value)
 
     @staticmethod
     def _sized(rows: list[tuple[float, RestCycle]], size: float, gone: float | None) -> float:
@@ -322,3 +292,228 @@ class _Walker:
             middle = 0.5 * (low + high)
             low, high = (middle, high) if releases(middle) else (low, middle)
         return high
+
+
+# ---- Those of structures of several modes: fixed points of the map from rest to rest, round folds and on at flips
+
+_KEPT = 256  # motions
+_LONG, _SHORTEST, _SAME = 40.0, 1e-13, 1e-6
+_BEYOND = 10.0 ** np.arange(-12.0, -5.0)  # how far beyond an end it is looked what follows
+
+
+@dataclass(frozen=True)
+class RestCurve(Problem):
+    """The cycles with so many rests of a family of structures with N modes.
+
+    The unknowns are the shape and the time of a rest; shapes are counted in `size`, and `stride` tells how long the
+    steps of a walk may be.
+    """
+
+    family: Family
+    names: tuple[str, ...]
+    units: tuple[float, ...]
+    modes: int
+    rests: int
+    periods: int
+    chatters: bool
+    size: float
+    stride: float = 1.0
+    impacts = 0
+    difference = 1e-5
+
+    @staticmethod
+    def of(cycle: RestCycle, over: Varied, stride: float = 1.0) -> tuple[RestCurve, Array]:
+        """The curve of a cycle, and its unknowns."""
+        held, last = held_structure(cycle.system, cycle.modes), cycle.lying[-1]
+        root, _, across = held.basis
+        size = max(float(np.abs(root * last.shape).max()), 1e-300)
+        rests, chatters = len(cycle.chains), cycle.chatters
+        curve = RestCurve(
+            over.family, over.names, over.units, cycle.modes, rests, cycle.periods, chatters, size, stride
+        )
+        values = np.divide(over.here, over.units)
+        return curve, np.concatenate([across.T @ (root * last.shape) / size, [last.time], values])
+
+    @property
+    def places(self) -> tuple[int, ...]:
+        return tuple(range(self.modes, self.modes + len(self.names)))
+
+    @property
+    def label(self) -> str:
+        """Of the cycles."""
+        return f"{'chatter' if self.chatters else 'rest'}/{self.periods}"
+
+    def value(self, x: Array) -> float:
+        """The parameter at a point, or the first of two."""
+        return self.values(x)[0]
+
+    def apart(self, x: Array, first: Array) -> Array:
+        off = x - first
+        off[self.modes - 1] = math.remainder(off[self.modes - 1], 2.0 * math.pi)
+        return off
+
+    @cached_property
+    def _found(self) -> dict[bytes, FixedRests]:
+        return {}
+
+    def ways(self, x: Array) -> FixedRests:
+        """The ways from rest to rest, all there are; PercussError where there is no system."""
+        key = x[: self.places[-1] + 1].tobytes()
+        if key not in self._found:
+            if len(self._found) > _KEPT:
+                self._found.clear()
+            swing, n = ForcedResponse(self.system_at(x), self.modes), self.modes - 1
+            held = held_structure(swing.system, self.modes)
+            lying = Lying(float(x[n]), held.lies(self.size * x[:n]))
+            self._found[key] = FixedRests(tuple(ways_from(swing, lying, self.rests, self.periods)))
+        return self._found[key]
+
+    def _closed(self, x: Array) -> FixedRests:
+        found = self.ways(x)
+        if len(found.ways) < self.rests or found.ways[-1].path.rest is None:
+            raise CorrectorFailed("fewer rests")
+        return found
+
+    def residual(self, x: Array) -> Array:
+        way = self._closed(x).ways[-1]
+        root, _, across = way.held.basis
+        n = self.modes - 1
+        shape = across.T @ (root * way.end.shape) / self.size - x[:n]
+        return np.append(shape, way.end.time - x[n] - 2.0 * math.pi * self.periods)
+
+    def matrix(self, x: Array) -> Array:
+        unit = np.append(np.full(self.modes - 1, self.size), 1.0)
+        own = self._closed(x).matrix * (unit / unit[:, None]) - np.eye(self.modes)
+        return np.hstack([own, self.by_differences(x, self.places, partial(self._beside, x))])
+
+    def paths(self, x: Array) -> tuple[RestPath, ...]:
+        """What follows each release, all there is."""
+        return tuple(way.path for way in self.ways(x).ways)
+
+    def are_alike(self, x: Array, other: Array) -> bool:
+        """Whether the same impacts lead to rest at two points."""
+        paths = self.paths(other)
+        return any(path.chatters for path in paths) is self.chatters and _first_other(self.paths(x), paths) is None
+
+    def _beside(self, x: Array, other: Array) -> Array:
+        if not self.are_alike(x, other):
+            raise CorrectorFailed("other impacts")
+        return self.residual(other)
+
+    def motion(self, x: Array) -> RestCycle:
+        """The cycle at a point."""
+        system = self.system_at(x)
+        return cycle_of_rests(system, ForcedResponse(system, self.modes), self._closed(x))
+
+    def tests(self, x: Array) -> dict[str, float]:
+        """None: what ends a branch is found where it does."""
+        return {}
+
+    # -- numbers that vanish where stability changes --
+
+    def unstable(self, x: Array) -> int:
+        """How many multipliers are outside the unit circle."""
+        return outside(self._multipliers(CurvePoint(x, x, 0)))
+
+    def _multipliers(self, point: CurvePoint) -> ComplexArray:
+        return np.linalg.eigvals(self._closed(point.x).matrix).astype(complex)
+
+    def fold(self, point: CurvePoint) -> float:
+        """Where a multiplier is 1."""
+        return float(np.prod(1.0 - self._multipliers(point)).real)
+
+    def flip(self, point: CurvePoint) -> float:
+        """Where a multiplier is −1."""
+        return float(np.prod(1.0 + self._multipliers(point)).real)
+
+    def pair(self, point: CurvePoint) -> float:
+        """Where the product of two multipliers is 1."""
+        first, second = np.array(list(combinations(self._multipliers(point), 2))).T
+        return float(np.real(np.prod(1.0 - first * second)))
+
+    # -- cycles of twice and half as many rests --
+
+    def doubled(self, x: Array) -> tuple[RestCurve, Array] | None:
+        """The curve of two cycles, and the unknowns; None for too long ones."""
+        wide = replace(self, rests=2 * self.rests, periods=2 * self.periods)
+        return (wide, x) if wide.periods <= MOST_PERIODS else None
+
+    def halves(self, x: Array) -> tuple[Array, Array] | None:
+        """The mean of both halves of a cycle, and their difference; None for an odd number of rests or periods."""
+        if self.rests % 2 or self.periods % 2:
+            return None
+        way, n = self._closed(x).ways[self.rests // 2 - 1], self.modes
+        root, _, across = way.held.basis
+        there = np.append(across.T @ (root * way.end.shape) / self.size, way.end.time - math.pi * self.periods)
+        return np.append(0.5 * (x[:n] + there), x[n:]), there - x[:n]
+
+    def halved(self, x: Array) -> RestCurve:
+        """The curve of cycles of half of these."""
+        return replace(self, rests=self.rests // 2, periods=self.periods // 2)
+
+    def along(self, cycles: Sequence[RestCycle]) -> dict[str, Any]:
+        """What a branch has of them."""
+        return along(cycles)
+
+
+def end_beyond(curve: RestCurve, here: CurvePoint) -> BranchPoint:
+    """What ends a walk at a point, told by what follows just beyond."""
+    for by in _BEYOND:
+        try:
+            chains, is_system = curve.paths(here.x + by * here.tangent), True
+        except PercussError:
+            chains, is_system = (), False
+        found = rest_end(curve.value(here.x), curve.motion(here.x), curve.paths(here.x), chains, is_system)
+        if found.kind is not BranchEvent.LOST:
+            break
+    return found
+
+
+class RestWalk(MachineWalk):
+    """A walk along them; `last` is what ends it where no step is short enough."""
+
+    quick, shortest = 6, _SHORTEST
+    last: BranchPoint | None = None
+
+    @property
+    def scale(self) -> float:
+        return float(self.curve.stride)
+
+    def what_happens(self, segment: CurveSegment) -> tuple[list[LocatedEvent], LocatedEvent | None]:
+        curve, start, stop = segment.curve, segment.start, segment.stop
+        if not curve.are_alike(start.x, stop.x):
+            raise CorrectorFailed("other impacts")
+        found = []
+        for kind, number in _NUMBERS:
+            if not self.fresh and number(curve, start) * number(curve, stop) < 0.0:
+                one = segment.event(kind, segment.root(partial(number, curve)))
+                turns = max(abs(np.imag(curve.motion(one.point.x).remembered)))
+                if kind is not BranchEvent.NEIMARK_SACKER or turns > TURNING:
+                    found.append(one)
+        return sorted(found, key=lambda one: one.place), None
+
+    def stuck(self) -> None:
+        self.last = end_beyond(self.curve, self.here)
+        self.end(self.last.kind)
+
+    def told(self, one: LocatedEvent) -> BranchPoint:
+        return self.last if self.last is not None and one is self.happened[-1] else super().told(one)
+
+
+_NUMBERS: tuple[tuple[BranchEvent, Callable[[RestCurve, CurvePoint], float]], ...] = (
+    (BranchEvent.FOLD, lambda curve, point: float(point.tangent[-1])),
+    (BranchEvent.FLIP, RestCurve.flip),
+    (BranchEvent.NEIMARK_SACKER, RestCurve.pair),
+)
+
+
+def _follow_several(
+    cycle: RestCycle, over: Varied, switch: int, points: int, most: int, halt: Callable[[], bool] | None
+) -> Branch:
+    curve, x = RestCurve.of(cycle, over, _LONG / (points - 1))
+    with halting(halt):
+        start = beginning(curve, x)
+        if start is None or float(np.abs(start.x - x).max()) > _SAME:
+            raise ParameterError("orbit", str(cycle), f"a cycle of the system with {over}")
+        ways = both_ways(lambda point: RestWalk(curve, point, over.bounds), start, most)
+    return branch_of(curve, ways, over.bounds, most, switch, halt, [])

@@ -255,12 +255,20 @@ class Problem(ABC):
     # -- the way back to the curve --
 
     def matrix(self, x: Array) -> Array:
-        """The derivatives of the equations by the unknowns, by central differences; on one side where a range ends."""
+        """The derivatives of the equations by the unknowns."""
+        return self.by_differences(x, range(x.size))
 
-        def moved(way: Array) -> Callable[[float], Array]:
-            return lambda by: self.residual(x + by * way)
+    def by_differences(
+        self, x: Array, places: Sequence[int], equations: Callable[[Array], Array] | None = None
+    ) -> Array:
+        """Those by some of them, by central differences; on one side where a range or the `equations` end."""
+        found = equations or self.residual
 
-        return np.stack([slope(moved(way), self.difference, CorrectorFailed) for way in np.eye(x.size)], axis=1)
+        def moved(place: int) -> Callable[[float], Array]:
+            way = np.eye(x.size)[place]
+            return lambda by: found(x + by * way)
+
+        return np.stack([slope(moved(place), self.difference, CorrectorFailed) for place in places], axis=1)
 
     def linearised(self, x: Array) -> tuple[Array, Array]:
         """The derivatives of the equations, and the equations."""
@@ -298,7 +306,7 @@ class Problem(ABC):
                 x = np.where(normal == 1.0, start, x + moved)  # what the plane holds is held without rounding
                 if size <= _CLOSE and own:
                     self.system_at(x)
-                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix)
+                    return CurvePoint(x, unit_tangent(matrix, along), step, matrix, self)
                 own = False
                 if size <= _CLOSE or size > _SLOW * last:
                     renewals += 1
@@ -442,6 +450,7 @@ class Walk:
     """
 
     quick = 3  # steps of Newton's method after which the next step along the curve is longer
+    shortest = SHORTEST
 
     def __init__(self, curve: Any, start: CurvePoint, bounds: Sequence[tuple[float, float]]) -> None:
         self.curve, self.here, self.bounds = curve, start, bounds
@@ -548,7 +557,7 @@ class Walk:
     def shorten(self) -> None:
         """Try a shorter step."""
         self.size *= 0.5
-        if self.size <= SHORTEST:
+        if self.size <= self.shortest:
             self.stuck()
 
     def went(self, look: Look) -> None:
@@ -623,7 +632,7 @@ def both_ways(walk: Callable[[CurvePoint], OneWay], start: CurvePoint, most: int
     return walk(start._replace(tangent=-start.tangent)).walked(most), forward
 
 
-def joined(ways: Sequence[Walk]) -> tuple[list[CurvePoint], list[int], list[tuple[LocatedEvent, Walk]]]:
+def joined(ways: Sequence[OneWay]) -> tuple[list[CurvePoint], list[int], list[tuple[LocatedEvent, OneWay]]]:
     """The points, marks and events (with their ways) of ways from one point, as one; a closed one begins at its end."""
     *backward, forward = ways
     points = [point for way in backward for point in way.points[:0:-1]] + forward.points

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -201,5 +202,5 @@ def _rests(system: System, modes: int) -> bool:
 
 def _is_on_rest_line(line: Branch, value: float, cycle: RestCycle) -> bool:
     """Whether a branch has a cycle: the phase at which the bar is let go tells all that follows."""
-    release = line.release_at(value) if line.label == cycle.label else None
-    return release is not None and abs(float(np.angle(np.exp(1j * (release - cycle.release_phase))))) < _NEAR_RELEASE
+    releases = line.releases_at(value) if line.label == cycle.label else ()
+    return any(abs(math.remainder(one - cycle.release_phase, 2.0 * math.pi)) < _NEAR_RELEASE for one in releases)

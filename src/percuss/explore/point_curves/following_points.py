@@ -22,7 +22,7 @@ from percuss.explore.continuation.walk import (
     varied,
 )
 from percuss.explore.family import Family
-from percuss.explore.point_curves.machine_points import machine_curve
+from percuss.explore.point_curves.machine_points import cycle_curve
 from percuss.explore.point_curves.point_walk import (
     Condition,
     Corner,
@@ -110,8 +110,8 @@ def follow_point(
     ----------
     point
         A fold, flip, Neimark–Sacker point, touch, death of an impact, or a corner, of `follow`; an onset, touch, death
-        or the last release of cycles with rest; of a machine that switches its own valve a fold, flip or
-        Neimark–Sacker point, or an end that is told by its order of events.
+        or the last release of cycles with rest; of those of structures of several modes, and of machines that switch
+        their own valve, a fold, flip or Neimark–Sacker point, or an end that is told by the order of events of these.
     along
         The names of both parameters, each with its range or without: ``"restitution=0:0.9"``.
     between
@@ -162,8 +162,8 @@ def follow_point(
     ways = count("most", most, least=2, most=MOST_POINTS)
     callback("progress", progress)
     halt = asked(progress)
-    if isinstance(motion, ValveCycle):
-        return machine_curve(point, over, ways, halt)
+    if isinstance(motion, ValveCycle) or (isinstance(motion, RestCycle) and motion.is_several):
+        return cycle_curve(point, over, ways, halt)
     if isinstance(motion, RestCycle):
         return _rest_ends(point, over, ways, halt)
     with halting(halt):

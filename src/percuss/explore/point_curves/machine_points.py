@@ -1,7 +1,7 @@
-"""Points of branches of machines that switch their own valve, followed through two parameters.
+"""Points of branches of machines that switch their own valve, and of structures that rest, over two parameters.
 
 The cycles over two parameters with one equation more: a number that vanishes, of those that tell stability, or of the
-tests of their order of events.
+tests of an order of events.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from percuss.errors import ParameterError, PercussError
 from percuss.explore.continuation.branch import BranchEvent, BranchPoint, PointCurve
 from percuss.explore.continuation.machine_cycles import MachineCurve, kind_of
 from percuss.explore.continuation.missed_events import nearest
+from percuss.explore.continuation.rest_following import RestCurve, end_beyond
 from percuss.explore.continuation.walk import (
     CorrectorFailed,
     CurvePoint,
@@ -32,8 +34,8 @@ from percuss.explore.continuation.walk import (
 )
 from percuss.explore.family import drives_itself
 from percuss.halting import halting
-from percuss.model import Machine
 from percuss.model.checks import Array
+from percuss.steady import RestCycle
 from percuss.steady.multipliers import TURNING
 from percuss.steady.periodic.periodic_orbit import slope
 from percuss.steady.self_excited.event_sequence import sequence_of
@@ -45,6 +47,8 @@ FOLLOWED_OF_MACHINES = (
     BranchEvent.PORT_TOUCH, BranchEvent.PRESSURE_GONE,
 )  # fmt: skip
 """The kinds of points of machines of which there are curves."""
+FOLLOWED_OF_SEVERAL = FOLLOWED_OF_MACHINES[:3]
+"""Those of cycles with rest of structures of several modes."""
 
 _EXCHANGES = BranchEvent.CORNER, BranchEvent.NONSMOOTH_FOLD, BranchEvent.ORDER_LOST
 
@@ -59,17 +63,16 @@ _SAME, _ROUNDING = 1e-6, 1e-11
 
 @dataclass(frozen=True)
 class MachinePoints(Problem):
-    """All cycles of an order of events over two parameters at which a test of it, or a pair on the circle, vanishes."""
+    """All cycles of a curve over two parameters at which a test, or what a pair is off the unit circle, vanishes."""
 
-    base: MachineCurve
+    base: MachineCurve | RestCurve
     kind: BranchEvent
     test: str = ""
     pair: complex = 0.0
     periods = 1
 
     @property
-    def family(self):  # type: ignore[no-untyped-def,override]
-        """The machines."""
+    def family(self) -> Any:  # type: ignore[override]
         return self.base.family
 
     @property
@@ -88,13 +91,13 @@ class MachinePoints(Problem):
     def places(self) -> tuple[int, ...]:
         return self.base.places
 
-    def system(self, *values: float) -> Machine:  # type: ignore[override]
+    def system(self, *values: float) -> Any:
         return self.base.system(*values)
 
     def refusal(self, *values: float) -> PercussError | None:
         return self.base.refusal(*values)
 
-    def motion(self, x: Array) -> ValveCycle:
+    def motion(self, x: Array) -> ValveCycle | RestCycle:
         """The cycle at a point."""
         return self.base.motion(x)
 
@@ -102,7 +105,7 @@ class MachinePoints(Problem):
         return self.base.flights(x)
 
     def apart(self, x: Array, first: Array) -> Array:
-        return x - first
+        return self.base.apart(x, first)
 
     def number(self, x: Array) -> float:
         """What vanishes."""
@@ -112,6 +115,7 @@ class MachinePoints(Problem):
             return self.base.flip(CurvePoint(x, x, 0))
         if self.kind is BranchEvent.NEIMARK_SACKER:
             return abs(nearest(self.motion(x).multipliers().values, self.pair)) - 1.0
+        assert isinstance(self.base, MachineCurve)
         found = self.base.test(self.test, x)
         if found is None:
             raise CorrectorFailed("another order of events")
@@ -159,6 +163,8 @@ class MachinePointWalk(Walk):
 
     def look(self, target: Target) -> Look:
         segment, base = CurveSegment(self.curve, self.here, target.point), self.curve.base
+        if isinstance(base, RestCurve) and not base.are_alike(segment.start.x, segment.stop.x):
+            raise CorrectorFailed("other impacts")
         before, after = self._tests(segment.start), self._tests(segment.stop)
         found = []
         for name in before.keys() & after.keys():
@@ -176,7 +182,7 @@ class MachinePointWalk(Walk):
             if at(segment.start) * at(segment.stop) < 0.0:
                 found.append(segment.event(_WITH[kind], segment.root(at)))
         if self.curve.kind is BranchEvent.FOLD:
-            m, start = base.impacts, segment.start.tangent
+            m, start = base.places[0], segment.start.tangent
 
             def turns(point: CurvePoint) -> float:
                 return float(point.tangent[m:] @ start[m:])
@@ -185,17 +191,30 @@ class MachinePointWalk(Walk):
                 found.append(segment.event(BranchEvent.CUSP, segment.root(turns)))
         return Look(segment, sorted(found, key=lambda one: one.place), target.limit)
 
+    def stuck(self) -> None:
+        rests = isinstance(self.curve.base, RestCurve)
+        kind = end_beyond(self.curve.base, self.here).kind if rests else BranchEvent.LOST
+        self.end(_WITH.get(kind, kind))
 
-def machine_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[], bool] | None) -> PointCurve:
-    """A point of a branch of machines followed through two parameters; see `percuss.explore.follow_point`."""
-    cycle, family = point.valve_cycle, over.family
-    assert drives_itself(family)
-    if point.kind not in FOLLOWED_OF_MACHINES:
-        known = ", ".join(kind.value for kind in FOLLOWED_OF_MACHINES)
-        raise ParameterError("point", str(point), f"a point of one of the kinds {known}")
-    sequence = sequence_of(cycle)
-    base = MachineCurve(family, over.names, over.units, sequence, cycle.modes, cycle.period / (2.0 * math.pi))
-    x = base.unknowns(cycle, *over.here)
+
+def _base(point: BranchPoint, over: Varied) -> tuple[Any, Array]:
+    """All cycles over both parameters like that of a point, and its unknowns."""
+    cycle, family, rests = point.motion, over.family, isinstance(point.motion, RestCycle)
+    if point.kind not in (known := FOLLOWED_OF_SEVERAL if rests else FOLLOWED_OF_MACHINES):
+        told = "several modes move on while the wall holds the contact: what ends their branches has no curve yet"
+        kinds = f"a point of one of the kinds {', '.join(kind.value for kind in known)}"
+        raise ParameterError("point", str(point), kinds, told if rests else "")
+    if isinstance(cycle, RestCycle):
+        return RestCurve.of(cycle, over)
+    assert isinstance(cycle, ValveCycle) and drives_itself(family)
+    tick = cycle.period / (2.0 * math.pi)
+    base = MachineCurve(family, over.names, over.units, sequence_of(cycle), cycle.modes, tick)
+    return base, base.unknowns(cycle, *over.here)
+
+
+def cycle_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[], bool] | None) -> PointCurve:
+    """A point of a branch of cycles followed through two parameters; see `percuss.explore.follow_point`."""
+    base, x = _base(point, over)
     with halting(halt):
         curve = MachinePoints(base, point.kind, *_condition(base, x, point))
         try:
@@ -203,7 +222,7 @@ def machine_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[]
         except CorrectorFailed:
             start = None
         if start is None or float(np.abs(start.x - x).max()) > _SAME:
-            raise ParameterError("point", str(point), f"a point of the machines with {over}")
+            raise ParameterError("point", str(point), f"a point of the hammers with {over}")
         walks = both_ways(lambda begin: MachinePointWalk(curve, begin, over.bounds), start, most)
     points, marks, happened = joined(walks)
     motions = [base.motion(one.x) for one in points]
@@ -214,26 +233,24 @@ def machine_curve(point: BranchPoint, over: Varied, most: int, halt: Callable[[]
     return PointCurve(
         event=point.kind, label=base.label, modes=base.modes, parameters=over.names,
         values=np.array([base.values(one.x) for one in points]),
-        times=np.array([motion.blow_times for motion in motions]),
-        cycle_times=np.array([motion.period for motion in motions]),
-        is_orbit=np.array(marks, dtype=bool), angles=angles, units=over.shown_units,
+        is_orbit=np.array(marks, dtype=bool), angles=angles, units=over.shown_units, **base.along(motions),
         points=tuple(_told(base, one, most, way) for one, way in happened),
     )  # fmt: skip
 
 
-def _turning(cycle: ValveCycle) -> complex:
+def _turning(cycle: ValveCycle | RestCycle) -> complex:
     """The multiplier of a pair that is nearest to the unit circle."""
     values = cycle.multipliers().values
     turning = values[values.imag > TURNING * np.abs(values)]
     return complex(turning[np.argmin(np.abs(np.abs(turning) - 1.0))]) if turning.size else complex(math.nan)
 
 
-def _condition(base: MachineCurve, x: Array, point: BranchPoint) -> tuple[str, complex]:
+def _condition(base: Any, x: Array, point: BranchPoint) -> tuple[str, complex]:
     """The test that vanishes at a point, or the multiplier that is on the unit circle."""
     if point.kind in (BranchEvent.FOLD, BranchEvent.FLIP):
         return "", 0.0
     if point.kind is BranchEvent.NEIMARK_SACKER:
-        return "", _turning(point.valve_cycle)
+        return "", _turning(base.motion(x))
     kind = BranchEvent.CORNER if point.kind in _EXCHANGES else point.kind
     mine = {name: abs(value) for name, value in base.tests(x).items() if kind_of(name)[0] is kind}
     if not mine:
@@ -241,7 +258,7 @@ def _condition(base: MachineCurve, x: Array, point: BranchPoint) -> tuple[str, c
     return min(mine, key=lambda name: mine[name]), 0.0
 
 
-def _told(base: MachineCurve, one: LocatedEvent, most: int, walk: Walk) -> BranchPoint:
+def _told(base: Any, one: LocatedEvent, most: int, walk: Walk) -> BranchPoint:
     beyond = one.kind.words
     if one.kind is BranchEvent.STOPPED and len(walk.points) >= most:
         beyond = f"after {most} points, as many as were asked for"

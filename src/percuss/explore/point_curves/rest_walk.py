@@ -396,9 +396,6 @@ _RELEASE = 1e-6
 def rest_condition(point: BranchPoint) -> tuple[RestCondition, float]:
     """The condition that holds at a point of a branch of cycles with rest, and the sign of its number on the branch."""
     cycle = point.cycle
-    if cycle.is_several:
-        told = "several modes move on while the wall holds the contact, and such points have no curves yet"
-        raise ParameterError("point", str(point), "one of a bar, or of a structure of one mode", told)
     if point.kind is BranchEvent.RELEASE_LOST:
         return Pulling(RestWay(cycle.modes, cycle.release_phase, (), cycle.periods)), 1.0
     if point.kind is BranchEvent.ONSET:

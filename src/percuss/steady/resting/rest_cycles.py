@@ -26,7 +26,7 @@ from percuss.steady.resting.flight_chain import (
     release_phases,
     time_to_release,
 )
-from percuss.steady.resting.rest_map import FixedRests, Lying, begins, closed_near, next_rest, ways_from
+from percuss.steady.resting.rest_map import FixedRests, Lying, begins, closed_near, next_rest
 
 # ---- A periodic motion that rests on the wall for a part of every cycle, as a value
 
@@ -567,7 +567,7 @@ def _from_rest(
             fixed = closed_near(swing, way.end, rests, periods)
             if fixed is None or any(off(fixed.ways[0].begin, one.end) < _AGAIN for one in fixed.ways[:-1]):
                 continue
-            yield _of_rests(system, swing, fixed)
+            yield cycle_of_rests(system, swing, fixed)
             if near < _COMES_BACK and off(fixed.ways[0].begin, way.end) < _COMES_BACK:
                 return
             break
@@ -580,7 +580,7 @@ def _off(swing: ForcedResponse, one: Lying, other: Lying) -> float:
     return max(time, float(np.abs(root * (other.shape - one.shape)).max()) / max(size, 1e-300))
 
 
-def _of_rests(system: System, swing: ForcedResponse, fixed: FixedRests) -> RestCycle:
+def cycle_of_rests(system: System, swing: ForcedResponse, fixed: FixedRests) -> RestCycle:
     """The cycle of a fixed point, from the release with the least phase on."""
     chains = [way.path for way in fixed.ways]
     first = int(np.argmin([np.mod(chain.release, TURN) for chain in chains]))
@@ -592,36 +592,6 @@ def _of_rests(system: System, swing: ForcedResponse, fixed: FixedRests) -> RestC
     return RestCycle(
         system, periods, swing.modes, tuple(chain.later(-early) for chain in turned), tuple(values.tolist())
     )
-
-
-def lying_between(one: RestCycle, other: RestCycle, share: float) -> Lying:
-    """The last rest of one cycle, moved by a share of the way to that of another one near it."""
-    here, swing = one.lying[-1], ForcedResponse(one.system, one.modes)
-    there = min(other.lying, key=partial(_off, swing, here))
-    late = math.remainder(there.time - here.time, TURN)
-    return Lying(here.time + share * late, here.shape + share * (there.shape - here.shape))
-
-
-def cycle_near(
-    system: System, cycle: RestCycle, lying: Lying, reach: float
-) -> tuple[RestCycle | None, tuple[RestPath, ...]]:
-    """The cycle of a structure of several modes within reach of a rest, alike one of another system; what follows it.
-
-    None where there is none, or one beyond a fold: of as many multipliers greater than 1, or one, or three … more.
-    """
-    swing, rests = ForcedResponse(system, cycle.modes), len(cycle.chains)
-    fixed = closed_near(swing, lying, rests, cycle.periods)
-    if fixed is not None:
-        found = _of_rests(system, swing, fixed)
-        near = min(_off(swing, lying, one) for one in found.lying) < reach
-        if near and (_folded(found) > 0.0) == (_folded(cycle) > 0.0):
-            return found, found.chains
-    return None, tuple(way.path.later(-cycle.period) for way in ways_from(swing, lying, rests, cycle.periods))
-
-
-def _folded(cycle: RestCycle) -> float:
-    """The product of all 1 − μ, which vanishes at a fold."""
-    return float(np.prod(1.0 - np.array(cycle.remembered)).real)
 
 
 def cycle_through(

@@ -201,7 +201,8 @@ def branch_answer(
         Without a range, ``load_factor``, the branch is followed to its ends. Where the range does not hold the value of
         the case, the orbit is one of the case with the nearest end of the range: see `begun_at`.
     switch
-        How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest.
+        How deep to go on at flips, and of rigid bars at grazings; 0 for a cycle with rest, but of several modes of a
+        structure.
 
     Examples
     --------
@@ -220,10 +221,10 @@ def branch_answer(
         return follow(begun, name, ends, family=family, value=value, switch=switch, progress=progress)
     system = case.system() if value == own else family.system({name: value})
     if is_rest_label(text("orbit", orbit, _CHOICE).partition(":")[0]):
-        if count("switch", switch, least=0):
-            raise ParameterError("switch", switch, "0: nothing branches off a cycle with rest")
         cycle = _chosen_cycle(system, orbit, kept)
-        return follow(cycle, name, ends, family=family, value=value, progress=progress)
+        if count("switch", switch, least=0) and not cycle.is_several:
+            raise ParameterError("switch", switch, "0: nothing branches off a cycle whose rests forget everything")
+        return follow(cycle, name, ends, family=family, value=value, switch=switch, progress=progress)
     start = _chosen(system, orbit, kept)
     return follow(start, name, ends, family=family, value=value, switch=switch, progress=progress)
 
@@ -354,7 +355,8 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
         along = picked(curve, "values phases is_orbit angles")
         along["angles"] = None if None in along["angles"] else along["angles"]
     else:
-        along = picked(curve, "values release_phases event_phases is_orbit")
+        of_ends = curve.event_phases.size > 0
+        along = picked(curve, "values release_phases is_orbit " + ("event_phases" if of_ends else "rest_phases angles"))
     return {"type": curve.event.value, **picked(curve, "label parameters units"), "points": points, "curve": along}
 
 

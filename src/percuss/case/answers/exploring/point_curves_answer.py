@@ -17,7 +17,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.errors import ParameterError
 from percuss.explore import Axis, BranchEvent, BranchPoint, PointCurve, follow_point
 from percuss.explore.point_curves.following_points import FOLLOWED
-from percuss.explore.point_curves.machine_points import FOLLOWED_OF_MACHINES
+from percuss.explore.point_curves.machine_points import FOLLOWED_OF_MACHINES, FOLLOWED_OF_SEVERAL
 from percuss.explore.point_curves.rest_walk import REST_FOLLOWED
 from percuss.halting import Elapsed, asked
 from percuss.model.checks import callback, having, text
@@ -31,6 +31,7 @@ _SHORT = {"touch": BranchEvent.TOUCH, "death": BranchEvent.DEATH}
 _NAMES = {**{kind.value: kind for kind in FOLLOWED}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
 _MACHINE_NAMES = {**{kind.value: kind for kind in FOLLOWED_OF_MACHINES}, **_SHORT, "pair": BranchEvent.NEIMARK_SACKER}
 _REST_NAMES = {**{kind.value: kind for kind in REST_FOLLOWED}, **_SHORT}
+_SEVERAL_NAMES = {**{kind.value: kind for kind in FOLLOWED_OF_SEVERAL}, "pair": BranchEvent.NEIMARK_SACKER}
 
 
 def point_curves_answer(
@@ -87,6 +88,7 @@ def _parameter(case: Case, given: str) -> tuple[str, str, tuple[float, float] | 
 def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
     every: list[Any] = followed_points(branch)
     names = _REST_NAMES if branch.has_rest else _MACHINE_NAMES if branch.is_machine else _NAMES
+    names = _SEVERAL_NAMES if _is_several(branch) else names
     there = Counter(point.kind.value for point in every or branch.points)
     known = ", ".join(f"{kind} ({number})" if number > 1 else kind for kind, number in there.items())
     if text("curve", which, "all").strip() != "all":
@@ -101,9 +103,10 @@ def _chosen(branch: Branch, which: str) -> list[BranchPoint]:
 
 def followed_points(branch: Branch) -> list[BranchPoint]:
     """All points that can be followed, each once: a branch that was switched to begins at one of them."""
-    if branch.has_rest:
+    several = _is_several(branch)
+    if branch.has_rest and not several:
         return [point for point in branch.points if point.kind in REST_FOLLOWED]
-    known = FOLLOWED_OF_MACHINES if branch.is_machine else FOLLOWED
+    known = FOLLOWED_OF_SEVERAL if several else FOLLOWED_OF_MACHINES if branch.is_machine else FOLLOWED
     kept = [point for point in branch.points if point.kind in known]
     return kept + [
         point
@@ -112,6 +115,10 @@ def followed_points(branch: Branch) -> list[BranchPoint]:
         for point in other.points[1:]
         if point.kind in known and point.kind is not BranchEvent.HALVING
     ]
+
+
+def _is_several(branch: Branch) -> bool:
+    return any(cycle.is_several for cycle in branch.cycles[:1])
 
 
 def _one(every: Sequence[Any], names: Mapping[str, BranchEvent], word: str, given: str, known: str) -> Any:
@@ -153,7 +160,8 @@ def point_curves_table(curves: Sequence[PointCurve]) -> str:
         for point, (values, real) in enumerate(zip(one.values.tolist(), one.is_orbit.tolist(), strict=True)):
             place = (number, one.event.value, one.label, point + 1, *values, int(real))
             if resting:
-                rows.append((*place, float(one.release_phases[point]), float(one.event_phases[point])))
+                when = float(one.event_phases[point]) if one.event_phases.size else ""
+                rows.append((*place, float(np.ravel(one.release_phases[point])[0]), when))
             else:
                 rows += [(*place, impact, phase) for impact, phase in enumerate(one.phases[point].tolist(), 1)]
     return table_text((*head, *(("release_phase", "event_phase") if resting else ("impact", "phase"))), rows)
