@@ -420,10 +420,13 @@ def test_a_pair_of_multipliers_of_several_modes_leaves_the_unit_circle():
         phase = settled_beside(end).events.of("release").phase[-1]
         assert (abs(np.exp(1j * phase) - np.exp(1j * end.release_phase)) < 1e-6) == end.stable
     assert branch.cycles[0].stable != branch.cycles[-1].stable
+    with pytest.raises(ParameterError, match="several modes"):
+        follow_point(branch.points[0], ("gap", "restitution"))
 
 
+@pytest.mark.slow
 def test_a_fold_of_several_modes_is_followed_through_two_parameters():
-    """From a fold over one parameter to that over the other one; what ends a branch is refused."""
+    """From a fold over one parameter to that over the other one."""
     cycle = next(one for one in resting_cycles(0).orbits if one.remembered[0].imag)
     branch = cycle.follow("restitution", (0.4, 0.46), points=5)
     (fold,) = branch.at("fold")
@@ -431,8 +434,6 @@ def test_a_fold_of_several_modes_is_followed_through_two_parameters():
     assert (curve.kind, curve.is_orbit.all(), curve.releases.shape[1]) == ("fold", True, 1)
     end = min(curve.ends, key=lambda one: one.values[0])
     assert end.kind is BranchEvent.LIMIT and end.values == pytest.approx((0.4, -0.0113140723999), abs=1e-10)
-    with pytest.raises(ParameterError, match="several modes"):
-        follow_point(branch.points[0], ("gap", "restitution"))
 
 
 def test_the_doubled_cycle_of_several_modes_begins_at_a_flip():

@@ -369,7 +369,7 @@ def follow(
         Of the parameter, for the orbit; None for what its system says, where it is a dimensionless one.
     switch
         How often to go on at the flips of a branch to the orbit of twice the period, and for a rigid bar at its
-        grazings to the orbit with an impact more or less; 0 to 16.
+        grazings to the orbit with an impact more or less; 0 to 16. Of no effect for a cycle whose rests forget all.
     most
         Points of each way at most.
     points

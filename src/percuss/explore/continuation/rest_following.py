@@ -102,12 +102,8 @@ def rest_end(
         kind, beyond = BranchEvent.LOST, BranchEvent.LOST.words
     else:
         kind, beyond = BranchEvent.CHANGE, _after_change(cycle, chains)
-    return BranchPoint(kind, (value,), cycle, beyond, multipliers_of(cycle), impact, phase)
-
-
-def multipliers_of(cycle: RestCycle) -> ComplexArray | None:
-    """Those of what its rests do not forget, for a point of a branch; None where they forget everything."""
-    return np.array(cycle.remembered) if cycle.remembered else None
+    values = cycle.multipliers().values if cycle.remembered else None
+    return BranchPoint(kind, (value,), cycle, beyond, values, impact, phase)
 
 
 def short_rest(cycle: RestCycle) -> float:
