@@ -205,9 +205,11 @@ class CaseFamily:
         from percuss.case.answers.transfer import tool_of, transfer_of
         from percuss.stability import stability_of
         from percuss.steady import self_excited_motion, steady_states
+        from percuss.steady.states import MAX_PERIODS
 
         keys, _ = self._split(values)
-        periods, kept = count("periods", periods), DEFAULT_MODES if modes is None else count("modes", modes, least=0)
+        periods = count("periods", periods, most=MAX_PERIODS)
+        kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0)
         question = tool_of(self._varied({key: keys[key] for key in keys if key.partition(".")[0] in _STRUCK}))
         if question is None:
             remedy = "describe the rod that is struck in [tool]"
