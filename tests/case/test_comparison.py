@@ -43,6 +43,9 @@ def test_a_hammer_that_cannot_run_is_said():
     assert [key for key, _ in found.differences] == ["contact.restitution"]
     before, after = found.blows  # each at the speed of its own motion, not at that of [blow]
     assert after.blow.energy_before / before.blow.energy_before == pytest.approx(0.8464, abs=1e-3)
+    own = steady_answer(drifter).transfer
+    rows = {row.name: row.values[0] for row in found.figures}
+    assert rows["rock_power"] == own.rock_power and rows["peak_of_tool"] == own.peaks[1].stress
     assert len(comparison(found).axes) == 5
     page = report_html(drifter, found)
     assert page.count("<pre>") == 2 and found.summary.split(",")[0] in page

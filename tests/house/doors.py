@@ -406,6 +406,7 @@ class Arguments:
             "case.Case.varied": {"values": {"system.s": 10.0}},
             "case.CaseFamily.varied": {"values": {"bar.length": 200.0}},
             "case.CaseFamily.blow": {"values": {"bar.length": 200.0}},
+            "case.CaseFamily.transfer": {"values": {"restitution": 0.3}},
             "case.load_case": {"name": "pile-hammer"},
             "case.basins_job_of": {
                 "x": explore.Axis.linear("time", 0, 1, 2), "y": explore.Axis.linear("velocity", -2, -1, 2),
@@ -450,7 +451,7 @@ class Arguments:
                 return Load.square(1.0, 1.3)
             case "SteadyStates", "contact_place":
                 return steady.steady_states(System(ModalBody(**MODES, gap=0.1), Load.harmonic(0.1, 1.0), Kept(0.5)))
-            case "CaseFamily", "machine" | "room":
+            case "CaseFamily", "machine" | "room" | "transfer":
                 return cases.CaseFamily(cases.load_case("valve-drifter"), {})
             case "CaseFamily", "varied" | "blow":
                 return cases.CaseFamily(cases.load_case("laboratory-striker"), {"bar.length": "mm"})

@@ -42,7 +42,7 @@ def _about() -> str:
     loads = ", ".join(f"{word}K ({about})" for word, about in LOAD_PARAMETERS.items())
     followed = [name for name, quantity in QUANTITIES.items() if quantity.group in ("simulation", "lyapunov")]
     struck = [name for name, quantity in QUANTITIES.items() if quantity.group == "blow"]
-    switching = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group == "machine"]
+    switching = [name for name, quantity in MACHINE_QUANTITIES.items() if quantity.group in ("machine", "transfer")]
     steady = [name for name in QUANTITIES if name not in (*followed, *struck)]
     paragraphs = (
         "parameters: any number of the case file, bar.length or length for short, sections[0].length; load.scale, a "

@@ -51,7 +51,13 @@ OK, NO_PUSH, RESONANCE, INACCURATE, NO_SYSTEM, FAILED, NO_START = range(len(CELL
 SystemFunction = Callable[[System], float] | Callable[[Machine], float]
 """One's own quantity of a map, of a system or of a machine that switches its own valve."""
 
-_CELL = {"orbits": 2e-3, "exact": 2e-3, "rest": 1e-4, "blow": 8e-3}  # seconds of one cell, by rule of thumb
+_CELL = {
+    "orbits": 2e-3,
+    "exact": 2e-3,
+    "rest": 1e-4,
+    "blow": 8e-3,
+    "transfer": 3e-2,
+}  # seconds of one cell, by rule of thumb
 _OF_ARRAYS = {"orbits": 1e-5, "exact": 1e-4}  # of one among many at once
 _PORTION = 256  # hammers simulated, or solved, between two looks at whether the answer is still wanted
 
@@ -65,6 +71,9 @@ class StrikingFamily(Protocol):
 
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the hammer at these values; PercussError where there is none."""
+
+    def transfer(self, values: Mapping[str, float], periods: int, modes: int | None) -> Any:
+        """Where the energy of the cycle at these values goes, through its own blow; None without such a cycle."""
 
 
 def failure(error: Exception) -> int:
@@ -270,6 +279,8 @@ class SweepJob:
             _simulated(self, out, hammers, starts, stopped)
         if isinstance(family, StrikingFamily) and "blow" in groups:
             _blows(out, family, cells, stopped)
+        if isinstance(family, StrikingFamily) and "transfer" in groups:
+            _transfers(self, out, family, cells, stopped)
         for name, function in self.functions:
             out[name] = np.full(len(cells), np.nan)
             for i, hammer in enumerate(hammers):
@@ -501,6 +512,26 @@ def _blows(
             _set(out, i, {name: BLOW_FIGURES[name].value(blow) for name in names})
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
+
+
+def _transfers(
+    job: SweepJob,
+    out: Columns,
+    family: StrikingFamily,
+    cells: Sequence[Mapping[str, float]],
+    stopped: Callable[[], bool],
+) -> None:
+    """Fill in what reaches the rock, of the cell's own cycle and its blow; NaN where there is none."""
+    names = [name for name in job.quantities if known_quantities(job.family)[name].group == "transfer"]
+    for i, cell in enumerate(cells):
+        if stopped():
+            return
+        try:
+            found = family.transfer(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
+        except (PercussError, ArithmeticError) as error:
+            out["outcome"][i] = out["outcome"][i] or failure(error)
+        else:
+            _set(out, i, {name: getattr(found, name, None) for name in names})
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays

@@ -28,8 +28,8 @@ motion that does not exist there. From ``resonance`` on, what could not be compu
 REASONS = tuple(reason.value for reason in VERDICTS)
 """Why the orbit of a cell is stable or not, by number."""
 
-Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow", "machine"]
-"""What a quantity is of: the closed form, with the multipliers, …, one blow by waves, the cycle of a machine."""
+Group = Literal["orbits", "exact", "rest", "simulation", "lyapunov", "blow", "transfer", "machine"]
+"""What a quantity is of: the closed form, …, one blow by waves, a cycle with its own blow, the cycle of a machine."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,15 @@ _EXPONENTS = {
     ),
 }
 
+_TRANSFER = {
+    "rock_power": single(
+        "rock_power", "transfer", "power into the rock, of the hammer's own cycle and its blow by waves", unit="W"
+    ),
+    "overall_efficiency": single(
+        "overall_efficiency", "transfer", "the same over what the load, the valve or the pump puts in"
+    ),
+}
+
 QUANTITIES: dict[str, Quantity] = {
     "exists": single("exists", "orbits", "whether a steady motion exists (B77 14)", "bool"),
     "orbits": single("orbits", "orbits", "number of steady motions, physically possible or not", "int16"),
@@ -112,6 +121,7 @@ QUANTITIES: dict[str, Quantity] = {
     "main_blow_rate": single("main_blow_rate", "simulation", "impacts per load period, each chatter counted once"),
     "main_blow_scatter": single("main_blow_scatter", "simulation", "scatter of the main blows"),
     **_EXPONENTS,
+    **_TRANSFER,
     **{name: _of_blow(name) for name in BLOW_FIGURES},
 }  # fmt: skip
 """Everything that can be asked of a cell, by name."""
@@ -178,7 +188,7 @@ MACHINE_QUANTITIES: dict[str, Quantity] = {
     "duty": _of_cycle("duty", "part of the period between the last rise of the force and the blow"),
     "multiplier": single("multiplier", "machine", "modulus of the greatest multiplier of the cycle with one blow"),
     **_EXPONENTS,
-    **{name: quantity for name, quantity in QUANTITIES.items() if quantity.group == "blow"},
+    **{name: quantity for name, quantity in QUANTITIES.items() if quantity.group in ("blow", "transfer")},
 }
 """Everything that can be asked of a machine that switches its own valve, by name."""
 

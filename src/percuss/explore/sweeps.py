@@ -85,12 +85,12 @@ def sweep_job(
         discard=count("discard", discard, least=0, most=_MOST_IMPACTS),
         functions=tuple(own.items()),
     )
-    if "blow" in job.groups:
-        name = next(name for name in names if known_quantities(family)[name].group == "blow")
+    if struck := job.groups & {"blow", "transfer"}:
+        name = next(name for name in names if known_quantities(family)[name].group in struck)
         if not isinstance(family, StrikingFamily):
             remedy = "only a case says what is struck: percuss.case.CaseFamily, or percuss sweep"
             raise ParameterError("quantities", name, "quantities of the motion", remedy)
-        if any(axis.name == PERIODS for axis in spans):
+        if "blow" in struck and any(axis.name == PERIODS for axis in spans):
             raise ParameterError(PERIODS, "on an axis", "quantities of the motion only", "a blow has no load periods")
     made: System | Machine | None = None
     if job.asks_hammers:
@@ -100,6 +100,8 @@ def sweep_job(
             raise ParameterError("quantities", "flow", "what needs no pressure: this machine has none", remedy)
     if isinstance(family, StrikingFamily) and "blow" in job.groups:
         _check_makes(job, lambda cell: family.blow(job.values(cell)))
+    if isinstance(family, StrikingFamily) and "transfer" in job.groups:
+        _check_makes(job, lambda cell: family.transfer(job.values(cell), job.periods, job.modes))
     if made is None or made.body.is_free:
         return job
     # of a structure that is held without what only free bars have, which is refused if it was asked for

@@ -231,8 +231,16 @@ _drawing = threading.Lock()  # matplotlib's settings belong to the whole process
 _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}
 
 
+def _of_report(asked: ReportAsked) -> Part | None:
+    """The kernels that a report needs: blows come after motions."""
+    return "blows" if asked.case is None or "tool" in asked.case else "motions" if asked.simulate else None
+
+
 @router.answer(
-    "/api/report", "A report in one HTML file", _HTML, kernels=lambda asked: "motions" if asked.simulate else None
+    "/api/report",
+    "A report in one HTML file",
+    _HTML,
+    kernels=_of_report,
 )
 def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
     """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -92,10 +93,11 @@ def quick(case: Case, asked: QuickAsked, terms: Terms) -> dict[str, Any]:
 
 @router.answer("/api/steady", "What percuss steady --json answers")
 def steady(case: Case, asked: SteadyAsked, terms: Terms) -> dict[str, Any]:
-    """Every steady motion, with proofs, energies and figures in SI."""
+    """Every steady motion, with proofs, energies and figures in SI; once blows can be followed, the rock's share."""
     periods = tuple(sorted(set(asked.periods)))
     check_steady(case.system(), periods, asked.modes, terms.limits)
-    return steady_answer(case, periods, asked.modes).to_json_dict()
+    answer = steady_answer(case, periods, asked.modes)
+    return (answer if terms.kernels.work("blows") else replace(answer, tool=None)).to_json_dict()
 
 
 @router.answer("/api/curves", "v_f, the load, and the branches over the load factor", kernels="multipliers")
@@ -163,7 +165,7 @@ def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
     groups = needs(checked(quantities, known), known)
     if "machine" in groups:
         return "machines"
-    if groups & {"simulation", "lyapunov", "blow"}:
+    if groups & {"simulation", "lyapunov", "blow", "transfer"}:
         return "motions"
     return "multipliers" if "exact" in groups else None
 

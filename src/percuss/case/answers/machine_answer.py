@@ -43,6 +43,7 @@ from percuss.case.answers.machine_figures import (
     pressure_curve,
     sensitivities,
 )
+from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of, transfer_section, transfer_sentence
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.machine_figures import AtPressure, CycleCurve
     from percuss.case.answers.steady_answer import CaseReach
     from percuss.case.case import Case
+    from percuss.case.file_format.contact import BlowQuestion
     from percuss.model import Machine
     from percuss.steady.self_excited.margins import SlowPressure, ValveMargins
     from percuss.steady.self_excited.self_switching import SelfExcited
@@ -77,6 +79,8 @@ class MachineAnswer(ShortRepr):
         The same of a rigid piston.
     reach
         How far parameters may move before the cycle is lost (`percuss.case.reach_answer`); None unless asked for.
+    tool
+        The blow on the rod that the case describes, at any speed; None without one.
     """
 
     name: str
@@ -85,6 +89,12 @@ class MachineAnswer(ShortRepr):
     rigid: SelfExcited
     notes: tuple[str, ...] = ()
     reach: tuple[CaseReach, ...] | None = None
+    tool: BlowQuestion | None = None
+
+    @cached_property
+    def transfer(self) -> Transfer | None:
+        """Where the energy of the cycle goes, into tool and rock; None without a rod to strike, or one blow."""
+        return transfer_of(self.cycle, self.tool)
 
     @cached_property
     def margins(self) -> ValveMargins | None:
@@ -177,6 +187,7 @@ class MachineAnswer(ShortRepr):
             "rigid_si": None if other is None else figures_in_si(self.machine, other.cycle),
             "warnings": list(self.warnings),
             **({} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}),
+            **({} if self.tool is None else {"transfer": plain_of(self.transfer, TRANSFER) if self.transfer else None}),
         }
 
 
@@ -310,7 +321,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
-    return MachineAnswer(case.file, case.title, motion, rigid, case.notes)
+    return MachineAnswer(case.file, case.title, motion, rigid, case.notes, tool=tool_of(case))
 
 
 # ---- The first sentences of the answer for a machine that switches itself: one home for the terminal and for reports
@@ -556,6 +567,8 @@ def machine_report(answer: MachineAnswer) -> Report:
         if answer.machine.is_si:
             running = Running(answer.machine, answer.cycle)
             sections.append(ReportSection("Power and oil", tuple(rows_of(running, POWER, tell))))
+        if answer.transfer is not None:
+            sections.append(transfer_section(answer.transfer))
         if answer.pressure is not None:
             sections.append(ReportSection("Pressure of the supply", tuple(rows_of(answer, PRESSURE, tell))))
         sections.append(
@@ -570,7 +583,8 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections.append(ReportSection("How far parameters may move", tuple(reach)))
     if answer.blank is not None:
         sections.append(ReportSection("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
-    return Report(answer.title, headline(answer), GOOD if answer.runs else BAD, tuple(sections))
+    summary = f"{headline(answer)} {transfer_sentence(answer.transfer) if answer.runs else ''}".rstrip()
+    return Report(answer.title, summary, GOOD if answer.runs else BAD, tuple(sections))
 
 
 # -- what it does -----------------------------------------------------------------------------------------------------

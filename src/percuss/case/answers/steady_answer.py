@@ -6,6 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from percuss.case.answers.facts import (
     plain_value,
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
+from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
@@ -33,6 +35,7 @@ from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, stea
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
+    from percuss.case.file_format.contact import BlowQuestion
     from percuss.explore.continuation.following import Reach, ReachEnd
     from percuss.model import Contact, System, Timed
     from percuss.recordings.history import HistoryReport
@@ -577,6 +580,8 @@ class SteadyAnswer(ShortRepr):
         The law of a blow that takes time, where the case names one; None for B77's impact.
     reach
         How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
+    tool
+        The blow on the rod that the case describes, at any speed; None without one.
     """
 
     name: str
@@ -588,6 +593,12 @@ class SteadyAnswer(ShortRepr):
     starts: Ends = field(default_factory=lambda: not_followed("none were asked for"))
     law: Timed | None = None
     reach: tuple[CaseReach, ...] | None = None
+    tool: BlowQuestion | None = None
+
+    @cached_property
+    def transfer(self) -> Transfer | None:
+        """Where the energy of `chosen` goes, into tool and rock; None without a rod to strike, or a blow."""
+        return None if self.chosen is None else transfer_of(self.chosen.orbit, self.tool)
 
     @property
     def history(self) -> HistoryReport | None:
@@ -629,6 +640,7 @@ class SteadyAnswer(ShortRepr):
             "rest": plain_of(self.rest, REST) | {"note": rest_note(self.rest, self.system.contact)},
             "starts": plain(self.starts.to_json_dict(self.system)),
             "reach": reach,
+            **({} if self.tool is None else {"transfer": plain_of(self.transfer, TRANSFER) if self.transfer else None}),
         }
 
     def _blow(self) -> dict[str, Any]:
@@ -693,7 +705,7 @@ def steady_answer(
         need_free(system.body, "the random starts of this answer")
     ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
     rest = rest_on_wall(system) if system.body.is_free else None
-    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest, ends, law)
+    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest, ends, law, tool=tool_of(case))
 
 
 def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:

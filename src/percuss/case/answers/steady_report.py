@@ -26,6 +26,7 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
 from percuss.case.answers.steady_answer import rest_note
+from percuss.case.answers.transfer import transfer_section, transfer_sentence
 from percuss.steady.figures import FIGURES
 from percuss.steady.multipliers import Reason
 
@@ -129,6 +130,7 @@ def summary_of(answer: SteadyAnswer) -> FirstLines:
     clock = clock_in_short(answer.system.load) if answer.clocked is None else CLOCKED
     told = [ends_sentence(answer.starts, labels, answer.system), clock]
     if running:
+        told.insert(0, transfer_sentence(answer.transfer))
         others = sorted({other.orbit.periods for other in running[1:]})
         also = (
             f"It can also settle on m = {', '.join(map(str, others))}; which motion it takes depends on how it starts"
@@ -477,6 +479,8 @@ def steady_report(answer: SteadyAnswer) -> Report:
         for i, found in enumerate(period.orbits):
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
         sections += alone_sections(period)
+    if answer.transfer is not None and answer.chosen is not None:
+        sections.append(transfer_section(answer.transfer, f", {name_of(answer, answer.chosen)}"))
     if answer.reach is not None:
         law = "" if answer.law is None else ", by B77's law"
         motion = "" if answer.chosen is None or answer.rest is None else f"{name_of(answer, answer.chosen)}{law}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import string
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -21,6 +21,7 @@ from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.transfer import Transfer
     from percuss.case.case import Case
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
@@ -28,7 +29,13 @@ if TYPE_CHECKING:
 MOST = 8
 """The most hammers of one comparison."""
 
-_SPOKEN = ("blow_energy", "blow_rate", "power")
+_OF_TOOL: tuple[tuple[str, str, str, Callable[[Transfer], float | None]], ...] = (
+    ("rock_power", "power into the rock", "W", lambda one: one.rock_power),
+    ("overall_efficiency", "overall efficiency", "", lambda one: one.overall_efficiency),
+    ("peak_of_bar", "peak stress in the bar", "Pa", lambda one: one.peaks[0] and one.peaks[0].stress),
+    ("peak_of_tool", "peak stress in the tool", "Pa", lambda one: one.peaks[1] and one.peaks[1].stress),
+)
+_SPOKEN = ("blow_energy", "blow_rate", "power", "rock_power")
 _NO_RATIOS = ("phase", "margin")
 _SAME = 1e-12  # share of a figure that rounding makes
 
@@ -117,6 +124,9 @@ class Comparison(ShortRepr):
             ]
             rows.append(ComparedFigure(name, figure.label, figure.unit if is_si else "", tuple(values)))
         rows.append(ComparedFigure("flow", "oil flow", "l/min", tuple(map(_oil_flow, self.answers))))
+        for name, label, unit, value in _OF_TOOL:
+            told = [None if answer.transfer is None else value(answer.transfer) for answer in self.answers]
+            rows.append(ComparedFigure(name, label, unit if is_si else "", tuple(told)))
         margins = tuple(None if one is None else 1.0 - one.judged().largest for one in self.motions)
         rows.append(ComparedFigure("margin", "margin", "", margins))
         known = (row for row in rows if any(row.values))
