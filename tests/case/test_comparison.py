@@ -14,7 +14,7 @@ FASTER = {"load.pressure": "180 bar", "load.ports[0].behind": "120 mm"}
 
 def test_hammers_of_different_kinds_have_the_figures_of_their_own_answers():
     breaker, clocked = load_case("valve-breaker"), load_case("heavy-breaker")
-    found = compare(breaker, clocked, breaker.varied(FASTER), modes=4)
+    found = compare([breaker, clocked, breaker.varied(FASTER)], modes=4)
     rows = {row.name: row for row in found.figures}
     told = [machine_answer(one, 4).si for one in (breaker, breaker.varied(FASTER))]
     si = steady_answer(clocked, modes=4).chosen.si
@@ -38,7 +38,7 @@ def test_hammers_of_different_kinds_have_the_figures_of_their_own_answers():
 
 def test_a_hammer_that_cannot_run_is_said():
     drifter = load_case("stepped-drifter")
-    found = compare(drifter, drifter.varied({"contact.restitution": 0.25}), names=("old", "new"))
+    found = compare([drifter, drifter.varied({"contact.restitution": 0.25})], names=("old", "new"))
     assert found.runs == (True, False) and found.summary.endswith("B cannot sustain its motion.")
     assert [key for key, _ in found.differences] == ["contact.restitution"]
     before, after = found.blows  # each at the speed of its own motion, not at that of [blow]
@@ -53,12 +53,12 @@ def test_a_hammer_that_cannot_run_is_said():
 
 def test_structures_and_dimensionless_hammers():
     beam = load_case("stopped-beam")
-    found = compare(beam, beam.varied({"contact.restitution": 0.5}))
+    found = compare([beam, beam.varied({"contact.restitution": 0.5})])
     assert {"blow_energy", "impact_velocity", "stroke"} < {row.name for row in found.figures}
     assert "stress" not in {row.name for row in found.figures}
     plain = load_case("stopped-oscillator")
-    assert all(row.unit == "" for row in compare(plain, plain).figures)
-    assert compare(plain, plain).summary == "B against A: the same case as A."
+    assert all(row.unit == "" for row in compare([plain, plain]).figures)
+    assert compare([plain, plain]).summary == "B against A: the same case as A."
     for cases, what in (((beam,), "2 to 8 cases"), ((beam, plain), "all in SI, or all dimensionless")):
         with pytest.raises(ParameterError, match=what):
-            compare(*cases)
+            compare(cases)

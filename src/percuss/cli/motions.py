@@ -353,7 +353,7 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
         with of_file(last):
             cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
             names.append(f"{last.file}, {text}")
-    answer = compare(*cases, names=tuple(names), modes=options.modes)
+    answer = compare(cases, names, options.modes)
     _filed(options, cases[0], answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report

@@ -30,7 +30,7 @@ def comparison(answer: Comparison) -> Figure:
     >>> from percuss.case import compare, load_case
     >>> from percuss.plot import comparison
     >>> drifter = load_case("valve-drifter")
-    >>> both = compare(drifter, drifter.varied({"contact.restitution": 0.3}), modes=0)
+    >>> both = compare([drifter, drifter.varied({"contact.restitution": 0.3})], modes=0)
     >>> len(comparison(both).axes)
     2
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import string
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from percuss.case.answers.steady_answer import SteadyAnswer, steady_answer
 from percuss.case.answers.steady_report import summary_of
 from percuss.case.case import checked_case, json_tables
 from percuss.errors import ParameterError
+from percuss.model.checks import several, text
 from percuss.short_repr import ShortRepr
 from percuss.steady.figures import FIGURES
 
@@ -207,7 +208,7 @@ class Comparison(ShortRepr):
         return Report(title, self.summary, GOOD if all(self.runs) else BAD, sections)
 
 
-def compare(*cases: Case, names: tuple[str, ...] = (), modes: int | None = None) -> Comparison:
+def compare(cases: Sequence[Case], names: Sequence[str] = (), modes: int | None = None) -> Comparison:
     """Hammers side by side: where their cases differ, and the figures of the motion that each is looked at for first.
 
     Parameters
@@ -215,7 +216,7 @@ def compare(*cases: Case, names: tuple[str, ...] = (), modes: int | None = None)
     cases
         Two to eight of them, all in SI or all dimensionless, of any kinds.
     names
-        What each is called; by itself its file.
+        What each is called; none for their files.
     modes
         Elastic modes, as `steady_answer` and `machine_answer` take them.
 
@@ -228,24 +229,27 @@ def compare(*cases: Case, names: tuple[str, ...] = (), modes: int | None = None)
     --------
     >>> from percuss.case import compare, load_case
     >>> drifter = load_case("hydraulic-drifter")
-    >>> both = compare(drifter, drifter.varied({"contact.restitution": 0.3}))
+    >>> both = compare([drifter, drifter.varied({"contact.restitution": 0.3})])
     >>> both.differences
     (('contact.restitution', ('0.2', '0.3')),)
     >>> row = next(row for row in both.figures if row.name == "blow_energy")
     >>> print(f"{row.values[0]:.0f} J, {row.values[1]:.0f} J, {row.changes[1]:.1%}")
     310 J, 361 J, 16.4%
     """
-    if not 2 <= len(cases) <= MOST:
-        raise ParameterError("cases", len(cases), f"2 to {MOST} cases")
+    cases = several("cases", cases, f"2 to {MOST} cases")
     for case in cases:
         checked_case(case)
+    names = several("names", names, "a name for each case") or tuple(case.file for case in cases)
+    if not 2 <= len(cases) <= MOST or len(names) != len(cases):
+        raise ParameterError("cases", f"{len(cases)}, {len(names)} names", f"2 to {MOST} cases, each with a name")
+    names = tuple(text("names", name, "a name for each case") for name in names)
     if len({case.is_si for case in cases}) > 1:
         remedy = "a dimensionless case has no scales: give each hammer in SI"
         raise ParameterError("cases", "in SI and dimensionless", "all in SI, or all dimensionless", remedy)
     answers = tuple(
         machine_answer(case, modes) if case.is_machine else steady_answer(case, (1,), modes) for case in cases
     )
-    return Comparison(tuple(names) or tuple(case.file for case in cases), cases, answers)
+    return Comparison(names, cases, answers)
 
 
 def _oil_flow(answer: SteadyAnswer | MachineAnswer) -> float | None:
