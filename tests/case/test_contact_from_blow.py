@@ -19,6 +19,7 @@ from percuss.case.parameters.description import plain_tables
 from percuss.errors import CaseError
 from percuss.model import Kept, Reversed
 from percuss.model.contact import Timed
+from percuss.steady import self_excited_motion, steady_states
 
 LOAD: dict[str, Any] = {"kind": "harmonic", "mean": "81 N", "amplitude": "134 N", "frequency": "20 Hz"}
 FROM_BLOW = {"restitution": "from the blow"}
@@ -184,15 +185,9 @@ def test_a_bar_that_goes_on_after_the_blow_has_no_restitution() -> None:
     assert "has R = -0." in found
 
 
-def test_a_gap_in_front_of_the_rock_needs_the_speed() -> None:
-    tool = {"sections": [{"length": "1.19 m", "diameter": "32 mm"}]}
-    rock = {"stiffness": "100 kN/mm", "unloading_ratio": 0.3, "gap": "0.05 mm"}
-    found = refusal(si_case(tool, FROM_BLOW, rock=rock))
-    assert "expected a velocity in [blow]" in found and "one blow serves all speeds" in found
-    slow, fast = (
-        blow_of(si_case(tool, FROM_BLOW, rock=rock, blow={"velocity": f"{v} m/s"}).blow_question()) for v in (0.1, 10.0)
-    )
-    assert slow.advance < fast.advance
+def test_a_load_that_does_not_push_gives_no_speed() -> None:
+    case = load_case("mini-breaker").varied({"contact.restitution": "from the blow", "rock.gap": "1 mm"})
+    assert "expected a load that pushes toward the tool" in refusal(case.varied({"load.mean": "0 N"}))
 
 
 def test_a_blow_that_is_not_over_has_no_restitution() -> None:
@@ -215,9 +210,67 @@ def test_an_advance_that_the_tool_does_not_have(tool: dict[str, Any], advance: s
     assert f"contact.advance = '{advance}': expected {part}" in found
 
 
-def test_a_gap_in_front_of_the_rock_makes_the_blow_one_of_its_speed() -> None:
-    tool = {"sections": [{"length": "1 m", "area": "8 cm^2"}], "end": "rock"}
-    case = si_case(tool, FROM_BLOW, rock={"stiffness": "100 kN/mm", "gap": "0.1 mm"}, blow={"velocity": "5 m/s"})
-    assert any("makes it depend on the speed" in note for note in case.notes)
-    plain = si_case(tool, FROM_BLOW, rock={"stiffness": "100 kN/mm"}, blow={"velocity": "5 m/s"})
-    assert not any("speed" in note for note in plain.notes)
+# -- a gap in front of the rock: the blow depends on its speed, and the speed on the restitution --
+
+PUMP = {"load.supply": {"flow": "133 l/min", "accumulator": "2.5 cm^3/bar"}}
+
+
+@pytest.mark.parametrize(
+    ("name", "gap", "more", "slope"),
+    [
+        ("mini-breaker", "1 mm", {}, -1.07),
+        ("valve-drifter", "0.3 mm", {}, 0.0),
+        ("valve-breaker", "2 mm", PUMP, -0.108),
+    ],
+)
+def test_the_restitution_is_that_of_the_cycles_own_blow(
+    name: str, gap: str, more: dict[str, Any], slope: float
+) -> None:
+    """The cycle is solved anew, its blow followed at its speed: the same R, whatever [blow] says of a speed."""
+    asked = {"contact.restitution": "from the blow", "rock.gap": gap, "blow.velocity": "3 m/s", **more}
+    case = load_case(name).varied(asked)
+    hammer, question = case.hammer, case.blow_question()
+    r = hammer.contact.restitution
+
+    def blown(restitution: float) -> float:
+        other = case.varied({"contact.restitution": restitution})
+        if case.is_machine:
+            cycle = self_excited_motion(other.machine(), modes=0, room=other.room()).cycle
+            assert cycle is not None
+            speed = cycle.blow_speed
+        else:
+            speed = steady_states(other.system()).orbits[0].rigid_velocity
+        blow = strike(question.striker, question.target, speed * hammer.speed_scale)
+        assert blow.effective_restitution is not None
+        return blow.effective_restitution
+
+    assert blown(r) == pytest.approx(r, abs=1e-10)
+    assert (blown(r + 1e-4) - blown(r - 1e-4)) / 2e-4 == pytest.approx(slope, abs=6e-3)
+    note = case.notes[-1]
+    assert "the gap in front of the rock makes it depend on the speed" in note
+    assert ("slope" in note) == (slope != 0.0)
+    closed = case.varied({"blow.velocity": None, "contact.restitution": "from the blow"})
+    assert closed.hammer.contact.restitution == r
+
+
+def test_without_a_gap_one_blow_serves_all_speeds() -> None:
+    """To the bit that of a unit speed, and nothing is said of a speed."""
+    for name in ("valve-drifter", "hydraulic-drifter"):
+        case = load_case(name).varied({"contact.restitution": "from the blow"})
+        question = case.blow_question()
+        one = strike(question.striker, question.target, 1.0)
+        assert case.hammer.contact.restitution == one.effective_restitution
+        assert not any("depend on the speed" in note for note in case.notes)
+
+
+def test_the_law_of_a_blow_is_that_of_its_own_speed() -> None:
+    """The advance is that of the blow at the speed of the cycle."""
+    case = load_case("mini-breaker").varied(
+        {"contact.restitution": None, "contact.law": "b77-blow", "rock.gap": "1 mm", "blow.velocity": "1 m/s"}
+    )
+    law, system, question = case.timed_law(), case.system(), case.blow_question()
+    speed = steady_states(system).orbits[0].rigid_velocity * system.speed_scale
+    blow = strike(question.striker, question.target, speed)
+    assert law is not None and blow.contact_duration is not None
+    assert law.restitution == pytest.approx(system.restitution, abs=1e-10)
+    assert law.duration == pytest.approx(blow.contact_duration / system.time_scale, rel=1e-9)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from percuss.case.answers.heading import clock_note
 from percuss.case.file_format.bodies import damping_table, modes_in
 from percuss.case.file_format.building import Parts, check_clock, check_motion, machine_of, recording_of, system_of
-from percuss.case.file_format.contact import blow_note, blow_of, law_note
+from percuss.case.file_format.contact import blow_note, law_note
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad, room_of
 from percuss.case.file_format.reading import case_form, checked_tables, parsed, text_of, toml_text, with_value
 from percuss.case.file_format.schema import PhysicalCase, missing_tables
@@ -249,8 +249,8 @@ class Case:
     def notes(self) -> tuple[str, ...]:
         """What was assumed in reading the recording, of the load's clock and of the blow, one sentence each."""
         read = () if self._recording is None else self._recording.notes
-        question = self.blow_question() if self.is_from_blow else None
-        from_blow = "" if question is None else blow_note(blow_of(question), question)
+        moves = self.is_from_blow and self.tables.load is not None
+        from_blow = blow_note(self._parts.own_blow(self.hammer)) if moves else ""
         clock = "" if self.is_machine else clock_note(self.load())
         others = (clock, from_blow, law_note(self.tables.struck))
         return (*read, *(note for note in others if note))

@@ -34,6 +34,7 @@ from percuss.case.answers.facts import (
     said,
 )
 from percuss.case.case import checked_case
+from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import Piece
@@ -598,15 +599,10 @@ def own_speed(case: Case) -> float:
     """The bar's mean velocity before its blow, in the case's units; CaseError without a cycle of one blow."""
     if not case.is_machine:
         return _mean_speed(_motion(case)[0])
-    from percuss.steady import self_excited_motion
-
-    machine = case.machine()
-    motion = self_excited_motion(machine, modes=0, room=case.room())
-    cycle, obstacle = motion.cycle, motion.obstacle
-    if cycle is None or cycle.blows > 1:
-        why = "its cycle has several" if obstacle is None else f"{obstacle.words}; {obstacle.remedy}"
-        raise CaseError(case.file, "blow.velocity", None, "a machine that runs with one blow in a cycle", why)
-    return float(cycle.blow_speed * (machine.speed_scale if machine.is_si else 1.0))
+    try:
+        return rigid_speed(case.machine(), case.room())
+    except ParameterError as error:
+        raise CaseError(case.file, "blow.velocity", None, error.accepted, error.remedy) from None
 
 
 def _mean_speed(orbit: Orbit) -> float:

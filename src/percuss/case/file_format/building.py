@@ -5,11 +5,12 @@ Laws are refused by a `ParameterError` with the key of their table, which `Parts
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel
 
@@ -24,17 +25,18 @@ from percuss.case.file_format.bodies import (
 from percuss.case.file_format.contact import (
     NO_BIT,
     BlowQuestion,
+    OwnBlow,
     blow_question,
     check_body,
     contact_of,
     law_of,
-    restitution_of,
+    own_blow,
     rock_of,
     sized_target,
     struck_alone,
     timed_law,
 )
-from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, valve_of
+from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, room_of, valve_of
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
@@ -242,6 +244,9 @@ def _again(make: Callable[..., Any], *given: object) -> Any:
     return known[1]
 
 
+H = TypeVar("H", System, Machine)
+
+
 class Parts:
     """The objects behind the tables of a case, as far as they can be made without reading a recording."""
 
@@ -253,6 +258,7 @@ class Parts:
         self.valve: Valve | None = None
         self.target: Rod | Wall | None = None
         self.blow: BlowQuestion | None = None
+        self._own: dict[float, OwnBlow] = {}  # by their restitutions
         self._problems: list[CaseError] = []
         self._file = file
         if self._make_striker(tables, folder) and tables.struck is not None:
@@ -345,16 +351,26 @@ class Parts:
         if (self.load, self.valve) != (None, None) or isinstance(tables.load, HistoryLoad):
             self._try("load", tables.load, lambda table: body.place(table.at))
 
-    def contact_of_blow(self, tables: PhysicalCase | PlainCase) -> Contact:
-        """The contact whose restitution is that of the blow, which is resolved by waves."""
+    def with_own_blow(
+        self, tables: PhysicalCase | PlainCase, made: Callable[[Contact], H], speed: Callable[[H], float]
+    ) -> H:
+        """The hammer whose restitution is that of its own blow, which is resolved by waves."""
         assert tables.struck is not None
         law = law_of(tables.struck, self.bar)
-        found: Contact = self._of_blow(tables, lambda _, question: law(restitution_of(question)))
-        return found
+        own: OwnBlow = self._of_blow(tables, lambda _, question: own_blow(question, lambda r: speed(made(law(r)))))
+        self._own[own.restitution] = own
+        return made(law(own.restitution))
+
+    def own_blow(self, hammer: System | Machine) -> OwnBlow:
+        """The blow whose restitution a hammer has that was made with it."""
+        return self._own[hammer.contact.restitution]
 
     def timed(self, tables: PhysicalCase | PlainCase, system: System) -> Timed | None:
         """The law of a blow that takes time, where the case names one."""
-        found: Timed | None = self._of_blow(tables, partial(timed_law, system=system))
+        own = self._own.get(system.contact.restitution)
+        found: Timed | None = self._of_blow(
+            tables, lambda table, asked: timed_law(table, asked if own is None else own.question, system)
+        )
         return found
 
     def _of_blow(self, tables: PhysicalCase | PlainCase, make: Any) -> Any:
@@ -395,20 +411,28 @@ def check_motion(tables: PhysicalCase | PlainCase, file: str) -> None:
 
 
 def system_of(tables: PhysicalCase | PlainCase, parts: Parts, load: Load, file: str) -> System:
-    contact = parts.contact or parts.contact_of_blow(tables)
-    try:
-        if parts.bar is None:
+    def made(contact: Contact) -> System:
+        try:
+            if parts.bar is not None:
+                return System.from_si(parts.bar, load, contact)
             assert parts.body is not None
-            system = System(parts.body, load, contact)
-        else:
-            system = System.from_si(parts.bar, load, contact)
-    except ParameterError as error:
-        if error.name in _MEANING:
-            raise _out_of_scale(error, tables, file) from None
-        raise from_parameter(error, file, "load", {}) from None
-    except ArithmeticError:
-        raise extreme(file, "") from None
-    return system
+            return System(parts.body, load, contact)
+        except ParameterError as error:
+            if error.name in _MEANING:
+                raise _out_of_scale(error, tables, file) from None
+            raise from_parameter(error, file, "load", {}) from None
+        except ArithmeticError:
+            raise extreme(file, "") from None
+
+    return parts.with_own_blow(tables, made, _clocked_speed) if parts.contact is None else made(parts.contact)
+
+
+def _clocked_speed(system: System) -> float:
+    """Mean speed of the blows with one in each load period: what pushes in that time gives (1 + R) times it (B77)."""
+    if not system.push > 0.0:
+        accepted = "a load that pushes toward the tool, as the gap of [rock] makes the blow depend on its speed"
+        raise ParameterError("restitution", None, accepted, "give a number from 0 to 1")
+    return 2.0 * math.pi * system.push / system.contact.impulse * (system.speed_scale if system.is_si else 1.0)
 
 
 _MEANING = {
@@ -454,19 +478,39 @@ def machine_of(tables: PhysicalCase | PlainCase, parts: Parts, file: str) -> Mac
         remedy = "describe the valve by its states and ports; 'percuss steady' answers for a load that keeps time"
         raise CaseError(file, "load.kind", table.kind, "expected 'valve', a load that the piston switches", remedy)
     assert parts.valve is not None
-    contact = parts.contact or parts.contact_of_blow(tables)
-    try:
-        if parts.bar is None:
+
+    def made(contact: Contact) -> Machine:
+        assert parts.valve is not None
+        try:
+            if parts.bar is not None:
+                pressure = pressure_of(table)
+                return Machine.from_si(parts.bar, parts.valve, contact, at=table.at, pressure=pressure)
             assert parts.body is not None
-            machine = Machine(parts.body, parts.valve, contact, at=table.at)
-        else:
-            machine = Machine.from_si(parts.bar, parts.valve, contact, at=table.at, pressure=pressure_of(table))
-    except ParameterError as error:
-        raise from_parameter(error, file, "load", {}) from None
-    except ArithmeticError:
-        raise extreme(file, "") from None
+            return Machine(parts.body, parts.valve, contact, at=table.at)
+        except ParameterError as error:
+            raise from_parameter(error, file, "load", {}) from None
+        except ArithmeticError:
+            raise extreme(file, "") from None
+
+    def speed(machine: Machine) -> float:
+        room = room_of(table)
+        return rigid_speed(machine, room if room is None or parts.bar is None else room / machine.length_scale)
+
+    machine = parts.with_own_blow(tables, made, speed) if parts.contact is None else made(parts.contact)
     _check_scale(machine, file)
     return machine
+
+
+def rigid_speed(machine: Machine, room: float | None) -> float:
+    """Speed of the blow in the cycle of a rigid piston, in the units of the case; ParameterError without one blow."""
+    from percuss.steady import self_excited_motion
+
+    motion = self_excited_motion(machine, modes=0, room=room)
+    cycle, obstacle = motion.cycle, motion.obstacle
+    if cycle is None or cycle.blows > 1:
+        why = "its cycle has several" if obstacle is None else f"{obstacle.words}; {obstacle.remedy}"
+        raise ParameterError("restitution", None, "a machine that runs with one blow in a cycle", why)
+    return float(cycle.blow_speed * (machine.speed_scale if machine.is_si else 1.0))
 
 
 _LEAST, _MOST = 1e-9, 1e12

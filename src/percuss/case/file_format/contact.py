@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from percuss.case.file_format.bodies import SectionTable, SystemTable, by_what_was_given, sections_of
 from percuss.case.file_format.values import (
@@ -300,6 +301,7 @@ def _check_law(table: ContactTable | SystemTable, target: bool) -> None:
 
 # ---- The contact of a case by one blow resolved by waves: its restitution, its duration, how far the tool moves on
 
+_FELT = 1e-6  # a slope that is told
 _SPENT = 1e-9  # a restitution that is as good as 0: the bar has given its momentum away
 _FORWARD = (
     "a bar of greater impedance than the tool's goes on after the blow and presses or strikes it again and again, in "
@@ -308,21 +310,64 @@ _FORWARD = (
 )
 
 
+def needs_speed(question: BlowQuestion) -> bool:
+    """Whether the restitution of the blow depends on its speed: there is a gap in front of the rock."""
+    rock = getattr(question.target, "rock", None)
+    return rock is not None and rock.gap > 0.0
+
+
 def blow_of(question: BlowQuestion) -> EffectiveBlow:
     """The blow of a bar on its tool without a load, which does not depend on the speed but for a gap; computed once."""
     from percuss.blow import effective_blow
 
-    rock = getattr(question.target, "rock", None)
-    velocity = 1.0 if rock is None or rock.gap == 0.0 else question.velocity
-    if not isinstance(velocity, float):
-        remedy = 'for example velocity = "10 m/s"; without the gap one blow serves all speeds'
-        accepted = "a velocity in [blow] beside the gap of [rock], as the blow depends on its speed"
-        raise ParameterError("restitution", None, accepted, remedy)
+    velocity = question.velocity if needs_speed(question) else 1.0
+    assert isinstance(velocity, float)
     found = effective_blow(question.striker, question.target, velocity, until=question.until)
     if not found.contacts:
         remedy = "check the gap of [tool] and until in [blow]"
         raise ParameterError("restitution", None, "a blow of a bar that reaches the tool", remedy)
     return found
+
+
+class OwnBlow(NamedTuple):
+    """The blow of a cycle whose restitution is that of this blow: R, the question with its speed, and dR/dR.
+
+    `slope`: by how much R of the blow at the speed of a cycle follows R of the cycle; 0 where the blow is linear.
+    """
+
+    restitution: float
+    question: BlowQuestion
+    slope: float
+
+
+_USUAL = 0.2  # a restitution at which hammers run: where the search begins
+_AGREE = 1e-12  # of two restitutions
+_MOST_STEPS = 60
+
+
+def own_blow(question: BlowQuestion, speed: Callable[[float], float]) -> OwnBlow:
+    """The blow whose restitution R is that of the cycle: R = ρ(V(R)), by secants between bounds.
+
+    V(R) is the speed of the cycle with that restitution, and ρ that of the blow at a speed. As 0 ≤ ρ ≤ 1, ρ(V(R)) − R
+    falls through 0 between 0 and 1.
+    """
+    if not needs_speed(question):
+        return OwnBlow(restitution_of(question), question, 0.0)
+    low, high, slope, r = 0.0, 1.0, 0.0, _USUAL
+    before: tuple[float, float] | None = None
+    for step in range(_MOST_STEPS):
+        asked = replace(question, velocity=speed(r))
+        rest = restitution_of(asked) - r
+        if before is not None and abs(r - before[0]) > 1e4 * _AGREE:  # else it is rounding
+            slope = 1.0 + (rest - before[1]) / (r - before[0])
+        if abs(rest) <= _AGREE:
+            return OwnBlow(r, asked, slope)
+        low, high = (r, high) if rest > 0.0 else (low, r)
+        before, r = (r, rest), r + rest / (1.0 - slope) if slope != 1.0 else low
+        if not low < r < high or step % 4 == 3:
+            r = 0.5 * (low + high)
+    accepted = "a restitution that is that of the cycle's own blow, which jumps here as its speed changes"
+    raise ParameterError("restitution", None, accepted, "give a number from 0 to 1, or change the gap of [rock]")
 
 
 def restitution_of(question: BlowQuestion) -> float:
@@ -345,15 +390,19 @@ def restitution_of(question: BlowQuestion) -> float:
     return blow.restitution
 
 
-def blow_note(blow: EffectiveBlow, question: BlowQuestion) -> str:
+def blow_note(own: OwnBlow) -> str:
     """What is to be known of a restitution that is that of a blow, one sentence."""
+    blow = blow_of(own.question)
     several = "one contact" if blow.contacts == 1 else f"{blow.contacts} contacts"
     share = f"{100.0 * blow.ringing:.2g} % of the energy stays in the bar as ringing"
     text = f"R = {blow.restitution:.4g} is that of the blow on the tool, resolved by waves: {several}; {share}"
-    rock = getattr(question.target, "rock", None)
-    if rock is None or rock.gap == 0.0:
+    if not needs_speed(own.question):
         return text
-    return f"{text}; it is that of the velocity in [blow], as the gap in front of the rock makes it depend on the speed"
+    text += f"; the gap in front of the rock makes it depend on the speed, which is {own.question.velocity:.4g} m/s "
+    text += "in the cycle with this R"
+    if abs(own.slope) <= _FELT:
+        return text
+    return f"{text} (a cycle with another R would have a blow whose R follows it with the slope {own.slope:.3g})"
 
 
 def law_note(table: ContactTable | SystemTable | None) -> str:
