@@ -282,6 +282,7 @@ def orbit_label(text: str) -> str:
 
 CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name")
 JSON = option("--json", "print the answer as JSON")
+NO_PLAUSIBILITY = option("--no-plausibility", "say nothing of figures that no hammer has, such as 30 m/s or 900 bar")
 
 
 def modes_option(default: str, about: str = "elastic modes, 0 (a rigid bar) to") -> Option:

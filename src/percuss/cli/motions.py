@@ -15,6 +15,7 @@ from percuss.cli.arguments import (
     CASE,
     JSON,
     NETCDF,
+    NO_PLAUSIBILITY,
     Parser,
     command,
     events,
@@ -82,6 +83,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
         "--reach", "also how far the load and other parameters may move before the motion is lost, and what comes then"
     ),
     option("--reach-of NAMES", "the same of these parameters of 'percuss sweep', separated by commas", names),
+    NO_PLAUSIBILITY,
     JSON,
     plot_option("the answer"),
     REPORT,
@@ -114,6 +116,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         _refuse(parser, options, "a structure that is held", _NOT_OF_STRUCTURES)
     with _undisturbed(), of_file(case):
         answer = steady_answer(case, options.periods, options.modes)
+        answer = replace(answer, plausibility=not options.no_plausibility)
         answer = answer if held else replace(answer, starts=_ends(case, options))
     if reaches:
         chosen = answer.chosen
@@ -221,6 +224,7 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
   percuss machine recorded.toml --blows blows.txt""",
     CASE,
     modes_option("default 32", "elastic modes, 0 (a rigid piston) to"),
+    NO_PLAUSIBILITY,
     JSON,
     plot_option("the answer"),
     REPORT,
@@ -258,6 +262,8 @@ def _told_machine(
     from percuss import plot
     from percuss.cli.report_printing import answered
 
+    answer = replace(answer, plausibility=not options.no_plausibility)
+    record = None if record is None else replace(record, answer=answer)
     for warning in answer.warnings:
         print(f"percuss: warning: {warning}", file=sys.stderr)
     if output is not None:
