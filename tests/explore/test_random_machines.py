@@ -1,4 +1,7 @@
-"""Random machines that switch their own valve: their cycles, branches and ends against the simulator and themselves."""
+"""Random machines that switch their own valve: their cycles, branches and ends against the simulator and themselves.
+
+And what random starts settle on is found by its label.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,13 @@ import numpy as np
 import pytest
 
 from machine_maps import beginning, differences, landed
-from percuss.explore import Branch, BranchEvent, follow
+from percuss.explore import Branch, BranchEvent, experiment, follow, orbit_seeds
 from percuss.explore.family import SystemFamily
 from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
-from percuss.steady import ValveCycle, self_excited_motion
+from percuss.steady import ValveCycle, orbits, self_excited_motion
 from percuss.steady.self_excited.event_sequence import sequence_in, sequence_of
 from percuss.steady.self_excited.settling import rest_cycles_of
+from percuss.steady.self_excited.valve_orbits import valve_rest_cycles
 
 MODES = (0, 1, 4, 16)
 OF_TESTS = {
@@ -143,3 +147,42 @@ def test_cycles_branches_and_ends_of_random_machines(seeds: range) -> None:
             if sequence_in(machine.valve, cycle.rhythm) is not None:  # else the end of a chatter lets go
                 check_branch(cycle, machine)
     assert found > len(seeds) // 2
+
+
+# -- what random starts settle on is found by its label --
+
+ON_BLOW = (Port("power", 0.84, "back"), Port("return", on="impact", delay=1.5))
+CROWDED = (
+    *(Port("power", 1.18, "back"), Port("return", speed=1.74, side="front")),
+    *(Port("third", 0.24, "back", 0.53), Port("third", on="impact", delay=0.73)),
+)
+MACHINES = {
+    "orders that change nothing": (
+        Machine(UniformBar(5.0, Ratio(0.03)), Valve({"return": -1.05, "power": 1.7}, ON_BLOW), Kept(0.87)), 0
+    ),
+    "a port demands what the blow has demanded": (
+        Machine(
+            UniformBar(9.0, Ratio(0.5)),
+            Valve({"return": -1.27, "power": 1.64, "third": 0.3}, CROWDED, chamber=Chamber(0.04, 0.26)),
+            Kept(0.85),
+        ),
+        0,
+    ),
+    "an end that rings as it leaves the wall": drawn(58),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("machine", "modes"), MACHINES.values(), ids=MACHINES)
+def test_what_starts_settle_on_is_found_by_its_label(machine: Machine, modes: int) -> None:
+    settled = [one for one in experiment(machine, 40, modes=modes, workers=1).attractors if "/" in one.label]
+    assert settled
+    for motion in settled:
+        blows, valve_cycles = map(int, motion.label.split()[-1].split("/"))
+        if "rest" in motion.label:
+            found = valve_rest_cycles(machine, "chatter", valve_cycles, modes=modes)
+        else:
+            near = orbit_seeds(machine, blows, valve_cycles, modes=modes)
+            found = orbits(machine, blows, valve_cycles, modes=modes, tries=20, near=near)
+        told = [(one.period, one.blow_speed) for one in found.orbits]  # type: ignore[attr-defined]
+        figures = motion.figures["period"], max(motion.figures["impact_velocities"])
+        assert any(figures == pytest.approx(one, rel=1e-7) for one in told)

@@ -133,6 +133,7 @@ MEANT = (
     ),
     ("-1, empty, nan", "steady.grows.phases"),
     ("None, empty, dict", "simulate.Starts.states"),
+    ("empty", "case.compare.names"),
     (", ".join(set(WRONG) - {"None"}), "case.recorded_answer.blows"),  # of a machine without a record
     ("-1", "simulate.Trajectory.section.phase"),
     ("-1, empty", "blow.Trace.*.time model.Load.on_steps.error *.t *.phase *.times *.mean *.load_factor"),
@@ -288,6 +289,7 @@ class Arguments:
             explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
+            cases.compare([drilling, drilling], modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
         ]  # fmt: skip
@@ -408,6 +410,7 @@ class Arguments:
             "case.CaseFamily.blow": {"values": {"bar.length": 200.0}},
             "case.CaseFamily.transfer": {"values": {"restitution": 0.3}},
             "case.load_case": {"name": "pile-hammer"},
+            "case.compare": {"cases": [hammer, hammer], "names": ["A", "B"], "modes": 0},
             "case.basins_job_of": {
                 "x": explore.Axis.linear("time", 0, 1, 2), "y": explore.Axis.linear("velocity", -2, -1, 2),
             },

@@ -211,6 +211,7 @@ def late_return(R: float, back: float, late: float, modes: int = 0) -> Machine:
         (late_return(0.2, 0.3, 0.5), (1, 1), []),
         (late_return(0.8, 3.0, 1.0), (1, 1), [1.2309]),  # beyond its flip …
         (late_return(0.8, 3.0, 1.0), (2, 2), [0.9244]),  # … the doubled one is stable
+        (late_return(0.8, 1.0, 2.2), (1, 1), []),  # passes the port before: v²/2 = 1.015 > 1
     ],
 )
 def test_orbits_of_a_late_return(machine: Machine, label: tuple[int, int], moduli: list[float]) -> None:

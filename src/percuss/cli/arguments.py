@@ -235,6 +235,17 @@ def start_keys(text: str) -> dict[str, Any]:
     return found
 
 
+def key_values(text: str) -> tuple[str, dict[str, Any]]:
+    """``KEY=VALUE,KEY=VALUE`` as it was typed, and the values by their keys."""
+    found: dict[str, Any] = {}
+    for part in re.split(r",(?![^\[]*\])", text):
+        key, sign, value = (word.strip() for word in part.partition("="))
+        if not key or not sign or not value or key in found:
+            raise argparse.ArgumentTypeError(f"'{text}': give KEY=VALUE, each key once: contact.restitution=0.3")
+        found[key] = _value(value)
+    return text, found
+
+
 def _value(text: str) -> Any:
     if text.startswith("[") and text.endswith("]"):
         return [_value(item.strip()) for item in text[1:-1].split(",") if item.strip()]
@@ -271,6 +282,7 @@ def orbit_label(text: str) -> str:
 
 CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name")
 JSON = option("--json", "print the answer as JSON")
+NO_PLAUSIBILITY = option("--no-plausibility", "say nothing of figures that no hammer has, such as 30 m/s or 900 bar")
 
 
 def modes_option(default: str, about: str = "elastic modes, 0 (a rigid bar) to") -> Option:

@@ -262,18 +262,19 @@ def best(answer: BestAnswer) -> Figure:
     both = ((answer.own, COLOURS[0], "the case"), (answer.best, COLOURS[1], "best"))
     with canvas(10.0, 8.0, answer.own.title) as figure:
         grid = figure.add_gridspec(2, 2)
-        _forces(figure.add_subplot(grid[0, 0]), both, "face_force", "(a) force between the faces")
+        draw_forces(figure.add_subplot(grid[0, 0]), both, "face_force", "(a) force between the faces")
         right = figure.add_subplot(grid[0, 1])
         if answer.own.blow.bit_force is None:
-            _stresses(right, both, "(b) greatest stress of each section")
+            draw_stresses(right, both, "(b) greatest stress of each section")
         else:
-            _forces(right, both, "bit_force", "(b) force on the rock")
-            _stresses(figure.add_subplot(grid[1, 1]), both, "(d) greatest stress of each section")
+            draw_forces(right, both, "bit_force", "(b) force on the rock")
+            draw_stresses(figure.add_subplot(grid[1, 1]), both, "(d) greatest stress of each section")
         _shapes(figure.add_subplot(grid[1, 0]), both)
     return figure
 
 
-def _forces(axes: Any, both: Any, name: str, title: str) -> None:
+def draw_forces(axes: Any, both: Any, name: str, title: str) -> None:
+    """A force of several blows over time: of each the answer, its colour and its name."""
     scales, last = _axes_of(both[0][0]), 0.0
     for one, colour, label in both:
         times, values = getattr(one.blow, name).sampled(4000)
@@ -305,12 +306,19 @@ def _shapes(axes: Any, both: Any) -> None:
     legend_above(axes)
 
 
-def _stresses(axes: Any, both: Any, title: str) -> None:
-    scales, (own, rod) = _axes_of(both[0][0]), both[0][0].peaks
-    names = [f"striker {i}" for i in range(len(own))] + [f"rod {i}" for i in range(len(rod))]
-    for shift, (one, colour, label) in zip((-0.2, 0.2), both, strict=True):
-        values = [scales.stress * max(peak.compression, peak.tension) for part in one.peaks for peak in part]
-        axes.bar(np.arange(len(values)) + shift, values, 0.4, color=colour, label=label)
+def draw_stresses(axes: Any, both: Any, title: str) -> None:
+    """The greatest stress of every section of several blows, as bars side by side."""
+    scales, wide = _axes_of(both[0][0]), 0.8 / len(both)
+    parts = [(part, i) for i, part in enumerate(("striker", "rod"))]
+    names = [f"{part} {k}" for part, i in parts for k in range(max(len(one.peaks[i]) for one, *_ in both))]
+    for number, (one, colour, label) in enumerate(both):
+        values = {
+            f"{part} {k}": scales.stress * max(peak.compression, peak.tension)
+            for part, i in parts
+            for k, peak in enumerate(one.peaks[i])
+        }
+        places = np.arange(len(names)) + (number - 0.5 * (len(both) - 1)) * wide
+        axes.bar(places, [values.get(name, 0.0) for name in names], wide, color=colour, label=label)
     axes.set_xticks(np.arange(len(names)), names, rotation=30)
     axes.set(ylabel=scales.stress_label, title=title)
     legend_above(axes)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
+from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
@@ -41,11 +42,14 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
-    """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts."""
+    """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts.
+
+    A comparison is told with all its cases.
+    """
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline
 
@@ -63,7 +67,9 @@ def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None 
         parts += map(_part, moved.sections[1:])
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         parts.append(_figure(drawn(simulation), "The motion from the start of the case"))
-    parts += ["<h2>Case</h2>", f"<pre>{_safe(case.to_toml())}</pre>"]
+    cases = zip(answer.names, answer.cases, strict=True) if isinstance(answer, Comparison) else [("", case)]
+    for name, told in cases:
+        parts += [f"<h2>Case {_safe(name)}</h2>", f"<pre>{_safe(told.to_toml())}</pre>"]
     parts.append(f"<footer>percuss {_safe(__version__)}; numbers without a unit are dimensionless</footer>")
     body = "\n".join(parts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -89,6 +95,8 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
 
     if isinstance(answer, SteadyAnswer):
         return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
+    if isinstance(answer, Comparison):
+        return answer.report(), plot.comparison(answer), "Cycles and blows"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"

@@ -95,9 +95,9 @@ def _efficiency(orbit: Striking) -> float | None:
 
 
 def _peak_stress(orbit: Striking) -> float | None:
-    """At first contact, with R read as a ratio of impedances: over E (theory §10)."""
-    speed = orbit.impact_velocity
-    return 0.5 * orbit.system.contact.impulse * speed / orbit.system.body.s if speed > 0.0 else None
+    """At first contact, with R read as a ratio of impedances: over E (theory §10); None where no waves run."""
+    speed, body = orbit.impact_velocity, orbit.system.body
+    return 0.5 * orbit.system.contact.impulse * speed / body.s if speed > 0.0 and body.transit_time > 0.0 else None
 
 
 def _receiving_stress(orbit: Striking) -> float | None:
@@ -112,7 +112,7 @@ def _stress_scale(system: System) -> float:
     if bar is None:
         return system.stress_scale  # which tells of no scales
     struck = bar.pieces[-1]
-    return struck.impedance / struck.area * system.speed_scale * system.s
+    return struck.impedance / struck.area * system.speed_scale * system.body.s
 
 
 def _mean_force(orbit: Striking) -> float | None:
@@ -156,7 +156,7 @@ FIGURES = {
     ),
     "blow_rate": Figure(
         "blow rate", "blows in a load period, or in a second", "Hz", lambda o: o.impacts / o.periods,
-        lambda s: s.angular_frequency if s.frequency is None else s.frequency,  # the former tells of no scales
+        lambda one: getattr(one, "frequency", None) or 0.5 / (math.pi * one.time_scale),  # which tells of no scales
     ),
     "power": Figure(
         "percussive power", "blow energy times blow rate; the rebound keeps a part", "W",

@@ -33,6 +33,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
+from percuss.case.answers.transfer import ASSUMED
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
@@ -225,11 +226,23 @@ momentum | $Z\int f\,dt$
 """)
 
 
+def _incident(answer: BlowAnswer, tell: Teller) -> str:
+    """Its energy, and why it may be more than was sent into the rod."""
+    assert answer.waves is not None
+    passed, back = answer.waves.incident_energy, answer.waves.reflected_energy
+    if passed <= answer.blow.work_through_face * (1.0 + _ALIKE):
+        return tell(passed, "energy")
+    text = f"{tell(passed, 'energy')}, more than the blow sends into the rod: waves that come back are sent on, and "
+    return f"{text}counted again; less the reflected wave it is {tell(passed - back, 'energy')}"
+
+
 GAUGE: tuple[Fact[BlowAnswer], ...] = (
     Fact("place", "gauge", "from the struck face; in a dimensionless case the time that a wave takes from there", "",
          "gauge", "{gauge:length} from the face"),
     Fact("impedance", "", "$Z$ of the section", "", "waves.impedance"),
-    Fact("incident_energy", "incident wave", r"$Z\int f^2dt$ over the window", "energy", "waves.incident_energy"),
+    Fact("incident_energy", "incident wave", r"$Z\int f^2dt$ over the window; what comes back to the struck face "
+         "and is sent on counts again", "energy",
+         "waves.incident_energy", _incident),
     Fact("reflected_energy", "reflected wave", r"$Z\int g^2dt$ over the window", "energy", "waves.reflected_energy"),
     Fact("tool_energy", "∫F²/Z dt", r"$\int F^2/Z\,dt$, the energy that passes only as long as nothing has come back",
          "energy", "waves.tool_energy",
@@ -261,7 +274,8 @@ ROCK: tuple[Fact[BlowAnswer], ...] = (
          "pulse and on elastic rock", "", "beta",
          "{beta} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
     Fact("efficiency", "efficiency", r"$\eta_1$, work on the rock over the energy before", "", "blow.efficiency",
-         "{blow.efficiency:percent} of the energy before the blow"),
+         lambda one, tell: said(f"{{blow.efficiency:percent}} of the energy before the blow; it assumes {ASSUMED}", one,
+                                tell)),
     Fact("efficiency_with_rebound", "without rebound",
          r"$\eta_2$, the same with the energy of the rebounding striker taken off the energy before", "",
          "blow.efficiency_with_rebound",

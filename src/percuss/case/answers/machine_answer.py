@@ -43,6 +43,7 @@ from percuss.case.answers.machine_figures import (
     pressure_curve,
     sensitivities,
 )
+from percuss.case.answers.plausibility import doubts
 from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of, transfer_section, transfer_sentence
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
@@ -81,6 +82,8 @@ class MachineAnswer(ShortRepr):
         How far parameters may move before the cycle is lost (`percuss.case.reach_answer`); None unless asked for.
     tool
         The blow on the rod that the case describes, at any speed; None without one.
+    plausibility
+        Whether figures that no hammer has are told of.
     """
 
     name: str
@@ -90,6 +93,7 @@ class MachineAnswer(ShortRepr):
     notes: tuple[str, ...] = ()
     reach: tuple[CaseReach, ...] | None = None
     tool: BlowQuestion | None = None
+    plausibility: bool = True
 
     @cached_property
     def transfer(self) -> Transfer | None:
@@ -222,7 +226,7 @@ def _warnings(answer: MachineAnswer) -> list[str]:
         found.append(f"a rigid piston would not run: {answer.rigid.obstacle.words}")
     if _ringing(answer) > _hysteresis(answer):
         found.append("the ports are so near each other that the ringing of the bar may pass both")
-    return found
+    return [*found, *(doubts(machine, cycle) if answer.plausibility else ())]
 
 
 def _ringing(answer: MachineAnswer) -> float:

@@ -24,6 +24,7 @@ from percuss.case.answers.facts import (
     plain_value,
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
+from percuss.case.answers.plausibility import doubts
 from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
@@ -582,6 +583,8 @@ class SteadyAnswer(ShortRepr):
         How far parameters may move before `chosen` is lost (`percuss.case.reach_answer`); None unless it was asked for.
     tool
         The blow on the rod that the case describes, at any speed; None without one.
+    plausibility
+        Whether figures that no hammer has are told of.
     """
 
     name: str
@@ -594,6 +597,13 @@ class SteadyAnswer(ShortRepr):
     law: Timed | None = None
     reach: tuple[CaseReach, ...] | None = None
     tool: BlowQuestion | None = None
+    plausibility: bool = True
+
+    @property
+    def told_notes(self) -> tuple[str, ...]:
+        """The notes, and which figures of `chosen` no hammer has."""
+        chosen = self.chosen if self.plausibility else None
+        return self.notes if chosen is None else (*self.notes, *doubts(self.system, chosen.orbit))
 
     @cached_property
     def transfer(self) -> Transfer | None:
@@ -627,7 +637,7 @@ class SteadyAnswer(ShortRepr):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss steady --json` prints it."""
-        head = heading_dict(self.name, self.title, self.system, self.notes)
+        head = heading_dict(self.name, self.title, self.system, self.told_notes)
         periods = [period.to_json_dict() for period in self.periods]
         reach = None if self.reach is None else [one.to_json_dict() for one in self.reach]
         if self.rest is None:

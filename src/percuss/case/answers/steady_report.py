@@ -472,7 +472,7 @@ def _line(end: End, followed: int, system: System) -> str:
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
-    sections = [system_section(answer.name, answer.system, answer.notes, answer.law)]
+    sections = [system_section(answer.name, answer.system, answer.told_notes, answer.law)]
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))
         count = len(period.orbits)

@@ -204,18 +204,6 @@ def _speed(one: Transfer, tell: Teller) -> str:
     return f"{text}, and in the cycle R = {number(one.motion.system.contact.restitution)}"
 
 
-def _power(one: Transfer, tell: Teller) -> str | None:
-    if one.rock_power is None or one.rock_energy is None:
-        return None
-    return f"{tell(one.rock_power, 'power')}, {tell(one.rock_energy, 'energy')} a blow"
-
-
-def _share(one: Transfer, tell: Teller) -> str | None:
-    if one.overall_efficiency is None:
-        return None
-    return f"{percent(one.overall_efficiency)} of the input of {tell(one.input_power, 'power')}; it assumes {ASSUMED}"
-
-
 def _steel(one: Transfer, tell: Teller) -> str | None:
     endless = getattr(one.blow.target, "end", "") == "infinite"
     where = "gone down the endless rod" if endless else "in waves and masses when the window ends"
@@ -258,9 +246,10 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
          "blow.mean_velocity_before", _speed),
     Fact("effective_restitution", "", "$R$ of the blow by waves", "", "blow.effective_restitution"),
     Fact("rock_power", "into the rock", "power into the rock; null without rock, as the next two", "power",
-         "rock_power", _power),
+         "rock_power", "{rock_power:power}, {rock_energy:energy} a blow"),
     Fact("rock_energy", "", "work on the rock in one blow", "energy", "rock_energy"),
-    Fact("overall_efficiency", "efficiency", "this work over `input`", "", "overall_efficiency", _share),
+    Fact("overall_efficiency", "efficiency", "this work over `input`", "", "overall_efficiency",
+         f"{{overall_efficiency:percent}} of the input of {{input_power:power}}; it assumes {ASSUMED}"),
     Fact("input_power", "", "`input` over time", "power", "input_power"),
     Fact("input", "input", "what the load, the valve or the pump puts into a cycle", "energy", "input",
          "{input:energy} a cycle"),

@@ -398,7 +398,7 @@ MACHINE_COLUMNS: dict[str, Column] = {
     "impacts": Column("int64", meaning="impacts from the start"),
     "end_time": Column(unit=UNIT_OF_TIME, meaning="time from the start to the last event"),
     "blows": Column("int64", meaning="main blows in a period; 0: none, or no period was found"),
-    "valve_cycles": Column("int64", meaning="how often the valve comes to the same state in a period; 0: none found"),
+    "valve_cycles": Column("int64", meaning="how often the valve goes through its states in a period; 0: none found"),
     "cycle_kind": Column("int8", meaning="periodic motion without rest (0), with rest (1), with chatter and rest (2)"),
     "wanders": Column("bool", meaning="whether the last changes of the valve do not come near any earlier ones"),
     "period": Column(unit=UNIT_OF_TIME, meaning="of the periodic motion"),

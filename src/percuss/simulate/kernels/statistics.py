@@ -311,9 +311,12 @@ def recurrence_of_valve(table, motion, controls, tolerance):
         if cycle == 0:
             own.confirmed, own.cycle_changes = 0, 0
         else:
-            turns = 0
-            for i in range(own.changes - cycle, own.changes):
-                turns += 1 if past[i & ring].state == own.state else 0
+            turns = 0  # orders to the state that most of them are to
+            for state in range(controls.usual.shape[0]):
+                orders = 0
+                for i in range(own.changes - cycle, own.changes):
+                    orders += 1 if past[i & ring].state == state else 0
+                turns = max(turns, orders)
             blows = (own.blows - own.memo_blows) * cycle // since
             if cycle == own.cycle_changes and blows == own.cycle_blows:
                 own.confirmed += 1

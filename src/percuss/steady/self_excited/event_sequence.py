@@ -227,7 +227,8 @@ class EventSequence:
         return None if found is None else self.cycle(machine, modes, *found)
 
     def _flights(self, machine: Machine, posed: Cycle, unknowns: Array, closed: Closed) -> tuple[ValveFlight, ...]:
-        found, state, last, time, begin = [], self.state, self.last, 0.0, closed.start
+        struck = [port.to for port in machine.valve.ports if port.on == "impact"][-1:]  # what a blow demands last
+        found, state, last, time, begin = [], self.state, [self.last, *struck][-1], 0.0, closed.start
         times = posed.times(unknowns, closed.delays).tolist()
         wave = hold = -np.inf
         for i, (event, end) in enumerate(zip(self.events, times, strict=True)):
@@ -251,7 +252,8 @@ class EventSequence:
                     pressure=pressure,
                 )
             )
-            state, last, time = event.state, event.last, end
+            state, time = event.state, end
+            last = struck[0] if struck and event.kind == "blow" else event.last
             begin = posed.after(i, closed.states[i])
         return tuple(found)
 

@@ -71,6 +71,8 @@ class Following:
         self._wave = -math.inf  # … at least: until that has run through the bar
         ports = machine.valve.ports
         self._struck([i for i, port in enumerate(ports) if port.sign * port.level < 0.0] if from_rest else None)
+        if not self.now.any():
+            self._released()
 
     def go_on(self, blows: int) -> None:
         """So many blows more, unless it ends before."""
@@ -249,6 +251,10 @@ class Following:
                 break
             self.time = due
             self._carry_out()
+        self._released()
+
+    def _released(self) -> None:
+        """Begins to be pulled off the wall, undeformed: no contact is looked for at first."""
         self._wave, self._hold = (self.time + one for one in hold_after_release(self.machine, self.modes))
 
     def _lie(self, duration: float) -> None:
@@ -305,15 +311,18 @@ _SLOW = 1e-3  # of the greatest speed: blows of a chatter that are left out
 _SAME, _NEARLY = 1e-9, 1e-2  # of the period: what the last blows before a rest may move, and a pressure that settles
 
 
-def rest_cycles_of(machine: Machine, count: int) -> tuple[ValveCycle, ...]:
-    """The cycles with rest to which a machine comes that is let go at rest in a state of its valve."""
+def rest_cycles_of(machine: Machine, count: int, valve_cycles: int = 1) -> tuple[ValveCycle, ...]:
+    """The cycles with rest to which a machine comes that is let go at rest in a state of its valve.
+
+    It is followed the longer the more cycles of its valve one is looked for with.
+    """
     found, valve = list[ValveCycle](), machine.valve
     for state, _ in valve.pairs:
         if valve.force(state) > 0.0:
             continue
         begin = Rebound(0.0, state, Orders(state), None if valve.supply is None else valve.supply.start)
         motion, cycle = Following(machine, count, begin, valve.time_unit), None
-        for blows in _BLOWS:
+        for blows in (*_BLOWS, *[_BLOWS[-1]] * (valve_cycles // 2)):
             motion.go_on(blows)
             cycle = rest_cycle(motion, _SAME if valve.supply is None else _NEARLY)
             if cycle is not None or motion.ending is not None:

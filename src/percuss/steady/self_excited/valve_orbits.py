@@ -83,7 +83,7 @@ def valve_rest_cycles(machine: Machine, rest: str, valve_cycles: int = 1, *, mod
     # A bar at rest has forgotten what was before, so that there is one at most for each state in which the valve lets
     # go.
     kept, wanted = count("modes", modes, least=0, most=_MOST_MODES), count("periods", valve_cycles, most=MOST_PERIODS)
-    every = rest_cycles_of(instance("machine", machine, Machine), kept)
+    every = rest_cycles_of(instance("machine", machine, Machine), kept, wanted)
     found = tuple(cycle for cycle in every if cycle.label == f"{rest}/{wanted}")
     tries = sum(machine.valve.force(state) <= 0.0 for state, _ in machine.valve.pairs)
     impacts = max((cycle.blows for cycle in found), default=0)

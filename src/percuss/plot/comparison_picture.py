@@ -1,0 +1,88 @@
+"""The picture of hammers side by side: their cycles, by how much their figures differ, and their blows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from percuss.model.checks import having
+from percuss.plot.blow_picture import draw_forces, draw_stresses
+from percuss.plot.canvas import COLOURS, INK, canvas, legend_above, nothing, units_of, wall
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from percuss.case.answers.exploring.comparison import Comparison
+
+_POINTS = 721
+
+
+def comparison(answer: Comparison) -> Figure:
+    """Draw hammers side by side.
+
+    Two panels: (a) the striking end of each between two blows; (b) by how much the figures differ from those of the
+    first. Where each has a tool three more: (c) the force between the faces, (d) that on the rock, (e) the greatest
+    stress of each section.
+
+    Examples
+    --------
+    >>> from percuss.case import compare, load_case
+    >>> from percuss.plot import comparison
+    >>> drifter = load_case("valve-drifter")
+    >>> both = compare([drifter, drifter.varied({"contact.restitution": 0.3})], modes=0)
+    >>> len(comparison(both).axes)
+    2
+    """
+    having("answer", answer, ("figures", "differences"), "a comparison, such as percuss.case.compare gives")
+    title = " / ".join(f"{letter} {name}" for letter, name in zip(answer.letters, answer.names, strict=True))
+    blows = [(blow, _colour(i), answer.letters[i]) for i, blow in enumerate(answer.blows)]
+    on_rock = bool(blows) and all(blow.blow.bit_force is not None for blow, *_ in blows)
+    with canvas(11.0, 8.5 if blows else 4.5, title) as figure:
+        grid = figure.add_gridspec(2 if blows else 1, 6)
+        _cycles(figure.add_subplot(grid[0, :4]), answer)
+        _changes(figure.add_subplot(grid[0, 4:]), answer)
+        if blows:
+            wide = 2 if on_rock else 3
+            draw_forces(figure.add_subplot(grid[1, :wide]), blows, "face_force", "(c) force between the faces")
+            if on_rock:
+                draw_forces(figure.add_subplot(grid[1, 2:4]), blows, "bit_force", "(d) force on the rock")
+            mark = "(e)" if on_rock else "(d)"
+            draw_stresses(figure.add_subplot(grid[1, -wide:]), blows, f"{mark} greatest stresses")
+    return figure
+
+
+def _colour(i: int) -> str:
+    return COLOURS[i % len(COLOURS)]
+
+
+def _cycles(axes: Any, answer: Comparison) -> None:
+    axes.set_title("(a) the striking end between two blows")
+    for i, motion in enumerate(answer.motions):
+        if motion is None:
+            continue
+        units = units_of(answer.cases[i].hammer)
+        times = np.linspace(0.0, motion.period, _POINTS)
+        line = "-" if answer.runs[i] else "--"
+        axes.plot(
+            times * units.time, motion.motion(times) * units.length, line, color=_colour(i), label=answer.letters[i]
+        )
+        axes.set(xlabel=units.time_label, ylabel=units.length_label)
+    if not any(answer.motions):
+        nothing(axes, "no motion")
+        return
+    wall(axes)
+    axes.set_xlim(left=0.0)
+    legend_above(axes, columns=8)
+
+
+def _changes(axes: Any, answer: Comparison) -> None:
+    """Bars of the relative differences from the first hammer."""
+    rows = [row for row in answer.figures if any(row.changes[1:])][::-1]
+    axes.set(title="(b) beside A", xlabel="difference [%]")
+    wide = 0.8 / (len(answer.cases) - 1)
+    for i in range(1, len(answer.cases)):
+        places = np.arange(len(rows)) - (i - 0.5 * len(answer.cases)) * wide
+        axes.barh(places, [100.0 * (row.changes[i] or 0.0) for row in rows], wide, color=_colour(i))
+    axes.set_yticks(np.arange(len(rows)), [row.label for row in rows], fontsize=7)
+    axes.axvline(0.0, color=INK, linewidth=0.6)
