@@ -355,8 +355,8 @@ def curve_dict(curve: PointCurve) -> dict[str, Any]:
         along = picked(curve, "values phases is_orbit angles")
         along["angles"] = None if None in along["angles"] else along["angles"]
     else:
-        of_ends = curve.event_phases.size > 0
-        along = picked(curve, "values release_phases is_orbit " + ("event_phases" if of_ends else "rest_phases angles"))
+        last = "event_phases" if curve.event_phases.size else "angles"
+        along = picked(curve, f"values release_phases is_orbit {last}")
     return {"type": curve.event.value, **picked(curve, "label parameters units"), "points": points, "curve": along}
 
 
