@@ -192,6 +192,7 @@ class Cluster:
 
     def _fetched(self, future: Any) -> Columns | None:
         from distributed.client import FutureCancelledError
+        from distributed.comm import CommClosedError
         from distributed.scheduler import KilledWorker
 
         chunk = self._out[future]
@@ -205,7 +206,7 @@ class Cluster:
             told = f"workers died, one after another, while computing items {chunk.first} to {chunk.last - 1}"
             remedy = "usually they have too little memory: see their logs, give them more or start fewer per machine"
             raise PercussError(told, remedy) from None
-        except FutureCancelledError as error:
+        except (FutureCancelledError, CommClosedError) as error:
             raise PercussError(f"the dask scheduler at {self._address} is lost", _CHECK) from error
 
     def _check_alive(self) -> None:

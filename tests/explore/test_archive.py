@@ -279,10 +279,11 @@ def test_killed_at_any_moment(tmp_path):
     command = [sys.executable, str(HERE / "jobs.py"), str(tmp_path / "a.zarr"), "300", "0.01", "4", "2"]
     chance = random.Random(5)
     kept: list[set[int]] = [set()]
+    patience = 1.0
     for _ in range(12):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:
-            out, _ = process.communicate(timeout=chance.uniform(0.3, 2.2))
+            out, _ = process.communicate(timeout=patience * chance.uniform(0.3, 2.2))
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
@@ -293,7 +294,9 @@ def test_killed_at_any_moment(tmp_path):
             with Archive.open(tmp_path / "a.zarr") as archive:
                 kept.append(set(np.flatnonzero(archive.done).tolist()))
                 assert kept[-2] <= kept[-1]
-    assert len(kept) > 2
+        if len(kept) == 1 or kept[-1] == kept[-2]:
+            patience *= 1.5  # on a busy machine a command begins late
+    assert len(kept) > 2 and kept[-1]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.stdout == "complete\n", done.stderr
     with Archive.open(tmp_path / "a.zarr") as archive:
