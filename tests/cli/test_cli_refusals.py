@@ -131,7 +131,7 @@ FOLLOW --orbit 2/1:phases=5,6                           | the nearest has 0.3297
 FOLLOW --orbit 3/1:phases=5,4,3                         | phases near those of an orbit, in order of time
 follow hammer.toml --along mean=0.5:1 --orbit chatter/1:1 | one of the 0 cycles chatter/1
 FOLLOW --orbit rest/1:phases=2                          | chatter/N:NUMBER
-FOLLOW --orbit chatter/1 --switch 2                     | --switch
+FOLLOW --orbit chatter/1 --switch 2                     | nothing branches off a cycle
 FOLLOW --switch 17                                      | switch = 17
 FOLLOW --curve flip                                     | --over
 FOLLOW --curve flop --over restitution=0:0.9            | one of

@@ -32,7 +32,7 @@ def comparison(answer: Comparison) -> Figure:
     >>> drifter = load_case("valve-drifter")
     >>> both = compare([drifter, drifter.varied({"contact.restitution": 0.3})], modes=0)
     >>> len(comparison(both).axes)
-    2
+    5
     """
     having("answer", answer, ("figures", "differences"), "a comparison, such as percuss.case.compare gives")
     title = " / ".join(f"{letter} {name}" for letter, name in zip(answer.letters, answer.names, strict=True))
