@@ -192,7 +192,7 @@ class Cluster:
 
     def _fetched(self, future: Any) -> Columns | None:
         from distributed.client import FutureCancelledError
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
         from distributed.scheduler import KilledWorker
 
         chunk = self._out[future]
