@@ -169,9 +169,9 @@ def came(page: Page, routes: list[Route]) -> Route:
 
 def let_go(page: Page, path: str, routes: list[Route]) -> None:
     """The held questions to a path go on, and later ones are not held any more."""
+    page.unroute(f"**/api/{path}")  # first: what comes meanwhile is among them, and is let go, too
     for route in routes:
         route.continue_()
-    page.unroute(f"**/api/{path}")
 
 
 def knows(page: Page, name: str) -> Any:

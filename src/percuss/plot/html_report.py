@@ -67,9 +67,9 @@ def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None 
         parts += map(_part, moved.sections[1:])
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         parts.append(_figure(drawn(simulation), "The motion from the start of the case"))
-    cases = zip(answer.names, answer.cases, strict=True) if isinstance(answer, Comparison) else [("", case)]
-    for name, told in cases:
-        parts += [f"<h2>Case {_safe(name)}</h2>", f"<pre>{_safe(told.to_toml())}</pre>"]
+    several = zip(answer.names, answer.cases, strict=True) if isinstance(answer, Comparison) else ()
+    for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
+        parts += [f"<h2>{_safe(heading)}</h2>", f"<pre>{_safe(told.to_toml())}</pre>"]
     parts.append(f"<footer>percuss {_safe(__version__)}; numbers without a unit are dimensionless</footer>")
     body = "\n".join(parts)
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"

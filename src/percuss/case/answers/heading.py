@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,6 +13,7 @@ from percuss.case.answers.facts import (
     Teller,
     counted,
     json_number,
+    measured,
     number,
     numbers,
     ordinal,
@@ -21,12 +22,15 @@ from percuss.case.answers.facts import (
     quantity,
 )
 from percuss.model.machine import switching_of
+from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.model import Load, Machine, SizedBody, Supply, System, Timed
     from percuss.model.body import Modes
     from percuss.model.checks import Array
     from percuss.recordings.history import HistoryReport
+    from percuss.steady import Orbit
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 
 # ---- What must be said of a load that switches as a valve does: here it keeps time by itself
@@ -332,3 +336,49 @@ def figures_in_short(machine: Machine, energy: float, speed: float, blows: int, 
 def supply_pressure(machine: Machine, pressure: float) -> str:
     """The pressure of a supply, as a multiple of the one for which the forces hold where that is not known."""
     return number(pressure) if machine.pressure is None else f"{number(pressure * machine.pressure / 1e5)} bar"
+
+
+# ---- Figures that no hammer has: a slip of a unit or a digit gives an answer that is right, and absurd
+
+
+def _half_wave(motion: Orbit | ValveCycle) -> float:
+    """ρ c v/2 of the section that strikes."""
+    bar = motion.system.bar
+    assert bar is not None
+    return 0.5 * bar.pieces[-1].impedance / bar.pieces[-1].area * (_SPEED(motion) or 0.0)
+
+
+def _strokes(motion: Orbit | ValveCycle) -> float | None:
+    """The stroke over the way to the farthest port."""
+    valve = getattr(motion.system, "valve", None)
+    edges = [] if valve is None else [abs(port.behind) for port in valve.ports if port.behind]
+    return float(motion.stroke / max(edges)) if edges else None
+
+
+def _bar(motion: Any) -> float | None:
+    """The mean pressure of the oil, in bar."""
+    pressure = getattr(motion.system, "pressure", None)
+    return None if pressure is None else float(pressure * motion.mean_pressure / 1e5)
+
+
+_SPEED, _RATE = FIGURES["impact_velocity"].in_si, FIGURES["blow_rate"].in_si
+_RULES: tuple[tuple[Callable[[Any], float | None], float, str, str], ...] = (
+    (_SPEED, 20.0, "it strikes at {}, where percussive machines strike at 5 to 12 m/s", "m/s"),
+    (_half_wave, 1e9, "ρ c v/2 = {} is beyond the yield stress of hardened steel, about 1 GPa", "Pa"),
+    (_strokes, 10.0, "its stroke is {} times the way to its farthest port", ""),
+    (_bar, 500.0, "the pressure of its oil is {} bar, where hydraulic hammers have 100 to 250 bar", ""),
+    (lambda one: one.system.bar.mass * _RATE(one), 6e4,
+     "mass times blow rate is {} kg/s, as of a piston of a tonne at 60 Hz", ""),
+)  # fmt: skip
+"""Figures of a cycle in SI, the most that is taken without a word, and what is said of more."""
+
+
+def doubts(motion: Orbit | ValveCycle | None) -> tuple[str, ...]:
+    """What of a cycle in SI no hammer has, one sentence each."""
+    if motion is None or not motion.impact_velocity > 0.0:
+        return ()
+    if not (motion.system.is_si and motion.system.bar is not None and motion.system.body.is_free):
+        return ()
+    found = ((value(motion), most, text, unit) for value, most, text, unit in _RULES)
+    told = [text.format(measured(value, unit)) for value, most, text, unit in found if value and value > most]
+    return tuple(f"hardly a hammer: {text}; check sizes and units" for text in told)

@@ -30,7 +30,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
-from percuss.case.answers.heading import figures_in_short, machine_section, supply_pressure
+from percuss.case.answers.heading import doubts, figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
     POWER,
@@ -43,8 +43,14 @@ from percuss.case.answers.machine_figures import (
     pressure_curve,
     sensitivities,
 )
-from percuss.case.answers.plausibility import doubts
-from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of, transfer_section, transfer_sentence
+from percuss.case.answers.transfer import (
+    Transfer,
+    tool_of,
+    transfer_dict,
+    transfer_of,
+    transfer_section,
+    transfer_sentence,
+)
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count
@@ -191,7 +197,7 @@ class MachineAnswer(ShortRepr):
             "rigid_si": None if other is None else figures_in_si(self.machine, other.cycle),
             "warnings": list(self.warnings),
             **({} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}),
-            **({} if self.tool is None else {"transfer": plain_of(self.transfer, TRANSFER) if self.transfer else None}),
+            **({} if self.tool is None else transfer_dict(self.transfer)),
         }
 
 
@@ -226,7 +232,7 @@ def _warnings(answer: MachineAnswer) -> list[str]:
         found.append(f"a rigid piston would not run: {answer.rigid.obstacle.words}")
     if _ringing(answer) > _hysteresis(answer):
         found.append("the ports are so near each other that the ringing of the bar may pass both")
-    return [*found, *(doubts(machine, cycle) if answer.plausibility else ())]
+    return [*found, *(doubts(cycle) if answer.plausibility else ())]
 
 
 def _ringing(answer: MachineAnswer) -> float:

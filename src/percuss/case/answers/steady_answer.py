@@ -23,9 +23,8 @@ from percuss.case.answers.facts import (
     plain_of,
     plain_value,
 )
-from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, heading_dict
-from percuss.case.answers.plausibility import doubts
-from percuss.case.answers.transfer import TRANSFER, Transfer, tool_of, transfer_of
+from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
+from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict, transfer_of
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
@@ -603,7 +602,7 @@ class SteadyAnswer(ShortRepr):
     def told_notes(self) -> tuple[str, ...]:
         """The notes, and which figures of `chosen` no hammer has."""
         chosen = self.chosen if self.plausibility else None
-        return self.notes if chosen is None else (*self.notes, *doubts(self.system, chosen.orbit))
+        return self.notes if chosen is None else (*self.notes, *doubts(chosen.orbit))
 
     @cached_property
     def transfer(self) -> Transfer | None:
@@ -650,7 +649,7 @@ class SteadyAnswer(ShortRepr):
             "rest": plain_of(self.rest, REST) | {"note": rest_note(self.rest, self.system.contact)},
             "starts": plain(self.starts.to_json_dict(self.system)),
             "reach": reach,
-            **({} if self.tool is None else {"transfer": plain_of(self.transfer, TRANSFER) if self.transfer else None}),
+            **({} if self.tool is None else transfer_dict(self.transfer)),
         }
 
     def _blow(self) -> dict[str, Any]:

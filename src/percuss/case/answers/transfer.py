@@ -8,7 +8,18 @@ from functools import cached_property
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from percuss.case.answers.facts import PLAIN, Fact, ReportSection, Teller, counted, number, percent, picked, rows_of
+from percuss.case.answers.facts import (
+    PLAIN,
+    Fact,
+    ReportSection,
+    Teller,
+    counted,
+    number,
+    percent,
+    picked,
+    plain_of,
+    rows_of,
+)
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
@@ -278,6 +289,11 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
          lambda one, tell: f"{tell(one.blow.until, 'time')}; {one.blow.outcome.value}"),
 )  # fmt: skip
 """Where the energy of a cycle goes."""
+
+
+def transfer_dict(found: Transfer | None) -> dict[str, Any]:
+    """What the JSON of an answer has of it."""
+    return {"transfer": None if found is None else plain_of(found, TRANSFER)}
 
 
 def transfer_section(found: Transfer, whose: str = "") -> ReportSection:

@@ -148,10 +148,10 @@ class Comparison(ShortRepr):
     def summary(self) -> str:
         """The answer in a sentence or two."""
         stopped = [letter for letter, runs in zip(self.letters, self.runs, strict=True) if not runs]
-        told = [text for i in range(1, len(self.cases)) if (text := self._changed(i))]
+        told = [self._changed(i) for i in range(1, len(self.cases))]
         if stopped:
             told.append(f"{' and '.join(stopped)} cannot sustain {'its' if len(stopped) == 1 else 'their'} motion.")
-        return " ".join(told) or "The figures are the same."
+        return " ".join(told)
 
     def _changed(self, i: int) -> str:
         rows = {row.name: row for row in self.figures}
