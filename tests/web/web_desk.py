@@ -169,7 +169,7 @@ def came(page: Page, routes: list[Route]) -> Route:
 
 def let_go(page: Page, path: str, routes: list[Route]) -> None:
     """The held questions to a path go on, and later ones are not held any more."""
-    page.unroute(f"**/api/{path}")  # first: what comes meanwhile is among them, and is let go, too
+    page.route(f"**/api/{path}", lambda route: route.continue_())  # first: one that comes meanwhile is not forgotten
     for route in routes:
         route.continue_()
 
