@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -197,6 +197,7 @@ WINDOW = 1.0 / 32.0  # of the period: over how long the force is averaged before
 _LEAST = 0.2  # of the range of the force, of a jump
 _SAME = 0.12  # of the range, between levels of one state
 _ROUNDS = 6
+_CLEARLY = 4.0  # times better: an edge that is then on the other side of the blow
 
 
 @dataclass(frozen=True)
@@ -271,6 +272,42 @@ def edge_times(time: Array, force: Array, rough: Array, levels: tuple[Array, Arr
         now = now + np.clip(step, -0.5 * window, 0.5 * window)
     now[(now - window < time[0]) | (now + window > time[-1])] = np.nan
     return now
+
+
+def by_momentum(motion: Implied, edges: Array, levels: Levels) -> tuple[Array, Levels, int]:
+    """The steps whose momentum from blow to blow is nearest to that of a mean cycle, and the same at the next blow.
+
+    A force that falls gradually, before and behind the blow, is no step that has its momentum on both sides: an edge
+    near the blow is tried on either side. The last number is by how many places that turns the edges round.
+    """
+    period = float(motion.blows[-1])
+    near, tries = WINDOW * period, [(edges, 0)]
+    if edges[-1] > period - near:
+        tries.append((np.concatenate([[0.1 * near], edges[:-1]]), 1))
+    if edges[0] < near:
+        tries.append((np.concatenate([edges[1:], [period - 0.1 * near]]), -1))
+    fits = [(*_by_momentum(motion, at, np.roll(levels.at_wall, turn), levels.stiffness), turn) for at, turn in tries]
+    _, edges, at_wall, turn = min(fits, key=lambda one: one[0] * (_CLEARLY if one[-1] else 1.0))
+    return edges, replace(levels, at_wall=at_wall), turn
+
+
+def _by_momentum(motion: Implied, edges: Array, at_wall: Array, stiffness: float) -> tuple[float, Array, Array]:
+    """The sum of squares that is left, the edges and the levels."""
+    t, period = motion.time, float(motion.blows[-1])
+    bare = motion.force - stiffness * motion.behind
+    gained = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (bare[1:] + bare[:-1]))])
+    weight = np.where(t < t[-1], 1.0, float(t.size))[:, None]
+    left = math.inf
+    for _ in range(_ROUNDS):
+        ends = np.concatenate([[0.0], edges, [period]])
+        spent = np.clip(t[:, None], ends[:-1], ends[1:]) - ends[:-1]
+        spent = spent[:, 1:] + np.pad(spent[:, :1], ((0, 0), (edges.size - 1, 0)))  # the last state goes on at the blow
+        moved = (np.roll(at_wall, 1) - at_wall) * (t[:, None] > edges)
+        rest = gained - spent @ at_wall
+        left = float(np.sum(rest**2))
+        step, *_ = np.linalg.lstsq(weight * np.hstack([spent, moved]), weight[:, 0] * rest, rcond=None)
+        at_wall, edges = at_wall + step[: edges.size], np.clip(edges + step[edges.size :], 0.0, period)
+    return left, edges, at_wall
 
 
 def _samples(force: Array) -> int:
