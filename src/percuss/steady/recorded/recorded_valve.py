@@ -389,8 +389,9 @@ def _falling(motion: Implied, time: float, flight: int, last: float) -> Seen:
 
 
 def _farthest(motion: Implied, flight: int) -> float:
-    inside = (motion.time > motion.blows[flight]) & (motion.time < motion.blows[flight + 1])
-    return float(motion.time[inside][np.argmax(motion.behind[inside])])
+    first = int(np.searchsorted(motion.time, motion.blows[flight], side="right"))
+    last = int(np.searchsorted(motion.time, motion.blows[flight + 1]))
+    return float(motion.time[first + int(np.argmax(motion.behind[first:last]))])
 
 
 def _twice(motion: Implied) -> Implied:
