@@ -204,7 +204,7 @@ def curves_progress(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """What happens to an orbit on both lines through it, as curves: share done, those so far (`patience`: work, in s)."""
+    """What happens to an orbit on both lines through it: share done, curves so far; `patience`: work for each, in s."""
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}
