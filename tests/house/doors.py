@@ -110,7 +110,7 @@ MEANT = (
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
         simulate.Trajectory.section.displacement simulate.Trajectory.section.velocity
-        case.orbits_answer.seed case.best_answer.seed
+        case.orbits_answer.seed case.best_answer.seed case.tolerance*.seed
         """,
     ),
     (
@@ -129,6 +129,7 @@ MEANT = (
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
+        case.tolerance*.tolerances case.tolerance*.figures
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
@@ -289,7 +290,8 @@ class Arguments:
             explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
-            cases.compare([drilling, drilling], modes=0),
+            cases.compare([drilling, drilling], modes=0), cases.Tolerance("load.pressure", 150.0, 170.0, "bar"),
+            cases.tolerance(drilling, figures=["blow_energy"], samples=64, modes=0, workers=1),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
         ]  # fmt: skip
@@ -426,6 +428,13 @@ class Arguments:
             "case.measured_gauge": {"answer": of["BlowAnswer"], "path": folder / "gauge.csv"},
             "case.Span": range_,
             "case.Span.parsed": {"words": "bar.length=100:300mm"},
+            "case.Tolerance": range_,
+            "case.Tolerance.parsed": {"words": "load.pressure=±10bar", "case": drilling},
+            "case.tolerance*": {
+                "case": drilling, "tolerances": [of["Tolerance"]], "figures": ["blow_energy"], "samples": 64,
+                "modes": 0,
+            },
+            "case.standard_tolerances": {"case": drilling},
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
             "case.machine_*": {"case": drilling},
             "case.recorded_answer": {"case": Case.from_text(SQUARE)},

@@ -328,6 +328,7 @@ ANSWERS = {
         "steady pneumatic-jackleg --reach-of load_factor --modes 0",
     ),
     "compare": ("compare mini-breaker valve-breaker --modes 0 --set pressure=150bar",),
+    "tolerance": ("tolerance valve-breaker --modes 0 --samples 64",),
     "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
     "simulate": ("simulate hydraulic-drifter --events last:3",),

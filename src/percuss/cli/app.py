@@ -60,6 +60,7 @@ COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
+    "tolerance": "what tolerances do to it: the spread of its figures, what dominates",
     "simulate": "how a hammer moves from a start, impact by impact",
     "orbits": "motions with several impacts in a cycle, stable and unstable",
     "follow": "such a motion followed through a parameter: folds, flips, ends",
@@ -79,6 +80,7 @@ COMMANDS = {
 
 _FILES = {
     "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow", "serve": "serve",
+    "tolerance": "tolerance",
     "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 

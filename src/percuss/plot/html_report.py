@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
 from percuss.case.answers.exploring.comparison import Comparison
+from percuss.case.answers.exploring.tolerance import ToleranceAnswer
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
@@ -42,7 +43,7 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | ToleranceAnswer
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
@@ -97,6 +98,8 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
         return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
     if isinstance(answer, Comparison):
         return answer.report(), plot.comparison(answer), "Cycles and blows"
+    if isinstance(answer, ToleranceAnswer):
+        return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"
