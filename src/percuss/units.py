@@ -53,6 +53,9 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
         "J": 1.0, "kJ": 1e3, "MJ": 1e6, "mJ": 1e-3, "N*m": 1.0, "kN*m": 1e3,
         "ft*lbf": 0.3048 * 4.4482216152605,
     }),
+    "power": ("W", "kW", '"8 kW" or "8000 W"', {
+        "W": 1.0, "kW": 1e3, "MW": 1e6, "mW": 1e-3, "J/s": 1.0, "hp": 550.0 * 0.3048 * 4.4482216152605,
+    }),
     "mass": ("kg", "g", '"5 kg" or "5000 g"', {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}),
     "stiffness": ("N/m", "kN/mm", '"400 kN/mm" or "0.4 GN/m"', {
         "N/m": 1.0, "mN/m": 1e-3, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "mN/mm": 1.0, "kN/mm": 1e6,

@@ -408,7 +408,7 @@ class Arguments:
             "case.Case.varied": {"values": {"system.s": 10.0}},
             "case.CaseFamily.varied": {"values": {"bar.length": 200.0}},
             "case.CaseFamily.blow": {"values": {"bar.length": 200.0}},
-            "case.CaseFamily.transfer": {"values": {"restitution": 0.3}},
+            "case.CaseFamily.whole": {"values": {"restitution": 0.3}},
             "case.load_case": {"name": "pile-hammer"},
             "case.compare": {"cases": [hammer, hammer], "names": ["A", "B"], "modes": 0},
             "case.basins_job_of": {
@@ -454,7 +454,7 @@ class Arguments:
                 return Load.square(1.0, 1.3)
             case "SteadyStates", "contact_place":
                 return steady.steady_states(System(ModalBody(**MODES, gap=0.1), Load.harmonic(0.1, 1.0), Kept(0.5)))
-            case "CaseFamily", "machine" | "room" | "transfer":
+            case "CaseFamily", "machine" | "room" | "whole":
                 return cases.CaseFamily(cases.load_case("valve-drifter"), {})
             case "CaseFamily", "varied" | "blow":
                 return cases.CaseFamily(cases.load_case("laboratory-striker"), {"bar.length": "mm"})

@@ -72,8 +72,8 @@ class StrikingFamily(Protocol):
     def blow(self, values: Mapping[str, float]) -> Blow:
         """One blow of the hammer at these values; PercussError where there is none."""
 
-    def transfer(self, values: Mapping[str, float], periods: int, modes: int | None) -> Any:
-        """Where the energy of the cycle at these values goes, through its own blow; None without such a cycle."""
+    def whole(self, values: Mapping[str, float], periods: int, modes: int | None) -> Any:
+        """The hammer at these values in its motion, with its own blow: `percuss.case.answers.whole_hammer`."""
 
 
 def failure(error: Exception) -> int:
@@ -454,8 +454,7 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
                 left.append(one)
     for i, machine in left:
         try:
-            kept = job.multiplier_modes if machine.valve.supply is None else 0  # under a supply the piston is rigid
-            motion = self_excited_motion(machine, modes=kept, room=family.room(machine))
+            motion = self_excited_motion(machine, modes=job.multiplier_modes, room=family.room(machine))
             cycle = motion.cycle
             numbers: tuple[float, ...] | None = None
             if cycle is not None and cycle.blows == 1:
@@ -527,11 +526,11 @@ def _transfers(
         if stopped():
             return
         try:
-            found = family.transfer(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
+            found = family.whole(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
+            if found.runs or not drives_itself(job.family):
+                _set(out, i, {name: found.value(name) for name in names})
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
-        else:
-            _set(out, i, {name: getattr(found, name, None) for name in names})
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays

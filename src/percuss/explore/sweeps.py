@@ -101,7 +101,10 @@ def sweep_job(
     if isinstance(family, StrikingFamily) and "blow" in job.groups:
         _check_makes(job, lambda cell: family.blow(job.values(cell)))
     if isinstance(family, StrikingFamily) and "transfer" in job.groups:
-        _check_makes(job, lambda cell: family.transfer(job.values(cell), job.periods, job.modes))
+        whole = _check_makes(job, lambda cell: family.whole(job.values(cell), job.periods, job.modes))
+        if whole.tool is None:
+            remedy = "describe the rod that is struck in [tool]"
+            raise ParameterError("quantities", "rock_power", "quantities of the motion alone", remedy)
     if made is None or made.body.is_free:
         return job
     # of a structure that is held without what only free bars have, which is refused if it was asked for

@@ -47,10 +47,10 @@ from percuss.case.answers.transfer import (
     Transfer,
     tool_of,
     transfer_dict,
-    transfer_of,
     transfer_section,
     transfer_sentence,
 )
+from percuss.case.answers.whole_hammer import WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count
@@ -102,9 +102,15 @@ class MachineAnswer(ShortRepr):
     plausibility: bool = True
 
     @cached_property
+    def whole(self) -> WholeHammer:
+        """The machine in its cycle, with what it strikes."""
+        obstacle = self.motion.obstacle
+        return WholeHammer(self.cycle, "" if obstacle is None else obstacle.value, self.tool)
+
+    @property
     def transfer(self) -> Transfer | None:
         """Where the energy of the cycle goes, into tool and rock; None without a rod to strike, or one blow."""
-        return transfer_of(self.cycle, self.tool)
+        return self.whole.transfer
 
     @cached_property
     def margins(self) -> ValveMargins | None:

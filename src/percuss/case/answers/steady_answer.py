@@ -24,7 +24,8 @@ from percuss.case.answers.facts import (
     plain_value,
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
-from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict, transfer_of
+from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict
+from percuss.case.answers.whole_hammer import WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free
@@ -605,9 +606,15 @@ class SteadyAnswer(ShortRepr):
         return self.notes if chosen is None else (*self.notes, *doubts(chosen.orbit))
 
     @cached_property
+    def whole(self) -> WholeHammer:
+        """The hammer in the motion `chosen`, with what it strikes."""
+        stopped = "no steady motion" if self.chosen is None else "" if self.chosen.runs else "the motion is not kept"
+        return WholeHammer(None if self.chosen is None else self.chosen.orbit, stopped, self.tool)
+
+    @property
     def transfer(self) -> Transfer | None:
         """Where the energy of `chosen` goes, into tool and rock; None without a rod to strike, or a blow."""
-        return None if self.chosen is None else transfer_of(self.chosen.orbit, self.tool)
+        return self.whole.transfer
 
     @property
     def history(self) -> HistoryReport | None:

@@ -145,13 +145,19 @@ class Transfer(ShortRepr):
         """Share of the impulse that comes after the first contact, by waves that come back to the bar."""
         return 1.0 - self.blow.contacts[0].impulse / self.blow.impulse
 
-    @cached_property
-    def peaks(self) -> tuple[PeakStress | None, PeakStress | None]:
-        """The greatest stresses of the bar and of the tool."""
+    @property
+    def sections(self) -> tuple[Sequence[Peak], Sequence[Peak]]:
+        """The peaks of each section of the bar, and of the tool."""
         from percuss.blow.bodies import striker_sections
 
         own = striker_sections(self.blow.striker).impedance.size
-        return _greatest(self.blow.peaks[:own]), _greatest(self.blow.peaks[own:])
+        return self.blow.peaks[:own], self.blow.peaks[own:]
+
+    @cached_property
+    def peaks(self) -> tuple[PeakStress | None, PeakStress | None]:
+        """The greatest stresses of the bar and of the tool."""
+        bar, tool = map(_greatest, self.sections)
+        return bar, tool
 
 
 def _greatest(peaks: Sequence[Peak]) -> PeakStress | None:

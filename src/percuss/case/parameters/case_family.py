@@ -28,13 +28,13 @@ from percuss.case.parameters.case_keys import (
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS, parameters_of, refuse_twice, vary
 from percuss.model import Machine, System
-from percuss.model.checks import DEFAULT_MODES, count, finite, instance, mapping, text
+from percuss.model.checks import count, finite, instance, mapping, text
 from percuss.model.described import describe_system
 from percuss.units import si
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
-    from percuss.case.answers.transfer import Transfer
+    from percuss.case.answers.whole_hammer import WholeHammer
     from percuss.model.parameter import Parameter
     from percuss.simulate import Start
 
@@ -192,36 +192,32 @@ class CaseFamily:
         moved = any(key.partition(".")[0] not in free for key in keys)
         return blow_answer(case, own_speed(case) if moved and "blow.velocity" not in keys else None).blow
 
-    def transfer(self, values: Mapping[str, float], periods: int = 1, modes: int | None = None) -> Transfer | None:
-        """Where the energy of the hammer with these values goes, into tool and rock; None where it has no such cycle.
+    def whole(
+        self,
+        values: Mapping[str, float],
+        periods: int = 1,
+        modes: int | None = None,
+        near: WholeHammer | None = None,
+    ) -> WholeHammer:
+        """The hammer with these values in its steady motion, with what it strikes.
 
-        Under a clock of the motion with the greatest margin of stability, as maps have it.
-
-        Raises
-        ------
-        ParameterError
-            For a case that has no rod in [tool].
+        Under a clock in the motion with the greatest margin of stability, as maps have it. The cycle of a machine with
+        elastic modes is looked for `near` that of another one, where that is quicker.
         """
-        from percuss.case.answers.transfer import tool_of, transfer_of
-        from percuss.stability import stability_of
-        from percuss.steady import self_excited_motion, steady_states
+        from percuss.case.answers.transfer import tool_of
+        from percuss.case.answers.whole_hammer import WholeHammer, whole_machine, whole_system
+        from percuss.steady import Orbit
         from percuss.steady.states import MAX_PERIODS
 
         keys, _ = self._split(values)
         periods = count("periods", periods, most=MAX_PERIODS)
-        kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0)
-        question = tool_of(self._varied({key: keys[key] for key in keys if key.partition(".")[0] in _STRUCK}))
-        if question is None:
-            remedy = "describe the rod that is struck in [tool]"
-            raise ParameterError("quantities", "rock_power", "quantities of the motion alone", remedy)
+        kept = None if modes is None else count("modes", modes, least=0)
+        tool = tool_of(self._varied({key: keys[key] for key in keys if key.partition(".")[0] in _STRUCK}))
         if self.is_machine:
             machine = self.machine(values)
-            kept = kept if machine.valve.supply is None else 0  # under a supply the piston is rigid
-            motion = self_excited_motion(machine, modes=kept, room=self.room(machine))
-            return transfer_of(motion.cycle if motion.runs else None, question)
-        orbits = steady_states(self.system(values), periods, modes=modes).orbits
-        best = max(orbits, key=lambda orbit: stability_of(orbit, modes=kept).margin, default=None)
-        return transfer_of(best, question)
+            found = None if near is None else instance("near", near, WholeHammer).motion
+            return whole_machine(machine, tool, self.room(machine), kept, None if isinstance(found, Orbit) else found)
+        return whole_system(self.system(values), tool, periods, kept)
 
     def _scaled(self, keys: dict[str, tuple[float, str]]) -> System:
         """The system with the values of the keys, before the dimensionless parameters."""

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import re
 import string
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.blow_answer import blow_answer
-from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, json_number, measured, number
+from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, json_number, number
 from percuss.case.answers.machine_answer import MachineAnswer, headline, machine_answer
 from percuss.case.answers.steady_answer import SteadyAnswer, steady_answer
 from percuss.case.answers.steady_report import summary_of
+from percuss.case.answers.whole_hammer import WHOLE_FIGURES, WholeFigure
 from percuss.case.case import checked_case, json_tables
 from percuss.errors import ParameterError
 from percuss.model.checks import several, text
 from percuss.short_repr import ShortRepr
-from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer
-    from percuss.case.answers.transfer import Transfer
     from percuss.case.case import Case
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
@@ -30,12 +29,6 @@ if TYPE_CHECKING:
 MOST = 8
 """The most hammers of one comparison."""
 
-_OF_TOOL: tuple[tuple[str, str, str, Callable[[Transfer], float | None]], ...] = (
-    ("rock_power", "power into the rock", "W", lambda one: one.rock_power),
-    ("overall_efficiency", "overall efficiency", "", lambda one: one.overall_efficiency),
-    ("peak_of_bar", "peak stress in the bar", "Pa", lambda one: one.peaks[0] and one.peaks[0].stress),
-    ("peak_of_tool", "peak stress in the tool", "Pa", lambda one: one.peaks[1] and one.peaks[1].stress),
-)
 _SPOKEN = ("blow_energy", "blow_rate", "power", "rock_power")
 _NO_RATIOS = ("phase", "margin")
 _SAME = 1e-12  # share of a figure that rounding makes
@@ -47,18 +40,32 @@ class ComparedFigure:
 
     Attributes
     ----------
-    name, label
-        As maps have it, and as reports call it.
-    unit
-        That of the values, without a prefix; "" for a share, and of dimensionless hammers.
+    name
+        As maps have it.
     values
-        Of each hammer; None where it has none.
+        Of each hammer, in base units; None where it has none.
+    is_si
+        Whether they have units.
     """
 
     name: str
-    label: str
-    unit: str
     values: tuple[float | None, ...]
+    is_si: bool
+
+    @property
+    def figure(self) -> WholeFigure:
+        """What it is."""
+        return WHOLE_FIGURES[self.name]
+
+    @property
+    def label(self) -> str:
+        """What reports call it."""
+        return self.figure.label
+
+    @property
+    def unit(self) -> str:
+        """That of the values, without a prefix; "" for a share, and of dimensionless hammers."""
+        return self.figure.unit if self.is_si else ""
 
     @property
     def changes(self) -> tuple[float | None, ...]:
@@ -91,15 +98,12 @@ class Comparison(ShortRepr):
     @cached_property
     def motions(self) -> tuple[Orbit | ValveCycle | None, ...]:
         """The motion that each is compared by: the one to look at first; None where it has none."""
-        return tuple(map(_motion, self.answers))
+        return tuple(answer.whole.motion for answer in self.answers)
 
     @property
     def runs(self) -> tuple[bool, ...]:
         """Whether each can sustain its motion."""
-        return tuple(
-            answer.runs if isinstance(answer, MachineAnswer) else bool(answer.chosen and answer.chosen.runs)
-            for answer in self.answers
-        )
+        return tuple(answer.whole.runs for answer in self.answers)
 
     @property
     def letters(self) -> str:
@@ -117,19 +121,8 @@ class Comparison(ShortRepr):
     @cached_property
     def figures(self) -> tuple[ComparedFigure, ...]:
         """What each blow, and each cycle, has that several hammers can be compared by."""
-        is_si = self.cases[0].is_si
-        rows = []
-        for name, figure in FIGURES.items():
-            values = [
-                None if one is None else figure.in_si(one) if is_si else figure.value(one) for one in self.motions
-            ]
-            rows.append(ComparedFigure(name, figure.label, figure.unit if is_si else "", tuple(values)))
-        rows.append(ComparedFigure("flow", "oil flow", "l/min", tuple(map(_oil_flow, self.answers))))
-        for name, label, unit, value in _OF_TOOL:
-            told = [None if answer.transfer is None else value(answer.transfer) for answer in self.answers]
-            rows.append(ComparedFigure(name, label, unit if is_si else "", tuple(told)))
-        margins = tuple(None if one is None else 1.0 - one.judged().largest for one in self.motions)
-        rows.append(ComparedFigure("margin", "margin", "", margins))
+        wholes, is_si = [answer.whole for answer in self.answers], self.cases[0].is_si
+        rows = (ComparedFigure(name, tuple(one.value(name) for one in wholes), is_si) for name in WHOLE_FIGURES)
         known = (row for row in rows if any(row.values))
         return tuple(row for row in known if row.name != "phase" or not any(case.is_machine for case in self.cases))
 
@@ -138,8 +131,7 @@ class Comparison(ShortRepr):
         """One blow of each by waves, with the speed of its motion; none where a case has no tool, or no blow."""
         if any(case.tables.tool is None for case in self.cases):
             return ()
-        speed = FIGURES["rigid_velocity"].in_si if self.cases[0].is_si else FIGURES["rigid_velocity"].value
-        speeds = [None if one is None else speed(one) for one in self.motions]
+        speeds = [answer.whole.value("rigid_velocity") for answer in self.answers]
         if any(value is None or value <= 0.0 for value in speeds):
             return ()
         return tuple(map(blow_answer, self.cases, speeds))
@@ -196,7 +188,7 @@ class Comparison(ShortRepr):
         rows = tuple(
             (
                 row.label,
-                *("–" if value is None else measured(value, row.unit) for value in row.values),
+                *("–" if value is None else row.figure.tell(value, row.is_si) for value in row.values),
                 *("–" if change is None else _percent(change) for change in row.changes[1:]),
             )
             for row in self.figures
@@ -250,18 +242,6 @@ def compare(cases: Sequence[Case], names: Sequence[str] = (), modes: int | None 
         machine_answer(case, modes) if case.is_machine else steady_answer(case, (1,), modes) for case in cases
     )
     return Comparison(names, cases, answers)
-
-
-def _oil_flow(answer: SteadyAnswer | MachineAnswer) -> float | None:
-    """In l/min; None where its pressure is not known."""
-    found = answer.si if isinstance(answer, MachineAnswer) else None
-    return None if found is None else found["oil_flow_l_per_min"]
-
-
-def _motion(answer: SteadyAnswer | MachineAnswer) -> Orbit | ValveCycle | None:
-    if isinstance(answer, MachineAnswer):
-        return answer.cycle
-    return None if answer.chosen is None else answer.chosen.orbit
 
 
 def _sentence(answer: SteadyAnswer | MachineAnswer) -> str:

@@ -1,0 +1,199 @@
+"""What a whole hammer gives: the figures of its cycle, of its oil and of the blow that results, each by one name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from percuss.case.answers.facts import measured, number
+from percuss.case.answers.transfer import transfer_of
+from percuss.errors import ParameterError, did_you_mean
+from percuss.model.checks import DEFAULT_MODES
+from percuss.short_repr import ShortRepr
+from percuss.stability import stability_of
+from percuss.steady import Orbit, self_excited_motion, steady_states
+from percuss.steady.figures import FIGURES
+from percuss.units import si, unit_scale
+
+if TYPE_CHECKING:
+    from percuss.case.answers.transfer import Transfer
+    from percuss.case.file_format.contact import BlowQuestion
+    from percuss.model import Machine, System
+    from percuss.steady.self_excited.valve_cycle import ValveCycle
+
+
+@dataclass(frozen=True)
+class WholeHammer(ShortRepr):
+    """A hammer in its steady motion, with what drives it and what it strikes.
+
+    Attributes
+    ----------
+    motion
+        The cycle that it is judged by; None where it has none.
+    stopped
+        Why it cannot sustain that motion; "" where it runs.
+    tool
+        The blow on the rod of the case, whatever its speed; None without one.
+    """
+
+    motion: Orbit | ValveCycle | None
+    stopped: str
+    tool: BlowQuestion | None
+
+    @property
+    def runs(self) -> bool:
+        """Whether it can sustain its motion."""
+        return not self.stopped
+
+    @cached_property
+    def transfer(self) -> Transfer | None:
+        """Where the energy of the cycle goes, through its own blow by waves; None without a rod, or one blow."""
+        return transfer_of(self.motion, self.tool)
+
+    def value(self, name: str) -> float | None:
+        """A figure by its name, in base units of SI, or dimensionless; None where the hammer has none."""
+        return None if self.motion is None else whole_figure(name).value(self)
+
+
+def whole_system(system: System, tool: BlowQuestion | None, periods: int = 1, modes: int | None = None) -> WholeHammer:
+    """That of a load that keeps time: of its steady motions the one with the greatest margin of stability."""
+    found = [(stability_of(orbit, modes=modes), orbit) for orbit in steady_states(system, periods, modes=modes).orbits]
+    if not found:
+        return WholeHammer(None, "no steady motion with one blow", tool)
+    verdict, orbit = max(found, key=lambda one: one[0].margin)
+    stopped = "" if verdict.stable else "unstable"
+    return WholeHammer(orbit, stopped if orbit.admissible else "it would strike or rest in between", tool)
+
+
+def whole_machine(
+    machine: Machine,
+    tool: BlowQuestion | None,
+    room: float | None = None,
+    modes: int | None = None,
+    near: ValveCycle | None = None,
+) -> WholeHammer:
+    """That of a machine that switches its own valve; with elastic modes it may be looked for `near` another cycle."""
+    kept = DEFAULT_MODES if modes is None else modes
+    found = self_excited_motion(machine, modes=kept, room=room, near=near if kept else None)
+    return WholeHammer(found.cycle, "" if found.obstacle is None else found.obstacle.value, tool)
+
+
+# ---- Its figures
+
+
+@dataclass(frozen=True)
+class WholeFigure:
+    """A figure of a `WholeHammer`: its label, its dimension as in `percuss.units`, its base unit and how it is found.
+
+    `spoken`: the unit in which people say it, where that is not the base unit with a prefix.
+    """
+
+    label: str
+    dimension: str
+    unit: str
+    value: Callable[[WholeHammer], float | None]
+    spoken: str = ""
+
+    def tell(self, value: float, is_si: bool, digits: int = 4) -> str:
+        """A value with its unit."""
+        if not is_si or not self.spoken:
+            return measured(value, self.unit if is_si else "", digits)
+        return f"{number(value / unit_scale(self.spoken, (self.dimension,), self.label)[0], digits)} {self.spoken}"
+
+    def given(self, name: str, text: str, is_si: bool) -> float:
+        """A value in base units from text such as ``70 Hz``; UnitError without its unit, or with another one's."""
+        return si(text, self.dimension if is_si and self.dimension else "dimensionless", name)
+
+
+_DIMENSIONS = {
+    "J": "energy", "Pa": "pressure", "s": "time", "W": "power", "m": "length", "m/s": "velocity", "N": "force",
+    "Hz": "frequency",
+}  # fmt: skip
+
+
+def _of_cycle(name: str) -> WholeFigure:
+    figure = FIGURES[name]
+
+    def value(one: WholeHammer) -> float | None:
+        motion = one.motion
+        return None if motion is None else figure.in_si(motion) if motion.system.is_si else figure.value(motion)
+
+    return WholeFigure(figure.label, _DIMENSIONS.get(figure.unit, ""), figure.unit, value)
+
+
+def _margin(one: WholeHammer) -> float | None:
+    return None if one.motion is None else 1.0 - one.motion.judged().largest
+
+
+def _oil(one: WholeHammer) -> tuple[ValveCycle, float] | None:
+    """The cycle of a machine, and the pressure for which its forces hold; None where that is not known."""
+    if one.motion is None or isinstance(one.motion, Orbit):
+        return None
+    nominal = one.motion.system.pressure
+    return None if nominal is None else (one.motion, nominal)
+
+
+def _pressure(one: WholeHammer) -> float | None:
+    """Mean of the supply."""
+    oil = _oil(one)
+    return None if oil is None else oil[0].mean_pressure * oil[1]
+
+
+def _flow(one: WholeHammer) -> float | None:
+    """Volume that a machine draws from its supply, over time."""
+    if (oil := _oil(one)) is None:
+        return None
+    cycle, nominal = oil
+    return cycle.drawn / cycle.period * cycle.system.power_scale / nominal
+
+
+def _of_transfer(name: str) -> Callable[[WholeHammer], float | None]:
+    return lambda one: None if one.transfer is None else getattr(one.transfer, name)
+
+
+def _stress(body: int, section: int | None = None) -> Callable[[WholeHammer], float | None]:
+    """The greatest stress of the piston (0) or the steel (1), in one of its sections or in all."""
+
+    def value(one: WholeHammer) -> float | None:
+        if one.transfer is None:
+            return None
+        if section is None:
+            peak = one.transfer.peaks[body]
+            return None if peak is None else peak.stress
+        sections = one.transfer.sections[body]
+        if section >= len(sections):
+            raise ParameterError("section", section, f"one of {len(sections)} sections, counted from 0")
+        return max(sections[section].compression, sections[section].tension)
+
+    return value
+
+
+WHOLE_FIGURES: dict[str, WholeFigure] = {
+    **{name: _of_cycle(name) for name in FIGURES},
+    "flow": WholeFigure("oil flow", "flow", "m³/s", _flow, "l/min"),
+    "pressure": WholeFigure("pressure of the supply", "pressure", "Pa", _pressure, "bar"),
+    "rock_power": WholeFigure("power into the rock", "power", "W", _of_transfer("rock_power")),
+    "rock_energy": WholeFigure("energy into the rock", "energy", "J", _of_transfer("rock_energy")),
+    "overall_efficiency": WholeFigure("overall efficiency", "", "", _of_transfer("overall_efficiency")),
+    "piston.stress": WholeFigure("peak stress in the piston", "pressure", "Pa", _stress(0)),
+    "steel.stress": WholeFigure("peak stress in the steel", "pressure", "Pa", _stress(1)),
+    "margin": WholeFigure("margin", "", "", _margin),
+}
+"""Every figure by its name; `piston[i].stress` and `steel[i].stress` are those of one section."""
+
+_SECTION = re.compile(r"(piston|steel)\[(\d{1,3})\]\.stress")
+
+
+def whole_figure(name: str) -> WholeFigure:
+    """A figure by its name; ParameterError with those that there are."""
+    if name in WHOLE_FIGURES:
+        return WHOLE_FIGURES[name]
+    if match := _SECTION.fullmatch(name):
+        body, section = match[1], int(match[2])
+        label = f"peak stress in section {section} of the {body}"
+        return WholeFigure(label, "pressure", "Pa", _stress(("piston", "steel").index(body), section))
+    known = ", ".join([*WHOLE_FIGURES, "piston[i].stress", "steel[i].stress"])
+    raise ParameterError("figure", name, f"one of {known}", did_you_mean(name, WHOLE_FIGURES))
