@@ -302,11 +302,10 @@ def _turns(arrivals: list[tuple[Trace, float, float]], end: float) -> Array:
         times = middle[here, None] + half[here, None] * nodes
         force = sum(sign * wave.at(times - later) for wave, sign, later in arrivals)
         series = force @ np.linalg.inv(chebvander(nodes, degree)).T
-        k = np.arange(degree + 1)
-        for at, value in ((0.0, series @ (-1.0) ** k), (0.999, series.sum(axis=1))):
+        for at, x in ((0.0, -1.0), (0.999, 1.0)):
             places.append(here + at)
-            values.append(value)
-        turning = (abs(series) * k**2)[:, 2:].sum(axis=1) > abs(series[:, 1:2]).sum(axis=1)
+            values.append(chebval(x, series.T))
+        turning = (abs(series) * np.arange(degree + 1) ** 2)[:, 2:].sum(axis=1) > abs(series[:, 1:2]).sum(axis=1)
         for row, i in zip(series[turning], here[turning].tolist(), strict=True):
             x = turning_points(row)
             places.append(i + 0.4995 * (1.0 + x))

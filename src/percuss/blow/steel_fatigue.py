@@ -110,7 +110,9 @@ def cycles_of(history: npt.ArrayLike) -> Array:
     >>> cycles_of([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0]).tolist()  # the example of the standard
     [[4.0, 1.0, 1.0], [3.0, -0.5, 1.0], [7.0, 0.5, 1.0], [9.0, 0.5, 0.5], [9.0, 0.5, 0.5]]
     """
-    values = numbers("history", history).ravel()
+    values = numbers("history", history)
+    if values.ndim != 1 or not values.size:
+        raise ParameterError("history", f"shape {values.shape}", "a list of one number or more")
     rainflow = extra_package("rainflow", "io")
     first = int(np.argmax(values))
     closed = np.concatenate([values[first:], values[: first + 1]])
@@ -226,7 +228,7 @@ def fatigue(
     ('striker 0', 203, -102, 3.55)
     """
     instance("blow", blow, Blow)
-    steels = instance("steel", steel, Steel), instance("rod_steel", rod_steel or steel, Steel)
+    steels = instance("steel", steel, Steel), instance("rod_steel", steel if rod_steel is None else rod_steel, Steel)
     size = count("size", size, 1, 10_000)
     if not isinstance(blow.striker, SizedBody):
         raise ParameterError("blow", blow, "the blow of a striker with sizes", "a dimensionless one has no stresses")

@@ -43,7 +43,7 @@ class ToolSteelTable(CaseTable):
     """Tensile strength. Allowed: greater than 0. When left out: that of `grade`."""
     fatigue_limit: Stress | None = None
     """Amplitude of stress about 0, in tension and compression, that a polished rod bears for ever. Allowed: greater
-    than 0, below the tensile strength. When left out: 0.40 of the tensile strength."""
+    than 0, below the tensile strength. When left out: it is 0.40 of the tensile strength."""
     slope: float | None = None
     """Slope $k$ of the S–N line above this limit, life ∝ 1/amplitude$^k$. Allowed: 1 or greater. When left out: that of
     the line from 0.75 of the tensile strength at 1000 cycles."""
@@ -56,7 +56,7 @@ class SteelTable(ToolSteelTable):
 
     notch: Annotated[dict[str, float], Kind("table of numbers", _factors)] | None = None
     """Fatigue notch factors by section, as `percuss blow` names them: `{"striker 1" = 1.6, "rod 0" = 2.0}`. Allowed:
-    none below 1. When left out: 1, a smooth rod; so for every section that is not named."""
+    none below 1. When left out: every section counts as smooth, as any does that is not named."""
     tool: ToolSteelTable | None = None
     """Another steel of the tool. When left out: that of the bar."""
 
