@@ -100,10 +100,9 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 # -- what is no error: a wrong object that has a meaning in this place -------------------------------------------------
 
 MEANT = (
-    (
-        "empty",
-        "blow.Blow.*_over_time.times blow.Blow.force_turns.shares steady.CycleTimes.lying steady.CycleTimes.pressures",
-    ),
+    ("empty", "blow.Blow.*_over_time.times steady.CycleTimes.lying steady.CycleTimes.pressures"),
+    ("empty", "blow.Blow.force_turns.shares"),
+    ("None", "blow.Steel.fatigue_limit blow.Steel.slope"),
     (
         "nothing",
         """

@@ -307,9 +307,9 @@ def _turns(arrivals: list[tuple[Trace, float, float]], end: float) -> Array:
             values.append(chebval(x, series.T))
         turning = (abs(series) * np.arange(degree + 1) ** 2)[:, 2:].sum(axis=1) > abs(series[:, 1:2]).sum(axis=1)
         for row, i in zip(series[turning], here[turning].tolist(), strict=True):
-            x = turning_points(row)
-            places.append(i + 0.4995 * (1.0 + x))
-            values.append(chebval(x, row))
+            turns = turning_points(row)
+            places.append(i + 0.4995 * (1.0 + turns))
+            values.append(chebval(turns, row))
     return np.concatenate(values)[np.argsort(np.concatenate(places), kind="stable")]
 
 
