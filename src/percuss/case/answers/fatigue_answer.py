@@ -166,8 +166,9 @@ FATIGUE: tuple[Fact[BlowFatigue], ...] = (
     Fact("steel", "steel", "that of the bar, see below", "", lambda one: plain_of(one.steel.steel, STEEL),
          lambda one, _: _line(one.steel.steel, one.steel.name)),
     Fact("tool_steel", "of the tool", "that of the tool", "", lambda one: plain_of(one.steel.tool, STEEL), _tool_line),
-    Fact("", "method", "how cycles are counted and added up", "", "", lambda one, _: "exact turning points of the force, rainflow (ASTM E1049), Goodman "
-         "for means in tension, none in compression; Miner, with Haibach's slope below the limit"),
+    Fact("", "method", "how cycles are counted and added up", "", "",
+         lambda *_: "exact turning points of the force, rainflow (ASTM E1049), Goodman for means in tension, no credit "
+         "for those in compression; Miner, with Haibach's slope below the limit"),
 )  # fmt: skip
 """Fatigue by a blow."""
 
