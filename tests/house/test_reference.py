@@ -328,6 +328,7 @@ ANSWERS = {
         "steady pneumatic-jackleg --reach-of load_factor --modes 0",
     ),
     "compare": ("compare mini-breaker valve-breaker --modes 0 --set pressure=150bar",),
+    "design": ("design valve-drifter --vary ports[0].behind=20:24mm --want blow_rate=1..90Hz --modes 0 --hammers 20",),
     "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
