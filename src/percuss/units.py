@@ -147,7 +147,7 @@ def _in_si(value: object, dimension: str, name: str) -> float:
     if unit[:1] == "," and unit[1:2].isdigit():
         raise UnitError(name, value, accepted, f'write a decimal point: "{text.replace(",", ".", 1)}"')
     if not unit and unit not in _TABLE[dimension][3]:
-        raise UnitError(name, value, accepted, f"did you mean {_both(match[0], dimension)}?")
+        raise UnitError(name, value, accepted, f"did you mean {_likely(match[0], dimension)}?")
     scale = _scale(unit, dimension, name, value)
     number = _product(match[0], scale)
     if not math.isfinite(number):
@@ -335,10 +335,22 @@ def _accepted(dimension: str) -> str:
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension} with its unit, such as {examples}"
 
 
-def _both(number: str, dimension: str) -> str:
-    """A bare number with the SI unit, and the same in the usual unit."""
+_USUAL = {
+    "pressure": (2e4, 1e8, "bar MPa"), "length": (1e-3, 20.0, "m mm"), "area": (1e-6, 1.0, "cm^2 mm^2 m^2"),
+    "force": (10.0, 1e7, "N kN"), "frequency": (0.2, 1e3, "Hz 1/min"), "time": (1e-5, 100.0, "s ms"),
+    "mass": (0.05, 1e5, "kg"), "velocity": (0.01, 100.0, "m/s"), "density": (1e3, 2e4, "kg/m^3 g/cm^3"),
+    "flow": (1e-5, 0.1, "l/min m^3/s"),
+}  # fmt: skip
+"""What hammers have, and the units in which it is likely to be written."""
+
+
+def _likely(number: str, dimension: str) -> str:
+    """A bare number with the first unit that makes it what a hammer has, else the SI unit, and the same in another."""
     unit, usual, _, units = _TABLE[dimension]
-    return f'"{number} {unit}" (= "{float(number) / units[usual]:.6g} {usual}")'
+    least, most, words = _USUAL.get(dimension, (0.0, 0.0, ""))
+    meant = next((one for one in words.split() if least <= abs(float(number)) * units[one] <= most), unit)
+    other = usual if meant != usual else unit
+    return f'"{number} {meant}" (= "{float(number) * units[meant] / units[other]:.6g} {other}")'
 
 
 def _number_remedy(text: str) -> str:

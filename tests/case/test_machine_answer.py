@@ -239,6 +239,15 @@ def test_warnings() -> None:
     assert "does not start from rest" in machine_answer(gas, modes=0).warnings[0]
 
 
+@pytest.mark.parametrize(("keys", "words"), [(("behind",), "places"), (("to",), "demands")])
+def test_ports_that_are_exchanged_are_found_out(keys: tuple[str, ...], words: str) -> None:
+    one, other = PORTS
+    turned = [one | {key: other[key] for key in keys}, other | {key: one[key] for key in keys}]
+    answer = machine_answer(changed({"ports": turned}), modes=0)
+    assert not answer.runs
+    assert f"with the {words} of its two ports exchanged the machine would run" in answer.warnings
+
+
 # -- JSON --
 
 

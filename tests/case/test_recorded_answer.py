@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from percuss.case.answers.recorded_answer import recorded_headline
 from percuss.case.answers.steady_report import summary_of
 from percuss.cli import main
 from percuss.model import Kept, Valve
+from percuss.steady import Interval
 
 PISTON = f"""
 [bar]
@@ -152,3 +154,27 @@ def test_the_machine_is_told_with_every_warning_about_its_record(tmp_path, capsy
     main(["machine", str(file), "--modes", "0"])
     report = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert all(" ".join(warning.split()) in report for warning in history.warnings)
+
+
+def test_a_reading_that_misses_the_record_or_cannot_be_is_doubted_first(tmp_path, capsys) -> None:
+    file, blows = saved(tmp_path, AT), np.loadtxt(tmp_path / "blows.txt")
+    good = recorded_answer(Case.read(file), 0, blows=blows)
+    assert (
+        good.doubts == () and max(map(abs, good.off.values())) < 0.01 and "Do not trust" not in recorded_headline(good)
+    )
+    time, force = np.loadtxt(tmp_path / "force.csv", delimiter=",", skiprows=1).T
+    for column, values, words in (
+        ("force [N]", force + 0.5 * np.ptp(force), "mean force"),
+        ("front [bar]", 1e-2 * force, "no pressure is below −1 bar"),
+    ):
+        rows = (f"{t:.6f},{p:.4f}\n" for t, p in zip(time, values, strict=True))
+        (tmp_path / "force.csv").write_text(f"time [s],{column}\n" + "".join(rows), encoding="utf-8")
+        area = 'area = "10 cm^2"\n' if "bar" in column else ""
+        file.write_text(f'{PISTON}[load]\nkind = "history"\nfile = "force.csv"\n{area}', encoding="utf-8")
+        main(["machine", str(file), "--modes", "0", "--json"])
+        told = json.loads(capsys.readouterr().out)
+        assert any(words in one for one in told["warnings"]), (words, told["warnings"])
+    impossible = replace(good.read, restitution=Interval(1.2, 1.1, 1.3), stiffness=Interval(1e4, 9e3, 1.1e4))
+    doubted = replace(good, read=impossible)
+    assert ["R = 1.2" in doubted.doubts[0], "no gas does" in doubted.doubts[1]] == [True, True]
+    assert recorded_headline(doubted).count("Do not trust it") == 2

@@ -103,7 +103,10 @@ def test_377_radians_a_second_are_60_hertz():
     [
         (0.3, "length", ["length = 0.3", '"300 mm" or "0.3 m"', 'did you mean "0.3 m" (= "300 mm")?']),
         ("0.3", "length", ['did you mean "0.3 m"']),
-        (2, "pressure", ['did you mean "2 Pa"']),
+        (2, "pressure", ['did you mean "2 bar" (= "0.2 MPa")']),
+        (180, "pressure", ['did you mean "180 bar" (= "18 MPa")']),
+        (49, "length", ['did you mean "49 mm" (= "0.049 m")']),
+        (2e6, "compliance", ['did you mean "2000000.0 m^3/Pa"']),
         ("0,3 m", "length", ["decimal point", '"0.3 m"']),
         ("12 Mpa", "pressure", ['did you mean "MPa"?']),
         ("12 mPa", "pressure", ['did you mean "MPa"', 'is written "0.001 Pa"']),  # millipascal to pint

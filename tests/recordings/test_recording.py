@@ -320,6 +320,7 @@ def two(names):
         (bytes(range(128, 256)) * 50, {}, ["is not text"]),
         (b"t [s],p [bar]\n" + rows().encode() + b"\0", {}, ["is not text"]),
         (b"\xff\xfea", {}, ["is not text"]),
+        ("t [s],p [bar]\n" + rows().replace(".", ","), {}, ["line 2", "decimal commas stand between commas", "points"]),
         (two("t [s],p1 [bar],p2 [bar]"), {}, ["more than one column", '"p1" [bar], "p2" [bar]', 'column = "p1"']),
         (two("t [s],p [bar],p [bar]"), {}, ["more than one column", "column = 2"]),
         (two("t [s],p [bar],p [bar]"), {"column": "p"}, ["fits more than one column", "column = 2"]),
@@ -443,9 +444,13 @@ def test_mat(tmp_path):
     io.savemat(path, {"time_s": TIME[:-3], "p_bar": BAR})
     with pytest.raises(HistoryError, match=r'"p" .bar. has 40 samples and "time" .s. 37'):
         read_recording(path)
-    io.savemat(path, {"text": "only"})
-    with pytest.raises(HistoryError, match="holds no array of numbers"):
-        read_recording(path)
+    for content in ({"text": "only"}, {"record": {"t": TIME, "p": BAR}}):
+        io.savemat(path, content)
+        with pytest.raises(HistoryError, match=r"holds no array of numbers — .*not in a struct"):
+            read_recording(path)
+    path.rename(path.with_suffix(".xlsx"))
+    with pytest.raises(HistoryError, match="save the sheet as CSV"):
+        read_recording(path.with_suffix(".xlsx"))
     bad = BAR.copy()
     bad[7] = np.inf
     io.savemat(path, {"time_s": TIME, "p_bar": bad})

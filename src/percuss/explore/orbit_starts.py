@@ -168,7 +168,7 @@ def orbit_seeds(
     return {SIMULATED: _different(np.array(found).reshape(-1, p))}
 
 
-_BLOWS = 120  # of each motion of a machine
+_BLOWS, _FED = 120, 960  # of each motion of a machine, and of one whose pressure has to settle
 
 
 def last_rhythm(machine: Machine, start: Start, motion: Trajectory, blows: int = 1) -> CycleTimes | None:
@@ -206,7 +206,8 @@ def _rhythms(
     with halting(halt):
         for start in starts:
             check_interrupted()
-            motion = run(machine, start, modes=modes, stop=Stop(impacts=_BLOWS))
+            followed = _BLOWS if machine.valve.supply is None else _FED
+            motion = run(machine, start, modes=modes, stop=Stop(impacts=followed))
             events = _heard(motion)
             struck = [i for i, event in enumerate(events) if event[1] == "impact"]
             speeds = motion.blow_speeds

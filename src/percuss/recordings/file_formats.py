@@ -52,7 +52,10 @@ def _arrays_table(
             units.append(unit or own)
             data.append(row.astype(float))
     if not data:
-        raise HistoryError("holds no array of numbers", "save time and force or pressure as plain arrays", file)
+        remedy = "save time and force or pressure as plain arrays"
+        if file.lower().endswith(".mat"):
+            remedy += ", not in a struct: save(file, '-struct', 'name') writes the fields of one"
+        raise HistoryError("holds no array of numbers", remedy, file)
     return RecordedTable(
         file, names, units, [True] * len(data), lambda columns: [data[i] for i in columns], sample_rate=sample_rate
     )

@@ -38,6 +38,12 @@ def read_text(path: Path) -> RecordedTable:
     first = next((n for n, i in enumerate(rows) if form.fits(lines[i])), len(rows))
     if first and form.some_numbers(lines[rows[first - 1]]):
         first -= 1  # a damaged first row, no heading: refused below with its line
+    if first and form.delimiter == "," and 2 * len(form.cells(lines[rows[first - 1]])) == len(form.numeric):
+        raise HistoryError(
+            f"line {rows[first] + 1} has twice as many cells as the headings: decimal commas stand between commas",
+            "save it with decimal points, or with semicolons between the columns",
+            file,
+        )
     names, units = _headings(form, [lines[i] for i in rows[:first]], lines[: rows[min(first, len(rows) - 1)]])
     data = rows[first:]
 
@@ -60,9 +66,10 @@ def _decode(path: Path, file: str) -> str:
         raw = path.read_bytes()
     except OSError as error:
         raise HistoryError(f"cannot be read ({error.strerror})", "check its permissions", file) from None
-    binary = HistoryError(
-        "is not text", "expected rows of numbers; .mat, .h5, .tdms and .wav are recognised by their extension", file
-    )
+    remedy = "expected rows of numbers; .mat, .h5, .tdms and .wav are recognised by their extension"
+    if path.suffix.lower() in (".xlsx", ".xlsm", ".xls", ".ods"):
+        remedy = "save the sheet as CSV: a file of a spreadsheet program is not read"
+    binary = HistoryError("is not text", remedy, file)
     try:
         if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
             return raw.decode("utf-16")

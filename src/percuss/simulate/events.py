@@ -399,9 +399,9 @@ of its supply falls to 0. Each is proved."""
 def machine_label(ended: str, cycle: MotionCycle | None, wanders: bool) -> str:
     """The motion's name, of one that `ended` so, one of `STALLS` among them."""
     # ``runs p/n``, p blows and n valve cycles in a period, as orbits are labelled; ``double blow p/n`` with two blows
-    # or more in a valve cycle; ``runs with rest p/n``; ``cycles without blow``; ``stalls (…)``, see `STALLS`;
-    # ``irregular`` when the last changes of the valve come near none before, or ``undecided`` where too little was
-    # followed to tell.
+    # or more in a valve cycle; ``runs rest/n`` or ``runs chatter/n`` with a rest on the wall; ``cycles without blow``;
+    # ``stalls (…)``, see `STALLS`; ``irregular`` when the last changes of the valve come near none before, or
+    # ``undecided`` where too little was followed to tell.
     if ended in STALLS:
         return f"stalls ({ended})"
     if cycle is None:
@@ -410,7 +410,7 @@ def machine_label(ended: str, cycle: MotionCycle | None, wanders: bool) -> str:
         return "cycles without blow"
     numbers = f"{cycle.impacts}/{cycle.periods}"
     if cycle.kind:
-        return f"runs with rest {numbers}"
+        return f"runs {('rest', 'chatter')[cycle.kind - 1]}/{cycle.periods}"
     return f"double blow {numbers}" if cycle.impacts >= 2 * cycle.periods else f"runs {numbers}"
 
 

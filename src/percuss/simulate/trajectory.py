@@ -107,7 +107,7 @@ class Trajectory(ShortRepr):
         good), ``departed``, ``aperiodic`` (the last 64 impacts come back to no state up to 32 impacts before, to 1e-3
         of phase and speed), ``undecided``; ``rest/?`` or ``chatter/?`` where `period_unresolved`. Of a machine
         ``runs p/n``, p blows and n valve cycles in a period; ``double blow p/n`` with 2 blows or more in a valve cycle;
-        ``runs with rest p/n``; ``cycles without blow``; ``stalls (…)``, see `percuss.simulate.STALLS`;
+        ``runs rest/n``, ``runs chatter/n``; ``cycles without blow``; ``stalls (…)``, see `percuss.simulate.STALLS`;
         ``irregular``, or ``undecided`` where too little was followed to tell.
     cycle
         The periodic motion, or None when none was found.

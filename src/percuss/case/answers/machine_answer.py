@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -218,6 +218,8 @@ def _warnings(answer: MachineAnswer) -> list[str]:
     found, machine = [], answer.machine
     if answer.runs and not answer.motion.starts_from_rest:
         found.append("the machine runs, but does not start from rest on the wall: it must be pushed off")
+    if exchanged := _exchanged(answer):
+        found.append(f"with the {exchanged} of its two ports exchanged the machine would run")
     cycle = answer.cycle
     if cycle is None:
         return found
@@ -239,6 +241,24 @@ def _warnings(answer: MachineAnswer) -> list[str]:
     if _ringing(answer) > _hysteresis(answer):
         found.append("the ports are so near each other that the ringing of the bar may pass both")
     return [*found, *(doubts(cycle) if answer.plausibility else ())]
+
+
+def _exchanged(answer: MachineAnswer) -> str:
+    """What of two ports the wrong one has, of a machine that does not run and then would; "" for nothing."""
+    valve = answer.machine.valve
+    if answer.runs or answer.rigid.runs or len(valve.ports) != 2:
+        return ""
+    one, other = valve.ports
+    for words, name in (("places", "behind"), ("demands", "to")):
+        first, second = getattr(one, name), getattr(other, name)
+        if first is None or second is None:
+            continue
+        ports = replace(one, **{name: second}), replace(other, **{name: first})
+        machine = answer.machine.with_valve(replace(valve, ports=ports))
+        room = answer.motion.room if math.isfinite(answer.motion.room) else None
+        if self_excited_motion(machine, modes=0, room=room).runs:
+            return words
+    return ""
 
 
 def _ringing(answer: MachineAnswer) -> float:

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
 # ---- A recorded load read as a valve, and what of it is told: the reading, the verdict of a clock, the machine
 
 
+_OFF, _SHIFTED = 0.01, 0.2  # of rate and stroke, and of the mean force: a reading farther from the record is none
+
+
 @dataclass(frozen=True)
 class ByClock(ShortRepr):
     """What B77's clock says of the recorded motion: whether it exists, is stable, and its multiplier."""
@@ -77,6 +80,34 @@ class RecordedAnswer(ShortRepr):
         """Whether the machine of the best reading runs."""
         return self.answer.runs
 
+    @property
+    def off(self) -> dict[str, float]:
+        """By how much rate and stroke of the machine are off the record; nothing of one that does not run."""
+        cycle = self.answer.cycle
+        if cycle is None or not self.runs:
+            return {}
+        return {"rate": self.read.period / cycle.period - 1.0, "stroke": cycle.stroke / self.read.stroke - 1.0}
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why the reading is not to be trusted, one sentence each: it misses the record, or has impossible figures."""
+        read = self.read
+        found = [
+            f"{name} of the machine {percent(abs(off))} {'above' if off > 0.0 else 'below'} the record"
+            for name, off in self.off.items()
+            if abs(off) > _OFF
+        ]
+        if read.restitution is not None and not 0.0 <= read.restitution.value <= 1.0:
+            found.append(f"the measured blows ask for R = {number(read.restitution.value, 3)}, which no contact has")
+        if abs(read.mean_change) > _SHIFTED:
+            found.append(
+                f"the motion asks for a mean force {percent(abs(read.mean_change))} "
+                f"{'below' if read.mean_change > 0.0 else 'above'} the recorded one: check areas and zeros"
+            )
+        if read.stiffness.value * read.stroke > max(map(abs, read.forces)):
+            found.append("the gas would grow by more over a stroke than the greatest force of the valve: no gas does")
+        return tuple(found)
+
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss machine --json` prints it for a recorded load.
 
@@ -85,13 +116,16 @@ class RecordedAnswer(ShortRepr):
         read, scale = self.read, Teller.of(self.read.machine).scale
         return {
             **(whole := self.answer.to_json_dict()),
-            "warnings": [*self.warnings, *whole["warnings"]],
+            "warnings": [*self.doubts, *self.warnings, *whole["warnings"]],
             "clock": picked(self.clock, "exists stable multiplier"),
             "recorded": {
                 **picked(read, "phase phases restitution opposing_share cycles"),
                 "period": json_number(read.period * scale("time")),
                 "speed": json_number(read.speed * scale("speed")),
                 "stroke": json_number(read.stroke * scale("length")),
+                "rate_off": json_number(self.off.get("rate")),
+                "stroke_off": json_number(self.off.get("stroke")),
+                "mean_change": json_number(read.mean_change),
                 "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
                 "switches": [_switch(switch, scale) for switch in read.switches],
                 "least_delays": _reading_dict(read.by_ports, scale),
@@ -225,7 +259,8 @@ def recorded_headline(answer: RecordedAnswer) -> str:
     else:
         obstacle = answer.answer.motion.obstacle
         first += f"does not run with one blow a cycle{'' if obstacle is None else f' — {obstacle.words}'}"
-    return f"{first}. Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
+    doubts = "".join(f" Do not trust it: {doubt}." for doubt in answer.doubts)
+    return f"{first}.{doubts} Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
 
 
 def by_clock(answer: RecordedAnswer) -> str:
@@ -300,7 +335,9 @@ def _read_section(answer: RecordedAnswer) -> ReportSection:
         )
         text += " the force falls. If the front chamber is always under supply, it is the ratio of its area to the rear"
         rows.append(("opposing force", f"{text} one"))
-    rows += [("warning", warning) for warning in answer.warnings]
+    for name, off in answer.off.items():
+        rows.append((f"{name} of the machine", f"{'+' if off >= 0.0 else '−'}{percent(abs(off), 2)} beside the record"))
+    rows += [("warning", warning) for warning in (*answer.doubts, *answer.warnings)]
     rows += [("note", note) for note in read.notes]
     return ReportSection("From the record", tuple(rows))
 

@@ -74,22 +74,31 @@ def history_load(table: HistoryLoad, file: str, folder: Path) -> ReadHistory:
         load = Load.history(recording.time, force, frequency=frequency, harmonics=table.harmonics)
         if (counted := getattr(table, "force_scale", None)) is not None:  # of the dimensionless form
             load = load.scaled(1.0 / above_zero("force_scale", counted, "force"))
-        if recording.opposing is not None:  # a limit of one channel hides in the difference of both
-            load = replace(load, report=_with_clipping(load.report, table, recording))
+        load = replace(load, report=_with_channels(load.report, table, recording))
         return ReadHistory(load.acting_at(table.at), recording.notes, recording.time, force)
     except (ParameterError, HistoryError, OSError, ValueError) as error:
         raise _refused(error, table, file) from error
 
 
-def _with_clipping(report: HistoryReport | None, table: HistoryLoad, recording: Recording) -> HistoryReport | None:
-    """The report, with what is to say of either channel by itself."""
+_VACUUM = 1e5  # Pa below the air around, of a gauge
+
+
+def _with_channels(report: HistoryReport | None, table: HistoryLoad, recording: Recording) -> HistoryReport | None:
+    """The report, with what is to say of a channel by itself: a limit hides in the difference of two."""
     from percuss.recordings.history import clipped_share, clipping
 
-    if report is None or recording.opposing is None:
+    if report is None:
         return report
     first = "the first channel" if table.column is None else f"column {table.column}"
-    channels = ((first, recording.values), (f"column {table.opposing_column}", recording.opposing))
-    said = [text for name, values in channels for text in clipping(clipped_share(values), f" of {name}")]
+    channels = [(first, recording.values)]
+    if recording.opposing is not None:
+        channels.append((f"column {table.opposing_column}", recording.opposing))
+    said: list[str] = []
+    for name, values in channels:
+        said += clipping(clipped_share(values), f" of {name}") if len(channels) > 1 else []
+        if recording.quantity == "pressure" and (lowest := float(values.min())) < -_VACUUM:
+            least = f"{lowest / 1e5:.4g} bar"
+            said.append(f"{name} falls to {least}, and no pressure is below −1 bar: check zero and unit of the sensor")
     return replace(report, warnings=(*report.warnings, *said))
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import warnings
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -81,9 +82,9 @@ def implied_by_record(time: Array, force: Array, blows: Array, drag: float) -> I
     """The motion from the first blow to the last (force per mass toward the wall), with rebounds that lead on."""
     through = _Through(time, force, drag)
     parts = []
-    for before, after in pairwise(blows.tolist()):
-        inside = time[(time > before) & (time < after)]
-        t = np.concatenate([[before], inside, [after]])
+    behind, ahead = np.searchsorted(time, blows, side="right").tolist(), np.searchsorted(time, blows).tolist()
+    for i, (before, after) in enumerate(pairwise(blows.tolist())):
+        t = np.concatenate([[before], time[behind[i] : ahead[i + 1]], [after]])
         start = -through.moved(before, after) / float(_faded(drag, after - before))
         u, v = through.from_blow(t, before, start)
         parts.append((t, np.interp(t, time, force), -u, -v))
@@ -95,6 +96,9 @@ def sought_blows(time: Array, force: Array, blows: Array, drag: float, factor: f
     """The times of blows near given ones whose velocity is multiplied by a known factor, −R, or None; ends stay."""
     # With n flights 2n conditions, each ends at the wall and begins with the rebound before it, for n − 1 times and n +
     # 1 speeds.
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import MatrixRankWarning, spsolve
+
     through, n = _Through(time, force, drag), blows.size - 1
     found, period = blows.astype(float).copy(), float(np.mean(np.diff(blows)))
     motion = implied_by_record(time, force, blows, drag)
@@ -111,14 +115,24 @@ def sought_blows(time: Array, force: Array, blows: Array, drag: float, factor: f
             return found
         pb, pe = np.interp(found[:-1], time, force), np.interp(found[1:], time, force)
         begun, ended = pb - drag * begin, pe - drag * end  # V′
-        matrix, i = np.zeros((2 * n, 2 * n + 2)), np.arange(n)
-        matrix[i, i], matrix[i, i + 1] = -begin - begun * ease - start * fade, end + start * fade
-        matrix[i, n + 1 + i] = factor * ease
-        matrix[n + i, i] = -begun * fade + drag * start * fade
-        matrix[n + i, i + 1] = ended - drag * start * fade
-        matrix[n + i, n + 1 + i], matrix[n + i, n + 2 + i] = factor * fade, -1.0
-        free = np.delete(matrix, [0, n], axis=1)
-        step = np.linalg.lstsq(free, -np.concatenate([closed, struck]), rcond=None)[0]
+        flight, speed = np.arange(n), n - 1 + np.arange(n)  # the times between the ends, then the speeds
+        rows = (
+            (flight, flight - 1, -begin - begun * ease - start * fade),
+            (flight, np.where(flight < n - 1, flight, -1), end + start * fade),
+            (flight, speed, factor * ease),
+            (n + flight, flight - 1, -begun * fade + drag * start * fade),
+            (n + flight, np.where(flight < n - 1, flight, -1), ended - drag * start * fade),
+            (n + flight, speed, factor * fade),
+            (n + flight, speed + 1, np.full(n, -1.0)),
+        )
+        i, j, entries = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+        moves = j >= 0  # the ends do not
+        matrix = csc_matrix((entries[moves], (i[moves], j[moves])), shape=(2 * n, 2 * n))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MatrixRankWarning)
+            step = np.asarray(spsolve(matrix, -np.concatenate([closed, struck])))
+        if not np.all(np.isfinite(step)):
+            return None
         longest = float(np.abs(step[: n - 1]).max(initial=0.0)) / (_LONGEST_STEP * period)
         step /= max(1.0, longest)
         found[1:-1] += step[: n - 1]
@@ -197,6 +211,7 @@ WINDOW = 1.0 / 32.0  # of the period: over how long the force is averaged before
 _LEAST = 0.2  # of the range of the force, of a jump
 _SAME = 0.12  # of the range, between levels of one state
 _ROUNDS = 6
+_CLEARLY = 4.0  # times better: an edge that is then on the other side of the blow
 
 
 @dataclass(frozen=True)
@@ -271,6 +286,42 @@ def edge_times(time: Array, force: Array, rough: Array, levels: tuple[Array, Arr
         now = now + np.clip(step, -0.5 * window, 0.5 * window)
     now[(now - window < time[0]) | (now + window > time[-1])] = np.nan
     return now
+
+
+def by_momentum(motion: Implied, edges: Array, levels: Levels) -> tuple[Array, Levels, int]:
+    """The steps whose momentum from blow to blow is nearest to that of a mean cycle, and the same at the next blow.
+
+    A force that falls gradually, before and behind the blow, is no step that has its momentum on both sides: an edge
+    near the blow is tried on either side. The last number is by how many places that turns the edges round.
+    """
+    period = float(motion.blows[-1])
+    near, tries = WINDOW * period, [(edges, 0)]
+    if edges[-1] > period - near:
+        tries.append((np.concatenate([[0.1 * near], edges[:-1]]), 1))
+    if edges[0] < near:
+        tries.append((np.concatenate([edges[1:], [period - 0.1 * near]]), -1))
+    fits = [(*_by_momentum(motion, at, np.roll(levels.at_wall, turn), levels.stiffness), turn) for at, turn in tries]
+    _, edges, at_wall, turn = min(fits, key=lambda one: one[0] * (_CLEARLY if one[-1] else 1.0))
+    return edges, replace(levels, at_wall=at_wall), turn
+
+
+def _by_momentum(motion: Implied, edges: Array, at_wall: Array, stiffness: float) -> tuple[float, Array, Array]:
+    """The sum of squares that is left, the edges and the levels."""
+    t, period = motion.time, float(motion.blows[-1])
+    bare = motion.force - stiffness * motion.behind
+    gained = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(t) * (bare[1:] + bare[:-1]))])
+    weight = np.where(t < t[-1], 1.0, float(t.size))[:, None]
+    left = math.inf
+    for _ in range(_ROUNDS):
+        ends = np.concatenate([[0.0], edges, [period]])
+        spent = np.clip(t[:, None], ends[:-1], ends[1:]) - ends[:-1]
+        spent = spent[:, 1:] + np.pad(spent[:, :1], ((0, 0), (edges.size - 1, 0)))  # the last state goes on at the blow
+        moved = (np.roll(at_wall, 1) - at_wall) * (t[:, None] > edges)
+        rest = gained - spent @ at_wall
+        left = float(np.sum(rest**2))
+        step, *_ = np.linalg.lstsq(weight * np.hstack([spent, moved]), weight[:, 0] * rest, rcond=None)
+        at_wall, edges = at_wall + step[: edges.size], np.clip(edges + step[edges.size :], 0.0, period)
+    return left, edges, at_wall
 
 
 def _samples(force: Array) -> int:

@@ -23,6 +23,7 @@ from percuss.steady.recorded.force_record import (
     Implied,
     Levels,
     MeanCycle,
+    by_momentum,
     edge_times,
     levels_between,
     load_phases,
@@ -388,8 +389,9 @@ def _falling(motion: Implied, time: float, flight: int, last: float) -> Seen:
 
 
 def _farthest(motion: Implied, flight: int) -> float:
-    inside = (motion.time > motion.blows[flight]) & (motion.time < motion.blows[flight + 1])
-    return float(motion.time[inside][np.argmax(motion.behind[inside])])
+    first = int(np.searchsorted(motion.time, motion.blows[flight], side="right"))
+    last = int(np.searchsorted(motion.time, motion.blows[flight + 1]))
+    return float(motion.time[first + int(np.argmax(motion.behind[first:last]))])
 
 
 def _twice(motion: Implied) -> Implied:
@@ -441,6 +443,8 @@ class RecordedValve(ShortRepr):
         Where the record never pulls, so that it leaves out a constant force that pulls the piston back: that force over
         the highest recorded one, estimated so that the blow comes at the switch. With a front chamber that is always
         under supply it is the ratio of the front area to the rear one.
+    mean_change
+        By how much the mean force was taken lower for the motion to be possible, over itself.
     notes
         What was taken for granted, one sentence each.
     """
@@ -461,6 +465,7 @@ class RecordedValve(ShortRepr):
     machine: Machine
     mean_at_switch: float
     opposing_share: float | None
+    mean_change: float
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
@@ -531,7 +536,12 @@ def recorded_valve(
     stiffness = _stiffness(levels, mean.motion)
     if stiffness.value == 0.0:
         levels = levels_between(mean.motion, edges, period, _told(mean), sloped=False)
-    number, forces = levels.states
+    fitted, levels, turn = by_momentum(mean.motion, edges, levels)
+    if cycles is not None:
+        seen = np.roll(cycles.switches, turn, axis=1)
+        early = (fitted - seen + cycles.motion.blows[:-1, None] + 0.5 * period) % period - 0.5 * period
+        cycles = replace(cycles, switches=seen + np.nanmean(early, axis=0))
+    edges, (number, forces) = fitted, levels.states
     switches = tuple(recorded_switch(j, number, forces, edges, mean.motion, cycles, longest) for j in range(edges.size))
     speed = float(mean.motion.speeds[0])
     contact, restitution = _contact(system, cycles, notes)
@@ -562,6 +572,7 @@ def recorded_valve(
         machine=machine,
         mean_at_switch=at_switch,
         opposing_share=share,
+        mean_change=1.0 - mean.system.load.mean / system.load.mean,
         notes=tuple(notes),
     )
 
