@@ -192,16 +192,8 @@ def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
 
 
 def test_a_design_is_saved_and_gone_on_from(percuss, monkeypatch):
-    search = [
-        "--vary",
-        "load.ports[0].behind=8:24mm",
-        "--want",
-        "blow_rate=62..66Hz",
-        "--modes",
-        "0",
-        "--hammers",
-        "60",
-    ]
+    search = ["--vary", "load.ports[0].behind=8:24mm", "--want", "blow_rate=62..66Hz", "--modes", "0"]
+    search += ["--hammers", "60"]
     done = percuss("design", "valve-drifter", "--most", "power", *search, "-o", "best.toml", "--report", "best.html")
     done.told("The best hammer found: percussive power", "at its limits: blow_rate", "62 Hz to 66 Hz", "binds")
     first = percuss("design", "valve-drifter", "--most", "power", *search, "--json").json

@@ -53,11 +53,6 @@ class Span:
         for name, value in (texts | ends).items():
             object.__setattr__(self, name, value)
 
-    def end(self, value: float) -> str:
-        """The end of the range at which a value stands: lower, upper, or neither ("")."""
-        near = _END * (self.high - self.low)
-        return "lower" if value <= self.low + near else "upper" if value >= self.high - near else ""
-
     @classmethod
     def parsed(cls, words: str) -> Span:
         """From ``NAME=LOW:HIGH``, numbers with or without a unit.
@@ -302,12 +297,18 @@ def best_report(answer: BestAnswer) -> Report:
     return Report(answer.own.title, summary, tone, sections)
 
 
+def range_end(span: Span, value: float) -> str:
+    """The end of its range at which a value stands: lower, upper, or neither ("")."""
+    near = _END * (span.high - span.low)
+    return "lower" if value <= span.low + near else "upper" if value >= span.high - near else ""
+
+
 def sizes(spans: Sequence[Span], own_values: Sequence[float | None], values: Sequence[float]) -> Grid:
     """What varied, before and after."""
     rows = []
     for span, own, best in zip(spans, own_values, values, strict=True):
         unit = f" {span.unit}" if span.unit else ""
-        end = f", at the {which} limit" if (which := span.end(best)) else ""
+        end = f", at the {which} limit" if (which := range_end(span, best)) else ""
         was = "-" if own is None else f"{number(own, 6)}{unit}"
         rows.append((span.name, was, f"{number(best, 6)}{unit}{end}", _change(own, best)))
     return Grid("Sizes", ("key", "the case", "best", "change"), tuple(rows))

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.exploring.best_answer import Span, own_value, ranged_keys, rounded, sizes
+from percuss.case.answers.exploring.best_answer import Span, own_value, range_end, ranged_keys, rounded, sizes
 from percuss.case.answers.exploring.comparison import Comparison, compare
-from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, json_number, number
+from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, json_number, number, picked
 from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
 from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import ParameterError, PercussError
-from percuss.model.checks import Array, callback, count, flag, instance, several, text
+from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
 from percuss.search import SearchProgress, Trial, best_place
 from percuss.short_repr import ShortRepr
 
@@ -47,6 +47,9 @@ class Limit:
 
     def __post_init__(self) -> None:
         whole_figure(text("figure", self.figure))
+        for name in ("low", "high"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, finite(name, getattr(self, name)))
         ends = [end for end in (self.low, self.high) if end is not None]
         if not ends or (len(ends) == 2 and not ends[0] < ends[1]):
             raise ParameterError(self.figure, ends, "a least value, a greatest one, or both, the smaller one first")
@@ -62,7 +65,8 @@ class Limit:
         >>> Limit.parsed("blow_rate=60..70 Hz", "want", True)
         Limit(figure='blow_rate', low=60.0, high=70.0)
         """
-        name, sign, value = (word.strip() for word in text(sense, words).partition("="))
+        choice("sense", sense, "want", "below", "above")
+        name, sign, value = (word.strip() for word in text("words", words).partition("="))
         figure = whole_figure(name)
         low, dots, high = (word.strip() for word in value.partition(".."))
         if not sign or not value or bool(dots) != (sense == "want"):
@@ -70,23 +74,24 @@ class Limit:
             raise ParameterError(sense, words, told, "such as blow_rate=60..70Hz" if sense == "want" else "")
         if dots and not parsed_quantity(low)[1]:
             low = f"{low} {parsed_quantity(high)[1]}".strip()
-        ends = [figure.given(name, one, is_si) for one in (low, high) if one]
+        ends = [figure.given(name, one, flag("is_si", is_si)) for one in (low, high) if one]
         if sense == "want":
             return cls(name, *ends)
         return cls(name, high=ends[0]) if sense == "below" else cls(name, low=ends[0])
 
-    def slacks(self, value: float) -> tuple[float, ...]:
-        """How far a value is inside each end, as a share of it; negative beyond."""
-        ends = [(end, sign) for end, sign in ((self.low, 1.0), (self.high, -1.0)) if end is not None]
-        return tuple(sign * (value - end) / (abs(end) or 1.0) for end, sign in ends)
 
-    def tell(self, is_si: bool) -> str:
-        """In words."""
-        figure = whole_figure(self.figure)
-        low, high = (None if end is None else figure.tell(end, is_si) for end in (self.low, self.high))
-        if low is not None and high is not None:
-            return f"{low} to {high}"
-        return f"at most {high}" if low is None else f"at least {low}"
+def _slacks(limit: Limit, value: float) -> tuple[float, ...]:
+    """How far a value is inside each end, as a share of it; negative beyond."""
+    ends = [(end, sign) for end, sign in ((limit.low, 1.0), (limit.high, -1.0)) if end is not None]
+    return tuple(sign * (value - end) / (abs(end) or 1.0) for end, sign in ends)
+
+
+def _words(limit: Limit, is_si: bool) -> str:
+    figure = whole_figure(limit.figure)
+    low, high = (None if end is None else figure.tell(end, is_si) for end in (limit.low, limit.high))
+    if low is not None and high is not None:
+        return f"{low} to {high}"
+    return f"at most {high}" if low is None else f"at least {low}"
 
 
 @dataclass(frozen=True)
@@ -136,7 +141,7 @@ class DesignAnswer(ShortRepr):
         found: dict[str, float] = {}
         for limit in self.limits:
             value = self.best.value(limit.figure)
-            over = 1.0 if value is None else max(-slack for slack in limit.slacks(value))
+            over = 1.0 if value is None else max(-slack for slack in _slacks(limit, value))
             if over > _MISSED:
                 found[limit.figure] = max(over, found.get(limit.figure, 0.0))
         return found
@@ -150,13 +155,13 @@ class DesignAnswer(ShortRepr):
     def binding(self) -> tuple[str, ...]:
         """The figures that stand at a limit."""
         values = [(limit, self.best.value(limit.figure)) for limit in self.limits]
-        near = (one.figure for one, x in values if x is not None and min(map(abs, one.slacks(x))) < _BINDS)
+        near = (one.figure for one, x in values if x is not None and min(map(abs, _slacks(one, x))) < _BINDS)
         return tuple(dict.fromkeys(near))
 
     @property
     def ends(self) -> dict[str, str]:
         """Of what stands at an end of its range, which: lower or upper."""
-        return {s.name: end for s, x in zip(self.spans, self.values, strict=True) if (end := s.end(x))}
+        return {s.name: end for s, x in zip(self.spans, self.values, strict=True) if (end := range_end(s, x))}
 
     @property
     def summary(self) -> str:
@@ -172,7 +177,7 @@ class DesignAnswer(ShortRepr):
         if self.excess:
             worst = max(self.excess, key=lambda name: self.excess[name])
             label, has = whole_figure(worst).label, self._tell(worst, 1)
-            asked = " and ".join(limit.tell(row.is_si) for limit in self.limits if limit.figure == worst)
+            asked = " and ".join(_words(limit, row.is_si) for limit in self.limits if limit.figure == worst)
             others = [name for name in self.excess if name != worst]
             rest = f"{', '.join(others)} missed, too" if others else "all others are kept"
             over = number(100.0 * self.excess[worst], 3)
@@ -197,10 +202,9 @@ class DesignAnswer(ShortRepr):
         together = zip(self.spans, self.own_values, self.values, strict=True)
         return {
             "case": self.comparison.cases[0].file, "title": self.comparison.cases[0].title, "summary": self.summary,
-            "figure": self.figure, "greatest": self.greatest, "runs": self.best.runs, "allowed": self.allowed,
-            "hammers": self.hammers, "seed": self.seed, "complete": self.complete,
+            **picked(self, "figure greatest allowed hammers seed complete"), "runs": self.best.runs,
             "varied": [
-                {"name": s.name, "unit": s.unit, "low": s.low, "high": s.high, "own": was, "best": x, "end": s.end(x)}
+                {**picked(s, "name unit low high"), "own": was, "best": x, "end": range_end(s, x)}
                 for s, was, x in together
             ],
             "limits": [
@@ -228,7 +232,7 @@ class DesignAnswer(ShortRepr):
             state = state if over is None else f"missed by {number(100.0 * over, 3)} %"
             told = (
                 whole_figure(name).label,
-                limit.tell(self.case.is_si),
+                _words(limit, self.case.is_si),
                 self._tell(name, 0),
                 self._tell(name, 1),
                 state,
@@ -303,6 +307,7 @@ def design(
     own_values = tuple(
         own_value(case, key, span.unit) for key, span in zip(ranged_keys(family, spans), spans, strict=True)
     )
+    modes = None if modes is None else count("modes", modes, least=0)
     coarse = _COARSE if modes is None else min(_COARSE, modes)
     asked = {name: whole_figure(name) for name in (text("figure", figure), *(limit.figure for limit in limits))}
     own = family.whole({}, modes=coarse)
@@ -326,7 +331,7 @@ def design(
             return Trial(None, None)
         if one.runs:
             ran.append((place, kept, replace(one)))  # without what it has computed
-        slacks = [slack for limit in limits for slack in limit.slacks(has[limit.figure] or 0.0)]
+        slacks = [slack for limit in limits for slack in _slacks(limit, has[limit.figure] or 0.0)]
         fault = 0.0 if one.runs else 1.0 + max(0.0, -(one.value("margin") or 0.0))
         return Trial(None, has[figure], tuple(slacks), fault)
 
