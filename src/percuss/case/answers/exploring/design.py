@@ -290,10 +290,10 @@ def design(
     --------
     >>> from percuss.case import load_case
     >>> spans = [Span.parsed("load.ports[0].behind=8:24mm")]
-    >>> limits = [Limit.parsed("blow_rate=45..60 Hz", "want", True)]
-    >>> found = design(load_case("valve-drifter"), spans, "blow_energy", limits, modes=0, most=40)
+    >>> limits = [Limit.parsed("flow=60 l/min", "below", True)]
+    >>> found = design(load_case("valve-drifter"), spans, "blow_energy", limits, modes=0, most=80)
     >>> found.binding, found.allowed
-    (('blow_rate',), True)
+    (('flow',), True)
     """
     checked_case(case)
     spans = tuple(instance("spans", span, Span) for span in several("spans", spans, "a list of Span"))
