@@ -209,6 +209,21 @@ def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
     assert best.efficiency == found["figures"]["rock_efficiency"]["best"] >= found["figures"]["rock_efficiency"]["own"]
 
 
+def test_a_design_is_saved_and_gone_on_from(percuss, monkeypatch):
+    search = ["--vary", "load.ports[0].behind=8:24mm", "--want", "blow_rate=62..66Hz", "--modes", "0"]
+    search += ["--hammers", "60"]
+    done = percuss("design", "valve-drifter", "--most", "power", *search, "-o", "best.toml", "--report", "best.html")
+    done.told("The best hammer found: percussive power", "at its limits: blow_rate", "62 Hz to 66 Hz", "binds")
+    first = percuss("design", "valve-drifter", "--most", "power", *search, "--json").json
+    heard = iter([True, False, True])
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.share", lambda *_: next(heard))
+    none = percuss("design", "best.toml", *search)
+    assert none.code == 130 and "nothing has been found yet" in none.err
+    cut = percuss("design", "best.toml", "--most", "power", *search, "--json")
+    assert cut.code == 130 and "interrupted: the best of 1 hammers so far" in cut.err
+    assert cut.json["varied"][0]["best"] == first["varied"][0]["best"] and cut.json["allowed"]
+
+
 def test_a_range_above_what_the_case_has(percuss):
     """The case itself is not tried, and may be better."""
     found = percuss(*SEARCH[:5], "bar.length=30:60mm", "--blows", "30", "--json").json

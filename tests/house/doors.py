@@ -113,7 +113,7 @@ MEANT = (
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
         simulate.Trajectory.section.displacement simulate.Trajectory.section.velocity
-        case.orbits_answer.seed case.best_answer.seed blow.fatigue.blow
+        case.orbits_answer.seed case.best_answer.seed case.design.seed blow.fatigue.blow
         """,
     ),
     (
@@ -136,7 +136,7 @@ MEANT = (
     ),
     ("-1, empty, nan", "steady.grows.phases"),
     ("None, empty, dict", "simulate.Starts.states"),
-    ("empty", "case.compare.names"),
+    ("empty", "case.compare.names case.design.limits"),
     (", ".join(set(WRONG) - {"None"}), "case.recorded_answer.blows"),  # of a machine without a record
     ("-1", "simulate.Trajectory.section.phase"),
     ("-1, empty", "blow.Trace.*.time model.Load.on_steps.error *.t *.phase *.times *.mean *.load_factor"),
@@ -295,6 +295,8 @@ class Arguments:
             cases.compare([drilling, drilling], modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
+            cases.design(drilling, [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")], "power", modes=0, most=20),
+            cases.Limit("power", 1.0),
         ]  # fmt: skip
         for one in found:
             yield type(one).__name__, one
@@ -434,6 +436,10 @@ class Arguments:
             "case.Span": range_,
             "case.Span.parsed": {"words": "bar.length=100:300mm"},
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
+            "case.design": {"case": drilling, "spans": [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")]}
+            | {"figure": "power", "limits": [cases.Limit("power", 1.0)], "modes": 0, "most": 20},
+            "case.Limit": {"figure": "power", "low": 1.0, "high": 2.0},
+            "case.Limit.parsed": {"words": "power=1 W", "sense": "above", "is_si": True},
             "case.machine_*": {"case": drilling},
             "case.recorded_answer": {"case": Case.from_text(SQUARE)},
             "case.steady_answer": {"periods": [1], "modes": 4, "starts": 0},

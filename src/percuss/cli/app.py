@@ -59,6 +59,7 @@ class _Neutral:
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
+    "design": "the best hammer within ranges, under limits of any of its figures",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
     "simulate": "how a hammer moves from a start, impact by impact",
     "orbits": "motions with several impacts in a cycle, stable and unstable",
@@ -78,8 +79,9 @@ COMMANDS = {
 }
 
 _FILES = {
-    "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow", "serve": "serve",
-    "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
+    "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow",
+    "design": "design", "serve": "serve", "maps": "sweep experiment basins",
+    "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 
 

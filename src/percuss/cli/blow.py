@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -22,6 +21,7 @@ from percuss.cli.arguments import (
     option,
     plot_option,
     whole,
+    write_case,
 )
 from percuss.errors import CaseError, HistoryError, ParameterError, PercussError, UnitError
 from percuss.units import si
@@ -29,8 +29,8 @@ from percuss.units import si
 if TYPE_CHECKING:
     import argparse
 
-    from percuss.blow.best import BestProgress
     from percuss.case import BlowAnswer, Case
+    from percuss.search import SearchProgress
 
 _BLOWS = 1500
 
@@ -236,24 +236,13 @@ def _best(parser: Parser, options: argparse.Namespace) -> int:
     most, seed = options.blows or _BLOWS, options.seed or 0
     with watching(parser, _PATIENCE) as watch:
 
-        def progress(now: BestProgress) -> bool:
-            return watch.share(now.fraction, f"{min(now.blows, now.most)} of {now.most} blows")
+        def progress(now: SearchProgress) -> bool:
+            return watch.share(now.fraction, f"{min(now.tried, now.most)} of {now.most} blows")
 
         answer = best_answer(case, spans, options.best, below=below, seed=seed, most=most, progress=progress)
     if options.output is not None:
-        from percuss.atomic_write import write_whole
-
-        write_whole(options.output, _text(answer.case, options.output))
+        write_case(answer.case, options.output)
     return answered(
         options, answer.to_json_dict, lambda: best_report(answer), lambda: plot.best(answer), indent=1,
         cut="" if answer.complete else f"the best of {answer.blows} blows so far", case=options.output,
     )  # fmt: skip
-
-
-def _text(case: Case, path: str) -> str:
-    """The case as a file at a path; a recording is named from the folder of the file."""
-    name = getattr(case.tables.load, "file", None)
-    if name is None or os.path.isabs(name):
-        return case.to_toml()
-    there = os.path.relpath(case.folder / name, os.path.dirname(path) or ".")
-    return case.varied({"load.file": there.replace(os.sep, "/")}).to_toml()
