@@ -117,13 +117,13 @@ def test_what_is_ended_keeps_the_best_so_far(after):
         tried.append(matched(values))
         return tried[-1]
 
-    found = best_blow(struck, [(0.02, 0.6)], most=40, progress=lambda now: now.blows >= after)
+    found = best_blow(struck, [(0.02, 0.6)], most=40, progress=lambda now: now.tried >= after)
     assert not found.complete and found.blows == after == len(tried)
     assert found.value == max(blow.rock_work for blow in tried)
 
 
 def test_what_is_ended_before_it_began_is_interrupted():
-    with pytest.raises(Interrupted, match="no blow has been found yet"):
+    with pytest.raises(Interrupted, match="nothing has been found yet"):
         best_blow(matched, [(0.1, 0.2)], most=40, progress=lambda now: True)
 
 

@@ -12,6 +12,7 @@ import pytest
 
 from cli_cases import WAVES
 from percuss.case import Case, Span, best_answer, blow_answer, load_case, machine_answer
+from percuss.case.answers.fatigue_answer import LEFT_OUT
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
 from percuss.errors import CaseError, ParameterError
@@ -46,6 +47,23 @@ def test_a_bar_on_a_wall_is_that_of_st_venant(struck):
     done = struck(ST_VENANT)
     done.told("gives nothing to the wall: R = 1", "the case has no [tool]: the bar strikes a rigid wall")
     done.told("In closed form", "the waves give 1.271 kN")
+
+
+def test_fatigue_tells_what_governs_first_and_what_it_leaves_out(struck):
+    case = (
+        ST_VENANT.replace("0.1 m/s", "20 m/s")
+        + '[tool]\nsections = [{length = "3 m", diameter = "20 mm"}]\nend = "free"\n'
+    )
+    done = struck(case, "--fatigue")
+    done.told("Governs: rod 0, ", "the case has no [steel]: 42CrMo4 QT is assumed", LEFT_OUT, "Fatigue of the sections")
+    assert done.out.splitlines()[2].startswith("Governs: ")
+    struck(case, "--best", "peak-stress", "--vary", "length=0.1:1m", "--fatigue").refused("--fatigue")
+
+
+def test_a_dimensionless_case_has_no_fatigue(struck):
+    plain = "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.5\n[tool]\nimpedance = 40.0\n[blow]\nvelocity = 0.1\n"
+    struck(plain, "--fatigue").refused("struck.toml: a dimensionless case has no stresses, and so no fatigue")
+    struck(plain + "[steel]\nslope = 5\n").refused("a dimensionless case has no stresses, and so no fatigue")
 
 
 def test_the_report_tells_where_the_energy_went_and_what_formulas_say(percuss):
@@ -189,6 +207,21 @@ def test_ctrl_c_ends_with_the_best_so_far(percuss, monkeypatch):
     assert found["complete"] is False and found["blows"] == 11
     best = blow_answer(Case.read("best.toml")).blow
     assert best.efficiency == found["figures"]["rock_efficiency"]["best"] >= found["figures"]["rock_efficiency"]["own"]
+
+
+def test_a_design_is_saved_and_gone_on_from(percuss, monkeypatch):
+    search = ["--vary", "load.ports[0].behind=8:24mm", "--want", "blow_rate=62..66Hz", "--modes", "0"]
+    search += ["--hammers", "60"]
+    done = percuss("design", "valve-drifter", "--most", "power", *search, "-o", "best.toml", "--report", "best.html")
+    done.told("The best hammer found: percussive power", "at its limits: blow_rate", "62 Hz to 66 Hz", "binds")
+    first = percuss("design", "valve-drifter", "--most", "power", *search, "--json").json
+    heard = iter([True, False, True])
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.share", lambda *_: next(heard))
+    none = percuss("design", "best.toml", *search)
+    assert none.code == 130 and "nothing has been found yet" in none.err
+    cut = percuss("design", "best.toml", "--most", "power", *search, "--json")
+    assert cut.code == 130 and "interrupted: the best of 1 hammers so far" in cut.err
+    assert cut.json["varied"][0]["best"] == first["varied"][0]["best"] and cut.json["allowed"]
 
 
 def test_a_range_above_what_the_case_has(percuss):

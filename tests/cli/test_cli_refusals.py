@@ -16,6 +16,7 @@ STARTS = f"{BASINS} --x time=0:6:4 --y velocity=-6:-1:3"
 SWEEP = "sweep case.toml --x restitution=0:1:3"
 FOLLOW = "follow other.toml --along mean=0.5:1"
 BEST = "blow laboratory-striker --best efficiency --vary"
+DESIGN = "design valve-drifter --vary"
 
 REFUSED = """
 stedy                                                   | unknown command 'stedy' | did you mean 'steady'?
@@ -176,12 +177,24 @@ BEST restitution=0:1                                    | a key of the case
 BEST load.scale=1:2                                     | a key of the case
 BEST bar.length=1:2                                     | such as bar.length=1:2mm
 BEST bar.length=1:2mm --blows 3                         | 20 or greater
+DESIGN bar.diameter=45:50mm --most blow_enrgy           | did you mean 'blow_energy'
+DESIGN bar.diameter=45:50mm --below colour=3            | rock_power
+DESIGN bar.diameter=45:50mm --below steel.stress=250    | unit
+DESIGN bar.diameter=45:50mm --want blow_rate=60Hz       | FIGURE=LOW..HIGH
+DESIGN bar.diameter=45:50mm --want 'blow_rate=70..60Hz' | the smaller one first
+DESIGN bar.diameter=50:45mm                             | smaller end first
+DESIGN bar.diameter=45:50                               | such as bar.diameter=45:50mm
+DESIGN colour=45:50mm                                   | a key of the case
+DESIGN bar.diameter=45:50mm --most power --least stroke | one figure is looked for
+DESIGN bar.diameter=45:50mm --hammers 3                 | 20 or greater
+design valve-drifter --most power                       | say what may vary
+design heavy-drifter --most flow --vary contact.restitution=0.1:0.2 | a figure that this hammer has
 paper fig9 -o x                                         | NAME: 'fig9' | fig6, fig7, fig8, elastic, claims and all
 paper claim -o x                                        | did you mean 'claims'
 paper fig2                                              | -o
 paper fig2 -o case.toml                                 | not a directory
 """  # noqa: E501
-SHORT = {"SWEEP": SWEEP, "STARTS": STARTS, "BASINS": BASINS, "FOLLOW": FOLLOW, "BEST": BEST}
+SHORT = {"SWEEP": SWEEP, "STARTS": STARTS, "BASINS": BASINS, "FOLLOW": FOLLOW, "BEST": BEST, "DESIGN": DESIGN}
 TABLE = [tuple(part.strip() for part in line.split(" | ")) for line in REFUSED.strip().splitlines()]
 
 

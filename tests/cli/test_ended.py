@@ -23,6 +23,7 @@ COMMANDS = {
     "claims": ["paper", "claims", "--full", "-o", "audit"],
     "best": ["blow", "stepped-drifter", "--best", "efficiency", "--vary", "bar.sections[2].length=50:150mm",
              "--blows", "90000"],
+    "design": ["design", "valve-drifter", "--vary", "bar.diameter=45:50mm", "--hammers", "90000"],
     "sweep in an archive": ["sweep", *LONG, *PLANE, "-o", "a.zarr"],
 }  # fmt: skip
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import inf
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from percuss.blow.figures import FIGURES, BlowOutcome
-from percuss.errors import ConvergenceError, Interrupted, ParameterError, PercussError, extra_package
-from percuss.model.checks import Array, callback, choice, count, finite, positive
+from percuss.errors import ConvergenceError, ParameterError, PercussError
+from percuss.model.checks import callback, choice, count, finite, positive
+from percuss.search import SearchProgress, Trial, best_place
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
@@ -23,14 +21,6 @@ OBJECTIVES = {
     "peak-stress": ("peak_stress", -1.0),
 }
 """What a search may look for: the figure, and whether more of it is better (1) or less (−1)."""
-
-_NONE = 1e9  # cost of a blow that there is not
-
-_LOCAL = 0.25  # share of the blows that is kept for the search around the best place
-
-_PER_RANGE = 10  # places per range in each generation
-
-_EDGE = 0.05  # of the first simplex, inside the unit cube
 
 
 @dataclass(frozen=True)
@@ -49,72 +39,6 @@ class Best:
     complete: bool = True
 
 
-@dataclass(frozen=True)
-class BestProgress:
-    """How far a search has come: blows computed, of about how many."""
-
-    blows: int
-    most: int
-
-    @property
-    def fraction(self) -> float:
-        """0 to 1."""
-        return min(self.blows / self.most, 1.0)
-
-
-class _Ended(Exception):
-    """The progress callback has ended the search."""
-
-
-@dataclass
-class _Search:
-    """Costs of places in the unit cube: above the limit by how much, else below 0 (Deb 2000); keeps the best."""
-
-    made: Callable[[tuple[float, ...]], Blow]
-    ranges: Array
-    objective: str
-    below: float | None
-    most: int
-    progress: Callable[[BestProgress], object] | None
-    blows: int = 0
-    cost: float = inf
-    best: tuple[tuple[float, ...], Blow, float] | None = None
-    refused: PercussError | None = None
-
-    def place(self, values: Sequence[float]) -> Array:
-        """Where values lie in the unit cube."""
-        low, high = self.ranges.T
-        return np.asarray(np.clip((np.asarray(values, dtype=float) - low) / (high - low), 0.0, 1.0))
-
-    def __call__(self, place: Array) -> float:
-        if self.progress is not None and self.progress(BestProgress(self.blows, self.most)):
-            raise _Ended
-        self.blows += 1
-        low, high = self.ranges.T
-        values = tuple(np.clip(low + (high - low) * np.asarray(place), low, high).tolist())
-        try:
-            blow = self.made(values)
-            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
-                raise ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
-        except Interrupted:
-            raise
-        except PercussError as error:
-            self.refused = error
-            return _NONE
-        figure, sign = OBJECTIVES[self.objective]
-        value = FIGURES[figure].value(blow)
-        if value is None:
-            return _NONE
-        stress = (FIGURES["peak_stress"].value(blow) or 0.0) if self.below is not None else 0.0
-        if self.below is not None and stress > self.below:
-            cost = stress / self.below - 1.0
-        else:
-            cost = -value if sign > 0.0 else -1.0 / max(value, 1e-300)
-        if cost < self.cost:
-            self.cost, self.best = cost, (values, blow, value)
-        return cost
-
-
 def best_blow(
     made: Callable[[tuple[float, ...]], Blow],
     ranges: Sequence[tuple[float, float]],
@@ -124,9 +48,9 @@ def best_blow(
     first: Sequence[float] | None = None,
     seed: int = 0,
     most: int = 1500,
-    progress: Callable[[BestProgress], object] | None = None,
+    progress: Callable[[SearchProgress], object] | None = None,
 ) -> Best:
-    """The best blow within ranges: differential evolution (Storn & Price 1997), then a simplex (Nelder & Mead 1965).
+    """The best blow within ranges, by `percuss.search.best_place`.
 
     Parameters
     ----------
@@ -139,7 +63,7 @@ def best_blow(
     seed, most
         Of the random places: the same seed finds the same blow. About how many blows are computed.
     progress
-        Called before each blow with a `BestProgress`; something true ends the search with the best so far.
+        Called before each blow with a `SearchProgress`; something true ends the search with the best so far.
 
     Raises
     ------
@@ -162,51 +86,26 @@ def best_blow(
     (0.4, 0.322)
     """
     choice("objective", objective, *OBJECTIVES)
-    limits = np.array([_range(i, one) for i, one in enumerate(ranges)]).reshape(-1, 2)
-    if not limits.size:
+    limits = [_range(i, one) for i, one in enumerate(ranges)]
+    if not limits:
         raise ParameterError("ranges", ranges, "one range or more")
     most, seed = count("most", most, 20, 10**7), count("seed", seed, 0, 2**32 - 1)
     callback("progress", progress)
-    search = _Search(made, limits, objective, None if below is None else positive("below", below), most, progress)
-    complete = True
-    try:
-        _searched(search, first, seed)
-    except _Ended:
-        complete = False
-    if search.best is None and not complete:
-        raise Interrupted(search.blows, most, None, "no blow has been found yet")
-    if search.best is None:
-        why = "" if search.refused is None else f"the last refusal: {search.refused}"
-        raise ParameterError("ranges", limits.tolist(), "ranges in which a blow has this figure", why)
-    values, blow, value = search.best
-    return Best(values, blow, value, search.cost < 0.0, search.blows, complete)
+    limit = None if below is None else positive("below", below)
+    figure, sign = OBJECTIVES[objective]
 
+    def trial(values: tuple[float, ...]) -> Trial[Blow]:
+        blow = made(values)
+        if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
+            raise ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
+        slacks = () if limit is None else (1.0 - (FIGURES["peak_stress"].value(blow) or 0.0) / limit,)
+        return Trial(blow, FIGURES[figure].value(blow), slacks)
 
-def _searched(search: _Search, first: Sequence[float] | None, seed: int) -> None:
-    extra_package("scipy", "io")
-    from scipy.optimize import Bounds, differential_evolution, minimize
-
-    start = None
-    if first is not None:
-        start = search.place(first)
-        search(start)
-    ranges = len(search.ranges)
-    size = max(5, _PER_RANGE * ranges)
-    rounds = max(1, int((1.0 - _LOCAL) * search.most) // size - 1)
-    unit = Bounds(np.zeros(ranges), np.ones(ranges))
-    differential_evolution(
-        search, unit, popsize=_PER_RANGE, maxiter=rounds, tol=1e-4, seed=seed, polish=False, x0=start
-    )
-    if search.best is None:
-        return
-    place = search.place(search.best[0])
-    options: Any = {
-        "maxfev": max(10, int(_LOCAL * search.most)),
-        "xatol": 1e-6,
-        "fatol": 1e-9 * abs(search.cost),
-        "initial_simplex": [place, *(place + np.diag(np.where(place + _EDGE <= 1.0, _EDGE, -_EDGE)))],
-    }
-    minimize(search, place, method="Nelder-Mead", bounds=unit, options=options)
+    found = best_place(trial, limits, greatest=sign > 0.0, first=first, seed=seed, most=most, progress=progress)
+    if found is None or isinstance(found, PercussError):
+        why = "" if found is None else f"the last refusal: {found}"
+        raise ParameterError("ranges", limits, "ranges in which a blow has this figure", why)
+    return Best(found.values, found.trial.thing, found.trial.value or 0.0, found.allowed, found.tried, found.complete)
 
 
 def _range(number: int, given: tuple[float, float]) -> tuple[float, float]:

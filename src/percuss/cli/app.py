@@ -59,6 +59,7 @@ class _Neutral:
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
+    "design": "the best hammer within ranges, under limits of any of its figures",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
     "tolerance": "what tolerances do to it: the spread of its figures, what dominates",
     "simulate": "how a hammer moves from a start, impact by impact",
@@ -79,9 +80,9 @@ COMMANDS = {
 }
 
 _FILES = {
-    "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow", "serve": "serve",
-    "tolerance": "tolerance",
-    "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
+    "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow",
+    "design": "design", "tolerance": "tolerance", "serve": "serve",
+    "maps": "sweep experiment basins",    "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-from percuss.errors import CaseError, MissingExtraError, PercussError, UsageError
+from percuss.errors import CaseError, Interrupted, MissingExtraError, PercussError, UsageError
 
 if TYPE_CHECKING:
     from percuss.case import Case
@@ -282,6 +282,9 @@ def orbit_label(text: str) -> str:
 
 CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name")
 JSON = option("--json", "print the answer as JSON")
+REPORT = made(
+    "--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")
+)
 NO_PLAUSIBILITY = option("--no-plausibility", "say nothing of figures that no hammer has, such as 30 m/s or 900 bar")
 
 
@@ -323,12 +326,23 @@ def named_case(name: str) -> Case:
     return Case.read(name)
 
 
+def write_case(case: Case, path: str) -> None:
+    """Write a case as a file; a recording is named from the folder of the file."""
+    from percuss.atomic_write import write_whole
+
+    name = getattr(case.tables.load, "file", None)
+    if name is not None and not os.path.isabs(name):
+        there = os.path.relpath(case.folder / name, os.path.dirname(path) or ".")
+        case = case.varied({"load.file": there.replace(os.sep, "/")})
+    write_whole(path, case.to_toml())
+
+
 @contextmanager
 def of_file(case: Case) -> Iterator[None]:
     """Errors of the floors below, which do not know the file, told with it."""
     try:
         yield
-    except CaseError:
+    except (CaseError, Interrupted):
         raise
     except PercussError as error:
         raise PercussError(f"{case.file}: {error.message}", error.remedy) from error

@@ -16,6 +16,7 @@ from percuss.cli.arguments import (
     JSON,
     NETCDF,
     NO_PLAUSIBILITY,
+    REPORT,
     Parser,
     command,
     events,
@@ -44,14 +45,10 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
-    from percuss.plot.html_report import Answer
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
 MAX_STARTS = 1000
-REPORT = made(
-    "--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")
-)
 
 
 @command(
@@ -92,7 +89,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one case; a machine that switches itself has an answer of its own."""
     from percuss import plot
     from percuss.case.answers.steady_report import steady_report
-    from percuss.cli.report_printing import answered
+    from percuss.cli.report_printing import answered, filed
 
     case, cut = named_case(options.case), ""
     reaches = options.reach or options.reach_of is not None
@@ -123,20 +120,11 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
-    _filed(options, case, answer)
+    filed(options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1, cut=cut,
         report=options.report,
     )  # fmt: skip
-
-
-def _filed(options: argparse.Namespace, case: Case, answer: Answer) -> None:
-    """Write the report as a file, where one is wanted."""
-    if options.report is not None:
-        from percuss.atomic_write import write_whole
-        from percuss.plot.html_report import report_html
-
-        write_whole(options.report, report_html(case, answer))
 
 
 _NOT_OF_STRUCTURES = {
@@ -260,7 +248,7 @@ def _told_machine(
 ) -> int:
     """The answer for a machine, or for a record that was read as one, written and printed."""
     from percuss import plot
-    from percuss.cli.report_printing import answered
+    from percuss.cli.report_printing import answered, filed
 
     answer = replace(answer, plausibility=not options.no_plausibility)
     record = None if record is None else replace(record, answer=answer)
@@ -284,7 +272,7 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    _filed(options, case, record or answer)
+    filed(options, case, record or answer)
     files = {"table": output, "report": options.report}
     return answered(options, told, report, lambda: plot.machine(answer), indent=1, cut=cut, **files)
 
@@ -349,7 +337,7 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
     from percuss import plot
     from percuss.case.answers.exploring.comparison import compare
     from percuss.case.parameters.case_keys import varied_keys
-    from percuss.cli.report_printing import answered
+    from percuss.cli.report_printing import answered, filed
 
     cases = [named_case(name) for name in options.cases]
     names = [case.file for case in cases]
@@ -360,7 +348,7 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
             cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
             names.append(f"{last.file}, {text}")
     answer = compare(cases, names, options.modes)
-    _filed(options, cases[0], answer)
+    filed(options, cases[0], answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report
     )

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
+    from percuss.case import Case
+    from percuss.plot.html_report import Answer
+
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
 
@@ -92,6 +95,15 @@ def _show_rich(report: Report) -> None:
         for row in section.rows:
             table.add_row(*map(Text, row))
         console.print(Padding(table, (0, 0, 0, 2)))
+
+
+def filed(options: argparse.Namespace, case: Case, answer: Answer) -> None:
+    """Write the report as a file, where one is wanted."""
+    if options.report is not None:
+        from percuss.atomic_write import write_whole
+        from percuss.plot.html_report import report_html
+
+        write_whole(options.report, report_html(case, answer))
 
 
 def answered(

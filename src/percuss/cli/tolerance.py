@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.cli.arguments import JSON, command, modes_option, named_case, option, plot_option, whole
+from percuss.cli.arguments import JSON, REPORT, command, modes_option, named_case, option, plot_option, whole
 from percuss.cli.long_commands import CARRYING, carried
-from percuss.cli.motions import REPORT
 
 if TYPE_CHECKING:
     import argparse

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
 from percuss.case.answers.exploring.comparison import Comparison
+from percuss.case.answers.exploring.design import DesignAnswer
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
@@ -43,13 +44,13 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | ToleranceAnswer
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | DesignAnswer | ToleranceAnswer
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
     """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts.
 
-    A comparison is told with all its cases.
+    A comparison, and a design, is told with all its cases.
     """
     from percuss import plot
     from percuss.plot.bar_outline import bar_outline
@@ -68,7 +69,8 @@ def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None 
         parts += map(_part, moved.sections[1:])
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         parts.append(_figure(drawn(simulation), "The motion from the start of the case"))
-    several = zip(answer.names, answer.cases, strict=True) if isinstance(answer, Comparison) else ()
+    both = answer.comparison if isinstance(answer, DesignAnswer) else answer
+    several = zip(both.names, both.cases, strict=True) if isinstance(both, Comparison) else ()
     for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
         parts += [f"<h2>{_safe(heading)}</h2>", f"<pre>{_safe(told.to_toml())}</pre>"]
     parts.append(f"<footer>percuss {_safe(__version__)}; numbers without a unit are dimensionless</footer>")
@@ -100,6 +102,8 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
         return answer.report(), plot.comparison(answer), "Cycles and blows"
     if isinstance(answer, ToleranceAnswer):
         return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
+    if isinstance(answer, DesignAnswer):
+        return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from percuss.blow.best import OBJECTIVES, BestProgress
+from percuss.blow.best import OBJECTIVES
 from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent, picked
@@ -18,6 +18,7 @@ from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import CaseError, ParameterError, PercussError
 from percuss.explore.family import Axis
 from percuss.model.checks import finite, instance, several, text
+from percuss.search import SearchProgress
 from percuss.short_repr import ShortRepr
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
 
-_DIGITS = 6  # of the sizes that are tried: no workshop needs more
+_DIGITS = 9  # of the sizes that are tried: a limit that binds is told to 1e-6
+
+_END = 1e-6  # share of a range
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,7 @@ def best_answer(
     below: float | None = None,
     seed: int = 0,
     most: int = 1500,
-    progress: Callable[[BestProgress], object] | None = None,
+    progress: Callable[[SearchProgress], object] | None = None,
 ) -> BestAnswer:
     """The sizes of a case that give the best blow.
 
@@ -163,15 +166,14 @@ def best_answer(
     checked_case(case)
     spans = [instance("spans", span, Span) for span in several("spans", spans, "a list of Span")]
     family = CaseFamily(case, {span.name: span.unit for span in spans})
-    keys = _keys(family, spans)
+    speed = case.blow_question().velocity
+    keys = ranged_keys(family, spans, () if speed is None else _STEADY)
     own = blow_answer(case)
     _check_figure(own, objective)
-    for span in spans:
-        _check_ends(family, span)
-    own_values = tuple(_own(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
+    own_values = tuple(own_value(case, key, span.unit) for key, span in zip(keys, spans, strict=True))
 
     def varied(values: Sequence[float]) -> Case:
-        return family.varied({span.name: _rounded(v) for span, v in zip(spans, values, strict=True)})
+        return family.varied({span.name: rounded(v) for span, v in zip(spans, values, strict=True)})
 
     def made(values: tuple[float, ...]) -> Blow:
         return blow_answer(varied(values)).blow
@@ -183,19 +185,19 @@ def best_answer(
         made(tuple(0.5 * (low + high) for low, high in ranges))  # a wrong key or unit says so
     found = best_blow(made, ranges, objective, below=below, first=first, seed=seed, most=most, progress=progress)
     best = varied(found.values)
-    rounded = tuple(map(_rounded, found.values))
+    values = tuple(map(rounded, found.values))
     return BestAnswer(
-        objective, below, tuple(spans), rounded, own_values, best, own, blow_answer(best), found.allowed,
+        objective, below, tuple(spans), values, own_values, best, own, blow_answer(best), found.allowed,
         found.blows, seed, found.complete,
     )  # fmt: skip
 
 
-def _keys(family: CaseFamily, spans: Sequence[Span]) -> list[str]:
-    """The keys that vary; ParameterError for one that the case has not, and for one that says nothing of the blow."""
-    case = family.case
-    speed = case.blow_question().velocity
-    steady = _STEADY if speed is not None else ()
-    known = [key for key in family.keys if key != LOAD_SCALE and not key.startswith(steady)]
+def ranged_keys(family: CaseFamily, spans: Sequence[Span], but: tuple[str, ...] = ()) -> list[str]:
+    """The keys that vary; ParameterError for one that the case has not, and for one that says nothing of the blow.
+
+    `but`: how the latter begin.
+    """
+    known = [key for key in family.keys if key != LOAD_SCALE and not key.startswith(but)]
     found: list[str] = []
     for span in spans:
         try:
@@ -209,13 +211,15 @@ def _keys(family: CaseFamily, spans: Sequence[Span]) -> list[str]:
             raise ParameterError("vary", span.name, "a key that a blow of the given speed depends on", remedy)
         if key in found:
             raise ParameterError("vary", key, "each key once")
-        unit = parsed_quantity(held(value_at(json_tables(case), key)))[1]
+        unit = parsed_quantity(held(value_at(json_tables(family.case), key)))[1]
         if unit and not span.unit:
             told = f"{span.name}={span.low:g}:{span.high:g}{unit}"
             raise ParameterError(
                 "vary", f"{span.name}={span.low:g}:{span.high:g}", "limits with a unit", f"such as {told}"
             )
         found.append(key)
+    for span in spans:
+        _check_ends(family, span)
     return found
 
 
@@ -244,11 +248,12 @@ def _check_figure(own: BlowAnswer, objective: str) -> None:
     raise ParameterError("best", objective, f"a case with {needed}", remedy)
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
+    """A size as it is tried, and written."""
     return float(f"{value:.{_DIGITS}g}")
 
 
-def _own(case: Case, key: str, unit: str) -> float | None:
+def own_value(case: Case, key: str, unit: str) -> float | None:
     """What the case has under a key, in a unit."""
     if not key:
         return None
@@ -270,12 +275,6 @@ def best_report(answer: BestAnswer) -> Report:
     searched = [("blows", f"{answer.blows}, seed {answer.seed}")]
     for span in answer.spans:
         searched.append(("range", f"{span.name} from {number(span.low)} to {number(span.high)} {span.unit}".rstrip()))
-    sizes = []
-    for span, own, best in zip(answer.spans, answer.own_values, answer.values, strict=True):
-        unit = f" {span.unit}" if span.unit else ""
-        end = {span.low: ", at the lower limit", span.high: ", at the upper limit"}.get(best, "")
-        was = "-" if own is None else f"{number(own, 6)}{unit}"
-        sizes.append((span.name, was, f"{number(best, 6)}{unit}{end}", _change(own, best)))
     figures = {
         name: (FIGURES[name].label, *(_figure(answer, name, value) for value in values), _change(*values))
         for name, values in answer.figures.items()
@@ -291,11 +290,28 @@ def best_report(answer: BestAnswer) -> Report:
         summary += " The search was interrupted: this is the best so far."
     sections = (
         ReportSection("The search", tuple(searched)),
-        Grid("Sizes", ("key", "the case", "best", "change"), tuple(sizes)),
+        sizes(answer.spans, answer.own_values, answer.values),
         Grid("The blow", ("figure", "the case", "best", "change"), tuple(figures.values())),
     )
     tone = BAD if not answer.allowed else GOOD if answer.complete else PLAIN
     return Report(answer.own.title, summary, tone, sections)
+
+
+def range_end(span: Span, value: float) -> str:
+    """The end of its range at which a value stands: lower, upper, or neither ("")."""
+    near = _END * (span.high - span.low)
+    return "lower" if value <= span.low + near else "upper" if value >= span.high - near else ""
+
+
+def sizes(spans: Sequence[Span], own_values: Sequence[float | None], values: Sequence[float]) -> Grid:
+    """What varied, before and after."""
+    rows = []
+    for span, own, best in zip(spans, own_values, values, strict=True):
+        unit = f" {span.unit}" if span.unit else ""
+        end = f", at the {which} limit" if (which := range_end(span, best)) else ""
+        was = "-" if own is None else f"{number(own, 6)}{unit}"
+        rows.append((span.name, was, f"{number(best, 6)}{unit}{end}", _change(own, best)))
+    return Grid("Sizes", ("key", "the case", "best", "change"), tuple(rows))
 
 
 def _figure(answer: BestAnswer, name: str, value: float | None) -> str:

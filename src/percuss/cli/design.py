@@ -1,0 +1,106 @@
+"""``percuss design``: the best hammer within ranges, under limits of any of its figures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from percuss.cli.arguments import (
+    CASE,
+    JSON,
+    REPORT,
+    Parser,
+    command,
+    made,
+    modes_option,
+    named_case,
+    need,
+    of_file,
+    option,
+    plot_option,
+    whole,
+    write_case,
+)
+
+if TYPE_CHECKING:
+    import argparse
+
+    from percuss.search import SearchProgress
+
+_HAMMERS = 1500
+
+_PATIENCE = 60.0  # seconds that one hammer may take before Ctrl-C loses the best one so far
+
+
+@command(
+    """\
+The best hammer over any numbers of the case: the most, or the least, of one figure of the whole hammer, under limits of
+any others. Cycle, oil, blow and rock are computed anew for every hammer that is tried, and only those that run are
+looked for. The answer says which limits bind and what stands at the end of its range; where nothing keeps all limits,
+what comes nearest and which limit costs most. The figures are those of 'percuss compare': blow_energy, blow_rate,
+rock_power, rock_energy, overall_efficiency, flow, pressure, piston.stress, steel.stress, steel[0].stress, margin and
+others.""",
+    """\
+  percuss design stepped-drifter --most rock_power --vary "bar.sections[2].length=50:150mm" --below steel.stress=350MPa
+  percuss design valve-drifter --most rock_power --want blow_rate="45 Hz..60 Hz" --below steel.stress=400MPa \\
+      --vary load.ports[0].behind=8:24mm --vary bar.diameter=40:56mm -o better.toml --report better.html
+  percuss design better.toml --least steel.stress --above rock_power=9kW --vary bar.diameter=40:56mm""",
+    CASE,
+    option("--most FIGURE", "what there is to be the most of (default: rock_power)"),
+    option("--least FIGURE", "what there is to be the least of"),
+    option("--want RANGE", "FIGURE=LOW..HIGH, such as blow_rate='60 Hz..70 Hz'; may be repeated", action="append"),
+    option("--below LIMIT", "FIGURE=VALUE, such as flow=120l/min; may be repeated", action="append"),
+    option("--above LIMIT", "FIGURE=VALUE, such as margin=0.2; may be repeated", action="append"),
+    option(
+        "--vary RANGE",
+        "a number of the case and its limits, such as 'bar.sections[2].length=50:150mm'; may be repeated",
+        action="append",
+    ),
+    option("--hammers N", f"about how many to compute (default {_HAMMERS})", whole(20), default=_HAMMERS),
+    option("--seed N", "another seed searches other places (default 0)", whole(), default=0),
+    modes_option("default: those of 'percuss steady'"),
+    JSON,
+    made("-o, --output FILE", "save the best case; given as CASE, a search goes on from it", (".toml",)),
+    plot_option("both hammers: their cycles and, with a tool, their blows"),
+    REPORT,
+)
+def design(parser: Parser, options: argparse.Namespace) -> int:
+    """Search; after Ctrl-C the answer is the best one so far."""
+    if options.most is not None and options.least is not None:
+        parser.error("argument --least: not with --most: one figure is looked for, the others are limits")
+    if not options.vary:
+        parser.error("argument --vary: say what may vary: --vary 'bar.sections[2].length=50:150mm'")
+    need("io", "scipy")
+    from percuss import plot
+    from percuss.case import Limit, Span
+    from percuss.case import design as designed
+    from percuss.case.answers.whole_hammer import whole_figure
+    from percuss.cli.long_commands import watching
+    from percuss.cli.report_printing import answered, filed
+
+    case = named_case(options.case)
+    figure = options.least or options.most or "rock_power"
+    spans = [Span.parsed(words) for words in options.vary]
+    limits = [
+        Limit.parsed(words, sense, case.is_si)
+        for sense in ("want", "below", "above")
+        for words in getattr(options, sense) or ()
+    ]
+    with of_file(case), watching(parser, _PATIENCE) as watch:
+
+        def progress(now: SearchProgress) -> bool:
+            best = "" if now.best is None else f", best {whole_figure(figure).tell(now.best, case.is_si)}"
+            return watch.share(now.fraction, f"{min(now.tried, now.most)} of {now.most} hammers{best}")
+
+        answer = designed(
+            case, spans, figure, limits,
+            greatest=options.least is None, modes=options.modes, seed=options.seed, most=options.hammers,
+            progress=progress,
+        )  # fmt: skip
+    if options.output is not None:
+        write_case(answer.case, options.output)
+    filed(options, case, answer)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer.comparison), indent=1,
+        cut="" if answer.complete else f"the best of {answer.hammers} hammers so far",
+        case=options.output, report=options.report,
+    )  # fmt: skip
