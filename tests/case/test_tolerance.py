@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from percuss.case import Case, Tolerance, load_case, machine_answer, standard_tolerances, steady_answer, tolerance
+from percuss.case import (
+    Case,
+    Span,
+    load_case,
+    machine_answer,
+    parsed_tolerance,
+    standard_tolerances,
+    steady_answer,
+    tolerance,
+)
 from percuss.case.answers.exploring.tolerance import tolerance_job
 from percuss.errors import ParameterError
 from percuss.plot import tolerance as picture
@@ -40,7 +49,7 @@ def closed_form(places: np.ndarray) -> np.ndarray:
 
 def test_spreads_and_indices_are_those_of_the_closed_form():
     case = Case.from_text(RIGID)
-    found = tolerance(case, [Tolerance.parsed(words, case) for words in KEYS], ["blow_energy"], samples=3072, modes=0)
+    found = tolerance(case, [parsed_tolerance(words, case) for words in KEYS], ["blow_energy"], samples=3072, modes=0)
     (spread,) = found.spreads
     rng = np.random.default_rng(1)
     a, b = rng.random((2, 100_000, 4))
@@ -69,7 +78,7 @@ def test_spreads_and_indices_are_those_of_the_closed_form():
 )
 def test_every_hammer_drawn_has_the_figures_of_its_own_answer(name, values, keys):
     case = load_case(name).varied(values)
-    ranges = [Tolerance.parsed(words, case) for words in keys]
+    ranges = [parsed_tolerance(words, case) for words in keys]
     found = tolerance(case, ranges, samples=64, modes=4, workers=1)
     again = tolerance(case, ranges, samples=64, modes=4, workers=2)
     for column, values in found.columns.items():
@@ -88,7 +97,7 @@ def test_every_hammer_drawn_has_the_figures_of_its_own_answer(name, values, keys
 def test_hammers_that_do_not_run_are_counted_and_the_ranking_is_then_refused():
     """A force of the return above r² P, here 0.8 kN, lets no rebound reach the port: a fifth of the range."""
     case = Case.from_text(RIGID)
-    found = tolerance(case, [Tolerance.parsed("load.states.return=-12..4kN", case)], samples=768, modes=0)
+    found = tolerance(case, [parsed_tolerance("load.states.return=-12..4kN", case)], samples=768, modes=0)
     assert found.running[0] == pytest.approx(0.8, abs=0.01) and found.running[1] < 0.8 < found.running[2]
     assert found.ranked == () and "too many do not run" in found.summary
     assert found.report().tone == "bad"
@@ -101,7 +110,7 @@ def test_standard_tolerances_and_what_is_written():
     assert told["load.ports[0].behind"] == (129.8, 130.2, "mm") and told["load.pressure"] == (144.0, 176.0, "bar")
     assert told["load.states.power.rear"] == (15.2, 16.8, "cm^2")
     assert told["contact.restitution"][:2] == pytest.approx((0.05, 0.25))
-    assert Tolerance.parsed("ports[0].behind=+-1cm", case) == Tolerance("load.ports[0].behind", 120.0, 140.0, "mm")
+    assert parsed_tolerance("ports[0].behind=+-1cm", case) == Span("load.ports[0].behind", 120.0, 140.0, "mm")
 
 
 @pytest.mark.parametrize(
@@ -118,7 +127,7 @@ def test_standard_tolerances_and_what_is_written():
 def test_what_is_mistyped_of_a_tolerance(words, says):
     case = load_case("valve-breaker")
     with pytest.raises(ParameterError, match=says):
-        tolerance_job(case, [Tolerance.parsed(words, case)], samples=64, modes=0)
+        tolerance_job(case, [parsed_tolerance(words, case)], samples=64, modes=0)
 
 
 @pytest.mark.slow

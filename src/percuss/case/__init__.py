@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
     from percuss.case.answers.exploring.reach_answer import reach_answer
     from percuss.case.answers.exploring.tolerance import (
-        Tolerance,
         ToleranceAnswer,
+        parsed_tolerance,
         standard_tolerances,
         tolerance,
         tolerance_job,

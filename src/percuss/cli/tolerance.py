@@ -41,20 +41,16 @@ ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
 def tolerance(parser: Parser, options: argparse.Namespace) -> int:
     """Draw hammers within tolerances."""
     from percuss import plot
-    from percuss.case.answers.exploring.tolerance import SAMPLES, Tolerance, ToleranceAnswer, tolerance_job
-    from percuss.cli.report_printing import answered
+    from percuss.case.answers.exploring.tolerance import SAMPLES, ToleranceAnswer, parsed_tolerance, tolerance_job
+    from percuss.cli.report_printing import answered, filed
 
     case = named_case(options.case)
-    given = [Tolerance.parsed(words, case) for words in options.vary]
+    given = [parsed_tolerance(words, case) for words in options.vary]
     names = [] if options.figures is None else [name.strip() for name in options.figures.split(",")]
     drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
     job = tolerance_job(case, given, names, **drawn)
     answer = ToleranceAnswer(case, job, carried(parser, options, job), not given)
-    if options.report is not None:
-        from percuss.atomic_write import write_whole
-        from percuss.plot.html_report import report_html
-
-        write_whole(options.report, report_html(case, answer))
+    filed(options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,
         archive=options.output,

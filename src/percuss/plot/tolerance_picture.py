@@ -25,10 +25,10 @@ def tolerance(answer: ToleranceAnswer) -> Figure:
 
     Examples
     --------
-    >>> from percuss.case import Tolerance, load_case, tolerance
+    >>> from percuss.case import load_case, parsed_tolerance, tolerance
     >>> from percuss.plot import tolerance as picture
     >>> case = load_case("valve-breaker")
-    >>> found = tolerance(case, [Tolerance.parsed("load.pressure=±5%", case)], ["blow_energy"], samples=64, modes=0)
+    >>> found = tolerance(case, [parsed_tolerance("load.pressure=±5%", case)], ["blow_energy"], samples=64, modes=0)
     >>> len(picture(found).axes)
     2
     """

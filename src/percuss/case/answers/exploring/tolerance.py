@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.exploring.best_answer import Span
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, counted, json_number, number, percent
 from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
 from percuss.case.case import Case, checked_case, json_tables
@@ -22,7 +23,7 @@ from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import CaseError, ParameterError, PercussError, extra_package
 from percuss.explore.family import Axis
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.model.checks import Array, count, finite, several, text
+from percuss.model.checks import Array, count, several, text
 from percuss.short_repr import ShortRepr
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -41,63 +42,43 @@ _TOLD = ("blow_energy", "blow_rate", "impact_velocity", "stroke", "flow", "press
 _MAIN = ("rock_power", "blow_energy")
 
 
-@dataclass(frozen=True)
-class Tolerance:
-    """The range of a key of a case within which its number may lie, in a unit; all of it is as likely."""
+def parsed_tolerance(words: str, case: Case) -> Span:
+    """The range of a key from ``KEY=±0.2mm``, ``KEY=±5%`` or ``KEY=0.1..0.2``; ``+-`` is as good as ``±``.
 
-    name: str
-    low: float
-    high: float
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        ends = {"low": finite("low", self.low), "high": finite("high", self.high)}
-        texts = {"name": text("name", self.name), "unit": text("unit", self.unit)}
-        if not ends["low"] < ends["high"]:
-            raise ParameterError(self.name, self.high, f"a number greater than the least value, {ends['low']:g}")
-        for name, value in (texts | ends).items():
-            object.__setattr__(self, name, value)
-
-    @classmethod
-    def parsed(cls, words: str, case: Case) -> Tolerance:
-        """From ``KEY=±0.2mm``, ``KEY=±5%`` or ``KEY=0.1..0.2``; ``+-`` is as good as ``±``.
-
-        Examples
-        --------
-        >>> from percuss.case import load_case
-        >>> Tolerance.parsed("load.pressure=±10bar", load_case("valve-breaker"))
-        Tolerance(name='load.pressure', low=150.0, high=170.0, unit='bar')
-        """
-        checked_case(case)
-        name, equals, given = text("vary", words).partition("=")
-        given = given.strip().replace("+-", "±").replace("+/-", "±")
-        if not equals or not (given.startswith("±") or ".." in given):
-            example = "for example load.pressure=±10bar, bar.length=±1% or contact.restitution=0.1..0.2"
-            raise ParameterError("vary", words, "KEY=±HALF or KEY=LOW..HIGH", example)
-        family = CaseFamily(case, {})
-        key = family.key(name.strip())
-        if not key:
-            raise ParameterError("vary", name, "a key of the case", "a dimensionless parameter stands in no drawing")
-        if not given.startswith("±"):
-            axis = Axis.parsed(f"{key}={given.replace('..', ':')}:2")
-            return cls(key, float(axis.values[0]), float(axis.values[1]), axis.unit)
-        match = re.fullmatch(r"±\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(.*)", given)
-        if match is None:
-            raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%")
-        half, unit = float(match[1]), match[2].strip()
-        nominal, own = _nominal(case, key)
-        if nominal is None:
-            raise ParameterError("vary", words, "a key that the case holds", f"give the range: {key}=LOW..HIGH")
-        if unit == "%":
-            half *= 0.01 * abs(nominal)
-        elif unit != own:
-            (scale, dimension), (size, right) = (unit_scale(one, DIMENSIONS, key) for one in (unit or "1", own or "1"))
-            if dimension != right:
-                raise ParameterError(
-                    "vary", words, f"a half width in a unit of {right}", f"such as {key}=±{half:g}{own}"
-                )
-            half *= scale / size
-        return cls(key, _rounded(nominal - half), _rounded(nominal + half), own)
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> parsed_tolerance("load.pressure=±10bar", load_case("valve-breaker"))
+    Span(name='load.pressure', low=150.0, high=170.0, unit='bar')
+    """
+    checked_case(case)
+    name, equals, given = text("vary", words).partition("=")
+    given = given.strip().replace("+-", "±").replace("+/-", "±")
+    if not equals or not (given.startswith("±") or ".." in given):
+        example = "for example load.pressure=±10bar, bar.length=±1% or contact.restitution=0.1..0.2"
+        raise ParameterError("vary", words, "KEY=±HALF or KEY=LOW..HIGH", example)
+    family = CaseFamily(case, {})
+    key = family.key(name.strip())
+    if not key:
+        raise ParameterError("vary", name, "a key of the case", "a dimensionless parameter stands in no drawing")
+    if not given.startswith("±"):
+        axis = Axis.parsed(f"{key}={given.replace('..', ':')}:2")
+        return Span(key, float(axis.values[0]), float(axis.values[1]), axis.unit)
+    match = re.fullmatch(r"±\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(.*)", given)
+    if match is None:
+        raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%")
+    half, unit = float(match[1]), match[2].strip()
+    nominal, own = _nominal(case, key)
+    if nominal is None:
+        raise ParameterError("vary", words, "a key that the case holds", f"give the range: {key}=LOW..HIGH")
+    if unit == "%":
+        half *= 0.01 * abs(nominal)
+    elif unit != own:
+        (scale, dimension), (size, right) = (unit_scale(one, DIMENSIONS, key) for one in (unit or "1", own or "1"))
+        if dimension != right:
+            raise ParameterError("vary", words, f"a half width in a unit of {right}", f"such as {key}=±{half:g}{own}")
+        half *= scale / size
+    return Span(key, _rounded(nominal - half), _rounded(nominal + half), own)
 
 
 def _nominal(case: Case, key: str) -> tuple[float | None, str]:
@@ -109,7 +90,7 @@ def _rounded(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def standard_tolerances(case: Case) -> tuple[Tolerance, ...]:
+def standard_tolerances(case: Case) -> tuple[Span, ...]:
     """Those of a drawing: areas 5 %, places of ports 0.2 mm, the load or its pressure 10 %, R 0.1.
 
     Raises
@@ -124,10 +105,10 @@ def standard_tolerances(case: Case) -> tuple[Tolerance, ...]:
     for key in keys:
         for rule, half in rules:
             if re.fullmatch(rule, key) and _nominal(case, key)[0]:
-                found.append(Tolerance.parsed(f"{key}={half}", case))
+                found.append(parsed_tolerance(f"{key}={half}", case))
     restitution, _ = _nominal(case, "contact.restitution")
     if restitution is not None:
-        found.append(Tolerance("contact.restitution", max(0.0, restitution - 0.1), min(1.0, restitution + 0.1)))
+        found.append(Span("contact.restitution", max(0.0, restitution - 0.1), min(1.0, restitution + 0.1)))
     if not found:
         raise ParameterError("vary", None, "tolerances: this case has none of the usual keys", "give --vary KEY=±HALF")
     return tuple(found)
@@ -145,7 +126,7 @@ class ToleranceJob:
     """
 
     family: CaseFamily
-    tolerances: tuple[Tolerance, ...]
+    tolerances: tuple[Span, ...]
     figures: tuple[str, ...]
     base: int
     seed: int
@@ -351,7 +332,7 @@ class ToleranceAnswer(ShortRepr):
         return next((told[name] for name in _MAIN if name in told), next(iter(told.values()), None))
 
     @property
-    def ranked(self) -> tuple[tuple[Tolerance, float, float], ...]:
+    def ranked(self) -> tuple[tuple[Span, float, float], ...]:
         """The tolerances by their total index of the main figure, with both indices; none where they are not told."""
         main = self.main
         if main is None or main.first is None or main.total is None:
@@ -447,7 +428,7 @@ class ToleranceAnswer(ShortRepr):
 
 def tolerance_job(
     case: Case,
-    tolerances: Sequence[Tolerance] = (),
+    tolerances: Sequence[Span] = (),
     figures: Sequence[str] = (),
     *,
     samples: int = SAMPLES,
@@ -457,10 +438,10 @@ def tolerance_job(
     """The job of a tolerance, checked; see `tolerance`."""
     extra_package("scipy", "io")
     checked_case(case)
-    given = several("tolerances", tolerances, "a list of Tolerance")
+    given = several("tolerances", tolerances, "a list of Span")
     for one in given:
-        if not isinstance(one, Tolerance):
-            raise ParameterError("tolerances", one, "a list of Tolerance")
+        if not isinstance(one, Span):
+            raise ParameterError("tolerances", one, "a list of Span")
     given = tuple(given) or standard_tolerances(case)
     family = CaseFamily(case, {one.name: one.unit for one in given})
     family.check({one.name: one.unit for one in given})
@@ -488,7 +469,7 @@ def tolerance_job(
 
 def tolerance(
     case: Case,
-    tolerances: Sequence[Tolerance] = (),
+    tolerances: Sequence[Span] = (),
     figures: Sequence[str] = (),
     *,
     samples: int = SAMPLES,
@@ -501,7 +482,7 @@ def tolerance(
     Parameters
     ----------
     tolerances
-        Ranges of keys of the case (`Tolerance.parsed`); none for those usual in a drawing (`standard_tolerances`).
+        Ranges of keys of the case (`parsed_tolerance`); none for those usual in a drawing (`standard_tolerances`).
     figures
         Names of `percuss.case.answers.whole_hammer.WHOLE_FIGURES`; none for those that matter.
     samples, seed
@@ -525,9 +506,9 @@ def tolerance(
 
     Examples
     --------
-    >>> from percuss.case import Tolerance, load_case, tolerance
+    >>> from percuss.case import load_case, parsed_tolerance, tolerance
     >>> case = load_case("valve-breaker")
-    >>> keys = [Tolerance.parsed(text, case) for text in ("load.pressure=±10bar", "contact.restitution=0.1..0.2")]
+    >>> keys = [parsed_tolerance(text, case) for text in ("load.pressure=±10bar", "contact.restitution=0.1..0.2")]
     >>> found = tolerance(case, keys, ["blow_energy"], samples=64, modes=0, workers=1)
     >>> found.running[0], found.ranked[0][0].name
     (1.0, 'load.pressure')
