@@ -19,6 +19,7 @@ from unittest import mock
 
 from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
+from percuss.case.answers.fatigue_answer import FATIGUE, SECTION, STEEL
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
 from percuss.case.answers.simulation_answer import EVENT
@@ -68,6 +69,9 @@ FACTS = {
     "pulse": PULSE,
     "gauge": GAUGE,
     "measured": MEASURED,
+    "fatigue": FATIGUE,
+    "steel": STEEL,
+    "fatiguesection": SECTION,
     "period": PERIOD,
     "rest": REST,
     "motion": STEADY,

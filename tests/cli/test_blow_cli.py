@@ -12,6 +12,7 @@ import pytest
 
 from cli_cases import WAVES
 from percuss.case import Case, Span, best_answer, blow_answer, load_case, machine_answer
+from percuss.case.answers.fatigue_answer import LEFT_OUT
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
 from percuss.errors import CaseError, ParameterError
@@ -46,6 +47,23 @@ def test_a_bar_on_a_wall_is_that_of_st_venant(struck):
     done = struck(ST_VENANT)
     done.told("gives nothing to the wall: R = 1", "the case has no [tool]: the bar strikes a rigid wall")
     done.told("In closed form", "the waves give 1.271 kN")
+
+
+def test_fatigue_tells_what_governs_first_and_what_it_leaves_out(struck):
+    case = (
+        ST_VENANT.replace("0.1 m/s", "20 m/s")
+        + '[tool]\nsections = [{length = "3 m", diameter = "20 mm"}]\nend = "free"\n'
+    )
+    done = struck(case, "--fatigue")
+    done.told("Governs: rod 0, ", "the case has no [steel]: 42CrMo4 QT is assumed", LEFT_OUT, "Fatigue of the sections")
+    assert done.out.splitlines()[2].startswith("Governs: ")
+    struck(case, "--best", "peak-stress", "--vary", "length=0.1:1m", "--fatigue").refused("--fatigue")
+
+
+def test_a_dimensionless_case_has_no_fatigue(struck):
+    plain = "[system]\ns = 20.0\nd = 0.0\nrestitution = 0.5\n[tool]\nimpedance = 40.0\n[blow]\nvelocity = 0.1\n"
+    struck(plain, "--fatigue").refused("struck.toml: a dimensionless case has no stresses, and so no fatigue")
+    struck(plain + "[steel]\nslope = 5\n").refused("a dimensionless case has no stresses, and so no fatigue")
 
 
 def test_the_report_tells_where_the_energy_went_and_what_formulas_say(percuss):

@@ -85,7 +85,8 @@ NO_DOORS = {
     "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.releases_at "
     "explore.PointCurve.save",
     "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
-    "steady.ValveCycle.position blow.Impacts.part blow.Trace.around "
+    "steady.ValveCycle.position blow.Impacts.part blow.Trace.around blow.Trace.degrees_at "
+    "blow.Steel.damage blow.Steel.equivalent "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
     "explore.Branch.times_at explore.PointCurve.times_at explore.Branch.speeds_at explore.PointCurve.speeds_at "
     "steady.Orbit.mean_range "
@@ -100,6 +101,8 @@ LEFT_OUT = {name for names in NO_DOORS.values() for name in names.split()}
 
 MEANT = (
     ("empty", "blow.Blow.*_over_time.times steady.CycleTimes.lying steady.CycleTimes.pressures"),
+    ("empty", "blow.Blow.force_turns.shares"),
+    ("None", "blow.Steel.fatigue_limit blow.Steel.slope"),
     (
         "nothing",
         """
@@ -110,7 +113,7 @@ MEANT = (
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
         simulate.Trajectory.section.displacement simulate.Trajectory.section.velocity
-        case.orbits_answer.seed case.best_answer.seed case.design.seed
+        case.orbits_answer.seed case.best_answer.seed case.design.seed blow.fatigue.blow
         """,
     ),
     (
@@ -275,7 +278,7 @@ class Arguments:
             steady.self_excited_motion(MACHINE, modes=0), steady.self_excited_motion(MACHINE, modes=1).cycle,
             steady.self_excited_motion(MACHINE, modes=0).cycle, Start.rigid(), Starts.rigid([-0.2, -0.5]), SHORT,
             run(SYSTEM, modes=0, stop=SHORT), run(SYSTEM, modes=0, stop=SHORT).events,
-            blow.Wall(), blow.Rock(1e8),
+            blow.Wall(), blow.Rock(1e8), blow.Steel(900e6),
             blow.Rod([Section(None, 1e-3)]),
             blow.strike(Bar(0.3, 1e-3), blow.Rod([Section(None, 1e-3)]), 1.0),
             explore.SystemFamily(SYSTEM),
@@ -383,6 +386,10 @@ class Arguments:
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
             "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
             "blow.Blow.waves_at": {"x": 0.1},
+            "blow.Blow.force_turns": {"section": 0, "shares": [0.5]},
+            "blow.Steel": {"ultimate": 900e6, "fatigue_limit": 360e6, "slope": 6.0},
+            "blow.cycles_of": {"history": [0.0, 1.0, 0.5]},
+            "blow.fatigue": {"steel": blow.Steel(900e6), "rod_steel": None, "notches": None},
             "explore.Archive.open": {"path": folder / "kept"},
             "explore.Axis": {"values": [1.0]},
             "explore.Axis.l*": {"number": 3},

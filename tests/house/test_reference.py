@@ -76,6 +76,8 @@ TABLES = {
     "ToolTable": ("si", "tool"),
     "ToolSectionTable": ("si", "tool.sections"),
     "RockTable": ("si", "rock"),
+    "SteelTable": ("si", "steel"),
+    "ToolSteelTable": ("si", "steel.tool"),
     "BlowTable": ("si", "blow"),
     "PlainTool": ("plain", "tool"),
     "PlainBlow": ("plain", "blow"),
@@ -109,6 +111,7 @@ def test_the_page_has_every_key_of_a_case(form, kind):
         found.setdefault(TABLES[table][1], set()).update(rows(table))
     found["system.damping"] = found["bar.damping"]
     found["tool.sections"] |= found["bar.sections"]
+    found["steel"] |= found["steel.tool"]
     for table, keys in schema.table_fields(form, kind).items():
         assert set(keys) <= found[table]
 
@@ -171,6 +174,7 @@ BESIDE = {
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
         for key in ("flow", "accumulator", "start", "quickening")
     },
+    ("ToolSteelTable", "fatigue_limit"): {"ultimate": '"2 GPa"'},
     ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
     ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},
     ("StartTable", "periods"): {"orbit": "1"},
@@ -329,7 +333,11 @@ ANSWERS = {
     ),
     "compare": ("compare mini-breaker valve-breaker --modes 0 --set pressure=150bar",),
     "design": ("design valve-drifter --vary ports[0].behind=20:24mm --want blow_rate=1..90Hz --modes 0 --hammers 20",),
-    "blow": ("blow stepped-drifter", "blow struck.toml", "blow laboratory-striker --gauge 0.6m --measured gauge.csv"),
+    "blow": (
+        "blow laboratory-striker --fatigue",
+        "blow struck.toml",
+        "blow laboratory-striker --gauge 0.6m --measured gauge.csv",
+    ),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
     "simulate": ("simulate hydraulic-drifter --events last:3",),
     "simulate --contact waves": (

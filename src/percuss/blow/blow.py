@@ -19,6 +19,7 @@ from percuss.blow.fields import (
     energy_over_time,
     envelope,
     force_peaks,
+    force_turns,
 )
 from percuss.blow.figures import BlowOutcome, ContactInterval, Peak, Pulse
 from percuss.blow.gauges import GaugeWaves, first_pulse
@@ -385,3 +386,31 @@ class Blow(BlowBalance):
         """
         size, reach = count("size", size, 1, 100_000), positive("reach", reach)
         return self._course.of_each(lambda first, sections: envelope(self._course, first, sections, size, reach))
+
+    def force_turns(self, section: int, shares: Array) -> tuple[Array, ...]:
+        """The force over the window at places of one section, by its turning points, which are exact.
+
+        Parameters
+        ----------
+        section
+            Its number: those of the striker from the driven end, then those of the rod from the struck face.
+        shares
+            Places as shares of its length from 0 to 1, shape (n,); 0 of an endless section.
+
+        Returns
+        -------
+        tuple of Array
+            For each place the values before and after each step, and where the force turns between them, in turn.
+
+        Examples
+        --------
+        >>> from percuss.blow import Wall, strike
+        >>> from percuss.model import UniformBar
+        >>> strike(UniformBar(1.0), Wall(), 1.0).force_turns(0, np.array([0.5]))[0].round(9).tolist()
+        [0.0, 0.0, 1.0, 1.0, 0.0, 0.0]
+        """
+        course = self._course
+        number, places = count("section", section, 0, course.size - 1), array("shares", shares, 0.0, 1.0)
+        if course.endless(number) and places.any():
+            raise ParameterError("shares", shares, "0 in an endless section: what passes its start passes everywhere")
+        return force_turns(course, number, places)

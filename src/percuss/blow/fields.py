@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 
 from percuss.blow.bodies import Sections
 from percuss.blow.figures import Peak
 from percuss.blow.kernels.extremes import BLOCK, greatest_pair, piece_bounds
 from percuss.blow.kernels.wave_records import ROCK
-from percuss.blow.wave_history import Trace, WaveHistory
+from percuss.blow.wave_history import Trace, WaveHistory, turning_points
 from percuss.model.checks import Array
 
 # ---- Force and velocity along striker and rod at one time: for x–t diagrams and moving pictures
@@ -268,6 +269,48 @@ def _instants(arrivals: list[tuple[Trace, float]], end: float) -> Array:
     times = np.sort(np.concatenate(edges))
     wide = np.diff(times) > _NO_WIDTH * end
     return np.asarray((0.5 * (times[1:] + times[:-1]))[wide])
+
+
+# ---- The force at places over the window, by its turning points, which are exact
+
+
+def force_turns(course: WaveHistory, section: int, shares: Array) -> tuple[Array, ...]:
+    """The force at shares of a section's length from its left end: both ends of each piece, and turns between them."""
+    end, back = course.end * course.tick, course.transit[section] * course.tick
+    rows, factor = _rows(course, section, float(course.end)), course.scales.force * float(course.impedance[section])
+    found = []
+    for share in shares.tolist():
+        arrivals = [
+            (wave, sign, later)
+            for wave, sign, later in zip(rows, (factor, -factor), (share * back, back - share * back), strict=False)
+        ]
+        found.append(_turns(arrivals, end))
+    return tuple(found)
+
+
+def _turns(arrivals: list[tuple[Trace, float, float]], end: float) -> Array:
+    """Of a sum of waves, each with a factor and with the time at which it arrives."""
+    edges = np.concatenate([[0.0, end], *(np.clip(wave.times + later, 0.0, end) for wave, _, later in arrivals)])
+    edges = np.unique(edges)
+    edges = edges[np.append(True, np.diff(edges) > _NO_WIDTH * end)]
+    middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+    degrees = np.max([wave.degrees_at(middle - later) for wave, _, later in arrivals], axis=0)
+    places, values = [], []
+    for degree in np.unique(degrees).tolist():
+        here = np.flatnonzero(degrees == degree)
+        nodes = chebpts1(degree + 1)
+        times = middle[here, None] + half[here, None] * nodes
+        force = sum(sign * wave.at(times - later) for wave, sign, later in arrivals)
+        series = force @ np.linalg.inv(chebvander(nodes, degree)).T
+        for at, x in ((0.0, -1.0), (0.999, 1.0)):
+            places.append(here + at)
+            values.append(chebval(x, series.T))
+        turning = (abs(series) * np.arange(degree + 1) ** 2)[:, 2:].sum(axis=1) > abs(series[:, 1:2]).sum(axis=1)
+        for row, i in zip(series[turning], here[turning].tolist(), strict=True):
+            turns = turning_points(row)
+            places.append(i + 0.4995 * (1.0 + turns))
+            values.append(chebval(turns, row))
+    return np.concatenate(values)[np.argsort(np.concatenate(places), kind="stable")]
 
 
 # ---- The greatest compression and tension in every section, over its whole length and the whole window, exactly

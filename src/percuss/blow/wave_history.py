@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial.chebyshev import chebder, chebroots, chebval
 
 from percuss.blow.bodies import Sections
 from percuss.blow.figures import ContactInterval
@@ -132,6 +133,11 @@ class Trace:
         k = np.arange(self.coefficients.shape[1])
         return np.asarray(np.max((self.coefficients != 0.0) * k, axis=1))
 
+    def degrees_at(self, time: Array) -> npt.NDArray[np.intp]:
+        """The degree of the piece at each time; 0 where it is a constant, and beyond the breaks."""
+        inside = (time > self.times[0]) & (time < self.times[-1])
+        return np.asarray(np.where(inside, self._degrees[self._pieces(time)], 0))
+
     def _pieces(self, time: Array) -> npt.NDArray[np.intp]:
         """The piece at each time, at a break the later one."""
         return np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, len(self.coefficients) - 1)
@@ -160,14 +166,16 @@ class Trace:
 
 def extreme(row: Array) -> float:
     """The greatest value of a Chebyshev series on [−1, 1]."""
+    return float(chebval(np.concatenate([[-1.0, 1.0], turning_points(row)]), row).max())
+
+
+def turning_points(row: Array) -> Array:
+    """Where a Chebyshev series on [−1, 1] turns."""
     kept = np.flatnonzero(abs(row) > 1e-30 * abs(row).max(initial=0.0))  # numpy divides by the last one
-    if not kept.size or kept[-1] == 0:
-        return float(row[0])
-    series = np.polynomial.Chebyshev(row[: kept[-1] + 1])
-    slope = series.deriv()
-    places = slope.roots() if slope.coef.any() else np.zeros(0)
-    inside = places.real[(abs(places.imag) < 1e-6) & (abs(places.real) < 1.0)]
-    return float(max(series(np.concatenate([[-1.0, 1.0], inside]))))
+    if not kept.size or kept[-1] < 2:
+        return np.zeros(0)
+    places = chebroots(chebder(row[: kept[-1] + 1]))
+    return np.asarray(places.real[(abs(places.imag) < 1e-6) & (abs(places.real) < 1.0)])
 
 
 # ---- A blow that was followed: its waves in the scales of the blow, and the sums of them that results are made of
@@ -369,7 +377,7 @@ def _restricted(row: Array, low: float, high: float) -> Array:
     """A Chebyshev series on [low, high] as one on [−1, 1]."""
     n = row.size - 1
     angles = np.pi * (np.arange(n + 1) + 0.5) / (n + 1)
-    values = np.polynomial.chebyshev.chebval(0.5 * (low + high) + 0.5 * (high - low) * np.cos(angles), row)
+    values = chebval(0.5 * (low + high) + 0.5 * (high - low) * np.cos(angles), row)
     found = 2.0 / (n + 1) * (np.cos(np.outer(np.arange(n + 1), angles)) @ values)
     found[0] *= 0.5
     return np.asarray(found)

@@ -19,8 +19,9 @@ from percuss.case.file_format.loads import HistoryLoad, ValveLoad, room_of
 from percuss.case.file_format.reading import case_form, checked_tables, parsed, text_of, toml_text, with_value
 from percuss.case.file_format.schema import PhysicalCase, missing_tables
 from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
+from percuss.case.file_format.steel import steel_of
 from percuss.errors import CaseError, ParameterError
-from percuss.model import External, Kept, SteppedBar
+from percuss.model import External, Kept, SizedBody, SteppedBar
 from percuss.model.checks import count, mapping
 from percuss.model.checks import path as checked_path
 from percuss.model.checks import text as checked_text
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from percuss.case.file_format.contact import BlowQuestion
     from percuss.case.file_format.loads import AnyLoad
     from percuss.case.file_format.plain_form import PlainCase
+    from percuss.case.file_format.steel import CaseSteel
     from percuss.model import Load, Machine, System
     from percuss.model.checks import Array
     from percuss.model.contact import Timed
@@ -227,6 +229,26 @@ class Case:
             raise CaseError(self.file, "body", None, "a structure that is held: no blow of it is resolved by waves")
         assert question is not None  # the parts have raised otherwise
         return question
+
+    def steel(self) -> CaseSteel:
+        """The steels of bar and tool as the table [steel] has them, or what holds without it.
+
+        Raises
+        ------
+        CaseError
+            For a dimensionless case, which has no stresses.
+
+        Examples
+        --------
+        >>> from percuss.case import load_case
+        >>> load_case("laboratory-striker").steel().steel.ultimate
+        900000000.0
+        """
+        striker, target = self.blow_question().striker, self.tool()
+        if not isinstance(striker, SizedBody):
+            accepted = "a dimensionless case has no stresses, and so no fatigue"
+            raise CaseError(self.file, "", None, accepted, "describe bar and tool by their sizes, in [bar] and [tool]")
+        return self._parts.steel or steel_of(None, striker, target)
 
     def timed_law(self) -> Timed | None:
         """The law of a blow that takes time, where [contact] or [system] names one; None for B77's impact.

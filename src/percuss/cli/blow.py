@@ -47,12 +47,14 @@ stresses, where the energy goes, what comes back. The case describes what is str
   percuss blow case.toml --velocity "9.5 m/s" --plot blow.png
   percuss blow case.toml --gauge 0.8m --csv gauge.csv
   percuss blow case.toml --gauge 0.8m --measured gauge.csv --unit "µm/m" --plot blow.png
+  percuss blow stepped-drifter --fatigue --plot fatigue.png
   percuss blow case.toml --from-motion --json > blow.json
   percuss blow stepped-drifter --best rock-energy --vary "bar.sections[2].length=50:150mm" --below 350MPa""",
     CASE,
     option("--velocity V", "speed of the striker, such as '9.5 m/s' (default: [blow], or steady motion)"),
     option("--from-motion", "start from all of the steady motion, with the strain in the bar"),
     option("--until T", "end of the window, such as '3 ms' (default: [blow], or until the blow is over)"),
+    option("--fatigue", "safety factors and hours to failure of bar and tool, with the steel of [steel]"),
     option("--gauge X", "place on the rod, from its struck face, such as 0.8m, where waves are told of"),
     option("--measured FILE", "a record of strain, stress or force at the gauge, laid over the computed one"),
     option("--column NAME", "its column of values, by heading or number (default: the only one that fits)"),
@@ -117,6 +119,8 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
             if getattr(options, name) is not None:
                 why = "such as --best rock-energy" if needed == "best" else "whose record it describes"
                 parser.error(f"argument --{name.replace('_', '-')}: only with --{needed}, {why}")
+    if options.fatigue:
+        need("io", "rainflow")
     if options.output is not None:
         if options.output.lower().endswith((".toml", ".csv", ".json", *PICTURES)):
             parser.error(f"argument -o: '{options.output}': waves are saved as NetCDF, in a file that ends in .nc")
@@ -132,7 +136,9 @@ def _answer(parser: Parser, options: argparse.Namespace) -> BlowAnswer:
     gauge = _value(parser, case, "--gauge", options.gauge, "length")
     with of_file(case):
         try:
-            return blow_answer(case, velocity, until=until, gauge=gauge, whole_field=options.from_motion)
+            return blow_answer(
+                case, velocity, until=until, gauge=gauge, whole_field=options.from_motion, fatigue=options.fatigue
+            )
         except ParameterError as error:
             name = {"x": "gauge", "until": "until"}.get(error.name)
             if isinstance(error, CaseError) or name is None or getattr(options, name) is None:
@@ -205,7 +211,8 @@ def _check_best(parser: Parser, options: argparse.Namespace) -> None:
         parser.error(f"argument --best: '{options.best}': give one of {', '.join(OBJECTIVES)}")
     if not options.vary:
         parser.error("argument --best: say what may vary: --vary 'bar.sections[2].length=50:150mm'")
-    for name in ("velocity", "until", "from_motion", "gauge", "measured", "column", "unit", "sample_rate", "csv"):
+    own = ("velocity", "until", "from_motion", "fatigue", "gauge", "measured", "column", "unit", "sample_rate", "csv")
+    for name in own:
         if getattr(options, name):
             told = name.replace("_", "-")
             parser.error(f"argument --{told}: not with --best, which asks the case as it is; save it with -o, then "

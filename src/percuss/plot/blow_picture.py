@@ -84,6 +84,37 @@ def greatest_stresses(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.set(xlabel=scales.length_label, ylabel=scales.stress_label, title=title)
 
 
+_SAFE = 10.0  # safety factors beyond which nobody asks
+
+
+def fatigue_along(axes: Any, answer: BlowAnswer, mark: str) -> None:
+    """The safety factor at places of striker and rod, and where it governs."""
+    fatigue = answer.fatigue
+    assert fatigue is not None
+    start = {"striker": -float(_striker(answer).length.sum()), "rod": 0.0}
+    for i, one in enumerate(fatigue.fatigue.sections):
+        places, factors = one.places + start[one.body], one.factors
+        if places.size == 1:  # endless
+            places, factors = np.array([places[0], places[0] + _reach(answer)]), np.repeat(factors, 2)
+        axes.plot(places, np.minimum(factors, _SAFE), ".-", color=COLOURS[0], markersize=3.5,
+                  label="at the places looked at" if i == 0 else None)  # fmt: skip
+    worst = fatigue.governing.fatigue
+    where = worst.place + start[worst.body]
+    axes.plot(
+        where, min(worst.factor, _SAFE), "o", color=COLOURS[1], label=f"governs: {worst.name}, {worst.factor:.3g}"
+    )
+    low = 0.8 * min(1.0, worst.factor)
+    axes.axhspan(0.0, 1.0, color=COLOURS[1], alpha=0.1, linewidth=0.0, label="cycles above the fatigue limit")
+    _draw_steps(axes, answer)
+    axes.set_yscale("log")
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, _SAFE) if tick >= low]
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()
+    axes.set_ylim(low, _SAFE)
+    legend_above(axes)
+    axes.set(xlabel=_SI.length_label, ylabel="safety factor", title=f"{mark} fatigue")
+
+
 def _striker(answer: BlowAnswer) -> Sections:
     from percuss.blow.bodies import striker_sections
 
@@ -130,17 +161,20 @@ def blow(answer: BlowAnswer) -> Figure:
     beside, below = (_energy, []) if answer.rod is None else (_gauge, [_energy])
     below = ([_efficiency] if answer.beta is not None else []) + below
     below = ([_loop] if answer.blow.penetration is not None else []) + below
-    with canvas(11.0, 12.5 if below else 9.5, answer.title) as figure:
-        grid = figure.add_gridspec(4 if below else 3, 2)
+    rows = 3 + (answer.fatigue is not None) + bool(below)
+    with canvas(11.0, 3.0 * rows + 0.5, answer.title) as figure:
+        grid = figure.add_gridspec(rows, 2)
         _face(figure.add_subplot(grid[0, 0]), answer, "(a)")
         beside(figure.add_subplot(grid[0, 1]), answer, "(b)")
         waves = figure.add_subplot(grid[1, :])
         waves_along(figure, waves, answer, _last(answer), "(c)")
         greatest_stresses(figure.add_subplot(grid[2, :], sharex=waves), answer, "(d)")
+        if answer.fatigue is not None:
+            fatigue_along(figure.add_subplot(grid[3, :], sharex=waves), answer, "(e)")
         if below:
-            lower = grid[3, :].subgridspec(1, len(below))
+            lower = grid[rows - 1, :].subgridspec(1, len(below))
             for i, draw in enumerate(below):
-                draw(figure.add_subplot(lower[i]), answer, f"({'efg'[i]})")
+                draw(figure.add_subplot(lower[i]), answer, f"({'efgh'[rows - 4 + i]})")
     return figure
 
 

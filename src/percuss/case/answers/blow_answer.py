@@ -33,6 +33,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
+from percuss.case.answers.fatigue_answer import BlowFatigue, blow_fatigue
 from percuss.case.answers.transfer import ASSUMED
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
@@ -72,6 +73,8 @@ class BlowAnswer(ShortRepr):
         where there is no rod.
     measured
         What a strain gauge measured there, laid over the blow; None without a record.
+    fatigue
+        Fatigue of striker and rod by blows like this one; None where it was not asked for.
     """
 
     name: str
@@ -81,6 +84,7 @@ class BlowAnswer(ShortRepr):
     gauge: float | None
     notes: tuple[str, ...] = ()
     measured: MeasuredGauge | None = None
+    fatigue: BlowFatigue | None = None
 
     @property
     def is_si(self) -> bool:
@@ -164,6 +168,8 @@ class BlowAnswer(ShortRepr):
             told["measured"] = self.measured.to_json_dict()
         if self.rod is not None:
             told["gauge"] = plain_of(self, GAUGE)
+        if self.fatigue is not None:
+            told["fatigue"] = self.fatigue.to_json_dict()
         return plain(told | _stress_dict(self))
 
 
@@ -449,7 +455,8 @@ def blow_sentence(answer: BlowAnswer) -> str:
     """What one blow does, the first line of its report."""
     blow = answer.blow
     before = blow.energy_before
-    head = f"A blow of {answer.tell(before, 'energy', 3)} at {answer.tell(blow.mean_velocity_before, 'speed', 3)}"
+    head = "" if answer.fatigue is None else f"{answer.fatigue.sentence} "
+    head += f"A blow of {answer.tell(before, 'energy', 3)} at {answer.tell(blow.mean_velocity_before, 'speed', 3)}"
     if not blow.contacts:
         return f"{head} does not reach the target in {answer.tell(blow.until, 'time', 3)}."
     clauses = [_given(answer, before)]
@@ -498,6 +505,7 @@ def blow_answer(
     gauge: float | None = None,
     whole_field: bool = False,
     most_pieces: int | None = None,
+    fatigue: bool = False,
 ) -> BlowAnswer:
     """One blow of a case.
 
@@ -514,11 +522,15 @@ def blow_answer(
         Start from the whole field of the steady motion just before its impact, with its strain.
     most_pieces
         Of waves, as `percuss.blow.strike` counts them, after which the window is cut short.
+    fatigue
+        Whether to find the fatigue of striker and rod by blows like this one, as the table [steel] has it.
 
     Raises
     ------
     CaseError
-        When the case has no speed and no steady motion to take it from.
+        When the case has no speed and no steady motion to take it from, and for fatigue of a dimensionless case.
+    MissingExtraError
+        For fatigue without the package `rainflow`, of the extra `io`.
 
     Examples
     --------
@@ -532,7 +544,7 @@ def blow_answer(
     checked_case(case)
     velocity, until = (None if x is None else positive(n, x) for n, x in (("velocity", velocity), ("until", until)))
     gauge = None if gauge is None else non_negative("gauge", gauge)
-    question = case.blow_question()
+    question, steel = case.blow_question(), case.steel() if flag("fatigue", fatigue) else None
     if velocity is not None:
         if flag("whole_field", whole_field):
             raise ParameterError("velocity", velocity, "either a velocity or the field of the steady motion, not both")
@@ -558,7 +570,11 @@ def blow_answer(
         field=field,
         **({} if most_pieces is None else {"most_pieces": most_pieces}),
     )
-    return BlowAnswer(case.file, case.title, found, speed, _gauge(found, gauge), notes)
+    answer = BlowAnswer(case.file, case.title, found, speed, _gauge(found, gauge), notes)
+    if steel is None:
+        return answer
+    assumed = getattr(case.tables, "steel", None) is None
+    return replace(answer, fatigue=blow_fatigue(found, steel, _own_rate(case), assumed))
 
 
 def _gauge(blow: Blow, asked: float | None) -> float | None:
@@ -617,6 +633,17 @@ def own_speed(case: Case) -> float:
         return rigid_speed(case.machine(), case.room())
     except ParameterError as error:
         raise CaseError(case.file, "blow.velocity", None, error.accepted, error.remedy) from None
+
+
+def _own_rate(case: Case) -> float | None:
+    """Blows per second in the hammer's own cycle; None where it has none."""
+    from percuss.steady import self_excited_motion
+
+    try:
+        motion = self_excited_motion(case.machine(), room=case.room()).cycle if case.is_machine else _motion(case)[0]
+    except CaseError:
+        return None
+    return None if motion is None else motion.impacts / (motion.period * motion.system.time_scale)
 
 
 def _mean_speed(orbit: Orbit) -> float:
@@ -689,6 +716,8 @@ def blow_report(answer: BlowAnswer) -> Report:
     if answer.blow.penetration is not None:
         sections.append(section("The rock", *ROCK))
     sections.append(_stresses(answer))
+    if answer.fatigue is not None:
+        sections += answer.fatigue.parts
     if answer.formulas:
         sections.append(ReportSection("In closed form", tuple((one.name, one.text) for one in answer.formulas)))
     if answer.left_out:

@@ -40,6 +40,7 @@ from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pres
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
+from percuss.case.file_format.steel import CaseSteel, steel_of
 from percuss.case.file_format.values import above_zero, given_in, keyed
 from percuss.errors import CaseError, HistoryError, ParameterError, did_you_mean
 from percuss.model import Bar, Contact, HeldBody, Load, Machine, ModalBody, Mounted, SizedBody, System, Valve
@@ -267,6 +268,7 @@ class Parts:
         self.valve: Valve | None = None
         self.target: Rod | Wall | None = None
         self.blow: BlowQuestion | None = None
+        self.steel: CaseSteel | None = None
         self._own: dict[float, OwnBlow] = {}  # by their restitutions
         self._problems: list[CaseError] = []
         self._file = file
@@ -346,6 +348,10 @@ class Parts:
                 "tool", tables.tool,
                 lambda table: struck_alone(area, bar) if table is None else _again(sized_target, table, rock),
             )  # fmt: skip
+
+        if tables.steel is not None and self.target is not None:
+            target = self.target
+            self.steel = self._try("steel", tables.steel, lambda table: steel_of(table, bar, target))
 
     def _check_fit(self, tables: PhysicalCase | PlainCase) -> None:
         """Whether the body takes the law of the contact, and the load at its place."""

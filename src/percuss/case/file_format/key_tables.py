@@ -13,7 +13,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from percuss.case.file_format import bodies, contact, loads, start_and_simulation
+from percuss.case.file_format import bodies, contact, loads, start_and_simulation, steel
 from percuss.case.file_format.plain_form import plain_form
 from percuss.case.file_format.values import CaseTable, Kind, hints_of
 from percuss.errors import ParameterError
@@ -46,6 +46,8 @@ TABLES: dict[str, type[CaseTable]] = {
     **_STRUCK,
     "tool.sections": contact.ToolSectionTable,
     "rock": contact.RockTable,
+    "steel": steel.SteelTable,
+    "steel.tool": steel.ToolSteelTable,
     "start": start_and_simulation.StartTable,
     "simulation": start_and_simulation.SimulationTable,
     "system": bodies.SystemTable,

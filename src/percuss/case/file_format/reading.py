@@ -295,6 +295,7 @@ _ONLY_IN_SI = {
     key: "a dimensionless case knows an endless rod by its impedance, and no rock; describe the bar in SI, with [bar]"
     for key in ("rock", "tool.sections", "tool.end", "tool.bit_mass")
 }
+_ONLY_IN_SI["steel"] = "a dimensionless case has no stresses, and so no fatigue; describe the bar in SI, with [bar]"
 """What only a case in SI has, where a dimensionless one is told why."""
 
 _KINDS = "harmonic, square, fourier, history, steps, valve"

@@ -17,6 +17,7 @@ from percuss.case.file_format.bodies import BarTable, BodyTable, SystemTable
 from percuss.case.file_format.contact import BlowTable, ContactTable, RockTable, ToolTable
 from percuss.case.file_format.loads import AnyLoad
 from percuss.case.file_format.start_and_simulation import SimulationTable, StartTable
+from percuss.case.file_format.steel import SteelTable
 from percuss.case.file_format.values import CaseTable, hints_of, keys_of, tables_in
 from percuss.errors import did_you_mean
 
@@ -47,6 +48,7 @@ class PhysicalCase(StruckCase):
     tool: ToolTable | None = None
     rock: RockTable | None = None
     blow: BlowTable | None = None
+    steel: SteelTable | None = None
     start: StartTable | None = None
     simulation: SimulationTable | None = None
 
