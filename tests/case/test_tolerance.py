@@ -109,7 +109,12 @@ def test_standard_tolerances_and_what_is_written():
     told = {one.name: (one.low, one.high, one.unit) for one in standard_tolerances(case)}
     assert told["load.ports[0].behind"] == (129.8, 130.2, "mm") and told["load.pressure"] == (144.0, 176.0, "bar")
     assert told["load.states.power.rear"] == (15.2, 16.8, "cm^2")
-    assert told["contact.restitution"][:2] == pytest.approx((0.05, 0.25))
+    assert told["contact.restitution"][:2] == (0.05, 0.25)
+    assert [one.name for one in standard_tolerances(load_case("stepped-drifter"))] == [
+        "load.scale",
+        "contact.restitution",
+    ]
+    assert "load.supply.flow" in {one.name for one in standard_tolerances(case.varied(PUMP))}
     assert parsed_tolerance("ports[0].behind=+-1cm", case) == Span("load.ports[0].behind", 120.0, 140.0, "mm")
 
 
@@ -120,6 +125,9 @@ def test_standard_tolerances_and_what_is_written():
         ("load.pressure=±1mm", "unit of pressure"),
         ("load.pressure=±-1bar", "half width greater than 0"),
         ("load.pressure=5bar", "±HALF"),
+        ("load.pressure=±1.2.3bar", "half width greater than 0"),
+        ("load.pressure=±0,5bar", "decimal point"),
+        ("load.pressure=±0bar", "half width greater than 0"),
         ("contact.restitution=0.3..0.1", "contact.restitution"),
         ("contact.restitution=0.5..1.5", "from 0 to 1"),
     ],

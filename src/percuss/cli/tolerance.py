@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 @command(
     """\
 What the tolerances of its numbers do to a hammer: the share of the hammers that run, the spread of their figures, the
-worst corner, and which tolerance dominates. Without --vary the tolerances are those usual in a drawing: areas 5 %,
-ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
+worst corner, and which tolerance dominates. Without --vary the tolerances are those usual in a drawing: areas and the
+flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
     """\
   percuss tolerance valve-breaker
   percuss tolerance valve-breaker --vary load.pressure=±10bar --vary contact.restitution=0.1..0.2

@@ -18,7 +18,7 @@ from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
 from percuss.case.case import Case, checked_case, json_tables
 from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import held
+from percuss.case.parameters.case_keys import LOAD_SCALE, held
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import CaseError, ParameterError, PercussError, extra_package
 from percuss.explore.family import Axis
@@ -64,10 +64,11 @@ def parsed_tolerance(words: str, case: Case) -> Span:
     if not given.startswith("±"):
         axis = Axis.parsed(f"{key}={given.replace('..', ':')}:2")
         return Span(key, float(axis.values[0]), float(axis.values[1]), axis.unit)
-    match = re.fullmatch(r"±\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(.*)", given)
-    if match is None:
-        raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%")
-    half, unit = float(match[1]), match[2].strip()
+    match = re.fullmatch(r"±\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)\s*([^\d.,-].*)?", given)
+    if match is None or not float(match[1]) > 0.0:
+        remedy = f'write a decimal point: "{words.replace(",", ".")}"' if re.search(r"\d,\d", given) else ""
+        raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%", remedy)
+    half, unit = float(match[1]), (match[2] or "").strip()
     nominal, own = _nominal(case, key)
     if nominal is None:
         raise ParameterError("vary", words, "a key that the case holds", f"give the range: {key}=LOW..HIGH")
@@ -91,7 +92,7 @@ def _rounded(value: float) -> float:
 
 
 def standard_tolerances(case: Case) -> tuple[Span, ...]:
-    """Those of a drawing: areas 5 %, places of ports 0.2 mm, the load or its pressure 10 %, R 0.1.
+    """Those of a drawing: areas and a pump's flow 5 %, places of ports 0.2 mm, the load or its pressure 10 %, R 0.1.
 
     Raises
     ------
@@ -101,14 +102,17 @@ def standard_tolerances(case: Case) -> tuple[Span, ...]:
     checked_case(case)
     keys, found = CaseFamily(case, {}).keys, []
     rules = ((r"load\.states\..*\.(front|rear)|load\.area", "±5%"), (r"load\.ports\[\d+\]\.behind", "±0.2mm"),
-             (r"load\.pressure", "±10%"), (r"load\.amplitude", "±10%"))  # fmt: skip
+             (r"load\.pressure", "±10%"), (r"load\.supply\.flow", "±5%"))  # fmt: skip
     for key in keys:
         for rule, half in rules:
             if re.fullmatch(rule, key) and _nominal(case, key)[0]:
                 found.append(parsed_tolerance(f"{key}={half}", case))
+    if LOAD_SCALE in keys and not case.is_machine:
+        found.append(Span(LOAD_SCALE, 0.9, 1.1))
     restitution, _ = _nominal(case, "contact.restitution")
     if restitution is not None:
-        found.append(Span("contact.restitution", max(0.0, restitution - 0.1), min(1.0, restitution + 0.1)))
+        low, high = max(0.0, restitution - 0.1), min(1.0, restitution + 0.1)
+        found.append(Span("contact.restitution", _rounded(low), _rounded(high)))
     if not found:
         raise ParameterError("vary", None, "tolerances: this case has none of the usual keys", "give --vary KEY=±HALF")
     return tuple(found)
@@ -448,12 +452,13 @@ def tolerance_job(
     for one in given:
         for end in (one.low, one.high):
             try:
-                family.varied({one.name: end})
+                if one.name != LOAD_SCALE:
+                    family.varied({one.name: end})
             except CaseError as error:
                 accepted = error.accepted.removeprefix("expected ")
                 raise ParameterError(one.name, f"{end:g} {one.unit}".rstrip(), accepted, error.remedy) from None
     most = count("samples", samples, 64, 10**7)
-    base = 2 ** int(math.log2(most / (len(given) + 2)))
+    base = 2 ** round(math.log2(most / (len(given) + 2)))
     kept = None if modes is None else count("modes", modes, least=0)
     names = several("figures", figures, f"names of figures, such as {next(iter(WHOLE_FIGURES))}") or _TOLD
     for name in names:
