@@ -159,7 +159,8 @@ def best_place(
 
     Differential evolution (Storn & Price 1997) with the rules of Deb (2000): what keeps its limits goes before what
     does not, and of two that do not, the one that is beyond them by less. Then, around the best place, quadratic models
-    in a region of trust (COBYQA, Ragonneau 2022), which go along limits, and a simplex (Nelder & Mead 1965).
+    in a region of trust (COBYQA, Ragonneau 2022), which go along limits; without limits then a simplex (Nelder & Mead
+    1965), which takes kinks.
 
     Parameters
     ----------
@@ -234,7 +235,10 @@ def _searched(
         search(search.place(coarse[0]))  # against those alike
         search.best = search.best if search.cost < inf else coarse
     most = max(10, int(_LOCAL * search.most))
-    _along_limits(search, most // 2)
+    _along_limits(search, most // 2, 2.0 * _EDGE)
+    if search.best[1].slacks:  # anew from there: models of what lies along limits are soon too small
+        _along_limits(search, most - most // 2, 0.4 * _EDGE)
+        return
     place = search.place(search.best[0])
     options: Any = {
         "maxfev": most - most // 2,
@@ -245,7 +249,7 @@ def _searched(
     minimize(search, place, method="Nelder-Mead", bounds=unit, options=options)
 
 
-def _along_limits(search: _Search[Any], most: int) -> None:
+def _along_limits(search: _Search[Any], most: int, radius: float) -> None:
     """From the best place on by models of figure and limits; whatever they come by is judged as all others are."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
@@ -254,7 +258,7 @@ def _along_limits(search: _Search[Any], most: int) -> None:
     scale, ranges = abs(trial.value or 0.0) or 1.0, len(values)
     unused = np.zeros((len(trial.slacks), ranges))  # slopes, which scipy would compute for a method that asks for none
     limits: Any = NonlinearConstraint(lambda place: search.row(place, scale)[1:], 0.0, inf, jac=lambda _: unused)
-    asked: Any = {"maxfev": most, "initial_tr_radius": 2.0 * _EDGE, "final_tr_radius": 1e-8}
+    asked: Any = {"maxfev": most, "initial_tr_radius": radius, "final_tr_radius": 1e-8}
     minimize(
         lambda place: search.row(place, scale)[0], search.place(values), method="COBYQA",
         bounds=Bounds(np.zeros(ranges), np.ones(ranges)), constraints=limits if trial.slacks else (),
