@@ -113,7 +113,7 @@ MEANT = (
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
         simulate.Trajectory.section.displacement simulate.Trajectory.section.velocity
-        case.orbits_answer.seed case.best_answer.seed case.design.seed blow.fatigue.blow
+        case.orbits_answer.seed case.best_answer.seed case.design.seed case.tolerance*.seed blow.fatigue.blow
         """,
     ),
     (
@@ -132,6 +132,7 @@ MEANT = (
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
+        case.tolerance*.tolerances case.tolerance*.figures
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
@@ -293,6 +294,7 @@ class Arguments:
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
             cases.compare([drilling, drilling], modes=0),
+            cases.tolerance(drilling, figures=["blow_energy"], samples=64, modes=0, workers=1),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
             cases.design(drilling, [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")], "power", modes=0, most=20),
@@ -435,6 +437,12 @@ class Arguments:
             "case.measured_gauge": {"answer": of["BlowAnswer"], "path": folder / "gauge.csv"},
             "case.Span": range_,
             "case.Span.parsed": {"words": "bar.length=100:300mm"},
+            "case.parsed_tolerance": {"words": "load.pressure=±10bar", "case": drilling},
+            "case.tolerance*": {
+                "case": drilling, "tolerances": [cases.Span("load.pressure", 150.0, 170.0, "bar")],
+                "figures": ["blow_energy"], "samples": 64, "modes": 0,
+            },
+            "case.standard_tolerances": {"case": drilling},
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
             "case.design": {"case": drilling, "spans": [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")]}
             | {"figure": "power", "limits": [cases.Limit("power", 1.0)], "modes": 0, "most": 20},

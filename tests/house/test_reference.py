@@ -332,6 +332,7 @@ ANSWERS = {
         "steady pneumatic-jackleg --reach-of load_factor --modes 0",
     ),
     "compare": ("compare mini-breaker valve-breaker --modes 0 --set pressure=150bar",),
+    "tolerance": ("tolerance valve-breaker --modes 0 --samples 64",),
     "design": ("design valve-drifter --vary ports[0].behind=20:24mm --want blow_rate=1..90Hz --modes 0 --hammers 20",),
     "blow": (
         "blow laboratory-striker --fatigue",

@@ -20,6 +20,13 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.orbits_answer import branch_answer, orbits_answer, rest_cycles_answer
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
     from percuss.case.answers.exploring.reach_answer import reach_answer
+    from percuss.case.answers.exploring.tolerance import (
+        ToleranceAnswer,
+        parsed_tolerance,
+        standard_tolerances,
+        tolerance,
+        tolerance_job,
+    )
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer

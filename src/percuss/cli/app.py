@@ -61,6 +61,7 @@ COMMANDS = {
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
     "design": "the best hammer within ranges, under limits of any of its figures",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
+    "tolerance": "what tolerances do to it: the spread of its figures, what dominates",
     "simulate": "how a hammer moves from a start, impact by impact",
     "orbits": "motions with several impacts in a cycle, stable and unstable",
     "follow": "such a motion followed through a parameter: folds, flips, ends",
@@ -80,8 +81,8 @@ COMMANDS = {
 
 _FILES = {
     "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow",
-    "design": "design", "serve": "serve", "maps": "sweep experiment basins",
-    "catalogue": "machines new keys paper", "long_commands": "show export",
+    "design": "design", "tolerance": "tolerance", "serve": "serve",
+    "maps": "sweep experiment basins",    "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 
 

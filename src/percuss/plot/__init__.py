@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from percuss.plot.machine_picture import machine, machine_motion
     from percuss.plot.map_picture import basins, experiment, sweep
     from percuss.plot.steady_picture import steady
+    from percuss.plot.tolerance_picture import tolerance
     from percuss.plot.trajectory_picture import trajectory
 
 __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

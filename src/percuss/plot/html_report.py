@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
+from percuss.case.answers.blow_answer import BlowAnswer, blow_report
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
+from percuss.case.answers.exploring.tolerance import ToleranceAnswer
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
@@ -43,7 +45,7 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | DesignAnswer
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | BlowAnswer | DesignAnswer | ToleranceAnswer
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
@@ -99,8 +101,12 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
         return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
     if isinstance(answer, Comparison):
         return answer.report(), plot.comparison(answer), "Cycles and blows"
+    if isinstance(answer, ToleranceAnswer):
+        return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
     if isinstance(answer, DesignAnswer):
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
+    if isinstance(answer, BlowAnswer):
+        return blow_report(answer), plot.blow(answer), "The blow"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"

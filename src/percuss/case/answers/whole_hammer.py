@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from percuss.case.answers.facts import measured, number
+from percuss.case.answers.facts import measured, number, quantity
 from percuss.case.answers.transfer import transfer_of
 from percuss.errors import ParameterError, did_you_mean
-from percuss.model.checks import DEFAULT_MODES
+from percuss.model.checks import DEFAULT_MODES, text
 from percuss.short_repr import ShortRepr
 from percuss.stability import stability_of
 from percuss.steady import Orbit, self_excited_motion, steady_states
@@ -103,6 +103,17 @@ class WholeFigure:
             return measured(value, self.unit if is_si else "", digits)
         return f"{number(value / unit_scale(self.spoken, (self.dimension,), self.label)[0], digits)} {self.spoken}"
 
+    def axis(self, greatest: float, is_si: bool) -> tuple[float, str]:
+        """What base units are multiplied by on an axis that goes as far as this, and the unit there."""
+        if not is_si or not self.unit:
+            return 1.0, ""
+        if self.spoken:
+            return 1.0 / unit_scale(self.spoken, (self.dimension,), self.label)[0], self.spoken
+        if not self.unit.isalpha() or self.unit == "rad" or greatest == 0.0:
+            return 1.0, self.unit
+        told = quantity(greatest, self.unit)
+        return float(f"{float(told.split()[0]) / greatest:.0e}"), told.split()[1]
+
     def given(self, name: str, text: str, is_si: bool) -> float:
         """A value in base units from text such as ``70 Hz``; UnitError without its unit, or with another one's."""
         return si(text, self.dimension if is_si and self.dimension else "dimensionless", name)
@@ -189,7 +200,7 @@ _SECTION = re.compile(r"(piston|steel)\[(\d{1,3})\]\.stress")
 
 def whole_figure(name: str) -> WholeFigure:
     """A figure by its name; ParameterError with those that there are."""
-    if name in WHOLE_FIGURES:
+    if text("figure", name) in WHOLE_FIGURES:
         return WHOLE_FIGURES[name]
     if match := _SECTION.fullmatch(name):
         body, section = match[1], int(match[2])

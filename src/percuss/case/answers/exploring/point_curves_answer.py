@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -203,7 +204,7 @@ def curves_progress(
     patience: float = 8.0,
     halt: Callable[[], bool] = lambda: False,
 ) -> Iterator[Watched]:
-    """What happens to an orbit on both lines through it, as curves: share done, those so far (`patience` s each)."""
+    """What happens to an orbit on both lines through it: share done, curves so far; `patience`: work for each, in s."""
     axes = {axis.name: axis for axis in map(Axis.spanned, (across, up))}
     family = CaseFamily(case, {name: axis.unit for name, axis in axes.items() if axis.unit})
     here = {name: value_of(case, family, name) for name in axes}
@@ -227,8 +228,9 @@ def curves_progress(
 
 
 def _late(seconds: float, halt: Callable[[], bool]) -> Callable[[Elapsed], bool]:
-    """What says so after some time, or when `halt` does."""
-    return lambda now: halt() or now.seconds > seconds
+    """What says so after some time worked by this thread, however busy the machine is, or when `halt` does."""
+    until = time.thread_time() + seconds
+    return lambda _: halt() or time.thread_time() > until
 
 
 def _is_on(
