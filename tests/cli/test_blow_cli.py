@@ -57,6 +57,9 @@ def test_fatigue_tells_what_governs_first_and_what_it_leaves_out(struck):
     done = struck(case, "--fatigue")
     done.told("Governs: rod 0, ", "the case has no [steel]: 42CrMo4 QT is assumed", LEFT_OUT, "Fatigue of the sections")
     assert done.out.splitlines()[2].startswith("Governs: ")
+    struck(case, "--fatigue", "--report", "blow.html").told("report: blow.html")
+    page = Path("blow.html").read_text(encoding="utf-8")
+    assert "Governs: rod 0, " in page and "Fatigue of the sections" in page and "safety factor" in page
     struck(case, "--best", "peak-stress", "--vary", "length=0.1:1m", "--fatigue").refused("--fatigue")
 
 

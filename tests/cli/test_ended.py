@@ -23,7 +23,8 @@ COMMANDS = {
     "claims": ["paper", "claims", "--full", "-o", "audit"],
     "best": ["blow", "stepped-drifter", "--best", "efficiency", "--vary", "bar.sections[2].length=50:150mm",
              "--blows", "90000"],
-    "design": ["design", "valve-drifter", "--vary", "bar.diameter=45:50mm", "--hammers", "90000"],
+    "design": ["design", "valve-drifter", "--vary", "bar.diameter=45:50mm", "--vary", "load.ports[0].behind=8:24mm",
+               "--vary", "load.ports[1].behind=2:8mm", "--vary", "bar.length=300:400mm", "--hammers", "90000"],
     "sweep in an archive": ["sweep", *LONG, *PLANE, "-o", "a.zarr"],
 }  # fmt: skip
 

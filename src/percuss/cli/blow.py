@@ -11,6 +11,7 @@ from percuss.cli.arguments import (
     JSON,
     NETCDF,
     PICTURES,
+    REPORT,
     Parser,
     command,
     csv_option,
@@ -72,6 +73,7 @@ stresses, where the energy goes, what comes back. The case describes what is str
     ),
     csv_option("write the same as a table"),
     plot_option("the blow"),
+    REPORT,
     option(
         "--best WHAT", "search for the best sizes: rock-energy, efficiency, incident-energy, or the least peak-stress"
     ),
@@ -93,7 +95,8 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         _check_best(parser, options)
         return _best(parser, options)
     _check(parser, options)
-    answer = _answer(parser, options)
+    case = named_case(options.case)
+    answer = _answer(parser, options, case)
     if options.measured is not None:
         answer = _with_record(parser, answer, options)
     from percuss.case.answers.blow_answer import blow_dataset, blow_report
@@ -102,9 +105,14 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.atomic_write import write_dataset
 
         write_dataset(blow_dataset(answer), options.output)
+    if options.report is not None:
+        from percuss.atomic_write import write_whole
+        from percuss.plot.html_report import report_html
+
+        write_whole(options.report, report_html(case, answer))
     return answered(
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
-        dataset=lambda: blow_dataset(answer), indent=1, waves=options.output,
+        dataset=lambda: blow_dataset(answer), indent=1, waves=options.output, report=options.report,
     )  # fmt: skip
 
 
@@ -127,10 +135,9 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
         need(*NETCDF)
 
 
-def _answer(parser: Parser, options: argparse.Namespace) -> BlowAnswer:
+def _answer(parser: Parser, options: argparse.Namespace, case: Case) -> BlowAnswer:
     from percuss.case import blow_answer
 
-    case = named_case(options.case)
     velocity = _value(parser, case, "--velocity", options.velocity, "velocity")
     until = _value(parser, case, "--until", options.until, "time")
     gauge = _value(parser, case, "--gauge", options.gauge, "length")
@@ -212,7 +219,7 @@ def _check_best(parser: Parser, options: argparse.Namespace) -> None:
     if not options.vary:
         parser.error("argument --best: say what may vary: --vary 'bar.sections[2].length=50:150mm'")
     own = ("velocity", "until", "from_motion", "fatigue", "gauge", "measured", "column", "unit", "sample_rate", "csv")
-    for name in own:
+    for name in (*own, "report"):
         if getattr(options, name):
             told = name.replace("_", "-")
             parser.error(f"argument --{told}: not with --best, which asks the case as it is; save it with -o, then "

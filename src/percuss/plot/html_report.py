@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
+from percuss.case.answers.blow_answer import BlowAnswer, blow_report
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer
@@ -44,7 +45,7 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | DesignAnswer | ToleranceAnswer
+Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | BlowAnswer | DesignAnswer | ToleranceAnswer
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
@@ -104,6 +105,8 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
         return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
     if isinstance(answer, DesignAnswer):
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
+    if isinstance(answer, BlowAnswer):
+        return blow_report(answer), plot.blow(answer), "The blow"
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
     return machine_report(answer), plot.machine(answer), "The cycle"
