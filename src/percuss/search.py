@@ -31,7 +31,7 @@ _NO_WORTH = 2.0  # what the polish takes for the value, about 1, where there is 
 _INSIDE = 1e-7  # share of a limit that the polish stays away from it
 
 
-class Trial(NamedTuple, Generic[Thing]):
+class Candidate(NamedTuple, Generic[Thing]):
     """What was made at a place: its figure, None where it has none, and how far it is inside each limit.
 
     `slacks` are shares of the limits, negative beyond them. A `fault` greater than 0 says that it cannot be used at
@@ -53,7 +53,7 @@ class Found(NamedTuple, Generic[Thing]):
     """The best place, what was made there, whether it keeps all limits, how many were made, and whether to the end."""
 
     values: tuple[float, ...]
-    trial: Trial[Thing]
+    trial: Candidate[Thing]
     allowed: bool
     tried: int
     complete: bool
@@ -81,14 +81,14 @@ class _Ended(Exception):
 class _Search(Generic[Thing]):
     """Costs of places in the unit cube: beyond the limits by how much, else below 0 (Deb 2000); keeps the best."""
 
-    made: Callable[[tuple[float, ...]], Trial[Thing]]
+    made: Callable[[tuple[float, ...]], Candidate[Thing]]
     ranges: _Array
     greatest: bool
     most: int
     progress: Callable[[SearchProgress], object] | None
     tried: int = 0
     cost: float = inf
-    best: tuple[tuple[float, ...], Trial[Thing]] | None = None
+    best: tuple[tuple[float, ...], Candidate[Thing]] | None = None
     refused: PercussError | None = None
     _rows: dict[bytes, _Array] = field(default_factory=dict)
 
@@ -100,7 +100,7 @@ class _Search(Generic[Thing]):
     def __call__(self, place: _Array) -> float:
         return self.judged(place)[0]
 
-    def judged(self, place: _Array) -> tuple[float, Trial[Thing] | None]:
+    def judged(self, place: _Array) -> tuple[float, Candidate[Thing] | None]:
         """The cost of a place and what was made there."""
         allowed = self.best[1].value if self.best is not None and self.cost < 0.0 else None
         if self.progress is not None and self.progress(SearchProgress(self.tried, self.most, allowed)):
@@ -145,7 +145,7 @@ class _Search(Generic[Thing]):
 
 
 def best_place(
-    made: Callable[[tuple[float, ...]], Trial[Thing]],
+    made: Callable[[tuple[float, ...]], Candidate[Thing]],
     ranges: Sequence[tuple[float, float]],
     *,
     greatest: bool = True,
@@ -153,7 +153,7 @@ def best_place(
     seed: int = 0,
     most: int = 1500,
     progress: Callable[[SearchProgress], object] | None = None,
-    finely: Callable[[tuple[float, ...]], Trial[Thing]] | None = None,
+    finely: Callable[[tuple[float, ...]], Candidate[Thing]] | None = None,
 ) -> Found[Thing] | PercussError | None:
     """The place within ranges whose figure is the greatest, or the least, of those that keep all limits.
 
@@ -190,7 +190,7 @@ def best_place(
     The greatest area of a rectangle whose sides are 3 m long together, and none longer than 1.2 m:
 
     >>> def rectangle(sides):
-    ...     return Trial(None, sides[0] * sides[1], slacks=(1.0 - sum(sides) / 3.0,))
+    ...     return Candidate(None, sides[0] * sides[1], slacks=(1.0 - sum(sides) / 3.0,))
     >>> found = best_place(rectangle, [(0.1, 1.2), (0.1, 4.0)], most=300)
     >>> [round(side, 4) for side in found.values], found.allowed
     ([1.2, 1.8], True)
@@ -212,7 +212,7 @@ def _searched(
     search: _Search[Thing],
     first: Sequence[float] | None,
     seed: int,
-    finely: Callable[[tuple[float, ...]], Trial[Thing]] | None,
+    finely: Callable[[tuple[float, ...]], Candidate[Thing]] | None,
 ) -> None:
     extra_package("scipy", "io")
     from scipy.optimize import Bounds, differential_evolution, minimize

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from percuss.blow.figures import FIGURES, BlowOutcome
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.checks import callback, choice, count, finite, positive
-from percuss.search import SearchProgress, Trial, best_place
+from percuss.search import SearchProgress, Candidate, best_place
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
@@ -94,12 +94,12 @@ def best_blow(
     limit = None if below is None else positive("below", below)
     figure, sign = OBJECTIVES[objective]
 
-    def trial(values: tuple[float, ...]) -> Trial[Blow]:
+    def trial(values: tuple[float, ...]) -> Candidate[Blow]:
         blow = made(values)
         if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
             raise ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
         slacks = () if limit is None else (1.0 - (FIGURES["peak_stress"].value(blow) or 0.0) / limit,)
-        return Trial(blow, FIGURES[figure].value(blow), slacks)
+        return Candidate(blow, FIGURES[figure].value(blow), slacks)
 
     found = best_place(trial, limits, greatest=sign > 0.0, first=first, seed=seed, most=most, progress=progress)
     if found is None or isinstance(found, PercussError):

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Limit, Number, Problem, refused, unit_tangent
+from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, ParameterEnd, Number, Problem, refused, unit_tangent
 from percuss.explore.family import Family
 from percuss.halting import check_interrupted
 from percuss.model import System
@@ -212,7 +212,7 @@ class SolutionCurve(OrbitProblem):
     def system_at(self, x: Array) -> System:
         return self.system(self.value(x))  # whether its load pushes or not
 
-    def refused(self, here: Array, place: Array, refusal: PercussError) -> Limit:
+    def refused(self, here: Array, place: Array, refusal: PercussError) -> ParameterEnd:
         """The last value of the parameter, on the way to one, at which there is a system whose load pushes."""
         good, bad = self.value(here), self.value(place)
         while abs(good - bad) > _EVEN_LAST * max(abs(good), abs(bad), self.unit):
@@ -220,7 +220,7 @@ class SolutionCurve(OrbitProblem):
             good, bad = (middle, bad) if self.refusal(middle) is None else (good, middle)
         even = round(good, 12)  # the limit itself, where that is allowed
         last = even if abs(even - good) < _LAST and self.refusal(even) is None else good
-        return Limit(place.size - 1, last / self.unit, refused(refusal), refusal)
+        return ParameterEnd(place.size - 1, last / self.unit, refused(refusal), refusal)
 
     def value(self, x: Array) -> float:
         """The parameter at a point."""

@@ -129,7 +129,7 @@ class CurvePoint(NamedTuple):
     motion: Any = None  # there, where a walk keeps it
 
 
-class Limit(NamedTuple):
+class ParameterEnd(NamedTuple):
     """Where an unknown that is a parameter goes no further: its number, the last value, what is there, and why."""
 
     unknown: int
@@ -217,7 +217,7 @@ class Problem(ABC):
             return error
         return None
 
-    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
+    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> ParameterEnd | None:
         """The first end of a range on the way to another place, or what `refused` there says."""
         found, share = None, 1.0
         for i, unit, (low, high) in zip(self.places, self.units, bounds, strict=True):
@@ -226,14 +226,14 @@ class Problem(ABC):
                 end = (low if value < low else high) / unit
                 part = (end - here[i]) / (x[i] - here[i])
                 if found is None or part < share:
-                    found, share = Limit(i, end, BranchEvent.LIMIT), part
+                    found, share = ParameterEnd(i, end, BranchEvent.LIMIT), part
         place = x if found is None else here + share * (x - here)
         if found is not None:
             place[found.unknown] = found.value
         refusal = self.refusal(*self.values(place))
         return found if refusal is None else self.refused(here, place, refusal)
 
-    def refused(self, here: Array, place: Array, refusal: PercussError) -> Limit:
+    def refused(self, here: Array, place: Array, refusal: PercussError) -> ParameterEnd:
         """The last place on the way to one where there is no motion; here CorrectorFailed, and a shorter step."""
         raise CorrectorFailed(str(refusal)) from refusal
 

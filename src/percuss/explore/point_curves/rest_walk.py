@@ -21,7 +21,7 @@ from percuss.explore.continuation.walk import (
     CorrectorFailed,
     CurvePoint,
     CurveSegment,
-    Limit,
+    ParameterEnd,
     Look,
     Problem,
     Target,
@@ -549,7 +549,7 @@ class RestEndCurve(Problem):
         """The same with the way of the bar taken anew at a place of the curve."""
         return replace(self, condition=self.condition.renewed(self.at_wall(x)))
 
-    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> Limit | None:
+    def limit(self, here: Array, x: Array, bounds: Sequence[tuple[float, float]]) -> ParameterEnd | None:
         """The first end of a range on the way to another place, or of the values that there are."""
         known = [_LAST.get(name, (-math.inf, math.inf)) for name in self.names]
         inner = [(max(a, low), min(b, high)) for (a, b), (low, high) in zip(bounds, known, strict=True)]

@@ -19,7 +19,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
-from percuss.search import SearchProgress, Trial, best_place
+from percuss.search import SearchProgress, Candidate, best_place
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
@@ -318,7 +318,7 @@ def design(
     ran: deque[tuple[Array, int | None, WholeHammer]] = deque(maxlen=_NEAR)
     wide = np.array([span.high - span.low for span in spans])
 
-    def trial(values: tuple[float, ...], kept: int | None) -> Trial[None]:
+    def trial(values: tuple[float, ...], kept: int | None) -> Candidate[None]:
         tried = {span.name: rounded(x) for span, x in zip(spans, values, strict=True)}
         place = np.array(values) / wide
         known = [(float(np.sum((there - place) ** 2)), other) for there, modes, other in ran if modes == kept]
@@ -328,12 +328,12 @@ def design(
             one = family.whole(tried, modes=kept)
         has = {} if one.motion is None else {name: each.value(one) for name, each in asked.items()}
         if not has or None in has.values():
-            return Trial(None, None)
+            return Candidate(None, None)
         if one.runs:
             ran.append((place, kept, replace(one)))  # without what it has computed
         slacks = [slack for limit in limits for slack in _slacks(limit, has[limit.figure] or 0.0)]
         fault = 0.0 if one.runs else 1.0 + max(0.0, -(one.value("margin") or 0.0))
-        return Trial(None, has[figure], tuple(slacks), fault)
+        return Candidate(None, has[figure], tuple(slacks), fault)
 
     inside = [x is not None and span.low <= x <= span.high for x, span in zip(own_values, spans, strict=True)]
     found = best_place(
