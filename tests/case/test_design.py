@@ -14,7 +14,7 @@ from percuss.plot.html_report import report_html
 PUMP = {"load.supply": {"flow": "60 l/min", "accumulator": "2.5 cm^3/bar"}}
 HAMMERS = {
     "clock": (
-        load_case("stepped-drifter"), "bar.sections[2].length=50:150mm", "bar.sections[0].diameter=30:50mm",
+        load_case("stepped-drifter"), "bar.sections[2].diameter=34:48mm", "bar.sections[0].diameter=30:50mm",
         "rock_power", "power=15 kW",  # stresses have ridges, where waves meet
     ),
     "valve": (

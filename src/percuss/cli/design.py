@@ -40,7 +40,7 @@ what comes nearest and which limit costs most. The figures are those of 'percuss
 rock_power, rock_energy, overall_efficiency, flow, pressure, piston.stress, steel.stress, steel[0].stress, margin and
 others.""",
     """\
-  percuss design stepped-drifter --most rock_power --vary "bar.sections[2].length=50:150mm" --below steel.stress=350MPa
+  percuss design stepped-drifter --most rock_power --vary "bar.sections[2].diameter=34:48mm" --below steel.stress=350MPa
   percuss design valve-drifter --most rock_power --want blow_rate="45 Hz..60 Hz" --below steel.stress=400MPa \\
       --vary load.ports[0].behind=8:24mm --vary bar.diameter=40:56mm -o better.toml --report better.html
   percuss design better.toml --least steel.stress --above rock_power=9kW --vary bar.diameter=40:56mm""",
