@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from percuss.blow.figures import FIGURES, BlowOutcome
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.checks import callback, choice, count, finite, positive
-from percuss.search import SearchProgress, Candidate, best_place
+from percuss.search import Candidate, SearchProgress, best_place
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow

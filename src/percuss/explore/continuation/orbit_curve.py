@@ -18,7 +18,15 @@ import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
-from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, ParameterEnd, Number, Problem, refused, unit_tangent
+from percuss.explore.continuation.walk import (
+    CorrectorFailed,
+    CurvePoint,
+    Number,
+    ParameterEnd,
+    Problem,
+    refused,
+    unit_tangent,
+)
 from percuss.explore.family import Family
 from percuss.halting import check_interrupted
 from percuss.model import System

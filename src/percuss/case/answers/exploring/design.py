@@ -19,7 +19,7 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
-from percuss.search import SearchProgress, Candidate, best_place
+from percuss.search import Candidate, SearchProgress, best_place
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
@@ -112,6 +112,8 @@ class DesignAnswer(ShortRepr):
         How many were computed, and with which random numbers.
     complete
         Whether the search came to its end; false where `progress` ended it.
+    lacking
+        How many of them ran, and had no such figure: a blow of waves in too many pieces has none.
     """
 
     figure: str
@@ -124,6 +126,7 @@ class DesignAnswer(ShortRepr):
     hammers: int
     seed: int
     complete: bool
+    lacking: int = 0
 
     @property
     def case(self) -> Case:
@@ -202,7 +205,7 @@ class DesignAnswer(ShortRepr):
         together = zip(self.spans, self.own_values, self.values, strict=True)
         return {
             "case": self.comparison.cases[0].file, "title": self.comparison.cases[0].title, "summary": self.summary,
-            **picked(self, "figure greatest allowed hammers seed complete"), "runs": self.best.runs,
+            **picked(self, "figure greatest allowed hammers lacking seed complete"), "runs": self.best.runs,
             "varied": [
                 {**picked(s, "name unit low high"), "own": was, "best": x, "end": range_end(s, x)}
                 for s, was, x in together
@@ -224,7 +227,10 @@ class DesignAnswer(ShortRepr):
         """What `percuss design` prints."""
         looked = f"{'most' if self.greatest else 'least'} {whole_figure(self.figure).label}"
         ranges = [("range", f"{s.name} from {number(s.low)} to {number(s.high)} {s.unit}".rstrip()) for s in self.spans]
-        searched = (("looked for", looked), ("hammers", f"{self.hammers}, seed {self.seed}"), *ranges)
+        searched = [("looked for", looked), ("hammers", f"{self.hammers}, seed {self.seed}"), *ranges]
+        if self.lacking:
+            why = f"{self.lacking} of them run, and have no such figure: the waves of their blow are in too many pieces"
+            searched.append(("left out", why))
         rows = []
         for limit in self.limits:
             name, over = limit.figure, self.excess.get(limit.figure)
@@ -242,7 +248,7 @@ class DesignAnswer(ShortRepr):
         both = self.comparison.report().sections
         parts = (sizes(self.spans, self.own_values, self.values), *((limits,) if rows else ()), both[-1])
         tone = BAD if not self.allowed else GOOD if self.complete else PLAIN
-        sections = (ReportSection("The search", searched), both[0], *parts)
+        sections = (ReportSection("The search", tuple(searched)), both[0], *parts)
         return Report(self.comparison.cases[0].title, self.summary, tone, sections)
 
 
@@ -316,7 +322,7 @@ def design(
             has = ", ".join(known for known in WHOLE_FIGURES if own.value(known) is not None)
             raise ParameterError("figure", name, f"a figure that this hammer has: {has}")
     ran: deque[tuple[Array, int | None, WholeHammer]] = deque(maxlen=_NEAR)
-    wide = np.array([span.high - span.low for span in spans])
+    wide, lacking = np.array([span.high - span.low for span in spans]), [0]
 
     def trial(values: tuple[float, ...], kept: int | None) -> Candidate[None]:
         tried = {span.name: rounded(x) for span, x in zip(spans, values, strict=True)}
@@ -328,6 +334,7 @@ def design(
             one = family.whole(tried, modes=kept)
         has = {} if one.motion is None else {name: each.value(one) for name, each in asked.items()}
         if not has or None in has.values():
+            lacking[0] += one.runs
             return Candidate(None, None)
         if one.runs:
             ran.append((place, kept, replace(one)))  # without what it has computed
@@ -353,4 +360,5 @@ def design(
     values = tuple(map(rounded, found.values))
     best = family.varied({span.name: x for span, x in zip(spans, values, strict=True)})
     both = compare([case, best], (case.file, f"{case.file}, best"), modes)
-    return DesignAnswer(figure, greatest, limits, spans, values, own_values, both, found.tried, seed, found.complete)
+    told = both, found.tried, seed, found.complete, lacking[0]
+    return DesignAnswer(figure, greatest, limits, spans, values, own_values, *told)

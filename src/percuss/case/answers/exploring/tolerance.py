@@ -226,6 +226,7 @@ class ToleranceJob:
 class Spread:
     """A figure of hammers within tolerances, in base units: of the case, and of the random ones that run.
 
+    `known` is the share of those that have it: a blow of waves in too many pieces has no figures.
     `corners` are the least and the greatest of the corners of all tolerances, and `at` where: the sign of each.
     `first`, `total` are the Sobol indices of each tolerance: its share of the variance alone, and with all in which it
     takes part; None where too many hammers do not run.
@@ -233,6 +234,7 @@ class Spread:
 
     name: str
     nominal: float
+    known: float
     median: float
     low: float
     high: float
@@ -285,17 +287,17 @@ class ToleranceAnswer(ShortRepr):
         column, drawn = self.columns[name], self.drawn[name]
         known = drawn[np.isfinite(drawn)]
         if not known.size:
-            raise ParameterError("vary", counted(len(drawn), "hammer"), "tolerances within which some run")
+            accepted = f"tolerances within which some run, and have the {whole_figure(name).label}"
+            raise ParameterError("vary", counted(len(drawn), "hammer"), accepted)
         low, high = np.quantile(known, _NINE_OF_TEN).tolist()
         corners, signs = self._corners(name)
         ends = (int(np.nanargmin(corners)), int(np.nanargmax(corners))) if np.isfinite(corners).any() else None
         at = ("", "") if ends is None else (signs[ends[0]], signs[ends[1]])
         worst = (math.nan, math.nan) if ends is None else (float(corners[ends[0]]), float(corners[ends[1]]))
         first, total = self._indices(name)
-        return Spread(
-            name, float(column[0]), float(np.median(known)), low, high, float(known.min()), float(known.max()), worst,
-            at, first, total,
-        )  # fmt: skip
+        share = known.size / int(self.drawn["runs"].sum())
+        whole = float(np.median(known)), low, high, float(known.min()), float(known.max())
+        return Spread(name, float(column[0]), share, *whole, worst, at, first, total)
 
     def _corners(self, name: str) -> tuple[Array, list[str]]:
         """The figure at all corners; of many tolerances at the two where it changes most, linearised."""
@@ -366,8 +368,9 @@ class ToleranceAnswer(ShortRepr):
             left = math.sqrt(max(0.0, 1.0 - 0.75 * total))
             said += f" {'Tightest' if self.standard else 'What dominates'}: {tightest.name}, with {percent(total)} "
             said += f"of the variance; halved, it leaves {percent(left)} of the spread."
-        elif share < 1.0:
-            said += " What dominates is not told, as too many do not run."
+        elif share < 1.0 or main.known < 1.0:
+            why = "do not run" if share < 1.0 - _FEW else "have no such figure: their waves are in too many pieces"
+            said += f" What dominates is not told, as too many {why}."
         return said
 
     def to_json_dict(self) -> dict[str, Any]:
@@ -389,7 +392,7 @@ class ToleranceAnswer(ShortRepr):
                 {
                     "name": one.name, "unit": whole_figure(one.name).unit if self.case.is_si else "",
                     **{key: json_number(getattr(one, key))
-                       for key in ("nominal", "median", "low", "high", "least", "greatest")},
+                       for key in ("nominal", "known", "median", "low", "high", "least", "greatest")},
                     "corners": [json_number(value) for value in one.corners], "at": list(one.at),
                     "first": by_name(one.first), "total": by_name(one.total),
                 }
@@ -427,7 +430,8 @@ class ToleranceAnswer(ShortRepr):
         tell = partial(self._tell, one.name)
         corners = (f"{tell(value)} ({at})" if at else "–" for value, at in zip(one.corners, one.at, strict=True))
         ends = f"{tell(one.low)} to {tell(one.high)}", f"{tell(one.least)} to {tell(one.greatest)}"
-        return whole_figure(one.name).label, tell(one.nominal), tell(one.median), *ends, *corners
+        label = whole_figure(one.name).label + (f" ({percent(one.known)} have it)" if one.known < 1.0 else "")
+        return label, tell(one.nominal), tell(one.median), *ends, *corners
 
 
 def tolerance_job(
