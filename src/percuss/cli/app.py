@@ -80,9 +80,9 @@ COMMANDS = {
 }
 
 _FILES = {
-    "motions": "steady machine compare simulate", "orbits": "orbits follow diagram", "blow": "blow",
-    "design": "design", "tolerance": "tolerance", "serve": "serve",
-    "maps": "sweep experiment basins",    "catalogue": "machines new keys paper", "long_commands": "show export",
+    "motions": "steady machine simulate", "orbits": "orbits follow diagram", "blow": "blow",
+    "whole_hammers": "design compare tolerance", "serve": "serve",
+    "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 
 

@@ -20,7 +20,6 @@ from percuss.cli.arguments import (
     Parser,
     command,
     events,
-    key_values,
     made,
     modes_option,
     named_case,
@@ -305,53 +304,6 @@ def _times(path: str) -> list[float]:
         except ValueError:
             raise HistoryError(f"line {number} is {line!r:.40}", "give one time in s in a line", path) from None
     return found
-
-
-# ---- Hammers side by side
-
-
-@command(
-    """\
-Hammers side by side: where their cases differ, the figures of the motion of each, and by how much they differ from
-those of the first, A. They may be of any kinds, all in SI or all dimensionless. Each --set is one more hammer: the last
-case with other values of its keys.""",
-    """\
-  percuss compare hydraulic-drifter heavy-drifter
-  percuss compare breaker.toml --set contact.restitution=0.3
-  percuss compare valve-breaker --set "pressure=150 bar" --set "pressure=150 bar,ports[0].behind=110 mm" --plot both.png
-  percuss compare old.toml new.toml --report change.html""",
-    option("CASE", "TOML files, or names of machines", nargs="+")._replace(names=("cases",)),
-    option(
-        "--set VALUES",
-        "one more hammer: the last case with these values, KEY=VALUE,KEY=VALUE; may be repeated",
-        key_values,
-        action="append",
-        default=[],
-    ),
-    modes_option("default: those of 'percuss steady'"),
-    JSON,
-    plot_option("their cycles and, where each has a tool, their blows"),
-    REPORT,
-)
-def compare(_: Parser, options: argparse.Namespace) -> int:
-    from percuss import plot
-    from percuss.case.answers.exploring.comparison import compare
-    from percuss.case.parameters.case_keys import varied_keys
-    from percuss.cli.report_printing import answered, filed
-
-    cases = [named_case(name) for name in options.cases]
-    names = [case.file for case in cases]
-    last = cases[-1]
-    known = {key.partition(".")[2]: key for key in varied_keys(last)}  # without its table
-    for text, values in options.set:
-        with of_file(last):
-            cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
-            names.append(f"{last.file}, {text}")
-    answer = compare(cases, names, options.modes)
-    filed(options, cases[0], answer)
-    return answered(
-        options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report
-    )
 
 
 # ---- Simulated motions

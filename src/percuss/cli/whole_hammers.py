@@ -1,7 +1,8 @@
-"""``percuss design``: the best hammer within ranges, under limits of any of its figures."""
+"""What is asked of whole hammers: the best one within ranges, several side by side, and what tolerances do to one."""
 
 from __future__ import annotations
 
+import argparse
 from typing import TYPE_CHECKING
 
 from percuss.cli.arguments import (
@@ -10,6 +11,7 @@ from percuss.cli.arguments import (
     REPORT,
     Parser,
     command,
+    key_values,
     made,
     modes_option,
     named_case,
@@ -20,10 +22,9 @@ from percuss.cli.arguments import (
     whole,
     write_case,
 )
+from percuss.cli.long_commands import CARRYING, carried, watching
 
 if TYPE_CHECKING:
-    import argparse
-
     from percuss.search import SearchProgress
 
 _HAMMERS = 1500
@@ -74,7 +75,6 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case import Limit, Span
     from percuss.case import design as designed
     from percuss.case.answers.whole_hammer import whole_figure
-    from percuss.cli.long_commands import watching
     from percuss.cli.report_printing import answered, filed
 
     case = named_case(options.case)
@@ -103,4 +103,98 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer.comparison), indent=1,
         cut="" if answer.complete else f"the best of {answer.hammers} hammers so far",
         case=options.output, report=options.report,
+    )  # fmt: skip
+
+
+# ---- Hammers side by side
+
+
+@command(
+    """\
+Hammers side by side: where their cases differ, the figures of the motion of each, and by how much they differ from
+those of the first, A. They may be of any kinds, all in SI or all dimensionless. Each --set is one more hammer: the last
+case with other values of its keys.""",
+    """\
+  percuss compare hydraulic-drifter heavy-drifter
+  percuss compare breaker.toml --set contact.restitution=0.3
+  percuss compare valve-breaker --set "pressure=150 bar" --set "pressure=150 bar,ports[0].behind=110 mm" --plot both.png
+  percuss compare old.toml new.toml --report change.html""",
+    option("CASE", "TOML files, or names of machines", nargs="+")._replace(names=("cases",)),
+    option(
+        "--set VALUES",
+        "one more hammer: the last case with these values, KEY=VALUE,KEY=VALUE; may be repeated",
+        key_values,
+        action="append",
+        default=[],
+    ),
+    modes_option("default: those of 'percuss steady'"),
+    JSON,
+    plot_option("their cycles and, where each has a tool, their blows"),
+    REPORT,
+)
+def compare(_: Parser, options: argparse.Namespace) -> int:
+    from percuss import plot
+    from percuss.case.answers.exploring.comparison import compare
+    from percuss.case.parameters.case_keys import varied_keys
+    from percuss.cli.report_printing import answered, filed
+
+    cases = [named_case(name) for name in options.cases]
+    names = [case.file for case in cases]
+    last = cases[-1]
+    known = {key.partition(".")[2]: key for key in varied_keys(last)}  # without its table
+    for text, values in options.set:
+        with of_file(last):
+            cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
+            names.append(f"{last.file}, {text}")
+    answer = compare(cases, names, options.modes)
+    filed(options, cases[0], answer)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report
+    )
+
+
+# ---- Hammers within tolerances
+
+
+@command(
+    """\
+What the tolerances of its numbers do to a hammer: the share of the hammers that run, the spread of their figures, the
+worst corner, and which tolerance dominates. Without --vary the tolerances are those usual in a drawing: areas and the
+flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
+    """\
+  percuss tolerance valve-breaker
+  percuss tolerance valve-breaker --vary load.pressure=±10bar --vary contact.restitution=0.1..0.2
+  percuss tolerance breaker.toml --vary "bar.length=+-1 %" --figures blow_energy,margin --plot spread.png""",
+    CASE,
+    option(
+        "--vary KEY=RANGE",
+        "a number of the case and its tolerance, KEY=±0.2mm, KEY=±5%% or KEY=LOW..HIGH; may be repeated",
+        action="append",
+        default=[],
+    ),
+    option("--figures NAMES", "figures to tell, such as blow_energy,steel.stress (default: those that matter)"),
+    option("--samples N", "about how many hammers to compute (default 4096)", whole(64)),
+    option("--seed N", "another seed draws other hammers (default 0)", whole()),
+    modes_option("default: those of 'percuss steady'"),
+    JSON,
+    plot_option("the shares of the tolerances, and the figures of all hammers drawn"),
+    REPORT,
+    *CARRYING,
+)
+def tolerance(parser: Parser, options: argparse.Namespace) -> int:
+    """Draw hammers within tolerances."""
+    from percuss import plot
+    from percuss.case.answers.exploring.tolerance import SAMPLES, ToleranceAnswer, parsed_tolerance, tolerance_job
+    from percuss.cli.report_printing import answered, filed
+
+    case = named_case(options.case)
+    given = [parsed_tolerance(words, case) for words in options.vary]
+    names = [] if options.figures is None else [name.strip() for name in options.figures.split(",")]
+    drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
+    job = tolerance_job(case, given, names, **drawn)
+    answer = ToleranceAnswer(case, job, carried(parser, options, job), not given)
+    filed(options, case, answer)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,
+        archive=options.output,
     )  # fmt: skip
