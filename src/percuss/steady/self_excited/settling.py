@@ -307,6 +307,7 @@ def solved(machine: Machine, count: int, rhythm: CycleTimes) -> ValveCycle | Non
 # pulls: all other multipliers are 0.
 
 _MOST_RESTS = 4  # in a cycle
+_FED = 16  # more rounds of blows, until the pressure of a supply has settled
 _SLOW = 1e-3  # of the greatest speed: blows of a chatter that are left out
 _SAME, _NEARLY = 1e-9, 1e-2  # of the period: what the last blows before a rest may move, and a pressure that settles
 
@@ -322,7 +323,8 @@ def rest_cycles_of(machine: Machine, count: int, valve_cycles: int = 1) -> tuple
             continue
         begin = Rebound(0.0, state, Orders(state), None if valve.supply is None else valve.supply.start)
         motion, cycle = Following(machine, count, begin, valve.time_unit), None
-        for blows in (*_BLOWS, *[_BLOWS[-1]] * (valve_cycles // 2)):
+        longer = valve_cycles // 2 + (0 if valve.supply is None else _FED)
+        for blows in (*_BLOWS, *[_BLOWS[-1]] * longer):
             motion.go_on(blows)
             cycle = rest_cycle(motion, _SAME if valve.supply is None else _NEARLY)
             if cycle is not None or motion.ending is not None:
