@@ -109,9 +109,9 @@ def standard_tolerances(case: Case) -> tuple[Span, ...]:
                 found.append(parsed_tolerance(f"{key}={half}", case))
     if LOAD_SCALE in keys and not case.is_machine:
         found.append(Span(LOAD_SCALE, 0.9, 1.1))
-    restitution, _ = _nominal(case, "contact.restitution")
-    if restitution is not None:
-        low, high = max(0.0, restitution - 0.1), min(1.0, restitution + 0.1)
+    middle, _ = _nominal(case, "contact.restitution")
+    if middle is not None:
+        low, high = max(0.0, middle - 0.1), min(1.0, middle + 0.1)
         found.append(Span("contact.restitution", _rounded(low), _rounded(high)))
     if not found:
         raise ParameterError("vary", None, "tolerances: this case has none of the usual keys", "give --vary KEY=±HALF")
@@ -453,11 +453,11 @@ def tolerance_job(
     given = tuple(given) or standard_tolerances(case)
     family = CaseFamily(case, {one.name: one.unit for one in given})
     family.check({one.name: one.unit for one in given})
+    hammer = family.machine if family.is_machine else family.system
     for one in given:
         for end in (one.low, one.high):
             try:
-                if one.name != LOAD_SCALE:
-                    family.varied({one.name: end})
+                hammer({one.name: end})
             except CaseError as error:
                 accepted = error.accepted.removeprefix("expected ")
                 raise ParameterError(one.name, f"{end:g} {one.unit}".rstrip(), accepted, error.remedy) from None
