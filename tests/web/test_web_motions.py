@@ -67,6 +67,7 @@ def test_a_motion_from_a_chosen_start(desk: Desk) -> None:
     page.fill("#start-velocity", "-0.5")
     page.keyboard.press("Tab")
     until(page, "location.hash.includes('start.velocity=-0.5')")
+    settled(page)  # until then the page may move below the pointer
     with page.expect_download() as waiting:
         page.click("#motion-file")
     assert Path(waiting.value.path()).read_bytes()[:4] == b"\x89HDF"
