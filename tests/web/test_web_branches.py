@@ -264,8 +264,8 @@ def test_a_diagram_ends_when_the_hammer_changes_and_when_the_panel_is_left(desk:
     until(page, "document.querySelector('#branches-every-progress').hidden")
     until(page, "!document.querySelector('#branches-every-progress').hidden")  # anew, of the other hammer
     page.click("#tab-orbits")
-    for progress in ("every", "settled"):  # what it had told is told to an end
-        until(page, f"document.querySelector('#branches-{progress}-progress').hidden")
+    assert page.evaluate("document.querySelector('#branches-every-progress').hidden")
+    assert page.evaluate("document.querySelector('#branches-settled-progress').hidden")
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)

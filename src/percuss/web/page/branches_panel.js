@@ -150,6 +150,7 @@ function nothing(words) {
 
 /** All branches, and simulations over what the diagram shows, where they are wanted. */
 function simulated() {
+  if (view.panel !== "branches") return; // an answer that comes late asks for nothing more
   const { name, unit, from, to } = askedRange(along());
   const question = { name, unit, modes: view.bmodes, now: since };
   wantEvery({ ...question, from, to });
