@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.cli import main
 from percuss.explore import BranchEvent
-from web_desk import STILL, Desk, ink, knows, settled, slide, until
+from web_desk import STILL, Desk, came, held, ink, knows, let_go, settled, slide, until
 
 pytest.importorskip("fastapi")
 
@@ -266,6 +266,17 @@ def test_a_diagram_ends_when_the_hammer_changes_and_when_the_panel_is_left(desk:
     page.click("#tab-orbits")
     assert page.evaluate("document.querySelector('#branches-every-progress').hidden")
     assert page.evaluate("document.querySelector('#branches-settled-progress').hidden")
+    page.click("#tab-branches")
+    settled(page)
+    late = held(page, "follow")  # what comes after the panel was left asks for nothing more
+    slide(page, "restitution", 0.56)
+    came(page, late)
+    page.click("#tab-orbits")
+    asked = sum(url.endswith("/api/diagram") for url in desk.asked)
+    let_go(page, "follow", late)
+    settled(page)
+    assert sum(url.endswith("/api/diagram") for url in desk.asked) == asked
+    assert page.evaluate("document.querySelector('#branches-every-progress').hidden")
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)
