@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from percuss.blow.figures import FIGURES, BlowOutcome
 from percuss.errors import ConvergenceError, ParameterError, PercussError
 from percuss.model.checks import callback, choice, count, finite, positive
-from percuss.search import Candidate, SearchProgress, best_place
+from percuss.optimum import Candidate, SearchProgress, best_place
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow
@@ -50,7 +50,7 @@ def best_blow(
     most: int = 1500,
     progress: Callable[[SearchProgress], object] | None = None,
 ) -> Best:
-    """The best blow within ranges, by `percuss.search.best_place`.
+    """The best blow within ranges, by `percuss.optimum.best_place`.
 
     Parameters
     ----------
@@ -94,18 +94,20 @@ def best_blow(
     limit = None if below is None else positive("below", below)
     figure, sign = OBJECTIVES[objective]
 
-    def trial(values: tuple[float, ...]) -> Candidate[Blow]:
+    def candidate(values: tuple[float, ...]) -> Candidate[Blow]:
         blow = made(values)
         if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
             raise ConvergenceError("the waves of such a blow have too many pieces", "leave out short sections")
         slacks = () if limit is None else (1.0 - (FIGURES["peak_stress"].value(blow) or 0.0) / limit,)
         return Candidate(blow, FIGURES[figure].value(blow), slacks)
 
-    found = best_place(trial, limits, greatest=sign > 0.0, first=first, seed=seed, most=most, progress=progress)
+    found = best_place(candidate, limits, greatest=sign > 0.0, first=first, seed=seed, most=most, progress=progress)
     if found is None or isinstance(found, PercussError):
         why = "" if found is None else f"the last refusal: {found}"
         raise ParameterError("ranges", limits, "ranges in which a blow has this figure", why)
-    return Best(found.values, found.trial.thing, found.trial.value or 0.0, found.allowed, found.tried, found.complete)
+    return Best(
+        found.values, found.candidate.thing, found.candidate.value or 0.0, found.allowed, found.tried, found.complete
+    )
 
 
 def _range(number: int, given: tuple[float, float]) -> tuple[float, float]:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import argparse
 
     from percuss.case import BlowAnswer, Case
-    from percuss.search import SearchProgress
+    from percuss.optimum import SearchProgress
 
 _BLOWS = 1500
 

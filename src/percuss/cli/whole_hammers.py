@@ -15,6 +15,7 @@ from percuss.cli.arguments import (
     made,
     modes_option,
     named_case,
+    names,
     need,
     of_file,
     option,
@@ -25,7 +26,7 @@ from percuss.cli.arguments import (
 from percuss.cli.long_commands import CARRYING, carried, watching
 
 if TYPE_CHECKING:
-    from percuss.search import SearchProgress
+    from percuss.optimum import SearchProgress
 
 _HAMMERS = 1500
 
@@ -172,7 +173,7 @@ flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
         action="append",
         default=[],
     ),
-    option("--figures NAMES", "figures to tell, such as blow_energy,steel.stress (default: those that matter)"),
+    option("--figures NAMES", "figures to tell, such as blow_energy,steel.stress (default: those that matter)", names),
     option("--samples N", "about how many hammers to compute (default 4096)", whole(64)),
     option("--seed N", "another seed draws other hammers (default 0)", whole()),
     modes_option("default: those of 'percuss steady'"),
@@ -189,9 +190,8 @@ def tolerance(parser: Parser, options: argparse.Namespace) -> int:
 
     case = named_case(options.case)
     given = [parsed_tolerance(words, case) for words in options.vary]
-    names = [] if options.figures is None else [name.strip() for name in options.figures.split(",")]
     drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
-    job = tolerance_job(case, given, names, **drawn)
+    job = tolerance_job(case, given, options.figures or (), **drawn)
     answer = ToleranceAnswer(case, job, carried(parser, options, job), not given)
     filed(options, case, answer)
     return answered(

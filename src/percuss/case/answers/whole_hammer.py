@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from percuss.case.answers.facts import measured, number, quantity
 from percuss.case.answers.transfer import transfer_of
-from percuss.errors import ParameterError, did_you_mean
+from percuss.errors import ParameterError, PercussError, did_you_mean
 from percuss.model.checks import DEFAULT_MODES, text
 from percuss.short_repr import ShortRepr
 from percuss.stability import stability_of
@@ -59,13 +60,15 @@ class WholeHammer(ShortRepr):
 
 
 def whole_system(system: System, tool: BlowQuestion | None, periods: int = 1, modes: int | None = None) -> WholeHammer:
-    """That of a load that keeps time: of its steady motions the one with the greatest margin of stability."""
+    """That of a load that keeps time: of its possible steady motions the one with the greatest margin of stability."""
     found = [(stability_of(orbit, modes=modes), orbit) for orbit in steady_states(system, periods, modes=modes).orbits]
     if not found:
         return WholeHammer(None, "no steady motion with one blow", tool)
-    verdict, orbit = max(found, key=lambda one: one[0].margin)
-    stopped = "" if verdict.stable else "unstable"
-    return WholeHammer(orbit, stopped if orbit.admissible else "it would strike or rest in between", tool)
+    found.sort(key=lambda one: -one[0].margin)
+    possible = next((one for one in found if one[1].admissible), None)
+    if possible is None:
+        return WholeHammer(found[0][1], "it would strike or rest in between", tool)
+    return WholeHammer(possible[1], "" if possible[0].stable else "unstable", tool)
 
 
 def whole_machine(
@@ -75,9 +78,14 @@ def whole_machine(
     modes: int | None = None,
     near: ValveCycle | None = None,
 ) -> WholeHammer:
-    """That of a machine that switches its own valve; with elastic modes it may be looked for `near` another cycle."""
+    """That of a machine that switches its own valve; with elastic modes first looked for `near` another cycle."""
     kept = DEFAULT_MODES if modes is None else modes
-    found = self_excited_motion(machine, modes=kept, room=room, near=near if kept else None)
+    found = None
+    if near is not None and kept:
+        with suppress(PercussError):  # then it is looked for as any other
+            found = self_excited_motion(machine, modes=kept, room=room, near=near)
+    if found is None or not found.runs:
+        found = self_excited_motion(machine, modes=kept, room=room)
     return WholeHammer(found.cycle, "" if found.obstacle is None else found.obstacle.value, tool)
 
 

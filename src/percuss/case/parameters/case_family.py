@@ -201,8 +201,8 @@ class CaseFamily:
     ) -> WholeHammer:
         """The hammer with these values in its steady motion, with what it strikes.
 
-        Under a clock in the motion with the greatest margin of stability, as maps have it. The cycle of a machine with
-        elastic modes is looked for `near` that of another one, where that is quicker.
+        Under a clock in the possible motion with the greatest margin of stability. The cycle of a machine with elastic
+        modes is looked for `near` that of another one first, which is quicker.
         """
         from percuss.case.answers.transfer import tool_of
         from percuss.case.answers.whole_hammer import WholeHammer, whole_machine, whole_system

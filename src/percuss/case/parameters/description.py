@@ -11,17 +11,15 @@ from percuss.case.answers.facts import numbers, plain
 from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
 from percuss.case.case import fourier_table, json_tables, system_table
 from percuss.case.file_format.loads import HistoryLoad
-from percuss.case.file_format.reading import value_at
 from percuss.case.parameters.case_keys import (
     FREQUENCY,
     LOAD_PRESSURE,
     LOAD_SCALE,
-    held,
     key_of,
     valve_label,
     varied_keys,
 )
-from percuss.case.parameters.moves import MOVES, can_move, parsed_quantity
+from percuss.case.parameters.moves import MOVES, can_move, number_held
 from percuss.errors import PercussError
 from percuss.explore.parameters import AXES, PARAMETERS
 from percuss.model import Machine
@@ -103,7 +101,7 @@ def _keys(case: Case) -> list[dict[str, Any]]:
 
 def quantity_of(case: Case, key: str) -> tuple[float | None, str]:
     """The number of a key of the case, and its unit; the frequency of a recording, which may keep its waveform."""
-    value, unit = parsed_quantity(held(value_at(json_tables(case), key)))
+    value, unit = number_held(case, key)
     if value is None and key == FREQUENCY and isinstance(case.tables.load, HistoryLoad):
         return case.system().frequency, "Hz"
     return value, unit

@@ -11,7 +11,7 @@ import numpy as np
 
 from percuss.case.case import case_of, json_tables, without_files
 from percuss.case.file_format.reading import value_at, with_value
-from percuss.case.parameters.case_keys import LOAD_SCALE, varied_keys
+from percuss.case.parameters.case_keys import LOAD_SCALE, held, varied_keys
 from percuss.errors import ParameterError
 from percuss.explore.parameters import PARAMETERS
 from percuss.model import Bar, Load
@@ -32,6 +32,11 @@ def parsed_quantity(given: Any) -> tuple[float | None, str]:
         return float(given), ""
     match = _QUANTITY.fullmatch(given) if isinstance(given, str) else None
     return (float(match[1]), match[2]) if match else (None, "")
+
+
+def number_held(case: Case, key: str) -> tuple[float | None, str]:
+    """The number that a case holds under a key, and its unit; None where it has none."""
+    return parsed_quantity(held(value_at(json_tables(case), key)))
 
 
 def like(given: Any, value: float) -> Any:

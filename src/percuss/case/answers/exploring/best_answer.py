@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,15 +10,14 @@ from percuss.blow.best import OBJECTIVES
 from percuss.blow.figures import FIGURES
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent, picked
-from percuss.case.case import checked_case, json_tables
-from percuss.case.file_format.reading import value_at
+from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import LOAD_SCALE, held, with_generic_places
-from percuss.case.parameters.moves import parsed_quantity
+from percuss.case.parameters.case_keys import LOAD_SCALE, with_generic_places
+from percuss.case.parameters.moves import number_held
 from percuss.errors import CaseError, ParameterError, PercussError
 from percuss.explore.family import Axis
 from percuss.model.checks import finite, instance, several, text
-from percuss.search import SearchProgress
+from percuss.optimum import SearchProgress
 from percuss.short_repr import ShortRepr
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -211,7 +210,7 @@ def ranged_keys(family: CaseFamily, spans: Sequence[Span], but: tuple[str, ...] 
             raise ParameterError("vary", span.name, "a key that a blow of the given speed depends on", remedy)
         if key in found:
             raise ParameterError("vary", key, "each key once")
-        unit = parsed_quantity(held(value_at(json_tables(family.case), key)))[1]
+        _, unit = number_held(family.case, key)
         if unit and not span.unit:
             told = f"{span.name}={span.low:g}:{span.high:g}{unit}"
             raise ParameterError(
@@ -219,15 +218,15 @@ def ranged_keys(family: CaseFamily, spans: Sequence[Span], but: tuple[str, ...] 
             )
         found.append(key)
     for span in spans:
-        _check_ends(family, span)
+        check_ends(family, span, family.varied)
     return found
 
 
-def _check_ends(family: CaseFamily, span: Span) -> None:
+def check_ends(family: CaseFamily, span: Span, made: Callable[[Mapping[str, float]], object]) -> None:
     """Refuse a range with an end that is no value of its key, such as a length of 0; others may depend on it."""
     for end in (span.low, span.high):
         try:
-            family.varied({span.name: end})
+            made({span.name: end})
         except CaseError as error:
             if error.key == family.key(span.name):
                 told = f"{end:g} {span.unit}".rstrip()
@@ -257,7 +256,7 @@ def own_value(case: Case, key: str, unit: str) -> float | None:
     """What the case has under a key, in a unit."""
     if not key:
         return None
-    value, own = parsed_quantity(held(value_at(json_tables(case), key)))
+    value, own = number_held(case, key)
     if value is None or own == unit:
         return value
     try:

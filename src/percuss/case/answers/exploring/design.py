@@ -19,16 +19,14 @@ from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
-from percuss.search import Candidate, SearchProgress, best_place
+from percuss.optimum import Candidate, SearchProgress, best_place
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from percuss.case.answers.whole_hammer import WholeHammer
     from percuss.case.case import Case
 
-_COARSE = (
-    4  # elastic modes while places are looked for; the polish, and all figures that are told, have those asked for
-)
+_COARSE = 4  # elastic modes while places are looked for; the polish, and all figures told, have those asked for
 
 _NEAR = 200  # of the last that ran, to look for the cycle of the next one near the nearest of them
 
@@ -126,7 +124,7 @@ class DesignAnswer(ShortRepr):
     hammers: int
     seed: int
     complete: bool
-    lacking: int = 0
+    lacking: int
 
     @property
     def case(self) -> Case:
@@ -281,7 +279,7 @@ def design(
         Elastic modes of the answer, as `steady_answer` and `machine_answer` take them. Places are looked for with 4, or
         fewer where fewer are asked for; the best is polished with all.
     seed, most, progress
-        See `percuss.search.best_place`.
+        See `percuss.optimum.best_place`.
 
     Raises
     ------
@@ -324,14 +322,12 @@ def design(
     ran: deque[tuple[Array, int | None, WholeHammer]] = deque(maxlen=_NEAR)
     wide, lacking = np.array([span.high - span.low for span in spans]), [0]
 
-    def trial(values: tuple[float, ...], kept: int | None) -> Candidate[None]:
+    def candidate(values: tuple[float, ...], kept: int | None) -> Candidate[None]:
         tried = {span.name: rounded(x) for span, x in zip(spans, values, strict=True)}
         place = np.array(values) / wide
         known = [(float(np.sum((there - place) ** 2)), other) for there, modes, other in ran if modes == kept]
         near = min(known, key=lambda pair: pair[0])[1] if known and case.is_machine else None
         one = family.whole(tried, modes=kept, near=near)
-        if near is not None and not one.runs:
-            one = family.whole(tried, modes=kept)
         has = {} if one.motion is None else {name: each.value(one) for name, each in asked.items()}
         if not has or None in has.values():
             lacking[0] += one.runs
@@ -344,14 +340,14 @@ def design(
 
     inside = [x is not None and span.low <= x <= span.high for x, span in zip(own_values, spans, strict=True)]
     found = best_place(
-        lambda values: trial(values, coarse),
+        lambda values: candidate(values, coarse),
         [(span.low, span.high) for span in spans],
         greatest=greatest,
         first=[x for x in own_values if x is not None] if all(inside) else None,
         seed=seed,
         most=most,
         progress=progress,
-        finely=None if coarse == modes else lambda values: trial(values, modes),
+        finely=None if coarse == modes else lambda values: candidate(values, modes),
     )
     if found is None or isinstance(found, PercussError):
         why = f"the last refusal: {found}" if found is not None else "none of them has a motion"

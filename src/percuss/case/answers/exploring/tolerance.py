@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.exploring.best_answer import Span
+from percuss.case.answers.exploring.best_answer import Span, check_ends, rounded
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, counted, json_number, number, percent
 from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
-from percuss.case.case import Case, checked_case, json_tables
-from percuss.case.file_format.reading import value_at
+from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
-from percuss.case.parameters.case_keys import LOAD_SCALE, held
-from percuss.case.parameters.moves import parsed_quantity
-from percuss.errors import CaseError, ParameterError, PercussError, extra_package
+from percuss.case.parameters.case_keys import LOAD_SCALE
+from percuss.case.parameters.moves import number_held
+from percuss.errors import ParameterError, PercussError, extra_package
 from percuss.explore.family import Axis
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
-from percuss.model.checks import Array, count, several, text
+from percuss.model.checks import Array, count, instance, several, text
 from percuss.short_repr import ShortRepr
 from percuss.units import DIMENSIONS, unit_scale
 
@@ -69,7 +68,7 @@ def parsed_tolerance(words: str, case: Case) -> Span:
         remedy = f'write a decimal point: "{words.replace(",", ".")}"' if re.search(r"\d,\d", given) else ""
         raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%", remedy)
     half, unit = float(match[1]), (match[2] or "").strip()
-    nominal, own = _nominal(case, key)
+    nominal, own = number_held(case, key)
     if nominal is None:
         raise ParameterError("vary", words, "a key that the case holds", f"give the range: {key}=LOW..HIGH")
     if unit == "%":
@@ -79,16 +78,7 @@ def parsed_tolerance(words: str, case: Case) -> Span:
         if dimension != right:
             raise ParameterError("vary", words, f"a half width in a unit of {right}", f"such as {key}=±{half:g}{own}")
         half *= scale / size
-    return Span(key, _rounded(nominal - half), _rounded(nominal + half), own)
-
-
-def _nominal(case: Case, key: str) -> tuple[float | None, str]:
-    """What the case holds under a key, and in which unit; None where it has nothing."""
-    return parsed_quantity(held(value_at(json_tables(case), key)))
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.12g}")
+    return Span(key, rounded(nominal - half), rounded(nominal + half), own)
 
 
 def standard_tolerances(case: Case) -> tuple[Span, ...]:
@@ -105,14 +95,14 @@ def standard_tolerances(case: Case) -> tuple[Span, ...]:
              (r"load\.pressure", "±10%"), (r"load\.supply\.flow", "±5%"))  # fmt: skip
     for key in keys:
         for rule, half in rules:
-            if re.fullmatch(rule, key) and _nominal(case, key)[0]:
+            if re.fullmatch(rule, key) and number_held(case, key)[0]:
                 found.append(parsed_tolerance(f"{key}={half}", case))
     if LOAD_SCALE in keys and not case.is_machine:
         found.append(Span(LOAD_SCALE, 0.9, 1.1))
-    middle, _ = _nominal(case, "contact.restitution")
+    middle, _ = number_held(case, "contact.restitution")
     if middle is not None:
         low, high = max(0.0, middle - 0.1), min(1.0, middle + 0.1)
-        found.append(Span("contact.restitution", _rounded(low), _rounded(high)))
+        found.append(Span("contact.restitution", rounded(low), rounded(high)))
     if not found:
         raise ParameterError("vary", None, "tolerances: this case has none of the usual keys", "give --vary KEY=±HALF")
     return tuple(found)
@@ -189,33 +179,26 @@ class ToleranceJob:
         both = zip(self.tolerances, place.tolist(), strict=True)
         return {one.name: one.low + (one.high - one.low) * x for one, x in both if not math.isnan(x)}
 
-    def whole(self, place: Array) -> WholeHammer | None:
-        """One hammer, looked for near that of the case first; None where there is none."""
-        values = self.values(place)
-        for near in (self.nominal, None):
-            try:
-                found = self.family.whole(values, modes=self.modes, near=near)
-            except (PercussError, ArithmeticError):
-                continue
-            if found.runs or not self.family.is_machine:
-                return found
-        return None
+    def figures_at(self, place: Array) -> dict[str, float] | None:
+        """The figures of one hammer, looked for near that of the case; NaN for one that it has not, None if not run."""
+        try:
+            found = self.family.whole(self.values(place), modes=self.modes, near=self.nominal)
+            if not found.runs:
+                return None
+            values = {name: found.value(name) for name in self.figures}
+        except (PercussError, ArithmeticError):
+            return None
+        return {name: math.nan if value is None else value for name, value in values.items()}
 
     def compute(self, first: int, last: int, stopped: Callable[[], bool]) -> Columns:
         out: Columns = {name: np.full(last - first, column.empty) for name, column in self.columns.items()}
         for i, place in enumerate(self.unit_places[first:last]):
             if stopped():
                 break
-            found = self.whole(place)
-            if found is None or not found.runs:
-                continue
-            try:
-                values = {name: found.value(name) for name in self.figures}
-            except (PercussError, ArithmeticError):
-                continue
-            out["runs"][i] = True
-            for name, value in values.items():
-                out[name][i] = np.nan if value is None else value
+            found = self.figures_at(place)
+            out["runs"][i] = found is not None
+            for name, value in (found or {}).items():
+                out[name][i] = value
         return out
 
 
@@ -263,7 +246,7 @@ class ToleranceAnswer(ShortRepr):
     columns: Columns
     standard: bool
 
-    @property
+    @cached_property
     def drawn(self) -> dict[str, Array]:
         """The columns of the hammers that were drawn at random, each by itself."""
         parts = [self.job.part("a"), self.job.part("b")]
@@ -307,11 +290,10 @@ class ToleranceAnswer(ShortRepr):
             values = self.columns[name][self.job.part("corners")]
         else:
             ends = self.columns[name][self.job.part("ends")].reshape(d, 2)
-            up = (ends[:, 1] >= ends[:, 0]).astype(float)
+            low, high = np.where(np.isfinite(ends), ends, self.columns[name][0]).T
+            up = (high >= low).astype(float)
             places = np.array([1.0 - up, up])
-            found = [self.job.whole(place) for place in places]
-            told = [None if one is None or not one.runs else one.value(name) for one in found]
-            values = np.array([math.nan if value is None else value for value in told])
+            values = np.array([(self.job.figures_at(place) or {}).get(name, math.nan) for place in places])
         return values, ["".join("−+"[int(x)] for x in place) for place in places]
 
     def _indices(self, name: str) -> tuple[tuple[float, ...] | None, tuple[float, ...] | None]:
@@ -376,7 +358,6 @@ class ToleranceAnswer(ShortRepr):
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss tolerance --json` prints it."""
         share, low, high = self.running
-        names = [one.name for one in self.job.tolerances]
 
         def by_name(values: Sequence[float] | None) -> list[float | int | None] | None:
             return None if values is None else [json_number(value) for value in values]
@@ -387,7 +368,7 @@ class ToleranceAnswer(ShortRepr):
             "runs": {"share": share, "low": low, "high": high},
             "tolerances": [{"name": one.name, "low": one.low, "high": one.high, "unit": one.unit}
                            for one in self.job.tolerances],
-            "ranked": [one.name for one, _, _ in self.ranked] or names,
+            "ranked": [one.name for one, _, _ in self.ranked],
             "figures": [
                 {
                     "name": one.name, "unit": whole_figure(one.name).unit if self.case.is_si else "",
@@ -446,21 +427,12 @@ def tolerance_job(
     """The job of a tolerance, checked; see `tolerance`."""
     extra_package("scipy", "io")
     checked_case(case)
-    given = several("tolerances", tolerances, "a list of Span")
-    for one in given:
-        if not isinstance(one, Span):
-            raise ParameterError("tolerances", one, "a list of Span")
-    given = tuple(given) or standard_tolerances(case)
+    given = tuple(instance("tolerances", one, Span) for one in several("tolerances", tolerances, "a list of Span"))
+    given = given or standard_tolerances(case)
     family = CaseFamily(case, {one.name: one.unit for one in given})
     family.check({one.name: one.unit for one in given})
-    hammer = family.machine if family.is_machine else family.system
     for one in given:
-        for end in (one.low, one.high):
-            try:
-                hammer({one.name: end})
-            except CaseError as error:
-                accepted = error.accepted.removeprefix("expected ")
-                raise ParameterError(one.name, f"{end:g} {one.unit}".rstrip(), accepted, error.remedy) from None
+        check_ends(family, one, family.machine if family.is_machine else family.system)
     most = count("samples", samples, 64, 10**7)
     base = 2 ** round(math.log2(most / (len(given) + 2)))
     kept = None if modes is None else count("modes", modes, least=0)

@@ -53,7 +53,7 @@ class Found(NamedTuple, Generic[Thing]):
     """The best place, what was made there, whether it keeps all limits, how many were made, and whether to the end."""
 
     values: tuple[float, ...]
-    trial: Candidate[Thing]
+    candidate: Candidate[Thing]
     allowed: bool
     tried: int
     complete: bool
@@ -109,21 +109,21 @@ class _Search(Generic[Thing]):
         low, high = self.ranges.T
         values = tuple(np.clip(low + (high - low) * np.asarray(place), low, high).tolist())
         try:
-            trial = self.made(values)
+            candidate = self.made(values)
         except Interrupted:
             raise
         except PercussError as error:
             self.refused = error
             return _NOTHING, None
-        if trial.value is None:
+        if candidate.value is None:
             return _NOTHING, None
-        if trial.fault > 0.0:
-            cost = _FAULTY * (1.0 + trial.fault) + min(trial.excess, _FAULTY)
+        if candidate.fault > 0.0:
+            cost = _FAULTY * (1.0 + candidate.fault) + min(candidate.excess, _FAULTY)
         else:
-            cost = trial.excess or -self._worth(trial.value)
+            cost = candidate.excess or -self._worth(candidate.value)
         if cost < self.cost:
-            self.cost, self.best = cost, (values, trial)
-        return cost, trial
+            self.cost, self.best = cost, (values, candidate)
+        return cost, candidate
 
     def _worth(self, value: float) -> float:
         """A number greater than 0 that is the greater the better the value."""
@@ -134,13 +134,13 @@ class _Search(Generic[Thing]):
         """The value, the less the better, and the slacks at a place; kept, as the polish asks again."""
         key = place.tobytes()
         if key not in self._rows:
-            trial = self.judged(place)[1]
-            if trial is None or trial.value is None or trial.fault > 0.0:
+            candidate = self.judged(place)[1]
+            if candidate is None or candidate.value is None or candidate.fault > 0.0:
                 limits = 0 if self.best is None else len(self.best[1].slacks)
                 self._rows[key] = np.array([_NO_WORTH, *(-1.0 for _ in range(limits))])
             else:
-                value = (-trial.value if self.greatest else trial.value) / scale
-                self._rows[key] = np.array([value, *(slack - _INSIDE for slack in trial.slacks)])
+                value = (-candidate.value if self.greatest else candidate.value) / scale
+                self._rows[key] = np.array([value, *(slack - _INSIDE for slack in candidate.slacks)])
         return self._rows[key]
 
 
@@ -254,13 +254,13 @@ def _along_limits(search: _Search[Any], most: int, radius: float) -> None:
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
     assert search.best is not None
-    values, trial = search.best
-    scale, ranges = abs(trial.value or 0.0) or 1.0, len(values)
-    unused = np.zeros((len(trial.slacks), ranges))  # slopes, which scipy would compute for a method that asks for none
+    values, candidate = search.best
+    scale, ranges = abs(candidate.value or 0.0) or 1.0, len(values)
+    unused = np.zeros((len(candidate.slacks), ranges))  # slopes: scipy would compute them, and nobody asks
     limits: Any = NonlinearConstraint(lambda place: search.row(place, scale)[1:], 0.0, inf, jac=lambda _: unused)
     asked: Any = {"maxfev": most, "initial_tr_radius": radius, "final_tr_radius": 1e-8}
     minimize(
         lambda place: search.row(place, scale)[0], search.place(values), method="COBYQA",
-        bounds=Bounds(np.zeros(ranges), np.ones(ranges)), constraints=limits if trial.slacks else (),
+        bounds=Bounds(np.zeros(ranges), np.ones(ranges)), constraints=limits if candidate.slacks else (),
         options=asked,
     )  # fmt: skip
