@@ -89,7 +89,7 @@ stresses, where the energy goes, what comes back. The case describes what is str
 def blow(parser: Parser, options: argparse.Namespace) -> int:
     """Resolve one blow of one case, or search for the best one."""
     from percuss import plot
-    from percuss.cli.report_printing import answered
+    from percuss.cli.report_printing import answered, filed
 
     if options.best is not None:
         _check_best(parser, options)
@@ -105,11 +105,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.atomic_write import write_dataset
 
         write_dataset(blow_dataset(answer), options.output)
-    if options.report is not None:
-        from percuss.atomic_write import write_whole
-        from percuss.plot.html_report import report_html
-
-        write_whole(options.report, report_html(case, answer))
+    filed(options, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
         dataset=lambda: blow_dataset(answer), indent=1, waves=options.output, report=options.report,

@@ -540,6 +540,7 @@ def recorded_valve(
     if cycles is not None:
         seen = np.roll(cycles.switches, turn, axis=1)
         early = (fitted - seen + cycles.motion.blows[:-1, None] + 0.5 * period) % period - 0.5 * period
+        early[:, np.isnan(early).all(axis=0)] = 0.0  # an edge that no cycle shows
         cycles = replace(cycles, switches=seen + np.nanmean(early, axis=0))
     edges, (number, forces) = fitted, levels.states
     switches = tuple(recorded_switch(j, number, forces, edges, mean.motion, cycles, longest) for j in range(edges.size))

@@ -13,7 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.exploring.best_answer import Span, check_ends, rounded
-from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, counted, json_number, number, percent
+from percuss.case.answers.facts import (
+    BAD,
+    GOOD,
+    Grid,
+    Report,
+    ReportSection,
+    counted,
+    json_number,
+    number,
+    numbers,
+    percent,
+)
 from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -358,10 +369,6 @@ class ToleranceAnswer(ShortRepr):
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss tolerance --json` prints it."""
         share, low, high = self.running
-
-        def by_name(values: Sequence[float] | None) -> list[float | int | None] | None:
-            return None if values is None else [json_number(value) for value in values]
-
         return {
             "case": self.case.file, "title": self.case.title, "summary": self.summary, "standard": self.standard,
             "hammers": self.job.size, "drawn": len(self.drawn["runs"]), "seed": self.job.seed,
@@ -374,8 +381,8 @@ class ToleranceAnswer(ShortRepr):
                     "name": one.name, "unit": whole_figure(one.name).unit if self.case.is_si else "",
                     **{key: json_number(getattr(one, key))
                        for key in ("nominal", "known", "median", "low", "high", "least", "greatest")},
-                    "corners": [json_number(value) for value in one.corners], "at": list(one.at),
-                    "first": by_name(one.first), "total": by_name(one.total),
+                    "corners": numbers(one.corners), "at": list(one.at),
+                    "first": one.first and numbers(one.first), "total": one.total and numbers(one.total),
                 }
                 for one in self.spreads
             ],
