@@ -189,6 +189,8 @@ DESIGN bar.diameter=45:50mm --most power --least stroke | one figure is looked f
 DESIGN bar.diameter=45:50mm --hammers 3                 | 20 or greater
 design valve-drifter --most power                       | say what may vary
 design heavy-drifter --most flow --vary contact.restitution=0.1:0.2 | a figure that this hammer has
+identify valve-breaker                                  | --blows
+identify valve-breaker --blows none.csv                 | none.csv: there is no such file
 paper fig9 -o x                                         | NAME: 'fig9' | fig6, fig7, fig8, elastic, claims and all
 paper claim -o x                                        | did you mean 'claims'
 paper fig2                                              | -o

@@ -1,9 +1,12 @@
-"""``percuss machine`` as a person uses it: the report, JSON, files, and what it warns of."""
+"""``percuss machine`` and ``identify`` as a person uses them: report, JSON, files, and what they warn of or refuse."""
 
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 from case_texts import MACHINE
-from percuss.case import load_case
+from percuss.case import Case, CaseFamily, load_case
 
 
 def test_the_report_of_the_breaker(percuss):
@@ -47,3 +50,46 @@ def test_warnings_stand_on_the_standard_error(percuss):
     done = percuss("machine", "idle.toml", "--modes", "0", "--json")
     (warning,) = done.json["warnings"]
     assert "ports[2]" in warning and done.err == f"percuss: warning: {warning}\n"
+
+
+def test_numbers_of_a_machine_from_its_blows(percuss):
+    """A case is made to blow, its blows are written, and the numbers found from them make it again."""
+    rng = np.random.default_rng(1)
+    true = load_case("valve-breaker").varied({"contact.restitution": 0.2, "load.pressure": "170 bar"})
+    whole = CaseFamily(true, {}).whole({}, modes=0)
+    columns = ["rebound_velocity", "rigid_velocity"]
+    rows = ["t [ms];rebound [m/s];striking speed [km/h];acc peak [g];remark"]
+    for i in range(120):
+        back, speed = (whole.value(name) * (1.0 + 0.01 * rng.normal()) for name in columns)
+        time = 1e3 * (i + 0.003 * rng.normal()) / whole.value("blow_rate")
+        rows.append(f"{time:.3f};{back:.4f};{3.6 * speed:.3f};{30.0 * speed:.1f};ok")
+    Path("times.csv").write_text("\n".join(rows), encoding="utf-8")
+    asked = ("identify", "valve-breaker", "--blows", "times.csv", "--given", "bar.length=±2%", "--modes", "0")
+    done = percuss(*asked, "-o", "found.toml", "--plot", "fit.png", "--report", "fit.html")
+    done.told("What fits: load.pressure 1", "bar.length from 0.98 to 1.02 m", "blow rate")
+    found = percuss(*asked, "--json").json
+    assert found["figures"][0]["name"] == "blow_rate" and found["spare"] == 1 and found["agrees"] and found["runs"]
+    pressure, restitution = found["found"]
+    assert pressure["low"] < 170.0 < pressure["high"] and pressure["unit"] == "bar" and pressure["given"][0] > 0.05
+    assert restitution["low"] < 0.2 < restitution["high"] and restitution["own"] == 0.15
+    assert Case.read("found.toml").tables.contact.restitution == pytest.approx(restitution["value"], rel=1e-8)
+    assert Path("fit.png").stat().st_size > 10_000 and "The blows that were measured" in Path("fit.html").read_text()
+    again = percuss("identify", "found.toml", *asked[2:], "--json").json
+    assert [one["value"] for one in again["found"]] == pytest.approx([one["value"] for one in found["found"]], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("heading", "says"),
+    [
+        ("t [s],rebound", 'no unit of velocity for "rebound"'),
+        ("t [s],rebound [bar]", "unit of pressure"),
+        ("x,rebound [m/s]", "no column of times"),
+        ("t [s],rebound [m/s],speed after [m/s]", "two columns could be the rebound speed"),
+        ("t [s],torque [N*m]", "give rebound speeds, too"),
+    ],
+)
+def test_tables_of_blows_that_cannot_be_read(percuss, heading, says):
+    size = heading.count(",")
+    rows = [",".join([f"{0.1 * i + 0.001 * (i % 3):.4f}", *[f"{1.5 + 0.01 * (i % 4):.3f}"] * size]) for i in range(40)]
+    Path("times.csv").write_text("\n".join([heading, *rows]), encoding="utf-8")
+    percuss("identify", "valve-breaker", "--blows", "times.csv", "--modes", "0").refused(says)

@@ -37,6 +37,7 @@ from percuss.model import (
     UniformBar,
     Valve,
 )  # fmt: skip
+from percuss.recordings import BlowRecord
 
 ROOMS = (
     "recordings", "model", "steady", "stability", "simulate", "blow", "blow.periods", "explore", "case", "plot",
@@ -182,6 +183,7 @@ VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
 MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
+BLOWS = BlowRecord(np.arange(40) / 61.2 + 1e-5 * (np.arange(40) % 3))
 MODES: dict[str, Any] = {"omega": (1.5,), "delta": (0.1,), "contact": (1.0,), "drive": (1.0,)}
 RUNNING: dict[str, Any] = {
     "archive": None, "resume": False, "workers": 1, "pool": None, "chunk": 1, "progress": None,
@@ -256,6 +258,8 @@ class Arguments:
         explore.carry_out(Two(), archive=folder / "kept", workers=1)
         (folder / "plain.toml").write_text(PLAIN, encoding="utf-8")
         rows = (f"{1e-3 * i},{i % 5},{i % 3}" for i in range(100))
+        blows = [f"{t:.6f},{10.9 + 0.01 * (i % 3)}" for i, t in enumerate(BLOWS.time)]
+        (folder / "blows.csv").write_text("\n".join(["time [s],striking speed [m/s]", *blows]), encoding="utf-8")
         (folder / "recorded.csv").write_text("\n".join(["time [s],force [N],back [N]", *rows]), encoding="utf-8")
         self.si = System.from_si(Bar(0.3, 1e-3), SI_LOAD, Kept(0.5))
         self.objects = dict(self._objects())
@@ -295,6 +299,7 @@ class Arguments:
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
             cases.compare([drilling, drilling], modes=0),
             cases.tolerance(drilling, figures=["blow_energy"], samples=64, modes=0, workers=1),
+            BLOWS, cases.identify(drilling, BLOWS, [cases.Span("load.pressure", 150.0, 190.0, "bar")], modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
             cases.design(drilling, [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")], "power", modes=0, most=20),
@@ -328,6 +333,7 @@ class Arguments:
         supplied_cycle = steady.self_excited_motion(fed, modes=0).cycle
         range_: dict[str, Any] = {"name": "bar.length", "low": 100.0, "high": 300.0, "unit": "mm"}
         return {
+            "recordings.read_blows": {"path": folder / "blows.csv"},
             "recordings.read_recording": {
                 "path": folder / "recorded.csv", "column": "force", "unit": "N", "time_column": "time",
                 "sample_rate": "1 kHz", "opposing_column": "back", "start": 0.01, "end": 0.08,
@@ -443,6 +449,11 @@ class Arguments:
                 "figures": ["blow_energy"], "samples": 64, "modes": 0,
             },
             "case.standard_tolerances": {"case": drilling},
+            "case.parsed_unknown": {"words": "load.pressure", "case": drilling},
+            "case.identify": {
+                "case": drilling, "record": BLOWS, "vary": [cases.Span("load.pressure", 150.0, 190.0, "bar")],
+                "given": [cases.Span("bar.diameter", 48.9, 49.1, "mm")], "modes": 0,
+            },
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
             "case.design": {"case": drilling, "spans": [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")]}
             | {"figure": "power", "limits": [cases.Limit("power", 1.0)], "modes": 0, "most": 20},

@@ -333,6 +333,7 @@ ANSWERS = {
     ),
     "compare": ("compare mini-breaker valve-breaker --modes 0 --set pressure=150bar",),
     "tolerance": ("tolerance valve-breaker --modes 0 --samples 64",),
+    "identify": ("identify valve-breaker --blows blows.csv --modes 0 --given bar.length=±1%",),
     "design": ("design valve-drifter --vary ports[0].behind=20:24mm --want blow_rate=1..90Hz --modes 0 --hammers 20",),
     "blow": (
         "blow laboratory-striker --fatigue",
@@ -435,6 +436,8 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     record = [(k * 1e-6, waves.incident.at(k * 1e-6) + waves.reflected.at(k * 1e-6)) for k in range(500)]
     lines = "".join(f"{time},{force}\n" for time, force in record)
     (tmp_path / "gauge.csv").write_text(f"time [s],force [N]\n{lines}", encoding="utf-8")
+    lines = "".join(f"{0.1 * i + 1e-4 * (i % 3)},{1.4 + 0.01 * (i % 4)}\n" for i in range(40))
+    (tmp_path / "blows.csv").write_text(f"time [s],rebound [m/s]\n{lines}", encoding="utf-8")
     described = documented()
     assert described.keys() == ANSWERS.keys()
     for command, questions in ANSWERS.items():

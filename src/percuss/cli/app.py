@@ -62,6 +62,7 @@ COMMANDS = {
     "design": "the best hammer within ranges, under limits of any of its figures",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
     "tolerance": "what tolerances do to it: the spread of its figures, what dominates",
+    "identify": "the numbers of a hammer that fit measured blows, each with its interval",
     "simulate": "how a hammer moves from a start, impact by impact",
     "orbits": "motions with several impacts in a cycle, stable and unstable",
     "follow": "such a motion followed through a parameter: folds, flips, ends",
@@ -81,7 +82,7 @@ COMMANDS = {
 
 _FILES = {
     "motions": "steady machine simulate", "orbits": "orbits follow diagram", "blow": "blow",
-    "whole_hammers": "design compare tolerance", "serve": "serve",
+    "whole_hammers": "design compare tolerance identify", "serve": "serve",
     "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What is asked of whole hammers: the best one within ranges, several side by side, and what tolerances do to one."""
+"""What is asked of whole hammers: the best, several side by side, what tolerances do to one, what fits its blows."""
 
 from __future__ import annotations
 
@@ -197,4 +197,55 @@ def tolerance(parser: Parser, options: argparse.Namespace) -> int:
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,
         archive=options.output,
+    )  # fmt: skip
+
+
+# ---- Numbers of a hammer from its measured blows
+
+
+@command(
+    """\
+The numbers of a case with which its steady motion fits measured blows, each with its interval of 95 %, and how far
+model and record agree. The file has a row for each blow: its time, and what was measured of it, under such headings as
+'time [s]', 'rebound speed [m/s]', 'striking speed [m/s]', 'pressure [bar]', 'peak [m/s^2]'. A record that cannot tell
+the numbers is refused, with what it lacks. Without --vary they are R, the pressure or the scale of the load and, of a
+load that keeps time, its frequency.""",
+    """\
+  percuss identify valve-breaker --blows times.csv
+  percuss identify breaker.toml --blows times.csv --vary contact.restitution --given bar.diameter=±0.5mm --plot fit.png
+  percuss identify valve-breaker --blows times.csv --vary load.pressure=140..180bar --vary load.ports[0].behind \\
+      --given "load.states.return.front=±4 %" -o fitted.toml --report fit.html""",
+    CASE,
+    option("--blows FILE", "the measured blows: .csv and the like", required=True),
+    option("--vary KEY", "a number to be found, KEY or KEY=LOW..HIGH; may be repeated", action="append", default=[]),
+    option(
+        "--given KEY=±HALF",
+        "another number, and how far from its value it may lie at 95 %%; may be repeated",
+        action="append",
+        default=[],
+    ),
+    modes_option("default: those of 'percuss steady'"),
+    JSON,
+    made("-o, --output FILE", "save the case with the numbers that fit", (".toml",)),
+    plot_option("blows, fit and residuals"),
+    REPORT,
+)
+def identify(_: Parser, options: argparse.Namespace) -> int:
+    """Fit numbers of a case to measured blows."""
+    from percuss import plot
+    from percuss.case import identify, parsed_tolerance, parsed_unknown
+    from percuss.cli.report_printing import answered, filed
+    from percuss.recordings import read_blows
+
+    case = named_case(options.case)
+    record = read_blows(options.blows)
+    vary = [parsed_unknown(words, case) for words in options.vary]
+    given = [parsed_tolerance(words, case) for words in options.given]
+    answer = identify(case, record, vary, given, modes=options.modes)
+    if options.output is not None:
+        write_case(answer.best, options.output)
+    filed(options, case, answer)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: plot.identify(answer), indent=1,
+        case=options.output, report=options.report,
     )  # fmt: skip

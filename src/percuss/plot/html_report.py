@@ -13,6 +13,7 @@ from percuss._version import __version__
 from percuss.case.answers.blow_answer import BlowAnswer, blow_report
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
+from percuss.case.answers.exploring.identify import IdentifyAnswer
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer
 from percuss.case.answers.facts import Grid, Report, ReportSection
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
@@ -45,7 +46,16 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 """
 
 
-Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | BlowAnswer | DesignAnswer | ToleranceAnswer
+Answer = (
+    SteadyAnswer
+    | MachineAnswer
+    | RecordedAnswer
+    | Comparison
+    | BlowAnswer
+    | DesignAnswer
+    | ToleranceAnswer
+    | IdentifyAnswer
+)
 
 
 def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
@@ -103,6 +113,8 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
         return answer.report(), plot.comparison(answer), "Cycles and blows"
     if isinstance(answer, ToleranceAnswer):
         return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
+    if isinstance(answer, IdentifyAnswer):
+        return answer.report(), plot.identify(answer), "The blows that were measured, and those of the hammer that fits"
     if isinstance(answer, DesignAnswer):
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
     if isinstance(answer, BlowAnswer):

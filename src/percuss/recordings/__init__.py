@@ -12,6 +12,6 @@ from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from percuss.recordings.history import HistoryReport
-    from percuss.recordings.recording import Recording, read_recording
+    from percuss.recordings.recording import BlowRecord, Recording, read_blows, read_recording
 
 __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

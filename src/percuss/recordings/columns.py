@@ -213,7 +213,7 @@ def _time_like(table: RecordedTable, i: int) -> bool:
     return dimension(table.units[i]) == "time" or (named and table.units[i] is None)
 
 
-def _find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
+def find_time(table: RecordedTable, key: Column | None, column: Column | None) -> int | None:
     """The column of time: the one that `key` names, else the only one like a time; None when there is none."""
     if key is not None:
         found = [_find(table, key, "time_column")]
@@ -351,7 +351,7 @@ def chosen_columns(
 ) -> tuple[int | None, list[int]]:
     """The number of the column of time, if there is one, and those of the values: of the face, of the opposing one."""
     column, time_column, opposing_column = options
-    clock = None if rate is not None and time_column is None else _find_time(table, time_column, column)
+    clock = None if rate is not None and time_column is None else find_time(table, time_column, column)
     taken = {"time_column": clock}
     value = _likely_values(table, clock, has_unit) if column is None else _find_values(table, column, "column", taken)
     faces = [value]
@@ -392,7 +392,7 @@ def _against_heading(table: RecordedTable, value: int, unit: str, given: tuple[f
 def against_clock(table: RecordedTable, column: Column | None, rate: float) -> list[str]:
     """What to say of a sample rate that differs from that of a column of time."""
     try:
-        clock = _find_time(table, None, column)
+        clock = find_time(table, None, column)
         step = float(np.median(np.diff(seconds(table, clock, [])))) if clock is not None else 0.0
     except HistoryError:  # no column that could be compared
         return []

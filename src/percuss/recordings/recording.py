@@ -1,4 +1,4 @@
-"""Reading a measured history from a file: force or pressure of a load, strain or stress or force at a gauge.
+"""Reading a measured history from a file: force or pressure of a load, what a gauge saw, or a series of blows.
 
 Text (comma, semicolon, tab or blank between the columns, decimal comma, headings with units) needs numpy only;
 ``.mat``, ``.wav``, ``.h5`` and ``.tdms`` need the extra ``[io]``. Nothing is guessed that could be wrong in silence:
@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -25,6 +27,7 @@ from percuss.recordings.columns import (
     against_clock,
     as_rate,
     chosen_columns,
+    find_time,
     given_scale,
     scales_of,
     seconds,
@@ -33,7 +36,7 @@ from percuss.recordings.columns import (
 from percuss.recordings.file_formats import READERS
 from percuss.recordings.text_table import read_text
 from percuss.short_repr import ShortRepr
-from percuss.units import si
+from percuss.units import si, unit_scale
 
 # ---- What a caller says of a recording, checked before its file is opened: path, columns, rate, moments
 
@@ -278,3 +281,100 @@ def _check_file(path: Path) -> None:
         )
     if size == 0:
         raise HistoryError("is empty", "the file must hold a column of values", file)
+
+
+# ---- Reading measured blows: when each was struck, and what was measured of it
+
+_OF_BLOWS = {
+    "rebound_velocity": ("velocity", "rebound speed [m/s]", r"rebound|after|back|return"),
+    "rigid_velocity": ("velocity", "striking speed [m/s]", r"strik|impact|before|speed|velocity"),
+    "pressure": ("pressure", "pressure [bar]", r"pressure|supply|p\b"),
+    "flow": ("flow", "flow [l/min]", r"flow"),
+    "peaks": ("", "peak [m/s^2]", r"peak|acc"),
+}
+"""What may be measured of a blow, by the name of the figure: its dimension, a heading, and words of one; in order."""
+
+
+@dataclass(frozen=True)
+class BlowRecord(ShortRepr):
+    """Measured blows in SI units, one after another.
+
+    Attributes
+    ----------
+    time
+        Shape (n,), s, strictly increasing: when each blow was struck.
+    figures
+        What was measured of each blow, shape (n,), by the name of its figure: ``rigid_velocity`` and
+        ``rebound_velocity``, m/s, of the bar as a whole just before and after it, ``pressure``, Pa, and ``flow``, m³/s,
+        means of the supply over its cycle. NaN where nothing was measured.
+    peaks
+        Shape (n,), what an accelerometer saw of each, up to a factor; None without one.
+    path, notes
+        The file that they come from, and what was assumed in reading, one sentence each.
+    """
+
+    time: Array = field(repr=False)
+    figures: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    peaks: Array | None = field(default=None, repr=False)
+    path: Path | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def file(self) -> str | None:
+        """The name of the file, for messages."""
+        return None if self.path is None else str(self.path)
+
+
+def read_blows(path: str | os.PathLike[str]) -> BlowRecord:
+    """Read a table of measured blows, a row for each: a column of times, and columns of what was measured.
+
+    Headings say what they hold, and their units: "rebound speed [m/s]", "striking speed [m/s]", "pressure [bar]" and
+    "flow [l/min]" of the supply, or "peak [m/s^2]" of an accelerometer, whose unit is of no account. Any other column
+    is left out, with a note.
+
+    Raises
+    ------
+    HistoryError
+        When the file cannot be read or what is meant cannot be told; names the file, the cause and the remedy.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "times.csv")
+    ...     _ = file.write_text("time [ms],rebound speed [m/s]\n" + "".join(f"{100 * i},1.5\n" for i in range(20)))
+    ...     record = read_blows(file)
+    >>> record.time[:2].tolist(), list(record.figures)
+    ([0.0, 0.1], ['rebound_velocity'])
+    """
+    path = _file_path(path)
+    _check_file(path)
+    table = READERS.get(path.suffix.lower(), read_text)(path)
+    notes: list[str] = []
+    clock = find_time(table, None, None)
+    if clock is None:
+        raise table.refused(
+            f"no column of times among {table.listing(range(len(table.names)))}", 'name the column "time [s]"'
+        )
+    time = seconds(table, clock, notes)
+    if time.size < _MIN_SAMPLES:
+        raise table.refused(f"only {time.size} blows", f"at least {_MIN_SAMPLES} are needed")
+    _check_time(table, time, clock)
+    found: dict[str, Array] = {}
+    for i in (i for i, good in enumerate(table.numeric) if good and i != clock):
+        heading = table.names[i].lower()
+        name = next((name for name, (_, _, words) in _OF_BLOWS.items() if re.search(rf"\b({words})", heading)), "")
+        if not name:
+            notes.append(f"{table.heading(i)} is not used: its heading names nothing that is known of blows")
+            continue
+        dimension, usual, _ = _OF_BLOWS[name]
+        if name in found:
+            raise table.refused(f"two columns could be the {usual.partition(' [')[0]}", "leave one of them out")
+        scale = 1.0
+        if dimension:
+            if (unit := table.units[i]) is None:
+                raise table.refused(f"no unit of {dimension} for {table.heading(i)}", f'head it so: "{usual}"')
+            scale = unit_scale(unit, (dimension,), table.heading(i))[0]
+        (values,) = table.read([i])
+        found[name] = values * scale * (-1.0 if np.nanmean(values) < 0.0 else 1.0)
+    return BlowRecord(time, found, found.pop("peaks", None), path, tuple(notes))

@@ -143,6 +143,11 @@ def _of_cycle(name: str) -> WholeFigure:
     return WholeFigure(figure.label, _DIMENSIONS.get(figure.unit, ""), figure.unit, value)
 
 
+def _rebound(one: WholeHammer) -> float | None:
+    speed = _of_cycle("rigid_velocity").value(one)
+    return None if one.motion is None or speed is None else -one.motion.system.contact.velocity_factor * speed
+
+
 def _margin(one: WholeHammer) -> float | None:
     return None if one.motion is None else 1.0 - one.motion.judged().largest
 
@@ -192,6 +197,7 @@ def _stress(body: int, section: int | None = None) -> Callable[[WholeHammer], fl
 
 WHOLE_FIGURES: dict[str, WholeFigure] = {
     **{name: _of_cycle(name) for name in FIGURES},
+    "rebound_velocity": WholeFigure("rebound speed", "velocity", "m/s", _rebound),
     "flow": WholeFigure("oil flow", "flow", "m³/s", _flow, "l/min"),
     "pressure": WholeFigure("pressure of the supply", "pressure", "Pa", _pressure, "bar"),
     "rock_power": WholeFigure("power into the rock", "power", "W", _of_transfer("rock_power")),
