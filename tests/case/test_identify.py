@@ -92,6 +92,8 @@ def test_what_was_given_is_carried():
     wide = identify(case, record, ranges, given, modes=0).found[0]
     assert wide.high - wide.low == pytest.approx(2 * 1.96 * 1.2 * 2 * 0.25 / 45.0, rel=0.05)  # dR = (1 + R) 2 dD/D
     assert wide.given[0] > 0.9
+    held_so = identify(case.varied({"bar.diameter": "45 ± 0.5 mm"}), record, ranges, modes=0).found[0]
+    assert (held_so.low, held_so.high) == pytest.approx((wide.low, wide.high), rel=1e-9)
 
 
 def test_blows_of_a_simulated_valve_machine():

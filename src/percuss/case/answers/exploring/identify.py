@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.exploring.best_answer import Span, check_ends, own_value, range_end, rounded
-from percuss.case.answers.exploring.tolerance import parsed_tolerance
+from percuss.case.answers.exploring.best_answer import range_end
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, number, percent, picked, quantity
 from percuss.case.answers.whole_hammer import whole_figure
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import FREQUENCY, LOAD_PRESSURE, LOAD_SCALE
 from percuss.case.parameters.moves import number_held, placed
+from percuss.case.parameters.spans import Span, check_ends, own_value, parsed_tolerance, rounded, uncertain_spans
 from percuss.errors import HistoryError, ParameterError, PercussError, extra_package
 from percuss.model.checks import Array, count, instance, several, text
 from percuss.recordings import BlowRecord
@@ -432,7 +432,8 @@ def identify(
         The numbers to be found, and their ranges (`parsed_unknown`); none for R, the pressure or the scale of the
         load, and the frequency of one that keeps time.
     given
-        Other numbers, and where they lie at 95 % (`percuss.case.parsed_tolerance`).
+        Other numbers, and where they lie at 95 % (`percuss.case.parsed_tolerance`), besides those that stand in the
+        case with ±.
     modes
         Elastic modes, as `steady_answer` and `machine_answer` take them.
 
@@ -471,6 +472,8 @@ def identify(
     spans = spans or _usual_unknowns(case)
     given = tuple(instance("given", one, Span) for one in several("given", given, "a list of Span"))
     modes = None if modes is None else count("modes", modes, least=0)
+    taken = {one.name for one in (*spans, *given)}
+    given += tuple(one for one in uncertain_spans(case) if one.name not in taken)
     units = {one.name: one.unit for one in (*spans, *given)}
     if len(units) < len(spans) + len(given):
         raise ParameterError("given", [one.name for one in given], "each key once, and none that is to be found")
