@@ -37,6 +37,7 @@ from percuss.case.answers.steady_answer import (
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
 from percuss.case.answers.transfer import TRANSFER
+from percuss.case.answers.uncertainty import UNCERTAIN
 from percuss.case.answers.waves_answer import IMPACT, SETTLED
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of
@@ -86,6 +87,7 @@ FACTS = {
     "pressure": PRESSURE,
     "orbit": ORBIT,
     "transfer": TRANSFER,
+    "uncertain": UNCERTAIN,
 }
 
 

@@ -443,6 +443,7 @@ class Arguments:
                 "figures": ["blow_energy"], "samples": 64, "modes": 0,
             },
             "case.standard_tolerances": {"case": drilling},
+            "case.uncertainty_of": {"case": drilling.varied({"load.pressure": "160 ± 5 bar"}), "modes": 0},
             "case.best_answer": {"case": hammer, "spans": [cases.Span(**range_)], "most": 20},
             "case.design": {"case": drilling, "spans": [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")]}
             | {"figure": "power", "limits": [cases.Limit("power", 1.0)], "modes": 0, "most": 20},

@@ -12,7 +12,7 @@ from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
-    from percuss.case.answers.exploring.best_answer import BestAnswer, Span, best_answer
+    from percuss.case.answers.exploring.best_answer import BestAnswer, best_answer
     from percuss.case.answers.exploring.comparison import Comparison, compare
     from percuss.case.answers.exploring.design import DesignAnswer, Limit, design
     from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.reach_answer import reach_answer
     from percuss.case.answers.exploring.tolerance import (
         ToleranceAnswer,
-        parsed_tolerance,
         standard_tolerances,
         tolerance,
         tolerance_job,
+        uncertainty_of,
     )
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
@@ -37,5 +37,6 @@ if TYPE_CHECKING:
     from percuss.case.file_format.reading import CaseErrors
     from percuss.case.file_format.start_and_simulation import Simulation
     from percuss.case.parameters.case_family import CaseFamily
+    from percuss.case.parameters.spans import Span, parsed_tolerance
 
 __all__, __getattr__, __dir__ = lazy_names(__name__, __file__)

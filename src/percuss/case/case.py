@@ -16,7 +16,16 @@ from percuss.case.file_format.bodies import damping_table, modes_in
 from percuss.case.file_format.building import Parts, check_clock, check_motion, machine_of, recording_of, system_of
 from percuss.case.file_format.contact import blow_note, law_note
 from percuss.case.file_format.loads import HistoryLoad, ValveLoad, room_of
-from percuss.case.file_format.reading import case_form, checked_tables, parsed, text_of, toml_text, with_value
+from percuss.case.file_format.reading import (
+    case_form,
+    checked_tables,
+    parsed,
+    text_of,
+    toml_text,
+    value_at,
+    with_value,
+    without_uncertainty,
+)
 from percuss.case.file_format.schema import PhysicalCase, missing_tables
 from percuss.case.file_format.start_and_simulation import Simulation, simulation_of, start_of
 from percuss.case.file_format.steel import steel_of
@@ -55,6 +64,8 @@ class Case:
         The name of the file, for messages.
     folder
         Where files that the case names are looked for.
+    uncertain
+        Numbers that are known within ±: their dotted keys, and the texts as they were given, ``"8.8 ± 0.3 cm^2"``.
 
     Raises
     ------
@@ -80,6 +91,7 @@ class Case:
     tables: PhysicalCase | PlainCase
     file: str = field(default="<text>", compare=False)
     folder: Path = field(default=Path("."), compare=False)
+    uncertain: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         _ = self._parts  # everything but the recording is checked now
@@ -103,7 +115,8 @@ class Case:
         """The case in a TOML text; `file` names it in messages."""
         file, folder = checked_path("file", file), Path(checked_path("folder", folder))
         data = parsed(checked_text("text", text, "the text of a case in TOML"), file)
-        return cls(checked_tables(data, file), file, folder)
+        nominal, uncertain = without_uncertainty(data, file)
+        return cls(checked_tables(nominal, file), file, folder, uncertain)
 
     @property
     def title(self) -> str:
@@ -354,7 +367,11 @@ class Case:
 
     def _with(self, data: dict[str, Any]) -> Case:
         """A case of other tables beside the same recording, which is read once at most: it may be gone by now."""
-        changed = Case(checked_tables(data, self.file), self.file, self.folder)
+        nominal, given = without_uncertainty(data, self.file)
+        here, new = self.to_dict() if self.uncertain else {}, dict(given)
+        kept = [pair for pair in self.uncertain if pair[0] not in new]
+        kept = [pair for pair in kept if value_at(nominal, pair[0]) == value_at(here, pair[0])]
+        changed = Case(checked_tables(nominal, self.file), self.file, self.folder, (*kept, *given))
         if "_recording" in self.__dict__ and changed.tables.load == self.tables.load:
             changed.__dict__["_recording"] = self._recording
         return changed
@@ -362,12 +379,15 @@ class Case:
     # -- writing --
 
     def to_dict(self) -> dict[str, Any]:
-        """The tables as plain values, only those that were given."""
+        """The tables as plain values, only those that were given; numbers without their ±."""
         return self.tables.model_dump(exclude_unset=True, by_alias=True)
 
     def to_toml(self) -> str:
         """TOML text that reads back as an equal case."""
-        return toml_text(self.to_dict())
+        tables = self.to_dict()
+        for key, given in self.uncertain:
+            tables = with_value(tables, key, given)
+        return toml_text(tables)
 
 
 def checked_case(case: object) -> None:

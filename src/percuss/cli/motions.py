@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
+    from percuss.case.answers.uncertainty import Uncertainty
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
@@ -97,7 +98,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
 
         _refuse(parser, options, "a hammer whose piston switches its own valve", _NOT_OF_MACHINES)
         with of_file(case):
-            machine = machine_answer(case, options.modes)
+            machine = replace(machine_answer(case, options.modes), uncertainty=_uncertainty(case, options.modes))
             if reaches:
                 cycle = (
                     machine.cycle if machine.runs and machine.cycle is not None and not machine.cycle.rests else None
@@ -113,6 +114,8 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     with _undisturbed(), of_file(case):
         answer = steady_answer(case, options.periods, options.modes)
         answer = replace(answer, plausibility=not options.no_plausibility)
+        if answer.running:
+            answer = replace(answer, uncertainty=_uncertainty(case, options.modes, answer.running[0].orbit.periods))
         answer = answer if held else replace(answer, starts=_ends(case, options))
     if reaches:
         chosen = answer.chosen
@@ -124,6 +127,15 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1, cut=cut,
         report=options.report,
     )  # fmt: skip
+
+
+def _uncertainty(case: Case, modes: int | None, periods: int = 1) -> Uncertainty | None:
+    """What the ± of its numbers leaves of the figures of a case that has some."""
+    if not case.uncertain:
+        return None
+    from percuss.case import uncertainty_of
+
+    return uncertainty_of(case, modes, periods)
 
 
 _NOT_OF_STRUCTURES = {
@@ -230,7 +242,7 @@ def machine(parser: Parser, options: argparse.Namespace) -> int:
                 if getattr(options, name) is not None:
                     parser.error(f"argument --{name.replace('_', '-')}: only for a recorded load, or one of steps, "
                         f"which {case.file} has not")  # fmt: skip
-            answer = machine_answer(case, options.modes)
+            answer = replace(machine_answer(case, options.modes), uncertainty=_uncertainty(case, options.modes))
         else:
             record = read_record(case, options)
             answer = record.answer

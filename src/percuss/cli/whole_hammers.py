@@ -160,8 +160,8 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
 @command(
     """\
 What the tolerances of its numbers do to a hammer: the share of the hammers that run, the spread of their figures, the
-worst corner, and which tolerance dominates. Without --vary the tolerances are those usual in a drawing: areas and the
-flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
+worst corner, and which tolerance dominates. Without --vary the tolerances are the ± of the case, or where it has none
+those usual in a drawing: areas and the flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
     """\
   percuss tolerance valve-breaker
   percuss tolerance valve-breaker --vary load.pressure=±10bar --vary contact.restitution=0.1..0.2
@@ -185,14 +185,15 @@ flow of a pump 5 %, ports 0.2 mm, the pressure or the load 10 %, R 0.1.""",
 def tolerance(parser: Parser, options: argparse.Namespace) -> int:
     """Draw hammers within tolerances."""
     from percuss import plot
-    from percuss.case.answers.exploring.tolerance import SAMPLES, ToleranceAnswer, parsed_tolerance, tolerance_job
+    from percuss.case.answers.exploring.tolerance import SAMPLES, ToleranceAnswer, tolerance_job
+    from percuss.case.parameters.spans import parsed_tolerance
     from percuss.cli.report_printing import answered, filed
 
     case = named_case(options.case)
     given = [parsed_tolerance(words, case) for words in options.vary]
     drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
     job = tolerance_job(case, given, options.figures or (), **drawn)
-    answer = ToleranceAnswer(case, job, carried(parser, options, job), not given)
+    answer = ToleranceAnswer(case, job, carried(parser, options, job), not given and not case.uncertain)
     filed(options, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,

@@ -50,6 +50,7 @@ from percuss.case.answers.transfer import (
     transfer_section,
     transfer_sentence,
 )
+from percuss.case.answers.uncertainty import Uncertainty
 from percuss.case.answers.whole_hammer import WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
@@ -90,6 +91,9 @@ class MachineAnswer(ShortRepr):
         The blow on the rod that the case describes, at any speed; None without one.
     plausibility
         Whether figures that no hammer has are told of.
+    uncertainty
+        What the ± of the numbers of the case leaves of the figures; None where none has one, or it was
+        not asked (`percuss.case.uncertainty_of`).
     """
 
     name: str
@@ -100,6 +104,7 @@ class MachineAnswer(ShortRepr):
     reach: tuple[CaseReach, ...] | None = None
     tool: BlowQuestion | None = None
     plausibility: bool = True
+    uncertainty: Uncertainty | None = None
 
     @cached_property
     def whole(self) -> WholeHammer:
@@ -204,6 +209,7 @@ class MachineAnswer(ShortRepr):
             "warnings": list(self.warnings),
             **({} if self.reach is None else {"reach": [one.to_json_dict() for one in self.reach]}),
             **({} if self.tool is None else transfer_dict(self.transfer)),
+            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.to_json_dict()}),
         }
 
 
@@ -619,7 +625,11 @@ def machine_report(answer: MachineAnswer) -> Report:
         sections.append(ReportSection("How far parameters may move", tuple(reach)))
     if answer.blank is not None:
         sections.append(ReportSection("Without the tool (blank blow of a rigid piston)", answer.blank.rows, PLAIN))
-    summary = f"{headline(answer)} {transfer_sentence(answer.transfer) if answer.runs else ''}".rstrip()
+    told = [headline(answer), transfer_sentence(answer.transfer) if answer.runs else ""]
+    if answer.uncertainty is not None:
+        told.append(answer.uncertainty.sentence)
+        sections.insert(1, answer.uncertainty.grid)
+    summary = " ".join(filter(None, told))
     return Report(answer.title, summary, GOOD if answer.runs else BAD, tuple(sections))
 
 

@@ -25,6 +25,7 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
 from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict
+from percuss.case.answers.uncertainty import Uncertainty
 from percuss.case.answers.whole_hammer import WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
@@ -585,6 +586,9 @@ class SteadyAnswer(ShortRepr):
         The blow on the rod that the case describes, at any speed; None without one.
     plausibility
         Whether figures that no hammer has are told of.
+    uncertainty
+        What the ± of the numbers of the case leaves of the figures; None where none has one, or it was
+        not asked (`percuss.case.uncertainty_of`).
     """
 
     name: str
@@ -598,6 +602,7 @@ class SteadyAnswer(ShortRepr):
     reach: tuple[CaseReach, ...] | None = None
     tool: BlowQuestion | None = None
     plausibility: bool = True
+    uncertainty: Uncertainty | None = None
 
     @property
     def told_notes(self) -> tuple[str, ...]:
@@ -657,6 +662,7 @@ class SteadyAnswer(ShortRepr):
             "starts": plain(self.starts.to_json_dict(self.system)),
             "reach": reach,
             **({} if self.tool is None else transfer_dict(self.transfer)),
+            **({} if self.uncertainty is None else {"uncertainty": self.uncertainty.to_json_dict()}),
         }
 
     def _blow(self) -> dict[str, Any]:

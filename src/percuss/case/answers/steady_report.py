@@ -12,6 +12,7 @@ from percuss.case.answers.facts import (
     GOOD,
     PLAIN,
     Fact,
+    Grid,
     Report,
     ReportSection,
     Teller,
@@ -131,6 +132,7 @@ def summary_of(answer: SteadyAnswer) -> FirstLines:
     told = [ends_sentence(answer.starts, labels, answer.system), clock]
     if running:
         told.insert(0, transfer_sentence(answer.transfer))
+        told.insert(1, "" if answer.uncertainty is None else answer.uncertainty.sentence)
         others = sorted({other.orbit.periods for other in running[1:]})
         also = (
             f"It can also settle on m = {', '.join(map(str, others))}; which motion it takes depends on how it starts"
@@ -472,7 +474,9 @@ def _line(end: End, followed: int, system: System) -> str:
 
 
 def steady_report(answer: SteadyAnswer) -> Report:
-    sections = [system_section(answer.name, answer.system, answer.told_notes, answer.law)]
+    sections: list[ReportSection | Grid] = [system_section(answer.name, answer.system, answer.told_notes, answer.law)]
+    if answer.uncertainty is not None:
+        sections.append(answer.uncertainty.grid)
     for period in answer.periods:
         sections.append(_existence_section(answer.system, period))
         count = len(period.orbits)

@@ -203,6 +203,10 @@ WHOLE_FIGURES: dict[str, WholeFigure] = {
 }
 """Every figure by its name; `piston[i].stress` and `steel[i].stress` are those of one section."""
 
+HEADLINE = ("blow_energy", "blow_rate", "impact_velocity", "stroke", "flow", "pressure", "rock_power", "piston.stress",
+            "steel.stress", "stress", "margin")  # fmt: skip
+"""The figures that matter, by their names."""
+
 _SECTION = re.compile(r"(piston|steel)\[(\d{1,3})\]\.stress")
 
 

@@ -95,6 +95,48 @@ def _syntax_hint(text: str, message: str) -> str:
     return f"the line reads: {line[:60]}" if line else ""
 
 
+# ---- Numbers that are known within ±: kept as they are written, and read without it
+
+_UNCERTAIN = re.compile(
+    r"\s*([-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s±].*?)??\s*(?:±|\+/?-)\s*(\S.*?)\s*", re.ASCII
+)
+_LONGEST = 200  # of such a text
+_HALF = re.compile(r"((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.ASCII)
+
+
+def without_uncertainty(data: Mapping[str, Any], file: str) -> tuple[dict[str, Any], tuple[tuple[str, str], ...]]:
+    """The tables with ``"8.8 cm^2"`` in place of ``"8.8 ± 0.3 cm^2"``, and such texts by their dotted keys."""
+    found: dict[str, str] = {}
+    nominal = {name: _nominal(value, name, file, found) for name, value in data.items()}
+    return nominal, tuple(found.items())
+
+
+def _nominal(value: Any, key: str, file: str, found: dict[str, str]) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _nominal(item, f"{key}.{name}", file, found) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_nominal(item, f"{key}[{i}]", file, found) for i, item in enumerate(value)]
+    match = _UNCERTAIN.fullmatch(value) if isinstance(value, str) and "." in key and len(value) <= _LONGEST else None
+    if match is None:
+        return value
+    half = half_width(value)
+    if half is None:
+        expected = "expected a half width greater than 0 behind ±, in the unit of the number or as a share of it"
+        raise CaseError(file, key, value, expected, 'such as "8.8 ± 0.3 cm^2", "160 bar ± 5 %" or "0.15 ± 0.05"')
+    found[key] = value
+    size, unit = match[1].replace("−", "-"), match[2] or ("" if half[1] == "%" else half[1])
+    if unit:
+        return f"{size} {unit}"
+    return int(size) if re.fullmatch(r"[-+]?\d+", size) else float(size)
+
+
+def half_width(text: str) -> tuple[float, str] | None:
+    """Number and unit behind the ± of a text; a unit of % is a share of the number. None where there is none."""
+    match = _UNCERTAIN.fullmatch(text)
+    half = None if match is None else _HALF.fullmatch(match[3])
+    return (float(half[1]), half[2]) if half is not None and float(half[1]) > 0.0 else None
+
+
 # ---- Dotted keys of a case, such as ``bar.sections[1].length``: what stands there, and the tables with something else
 
 _STEP = re.compile(r"\[(\d{1,9})\]|\.?([^.\[\]]+)")

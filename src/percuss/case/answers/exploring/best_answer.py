@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,11 @@ from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE, with_generic_places
 from percuss.case.parameters.moves import number_held
-from percuss.errors import CaseError, ParameterError, PercussError
-from percuss.explore.family import Axis
-from percuss.model.checks import finite, instance, several, text
+from percuss.case.parameters.spans import Span, check_ends, own_value, rounded
+from percuss.errors import ParameterError
+from percuss.model.checks import instance, several
 from percuss.optimum import SearchProgress
 from percuss.short_repr import ShortRepr
-from percuss.units import DIMENSIONS, unit_scale
 
 if TYPE_CHECKING:
     from percuss.blow import Blow
@@ -29,42 +28,7 @@ if TYPE_CHECKING:
 _STEADY = ("load.", "contact.", "bar.damping", "bar.drag", "system.d", "system.restitution")
 """How the keys begin that a blow of given speed does not depend on."""
 
-_DIGITS = 9  # of the sizes that are tried: a limit that binds is told to 1e-6
-
 _END = 1e-6  # share of a range
-
-
-@dataclass(frozen=True)
-class Span:
-    """The range of a key of a case."""
-
-    name: str
-    low: float
-    high: float
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        texts = {"name": text("name", self.name), "unit": text("unit", self.unit)}
-        ends = {"low": finite("low", self.low), "high": finite("high", self.high)}
-        if not ends["low"] < ends["high"]:
-            accepted = f"a number greater than the least value, {ends['low']:g}"
-            raise ParameterError(self.name, self.high, accepted, "the smaller end of a range comes first")
-        for name, value in (texts | ends).items():
-            object.__setattr__(self, name, value)
-
-    @classmethod
-    def parsed(cls, words: str) -> Span:
-        """From ``NAME=LOW:HIGH``, numbers with or without a unit.
-
-        Examples
-        --------
-        >>> Span.parsed("bar.sections[2].length=50:150mm")
-        Span(name='bar.sections[2].length', low=50.0, high=150.0, unit='mm')
-        """
-        if text("vary", words).count("=") != 1 or words.count(":") != 1:
-            raise ParameterError("vary", words, "NAME=LOW:HIGH", "for example bar.sections[2].length=50:150mm")
-        axis = Axis.parsed(f"{words}:2")
-        return cls(axis.name, float(axis.values[0]), float(axis.values[1]), axis.unit)
 
 
 @dataclass(frozen=True)
@@ -222,17 +186,6 @@ def ranged_keys(family: CaseFamily, spans: Sequence[Span], but: tuple[str, ...] 
     return found
 
 
-def check_ends(family: CaseFamily, span: Span, made: Callable[[Mapping[str, float]], object]) -> None:
-    """Refuse a range with an end that is no value of its key, such as a length of 0; others may depend on it."""
-    for end in (span.low, span.high):
-        try:
-            made({span.name: end})
-        except CaseError as error:
-            if error.key == family.key(span.name):
-                told = f"{end:g} {span.unit}".rstrip()
-                raise ParameterError(span.name, told, error.accepted.removeprefix("expected "), error.remedy) from None
-
-
 def _unknown(name: str, known: Sequence[str], remedy: str = "") -> ParameterError:
     return ParameterError("vary", name, f"a key of the case: {', '.join(with_generic_places(known))}", remedy)
 
@@ -245,24 +198,6 @@ def _check_figure(own: BlowAnswer, objective: str) -> None:
     else:
         return
     raise ParameterError("best", objective, f"a case with {needed}", remedy)
-
-
-def rounded(value: float) -> float:
-    """A size as it is tried, and written."""
-    return float(f"{value:.{_DIGITS}g}")
-
-
-def own_value(case: Case, key: str, unit: str) -> float | None:
-    """What the case has under a key, in a unit."""
-    if not key:
-        return None
-    value, own = number_held(case, key)
-    if value is None or own == unit:
-        return value
-    try:
-        return value * unit_scale(own, DIMENSIONS, key)[0] / unit_scale(unit, DIMENSIONS, key)[0]
-    except PercussError:
-        return None
 
 
 # ---- The report: the best sizes and what they change, against the case as it is

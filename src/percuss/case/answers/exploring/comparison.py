@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 import string
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.blow_answer import blow_answer
+from percuss.case.answers.exploring.tolerance import uncertainty_of
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, json_number, number
 from percuss.case.answers.machine_answer import MachineAnswer, headline, machine_answer
 from percuss.case.answers.steady_answer import SteadyAnswer, steady_answer
@@ -158,6 +159,12 @@ class Comparison(ShortRepr):
         same = "as A to all digits shown" if self.differences else "the same case as A"
         return f"{self.letters[i]} against A: {', '.join(parts) if parts else same}."
 
+    def _told(self, row: ComparedFigure, i: int) -> str:
+        """A figure of one hammer, with its ± where that is known."""
+        given, value = self.answers[i].uncertainty, row.values[i]
+        assert value is not None
+        return (given and given.told(row.name)) or row.figure.tell(value, row.is_si)
+
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss compare --json` prints it."""
         hammers = zip(self.letters, self.names, self.cases, self.runs, self.answers, strict=True)
@@ -188,7 +195,7 @@ class Comparison(ShortRepr):
         rows = tuple(
             (
                 row.label,
-                *("–" if value is None else row.figure.tell(value, row.is_si) for value in row.values),
+                *("–" if value is None else self._told(row, i) for i, value in enumerate(row.values)),
                 *("–" if change is None else _percent(change) for change in row.changes[1:]),
             )
             for row in self.figures
@@ -238,10 +245,11 @@ def compare(cases: Sequence[Case], names: Sequence[str] = (), modes: int | None 
     if len({case.is_si for case in cases}) > 1:
         remedy = "a dimensionless case has no scales: give each hammer in SI"
         raise ParameterError("cases", "in SI and dimensionless", "all in SI, or all dimensionless", remedy)
-    answers = tuple(
-        machine_answer(case, modes) if case.is_machine else steady_answer(case, (1,), modes) for case in cases
-    )
-    return Comparison(names, cases, answers)
+    answers = []
+    for case in cases:
+        answer = machine_answer(case, modes) if case.is_machine else steady_answer(case, (1,), modes)
+        answers.append(replace(answer, uncertainty=uncertainty_of(case, modes)))
+    return Comparison(names, cases, tuple(answers))
 
 
 def _sentence(answer: SteadyAnswer | MachineAnswer) -> str:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.exploring.best_answer import Span, own_value, range_end, ranged_keys, rounded, sizes
+from percuss.case.answers.exploring.best_answer import range_end, ranged_keys, sizes
 from percuss.case.answers.exploring.comparison import Comparison, compare
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, json_number, number, picked
 from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
 from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
+from percuss.case.parameters.spans import Span, own_value, rounded
 from percuss.errors import ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
 from percuss.optimum import Candidate, SearchProgress, best_place

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from percuss.case.answers.exploring.best_answer import Span, check_ends, rounded
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -25,17 +24,17 @@ from percuss.case.answers.facts import (
     numbers,
     percent,
 )
-from percuss.case.answers.whole_hammer import WHOLE_FIGURES, whole_figure
+from percuss.case.answers.uncertainty import UncertainFigure, Uncertainty
+from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES, whole_figure
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE
 from percuss.case.parameters.moves import number_held
+from percuss.case.parameters.spans import Span, check_ends, parsed_tolerance, rounded, uncertain_spans
 from percuss.errors import ParameterError, PercussError, extra_package
-from percuss.explore.family import Axis
 from percuss.explore.jobs.job import ASK_FORMAT, Column, Columns
 from percuss.model.checks import Array, count, instance, several, text
 from percuss.short_repr import ShortRepr
-from percuss.units import DIMENSIONS, unit_scale
 
 if TYPE_CHECKING:
     from percuss.case.answers.whole_hammer import WholeHammer
@@ -46,50 +45,10 @@ SAMPLES = 4096
 _CORNERS = 6  # tolerances of which all corners are tried
 _SURE = 0.95
 _NINE_OF_TEN = (0.05, 0.95)
+_ROUNDING = 1e-9  # share of a figure: what depends on none of the numbers
+_BENT = 0.5  # of the half width: what is not linear
 _FEW = 0.01  # of the hammers: if more do not run, what dominates is not told
-_TOLD = ("blow_energy", "blow_rate", "impact_velocity", "stroke", "flow", "pressure", "rock_power", "piston.stress",
-         "steel.stress", "stress", "margin")  # fmt: skip
 _MAIN = ("rock_power", "blow_energy")
-
-
-def parsed_tolerance(words: str, case: Case) -> Span:
-    """The range of a key from ``KEY=±0.2mm``, ``KEY=±5%`` or ``KEY=0.1..0.2``; ``+-`` is as good as ``±``.
-
-    Examples
-    --------
-    >>> from percuss.case import load_case
-    >>> parsed_tolerance("load.pressure=±10bar", load_case("valve-breaker"))
-    Span(name='load.pressure', low=150.0, high=170.0, unit='bar')
-    """
-    checked_case(case)
-    name, equals, given = text("vary", words).partition("=")
-    given = given.strip().replace("+-", "±").replace("+/-", "±")
-    if not equals or not (given.startswith("±") or ".." in given):
-        example = "for example load.pressure=±10bar, bar.length=±1% or contact.restitution=0.1..0.2"
-        raise ParameterError("vary", words, "KEY=±HALF or KEY=LOW..HIGH", example)
-    family = CaseFamily(case, {})
-    key = family.key(name.strip())
-    if not key:
-        raise ParameterError("vary", name, "a key of the case", "a dimensionless parameter stands in no drawing")
-    if not given.startswith("±"):
-        axis = Axis.parsed(f"{key}={given.replace('..', ':')}:2")
-        return Span(key, float(axis.values[0]), float(axis.values[1]), axis.unit)
-    match = re.fullmatch(r"±\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)\s*([^\d.,-].*)?", given)
-    if match is None or not float(match[1]) > 0.0:
-        remedy = f'write a decimal point: "{words.replace(",", ".")}"' if re.search(r"\d,\d", given) else ""
-        raise ParameterError("vary", words, "a half width greater than 0, such as ±0.2mm or ±5%", remedy)
-    half, unit = float(match[1]), (match[2] or "").strip()
-    nominal, own = number_held(case, key)
-    if nominal is None:
-        raise ParameterError("vary", words, "a key that the case holds", f"give the range: {key}=LOW..HIGH")
-    if unit == "%":
-        half *= 0.01 * abs(nominal)
-    elif unit != own:
-        (scale, dimension), (size, right) = (unit_scale(one, DIMENSIONS, key) for one in (unit or "1", own or "1"))
-        if dimension != right:
-            raise ParameterError("vary", words, f"a half width in a unit of {right}", f"such as {key}=±{half:g}{own}")
-        half *= scale / size
-    return Span(key, rounded(nominal - half), rounded(nominal + half), own)
 
 
 def standard_tolerances(case: Case) -> tuple[Span, ...]:
@@ -435,7 +394,7 @@ def tolerance_job(
     extra_package("scipy", "io")
     checked_case(case)
     given = tuple(instance("tolerances", one, Span) for one in several("tolerances", tolerances, "a list of Span"))
-    given = given or standard_tolerances(case)
+    given = given or uncertain_spans(case) or standard_tolerances(case)
     family = CaseFamily(case, {one.name: one.unit for one in given})
     family.check({one.name: one.unit for one in given})
     for one in given:
@@ -443,7 +402,7 @@ def tolerance_job(
     most = count("samples", samples, 64, 10**7)
     base = 2 ** round(math.log2(most / (len(given) + 2)))
     kept = None if modes is None else count("modes", modes, least=0)
-    names = several("figures", figures, f"names of figures, such as {next(iter(WHOLE_FIGURES))}") or _TOLD
+    names = several("figures", figures, f"names of figures, such as {next(iter(WHOLE_FIGURES))}") or HEADLINE
     for name in names:
         whole_figure(text("figures", name))
     job = ToleranceJob(family, given, tuple(names), base, count("seed", seed, 0, 2**32 - 1), kept)
@@ -470,7 +429,8 @@ def tolerance(
     Parameters
     ----------
     tolerances
-        Ranges of keys of the case (`parsed_tolerance`); none for those usual in a drawing (`standard_tolerances`).
+        Ranges of keys of the case (`parsed_tolerance`); none for the ± of the case, or where
+        it has none for those usual in a drawing (`standard_tolerances`).
     figures
         Names of `percuss.case.answers.whole_hammer.WHOLE_FIGURES`; none for those that matter.
     samples, seed
@@ -504,4 +464,69 @@ def tolerance(
     from percuss.explore.jobs.carrying_out import carry_out
 
     job = tolerance_job(case, tolerances, figures, samples=samples, seed=seed, modes=modes)
-    return ToleranceAnswer(case, job, carry_out(job, **running), not tolerances)
+    return ToleranceAnswer(case, job, carry_out(job, **running), not tolerances and not case.uncertain)
+
+
+# ---- Numbers that the case itself has within ±: what they leave of its figures, linearised
+
+
+def uncertainty_of(case: Case, modes: int | None = None, periods: int = 1) -> Uncertainty | None:
+    """What the ± of the numbers of a case leaves of its figures; None where no number has one, or it does not run.
+
+    Each number is taken to both ends of its range by itself, the others as they are. The ± of a figure means what that
+    of the numbers means: limits at one level of confidence in, the same out, if the numbers are independent.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case
+    >>> case = load_case("valve-breaker").varied({"load.pressure": "160 ± 5 bar"})
+    >>> uncertainty_of(case, modes=0).told("blow_energy")
+    '3.75 ± 0.14 kJ'
+    """
+    checked_case(case)
+    if not case.uncertain:
+        return None
+    kept = None if modes is None else count("modes", modes, least=0)
+    spans = uncertain_spans(case)
+    family = CaseFamily(case, {one.name: one.unit for one in spans})
+    nominal = family.whole({}, periods, kept)
+    if not nominal.runs:
+        return None
+    names = [name for name in HEADLINE if nominal.value(name) is not None]
+    stopped: list[str] = []
+
+    def at(span: Span, end: float) -> dict[str, float | None]:
+        try:
+            found: WholeHammer = family.whole({span.name: end}, periods, kept, nominal)
+            why = found.stopped
+        except PercussError as error:
+            found, why = nominal, str(error)
+        if why:
+            stopped.append(f"{why} at {span.name} = {number(end, 6)} {span.unit}".rstrip())
+            return {}
+        return {name: found.value(name) for name in names}
+
+    ends = [(span.name, at(span, span.low), at(span, span.high)) for span in spans]
+    told = (_figure(name, nominal.value(name), ends) for name in names)
+    return Uncertainty(case.uncertain, tuple(one for one in told if one is not None), tuple(stopped), case.is_si)
+
+
+_Ends = list[tuple[str, dict[str, Any], dict[str, Any]]]  # of each number: its key, and the figures at both ends
+
+
+def _figure(name: str, value: float | None, ends: _Ends) -> UncertainFigure | None:
+    assert value is not None
+    halves, bent = {}, 0.0
+    for key, low, high in ends:
+        below, above = low.get(name), high.get(name)
+        if below is None and above is None:
+            return None
+        one, other = (value if end is None else end for end in (below, above))
+        both = below is not None and above is not None
+        halves[key] = abs(other - one) * (0.5 if both else 1.0)
+        bent += abs(one + other - 2.0 * value) * 0.5 if both else 0.0
+    half = math.hypot(*halves.values())
+    if half <= _ROUNDING * abs(value):
+        return None
+    shares = {key: (one / half) ** 2 for key, one in sorted(halves.items(), key=lambda pair: -pair[1])}
+    return UncertainFigure(name, value, half, shares, bent > _BENT * half)
