@@ -483,7 +483,7 @@ def test_the_report_of_the_command_line_stands_by_itself(tmp_path, capsys) -> No
     assert not re.findall(r'(?:src|href)="(?!#|data:)[^"]+"', text)
     si = steady_answer(load_case("mini-breaker")).running[0].si
     assert si is not None
-    assert f"blow energy<b>{si.blow_energy_J:.5g} J" in text
+    assert f"blow energy<b>{si.blow_energy_J:.3g} J" in text
     assert "All 6 random starts end in this motion." in text
     assert [path.name for path in tmp_path.iterdir()] == ["breaker.html"]  # nothing half done beside it
 

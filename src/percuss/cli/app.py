@@ -59,6 +59,7 @@ class _Neutral:
 COMMANDS = {
     "steady": "every steady motion of a hammer: blow energy, stability, margins",
     "machine": "a hammer whose piston switches its own valve: blow energy, rate, oil, margins",
+    "report": "the report on a hammer as a file: answer, drawing, blow, fatigue, to print and sign",
     "design": "the best hammer within ranges, under limits of any of its figures",
     "compare": "hammers side by side: where they differ, and what that does to their figures",
     "tolerance": "what tolerances do to it: the spread of its figures, what dominates",
@@ -80,7 +81,7 @@ COMMANDS = {
 }
 
 _FILES = {
-    "motions": "steady machine simulate", "orbits": "orbits follow diagram", "blow": "blow",
+    "motions": "steady machine simulate report", "orbits": "orbits follow diagram", "blow": "blow",
     "whole_hammers": "design compare tolerance", "serve": "serve",
     "maps": "sweep experiment basins", "catalogue": "machines new keys paper", "long_commands": "show export",
 }  # fmt: skip

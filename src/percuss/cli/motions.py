@@ -203,6 +203,51 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
     return ends_of(case, STARTS if starts is None else starts, options.modes)
 
 
+# ---- The report on a hammer: its motion, how far it may be moved, its blow and its fatigue in one file
+
+
+@command(
+    """\
+The report on a hammer, of any kind, as one HTML file to print and sign: on the first page the answer, a drawing of bar
+and tool to scale, the few figures that matter, how far load and sizes may move before it stops, and what is assumed;
+then its blow by waves and the fatigue of its steel, where it has a tool; then all figures, and the case.""",
+    """\
+  percuss report valve-drifter -o drifter.html
+  percuss report breaker.toml -o breaker.html --no-reach""",
+    CASE,
+    modes_option("default: those of 'percuss steady'"),
+    option("--no-reach", "leave out how far parameters may move, which takes most of the time"),
+    NO_PLAUSIBILITY,
+    made("-o, --output FILE", "the file to write", (".htm", ".html"), ("plot", "matplotlib"), required=True),
+)
+def report(parser: Parser, options: argparse.Namespace) -> int:
+    """Answer, blow and fatigue of one case as a file."""
+    from percuss.atomic_write import write_whole
+    from percuss.case import MachineAnswer, blow_answer, machine_answer, steady_answer
+    from percuss.plot.html_report import report_html
+
+    need("io", "rainflow")
+    case, cut, blow = named_case(options.case), "", None
+    options.reach_of = None
+    with of_file(case):
+        answer = machine_answer(case, options.modes) if case.is_machine else steady_answer(case, (1,), options.modes)
+        answer = replace(answer, plausibility=not options.no_plausibility)
+        whole = answer.whole
+        if whole.runs:
+            answer = replace(answer, uncertainty=_uncertainty(case, options.modes))
+        speed = whole.value("rigid_velocity")
+        if case.tables.tool is not None and speed is not None and speed > 0.0:
+            own = case.blow_question().velocity is None  # else the blow is that of the cycle all the same
+            blow = blow_answer(case, None if own else speed, fatigue=case.is_si)
+    rests = isinstance(answer, MachineAnswer) and answer.cycle is not None and bool(answer.cycle.rests)
+    if whole.runs and not (options.no_reach or rests):
+        rows, cut = _reached(parser, options, case, whole.motion)
+        answer = replace(answer, reach=rows)
+    write_whole(options.output, report_html(case, answer, blow=blow))
+    print(f"report: {options.output}")
+    return 130 if cut else 0
+
+
 # ---- A machine that switches its own valve, or a recorded load read as one
 
 _OF_A_RECORD = ("blow", "blows", "longest_delay")

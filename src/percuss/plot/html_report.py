@@ -2,31 +2,37 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from datetime import date
 from html import escape as escaped
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from percuss._version import __version__
+from percuss.blow import Rod
 from percuss.case.answers.blow_answer import BlowAnswer, blow_report
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer
-from percuss.case.answers.facts import Grid, Report, ReportSection
+from percuss.case.answers.facts import Grid, Report, ReportSection, number
 from percuss.case.answers.machine_answer import MachineAnswer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import SteadyAnswer
-from percuss.case.answers.steady_report import name_of, steady_report
+from percuss.case.answers.steady_report import steady_report
+from percuss.case.answers.transfer import ASSUMED
+from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
+from percuss.plot.bar_outline import bar_outline
 from percuss.short_repr import escape_control
-from percuss.steady.figures import CARDS, REPORTED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case import Case, SimulationAnswer
+    from percuss.model.body.uniform import Piece
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --soft: #f2f4f7; --line: #ccd; }
@@ -41,6 +47,14 @@ table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nu
   var(--line); padding: .3rem .5rem; text-align: left; vertical-align: top; } .scroll { overflow-x: auto; }
 figure { margin: 1.5rem 0; background: #fff; border-radius: .5rem; padding: .5rem; }
 .outline { width: 100%; max-height: 10rem; margin: 1rem 0 0; } figure svg { width: 100%; height: auto; }
+.signed span { display: inline-block; width: 14rem; border-bottom: 1px solid var(--ink); margin-right: 1rem; }
+@media print { body { font-size: 9pt; line-height: 1.3; margin: 0; padding: 0; max-width: none; }
+  h1 { font-size: 16pt; } h2 { font-size: 11pt; margin: .8rem 0 .2rem; } td, th { padding: .1rem .4rem; }
+  .cards { gap: .4rem; } .card { padding: .2rem .5rem; } .card b { font-size: 11pt; } .signed { margin: .5rem 0 0; }
+  ul { margin: .2rem 0; } .outline { margin: 0; max-height: 7rem; }
+  @page { margin: 15mm; }
+  tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; } .signed + figure { break-before: page; }
+  pre { white-space: pre-wrap; } .scroll { overflow: visible; } }
 pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x: auto; } footer { opacity: .7; }
 """
 
@@ -48,22 +62,30 @@ pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x:
 Answer = SteadyAnswer | MachineAnswer | RecordedAnswer | Comparison | BlowAnswer | DesignAnswer | ToleranceAnswer
 
 
-def report_html(case: Case, answer: Answer, simulation: SimulationAnswer | None = None) -> str:
-    """A case, its steady motions or its cycle, and a simulated motion, as the text of one HTML file without scripts.
+_SIGNED = """<p class="signed">{date}, percuss {version}</p>
+<p class="signed">Name: <span></span> Signature: <span></span></p>"""
 
-    A comparison, and a design, is told with all its cases.
+
+def report_html(
+    case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
+) -> str:
+    """A case, its steady motions or its cycle, its blow, and a simulated motion, as one HTML file without scripts.
+
+    The first page of one hammer has the answer, a drawing to scale, the few figures that matter, what was assumed, and
+    a place to sign; it is printed as such. A comparison, and a design, is told with all its cases.
     """
     from percuss import plot
-    from percuss.plot.bar_outline import bar_outline
 
     report, picture, caption = _told(answer)
     parts = [f"<h1>{_safe(report.title)}</h1>", f"<p><strong>{_safe(report.summary)}</strong></p>"]
-    if isinstance(answer, SteadyAnswer):
-        parts.append(_cards(answer))
-        if answer.system.is_si and case.tables.body is None:
-            parts.append(f"<div>{bar_outline(answer.system)}</div>")
-    parts += map(_part, report.sections)
+    if isinstance(answer, SteadyAnswer | MachineAnswer):
+        parts += [*_first_page(case, answer), _SIGNED.format(date=date.today().isoformat(), version=_safe(__version__))]
     parts.append(_figure(picture, caption))
+    if blow is not None:
+        struck = blow_report(blow)
+        parts += ["<h2>The blow</h2>", f"<p><strong>{_safe(struck.summary)}</strong></p>"]
+        parts += [_figure(plot.blow(blow), "The blow"), *map(_part, struck.sections)]
+    parts += map(_part, report.sections)
     if simulation is not None:
         moved = motion_report(simulation, 0)
         parts += ["<h2>Simulated motion</h2>", f"<p><strong>{_safe(moved.summary)}</strong></p>"]
@@ -112,17 +134,56 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
     return machine_report(answer), plot.machine(answer), "The cycle"
 
 
-def _cards(answer: SteadyAnswer) -> str:
-    chosen = answer.chosen
-    if chosen is None or chosen.si is None or chosen.orbit.impact_velocity <= 0.0:
-        return ""
-    cells = [
-        f'<div class="card">{_safe(figure.label)}<b>{getattr(chosen.si, key):.5g} {_safe(unit)}</b></div>'
-        for key, (figure, _, unit) in ((key, REPORTED[key]) for key in CARDS)
-        if getattr(chosen.si, key) is not None
-    ]
-    whose = f"{name_of(answer, chosen)}{'' if chosen.runs else ', which cannot be sustained'}"
-    return f'<p>Figures of {_safe(whose)}:</p><div class="cards">{"".join(cells)}</div>'
+# ---- The first page of a report on one hammer: the answer, a drawing, the few figures that matter, what was assumed
+
+
+def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer) -> list[str]:
+    whole, given = answer.whole, answer.uncertainty
+    parts = []
+    hammer = answer.system if isinstance(answer, SteadyAnswer) else answer.machine
+    if case.is_si and hammer.bar is not None and case.tables.body is None:
+        rod = None if whole.tool is None else whole.tool.target
+        tool = rod.pieces if isinstance(rod, Rod) and rod.impedance is None else ()
+        parts += [f"<div>{bar_outline(hammer, tool)}</div>", _table(_SIZES, _sizes(hammer.bar.pieces, tool))]
+    cells = []
+    for name in HEADLINE:
+        value = None if name == "stress" and answer.transfer is not None else whole.value(name)  # then told by bodies
+        if value is not None and case.is_si and case.tables.body is None and answer.whole.value("impact_velocity"):
+            figure = WHOLE_FIGURES[name]
+            told = (given and given.told(name)) or figure.tell(value, case.is_si, 3)
+            cells.append(f'<div class="card">{_safe(figure.label)}<b>{_safe(told)}</b></div>')
+    if cells:
+        which = "" if whole.runs else " (in a motion that cannot be sustained)"
+        parts.append(f'<h2>Figures{which}</h2><div class="cards">{"".join(cells)}</div>')
+    if answer.reach:
+        parts += ["<h2>It runs within</h2>", _table((), [(row.label, row.words) for row in answer.reach])]
+    said = "".join(f"<li>{_safe(text)}</li>" for text in _assumed(answer))
+    parts.append(f"<h2>Assumed</h2><ul>{said}</ul>")
+    return parts
+
+
+_SIZES = ("section", "length [mm]", "diameter [mm]", "bore [mm]")
+
+
+def _sizes(bar: Sequence[Piece], tool: Sequence[Piece]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for body, pieces in (("bar", bar), ("tool", tool)):
+        for i, piece in enumerate(pieces):
+            long = "endless" if math.isinf(piece.end) else number(1e3 * (piece.end - piece.start))
+            bore = number(1e3 * piece.bore) if piece.bore else "–"
+            rows.append((f"{body} {i}", long, number(1e3 * piece.diameter), bore))
+    return rows
+
+
+def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
+    """What the figures stand on, one sentence each."""
+    found = [*answer.told_notes] if isinstance(answer, SteadyAnswer) else [*answer.notes, *answer.warnings]
+    modes = getattr(answer.whole.motion, "modes", None)
+    found.append("a rigid piston" if modes == 0 else "waves in the piston, by its elastic modes")
+    found.append("a bar that stays straight and centred, and faces that meet flat")
+    if answer.transfer is not None:
+        found.append(ASSUMED)
+    return found
 
 
 def _part(part: ReportSection | Grid) -> str:
