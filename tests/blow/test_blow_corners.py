@@ -18,6 +18,7 @@ import smooth_program
 from blow_strategies import collisions, section, struck
 from collisions import Collision
 from percuss.blow import BlowOutcome, Rock, Rod, Wall, strike
+from percuss.blow.figures import Fineness
 from percuss.blow.kernels.rows import joined
 from percuss.blow.kernels.wave_records import APART, MOST_JOINED, WIDTH
 from percuss.errors import Interrupted
@@ -309,7 +310,8 @@ def test_more_pieces_than_allowed_end_the_window_and_what_is_told_is_sound() -> 
         blow = struck(case, most_pieces=most)
         assert blow.outcome is BlowOutcome.TOO_MANY_PIECES
         assert 0.0 < blow.until < case.until
-        assert max(blow.energy_error, blow.momentum_error) < 1e-11
+        assert blow.fineness is Fineness.COARSE
+        assert max(blow.energy_error, blow.momentum_error) < 2e-3
 
 
 def test_rock_whose_force_rises_in_a_thousandth_of_a_wave() -> None:
@@ -353,7 +355,7 @@ def result(p: np.ndarray, c: np.ndarray, share: float, spent: float = 0.0) -> tu
     """What p and c, which are on so much of the interval and on the rest, are joined to, and the error it tells."""
     out, work = np.zeros(WIDTH), np.zeros((3, WIDTH))
     room = [np.pad(one, (0, WIDTH - one.size)) for one in (p, c)]
-    degree, error = _joined(room[0], p.size - 1, share, room[1], c.size - 1, 1.0 - share, spent, out, work)
+    degree, error = _joined(room[0], p.size - 1, share, room[1], c.size - 1, 1.0 - share, spent, APART, out, work)
     return (None if degree < 0 else out[: degree + 1], error)
 
 
@@ -429,3 +431,27 @@ def test_the_waves_of_a_drifter_have_no_pieces_but_those_that_they_need(bit_mass
     assert blow._course.held.waves.pieces.sum() < most
     assert abs(blow.energy_error) < 1e-12
     assert abs(blow.momentum_error) < 1e-12
+
+
+# -- waves in too many pieces ------------------------------------------------------------------------------------------
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 1000))
+def test_less_fine_waves_have_the_energies_of_the_exact_ones(seed: int) -> None:
+    """The exact blow, in a window that it is soon through, is the oracle; stresses only where no time is left out."""
+    lengths = np.round(np.array([0.11, 0.22, 0.13, 0.4, 1.0]) * np.random.default_rng(seed).uniform(0.8, 1.2, 5), 4)
+    piston = SectionedBar([Section(x, diameter=d) for x, d in zip(lengths, (0.038, 0.056, 0.04), strict=False)])
+    steel = [Section(lengths[3], diameter=0.045), Section(lengths[4], diameter=0.038)]
+    rod = Rod(steel, "rock", rock=Rock(4e8, unloading_ratio=0.3))
+    exact, smoothed, coarse = (strike(piston, rod, 10.0, until=2e-3, few_pieces=n) for n in (None, 60_000, 1))
+    assert (exact.fineness, smoothed.fineness, coarse.fineness) == tuple(Fineness)
+    for blow, near in ((smoothed, 3e-4), (coarse, 2e-3)):
+        assert max(blow.energy_error, blow.momentum_error) < near
+        assert blow.rock_work == pytest.approx(exact.rock_work, rel=near)
+        assert blow.effective_restitution == pytest.approx(exact.effective_restitution, abs=near)
+        assert blow.vibration_energy_after == pytest.approx(
+            exact.vibration_energy_after, abs=near * exact.energy_before
+        )
+    for one, other in zip(smoothed.peaks, exact.peaks, strict=True):
+        assert max(one.compression, one.tension) == pytest.approx(max(other.compression, other.tension), rel=1e-2)

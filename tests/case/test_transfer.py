@@ -123,6 +123,22 @@ def test_what_is_said_of_it() -> None:
     assert endless.to_json_dict()["transfer"]["rock_power"] is None
 
 
+def test_a_hammer_of_any_lengths_has_its_transfer() -> None:
+    """Beside the catalogue's, whose waves are in few pieces: nearly its figures, with R from the same blow."""
+    own, lengths = load_case("stepped-drifter"), {"bar.sections[2].length": "130.01 mm"}
+    exact, near = found(own), found(own.varied(lengths))
+    told = steady_answer(own.varied(lengths)).to_json_dict()["transfer"]
+    assert (exact.blow.fineness.name, told["fineness"]) == ("EXACT", "smoothed")
+    assert near.rock_energy == pytest.approx(exact.rock_energy, rel=5e-4) and near.imbalance < 5e-4
+    assert near.blow.effective_restitution == pytest.approx(exact.blow.effective_restitution or 0.0, abs=5e-4)
+    for one, other in zip(near.peaks, exact.peaks, strict=True):
+        assert one is not None and other is not None
+        assert one.stress == pytest.approx(other.stress, rel=1e-3)
+    assert "without steps below 0.01 %" in str(steady_report(steady_answer(own.varied(lengths))))
+    same = found(own.varied(lengths | {"contact.restitution": "from the blow"}))
+    assert abs(same.rebound_difference) < 1e-9 * same.input
+
+
 def test_without_a_tool_nothing_is_said() -> None:
     for name in ("heavy-drifter", "pneumatic-jackleg"):
         assert "transfer" not in steady_answer(load_case(name)).to_json_dict()

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from percuss.blow.blow import Blow, BlowBalance
     from percuss.blow.bodies import Rock, Rod, Target, Wall
     from percuss.blow.fields import AlongBody, CellsOverTime, EnergyOverTime, ForceEnvelope, StringState
-    from percuss.blow.figures import BlowOutcome, ContactInterval, Peak, Pulse
+    from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness, Peak, Pulse
     from percuss.blow.gauges import GaugeWaves
     from percuss.blow.steel_fatigue import Fatigue, SectionFatigue, Steel, cycles_of, fatigue
     from percuss.blow.striking import EffectiveBlow, effective_blow, strike

@@ -21,7 +21,7 @@ from percuss.blow.fields import (
     force_peaks,
     force_turns,
 )
-from percuss.blow.figures import BlowOutcome, ContactInterval, Peak, Pulse
+from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness, Peak, Pulse
 from percuss.blow.gauges import GaugeWaves, first_pulse
 from percuss.blow.kernels.wave_records import ROCK
 from percuss.blow.wave_history import Trace, WaveHistory, centroid, contacts, gap
@@ -183,6 +183,8 @@ class Blow(BlowBalance):
     ----------
     velocity
         Of each section before the blow, shape (K,); None where a field was given.
+    fineness
+        How finely its waves were followed.
     """
 
     striker: Striker
@@ -190,6 +192,7 @@ class Blow(BlowBalance):
     velocity: Array | None
     until: float
     outcome: BlowOutcome
+    fineness: Fineness
     _course: WaveHistory
 
     def __repr__(self) -> str:

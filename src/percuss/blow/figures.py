@@ -19,6 +19,17 @@ class BlowOutcome(Enum):
     TOO_MANY_PIECES = "the waves have more pieces than allowed: the window was cut short"
 
 
+class Fineness(Enum):
+    """How finely the waves of a blow are followed; the value is what a report says of it."""
+
+    EXACT = "exact but for rounding"
+    SMOOTHED = "without steps below 0.01 % and bends below 0.5 % of the first wave, as exact ones have too many pieces"
+    COARSE = (
+        "without steps below 0.1 % and bends below 1 % of the first wave, and times below 0.4 % of the shortest "
+        "section's transit time, as finer ones have too many pieces"
+    )
+
+
 @dataclass(frozen=True)
 class ContactInterval:
     """A time during which the faces are pressed together, in s, or radians of a dimensionless striker.

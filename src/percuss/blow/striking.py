@@ -13,7 +13,7 @@ import numpy as np
 
 from percuss.blow.blow import Blow, balance
 from percuss.blow.bodies import Rod, Sections, Striker, Target, Wall, rod_sections, striker_sections
-from percuss.blow.figures import BlowOutcome
+from percuss.blow.figures import BlowOutcome, Fineness
 from percuss.blow.kernels import wave_records as kn
 from percuss.blow.kernels.nodes import go_on
 from percuss.blow.wave_history import BlowTables, Scales, WaveHistory, is_over, is_spent
@@ -172,13 +172,27 @@ def _as_pieces(function: Callable[[Array], Array]) -> list[_Piece]:
 
 _ENDS = {"infinite": kn.ENDLESS, "free": kn.FREE, "fixed": kn.FIXED, "rock": kn.ROCK}
 _TICKS = 60  # of the window's length, as a power of 2: whole numbers go to 2^63
-_COINCIDENT = 1e-13  # of the shortest transit time: two arrivals that are one
 _ROUNDING = 4e-15  # of the window: what sums of rounded transit times can differ by
 _GROWTH = 4  # by how much rows that are full get longer
 _FIRST = 512  # pieces of a row to begin with
 
 
-def _tables(question: _Question) -> BlowTables:
+class _Least(NamedTuple):
+    """Steps and bends of the waves, in the striker's speed, and times, of the shortest transit time, that are none."""
+
+    step: float
+    bend: float
+    time: float
+
+
+_LEAST = {
+    Fineness.EXACT: _Least(kn.JOINED, kn.APART, 1e-13),
+    Fineness.SMOOTHED: _Least(1e-4, 5e-3, 1e-13),
+    Fineness.COARSE: _Least(1e-3, 1e-2, 4e-3),
+}
+
+
+def _tables(question: _Question, least: _Least) -> BlowTables:
     """The records of a blow before it begins."""
     striker, rod = question.own, question.rod
     unit, window = float(striker.transit.sum()), question.until
@@ -196,14 +210,14 @@ def _tables(question: _Question) -> BlowTables:
     if horizon > 1e6 * longest or not longest < 1e9:
         raise ParameterError("sections", longest, "transit times of a striker and a rod that can be compared")
     tick = 2.0 ** (math.ceil(math.log2(longest)) - _TICKS)
-    near = max(2, int(max(_COINCIDENT * transit.min(), _ROUNDING * horizon) / tick))
+    near = max(2, int(max(least.time * transit.min(), _ROUNDING * horizon) / tick))
     ticks = np.array([round(t / tick) if np.isfinite(t) else 0 for t in transit], dtype=np.int64)
     if ticks[finite].min() < 100 * near:
         raise ParameterError(
             "sections", float(transit.min()), "transit times that differ less", "leave out the shortest"
         )
     problem = _problem(question, scales, ticks, tick, near, round(horizon / tick))
-    waves = _waves(rows, problem, scales, finite)
+    waves = _waves(rows, problem, scales, finite, least)
     return BlowTables(striker, rod, scales, problem, waves, _state(question, scales, problem))
 
 
@@ -241,7 +255,9 @@ def _problem(
     )
 
 
-def _waves(rows: list[list[_Piece]], problem: kn.BlowProblem, scales: Scales, finite: np.ndarray) -> kn.WaveRows:
+def _waves(
+    rows: list[list[_Piece]], problem: kn.BlowProblem, scales: Scales, finite: np.ndarray, least: _Least
+) -> kn.WaveRows:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
     size = 2 * sections + kn.TRACED
@@ -257,6 +273,8 @@ def _waves(rows: list[list[_Piece]], problem: kn.BlowProblem, scales: Scales, fi
         cursor=np.zeros(size, dtype=np.int64),
         used=np.zeros(1, dtype=np.int64),
         spent=np.zeros(size),
+        joined=least.step,
+        apart=least.bend,
     )
     for row in range(2 * sections):
         transit = int(problem.transit[row >> 1])
@@ -305,7 +323,10 @@ def _enlarged(held: BlowTables) -> BlowTables:
         return found
 
     more = waves._replace(
-        **{name: wider(getattr(waves, name), size) for name in ("start", "degree", "first", "rest")},
+        start=wider(waves.start, size),
+        degree=wider(waves.degree, size),
+        first=wider(waves.first, size),
+        rest=wider(waves.rest, size),
         pool=wider(waves.pool, used),
     )
     contact = wider(state.contact, int(state.now[0].noted))
@@ -331,6 +352,7 @@ def _carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTa
 
 
 MOST_PIECES = 4_000_000  # pieces of waves of one blow, unless told otherwise: half a gigabyte
+FEW_PIECES = 200_000  # of a blow of which only some figures are wanted, and soon
 
 
 def strike(
@@ -343,11 +365,13 @@ def strike(
     load_at: int = 0,
     field: Field | None = None,
     most_pieces: int = MOST_PIECES,
+    few_pieces: int | None = None,
 ) -> Blow:
     """One blow, resolved by one-dimensional waves, exactly but for rounding (St Venant 1867; Fischer 1959).
 
     Striker and rod are chains of sections without damping. Their faces push each other and never pull. There is no
-    lattice: sections may have any lengths.
+    lattice: sections may have any lengths. Exact waves of many sections whose transit times have no common measure can
+    have too many pieces: then small steps of them are left out, as the blow's `fineness` says.
 
     Parameters
     ----------
@@ -368,7 +392,10 @@ def strike(
     field
         Velocity and compressive force in the striker at the start, functions of x, an array from 0 to 1.
     most_pieces
-        Pieces of waves after which the window is cut short, as the blow's `outcome` says then.
+        Pieces of waves after which they are followed less finely; with the least `Fineness` the window is cut short
+        there, as the blow's `outcome` says then.
+    few_pieces
+        The same for each but the least fineness, where that is less.
 
     Raises
     ------
@@ -384,8 +411,9 @@ def strike(
     R = 0.600000, 1 contact, OVER
     """
     most = count("most_pieces", most_pieces, 1, 1 << 40)
+    few = most if few_pieces is None else min(most, count("few_pieces", few_pieces, 1, 1 << 40))
     question = _checked(striker, target, velocity, field, load, load_at, until)
-    course, outcome = _followed(_tables(question), question.until is None, most)
+    course, outcome, fineness = _finest(question, few, most)
     problem, reached = course.held.problem, question.until
     if reached is None or course.end != problem.until:
         reached = course.end * problem.tick * course.scales.time
@@ -397,8 +425,19 @@ def strike(
         velocity=question.velocity,
         until=reached,
         outcome=outcome,
+        fineness=fineness,
         _course=course,
     )
+
+
+def _finest(question: _Question, few: int, most: int) -> tuple[WaveHistory, BlowOutcome, Fineness]:
+    """The blow of the finest waves that do not have too many pieces, else cut short."""
+    for fineness in (Fineness.EXACT, Fineness.SMOOTHED):
+        found = _followed(_tables(question, _LEAST[fineness]), question.until is None, few)
+        if found[1] is not BlowOutcome.TOO_MANY_PIECES:
+            return *found, fineness
+        del found  # half a gigabyte
+    return *_followed(_tables(question, _LEAST[Fineness.COARSE]), question.until is None, most), Fineness.COARSE
 
 
 def _followed(held: BlowTables, until_over: bool, most: int) -> tuple[WaveHistory, BlowOutcome]:
@@ -501,7 +540,7 @@ def effective_blow(
 
 @lru_cache(maxsize=256)
 def _known(striker: Striker, target: Target, velocity: float, until: float | None) -> EffectiveBlow:
-    blow = strike(striker, target, velocity, until=until)
+    blow = strike(striker, target, velocity, until=until, few_pieces=FEW_PIECES)
     if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
         raise ConvergenceError("the waves of this blow have too many pieces", "leave the shortest sections out")
     advance = blow.residual_penetration or 0.0

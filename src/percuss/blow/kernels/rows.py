@@ -16,19 +16,20 @@ from percuss.blow.kernels.chebyshev import (
     right,
     value,
 )
-from percuss.blow.kernels.wave_records import APART, CHOPPED, JOINED, MOST_DEGREE, MOST_JOINED, TRACED
+from percuss.blow.kernels.wave_records import CHOPPED, MOST_DEGREE, MOST_JOINED, TRACED
 from percuss.compiled import entry, inner
 
 # ---- Neighbouring pieces that are one polynomial but for next to nothing, joined
 #
-# How wrong that makes a blow: a joined piece is nowhere further than APART from the pieces that it stands for, so a row
-# of impedance Z is changed by at most APART √(Z t) in the norm (Z ∫ w² dt)^½ of the energy until the time t. Steps,
-# free and fixed ends and walls keep this norm, masses and the rock take away from it, so that errors are passed on but
-# never grow: as long as faces and rock meet and part as before, the error of all waves together is at most APART Σ √(Z
-# t), the sum over the rows.
+# How wrong that makes a blow: a joined piece is nowhere further than `apart` from the pieces that it stands for, so
+# that a row of impedance Z is changed by at most `apart` √(Z t) in the norm (Z ∫ w² dt)^½ of the energy until the time
+# t. Steps, free and fixed ends and walls keep this norm, masses and the rock take away from it, so that errors are
+# passed on but never grow: as long as faces and rock meet and part as before, the error of all waves together is at
+# most `apart` Σ √(Z t), the sum over the rows.
 
 MORE = 2  # degrees that a joined piece may have beyond its parts
 DROPPED = 2e-16  # coefficients below it end the polynomial; the error that is found has them in it
+BEYOND = 1.001  # of half a piece from its middle
 BENDS = 0.01  # no polynomial of these degrees is nearer to a bend than this share of its slopes' difference × length
 _SIZE = MOST_JOINED + 1
 _DEGREES = range(1, _SIZE)
@@ -47,27 +48,27 @@ for _n in _DEGREES:
 
 
 @inner
-def joined(p, m, before, c, n, after, spent, out, work):
+def joined(p, m, before, c, n, after, spent, apart, out, work):
     """One polynomial in place of p and the c that follows it, of lengths `before` and `after`; its degree and error."""
-    # The degree is −1 where none is found that is, with the error `spent` in p before, within APART of both. `work` has
-    # three rows.
-    if _bent(p, m, before, c, n, after):
+    # The degree is −1 where none is found that is, with the error `spent` in p before, within `apart` of both. `work`
+    # has three rows.
+    if _bent(p, m, before, c, n, after, apart):
         return -1, 0.0
     share = before / (before + after)
     degree = chopped(out, _interpolated(p, m, c, n, share, out, work[2]), DROPPED)
     error = _apart(out, degree, 2.0 * share - 1.0, 1.0, c, n, work)
-    if spent + error > APART:
+    if spent + error > apart:
         return -1, 0.0
     error = max(error, _apart(out, degree, -1.0, 2.0 * share - 1.0, p, m, work))
-    if spent + error > APART:
+    if spent + error > apart:
         return -1, 0.0
     return degree, error
 
 
 @inner
-def _bent(p, m, before, c, n, after):
+def _bent(p, m, before, c, n, after, apart):
     """Whether value or slope jump by more than a polynomial can follow: most that cannot be joined are found by it."""
-    if abs(left(c, n) - right(p, m)) > APART:
+    if abs(left(c, n) - right(p, m)) > apart:
         return True
     slopes, sign = 0.0, 1.0
     for k in range(1, m + 1):
@@ -75,7 +76,7 @@ def _bent(p, m, before, c, n, after):
     for k in range(1, n + 1):
         slopes += sign * k * k * c[k] / after
         sign = -sign
-    return BENDS * abs(slopes) * 2.0 * min(before, after) > APART
+    return BENDS * abs(slopes) * 2.0 * min(before, after) > apart
 
 
 @inner
@@ -146,7 +147,9 @@ def read(problem, waves, row, start, end, out, work):
     if abs(start - begins) <= problem.near and abs(end - ends) <= problem.near:
         return n
     span = 2.0 / (ends - begins)
-    restricted(out, n, span * (start - begins) - 1.0, span * (end - begins) - 1.0, out, work)
+    low, high = span * (start - begins) - 1.0, span * (end - begins) - 1.0
+    # where `near` is no rounding, a piece that was not cut exactly is read no further than it goes
+    restricted(out, n, -1.0 if low < -BEYOND else low, 1.0 if high > BEYOND else high, out, work)
     return chopped(out, n, CHOPPED)
 
 
@@ -158,7 +161,7 @@ def write(waves, row, start, end, c, n, work):
     waves.known[row] = end
     if k > 0:
         bent = waves.degree[row, k - 1] > 0
-        if n == 0 and not bent and abs(waves.first[row, k - 1] - c[0]) <= JOINED:
+        if n == 0 and not bent and abs(waves.first[row, k - 1] - c[0]) <= waves.joined:
             return
         # of what is traced besides the waves, the breaks are where something happens
         is_wave = row < waves.start.shape[0] - TRACED
@@ -177,7 +180,7 @@ def _lengthened(waves, row, k, start, end, c, n, work):
     for j in range(m):
         p[j + 1] = waves.pool[waves.rest[row, k] + j]
     before, after = float(start - waves.start[row, k]), float(end - start)
-    degree, error = joined(p, m, before, c, n, after, waves.spent[row], out, work)
+    degree, error = joined(p, m, before, c, n, after, waves.spent[row], waves.apart, out, work)
     if degree < 0:
         return False
     waves.spent[row] += error

@@ -13,8 +13,8 @@ Wholes = npt.NDArray[np.int64]
 MOST_DEGREE = 24  # of a piece: enough for e^{−x} over a length of 10 to the last digit
 WIDTH = MOST_DEGREE + 8  # numbers in a row of work
 ROWS = 16
-JOINED = 1e-15  # neighbouring constants that differ by less, in units of the striker's speed, are one piece
-APART = 1e-14  # likewise, how far a piece may be from those that it was joined of; see `joining`
+JOINED = 1e-15  # neighbouring constants that differ by less, in units of the striker's speed, are one exact piece
+APART = 1e-14  # likewise, how far an exact piece may be from those that it was joined of; see `joined`
 MOST_JOINED = 14  # the degree of such a piece
 NOTHING = 2e-15  # likewise, a part of a fast motion that need not be followed
 TRACED = 3  # rows that are no waves
@@ -60,7 +60,8 @@ class WaveRows(NamedTuple):
     The last three: the force at the struck face, the penetration, the force on the rock. Piece k of row c leaves its
     end from the tick start[c, k] on. Its Chebyshev coefficients are first[c, k] and `degree` more in `pool` from `rest`
     on. `known`: until when a row goes; `cursor`: the piece that is being read; `spent`: how far the
-    last piece may be from what it was joined of.
+    last piece may be from what it was joined of. `joined`, `apart`: JOINED and APART, or more where small steps and
+    bends are let go.
     """
 
     start: Wholes
@@ -73,6 +74,8 @@ class WaveRows(NamedTuple):
     cursor: Wholes
     used: Wholes
     spent: Floats
+    joined: float
+    apart: float
 
 
 NOW = np.dtype(

@@ -158,6 +158,7 @@ class BlowAnswer(ShortRepr):
             "until": blow.until,
             "outcome": blow.outcome.name.lower(),
             "outcome_in_words": blow.outcome.value,
+            "fineness": blow.fineness.name.lower(),
             "contacts": [[one.start, one.end, one.impulse, one.peak_force] for one in blow.contacts],
             "touches_without_impulse": blow.grazes,
             **plain_of(self, STRIKER),
@@ -199,7 +200,8 @@ STRIKER: tuple[Fact[BlowAnswer], ...] = (
          _share("rigid_energy_after", "mean_velocity_after")),
     Fact("vibration_energy_after", "ringing in it", "the ringing of the striker", "energy",
          "blow.vibration_energy_after", _share("vibration_energy_after")),
-    Fact("energy_error", "closes to", "by how much the balance of energy does not close, relative: rounding", "",
+    Fact("energy_error", "closes to", "by how much the balance of energy does not close, relative: rounding, or what "
+         "`fineness` leaves out", "",
          "blow.energy_error", lambda one, _: f"energy {one.blow.energy_error:.1e}, momentum "
          f"{one.blow.momentum_error:.1e}, relative"),
     Fact("effective_restitution", "restitution", "$R=-V_1/V_0$", "", "blow.effective_restitution",
@@ -737,6 +739,8 @@ def _question(answer: BlowAnswer) -> ReportSection:
         ("speed", f"{answer.tell(blow.mean_velocity_before, 'speed')}, {answer.speed}"),
         ("window", f"{answer.tell(blow.until, 'time')}; {blow.outcome.value}"),
     ]
+    if blow.fineness.name != "EXACT":
+        rows.append(("waves", blow.fineness.value))
     return ReportSection("The blow", (*rows, *(("note", note) for note in answer.notes)))
 
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
 ASSUMED = "a tool that nothing holds against the rock (no feed), and steel that nothing damps"
 """What a share of the energy that reaches the rock assumes."""
 
-_MOST_PIECES = 400_000  # of waves: a blow of more of them has no figures here; `percuss blow` follows it
-
 
 class PeakStress(NamedTuple):
     """The greatest stress of a body (dimensionless: force): its kind, in which section, where and when."""
@@ -181,14 +179,15 @@ def tool_of(case: Case) -> BlowQuestion | None:
 
 
 def transfer_of(motion: Orbit | ValveCycle | None, question: BlowQuestion | None) -> Transfer | None:
-    """The energy of a cycle; None without a rod or one blow that reaches it, or of waves in too many pieces."""
+    """The energy of a cycle; None without a rod or one blow that reaches it."""
     if motion is None or question is None or motion.impacts != 1 or not motion.rigid_velocity > 0.0:
         return None
     from percuss.blow import BlowOutcome, strike
+    from percuss.blow.striking import FEW_PIECES
 
     system, until = motion.system, question.until
     speed = motion.rigid_velocity * (system.speed_scale if system.is_si else 1.0)
-    blow = strike(question.striker, question.target, speed, until=until, most_pieces=_MOST_PIECES)
+    blow = strike(question.striker, question.target, speed, until=until, few_pieces=FEW_PIECES)
     whole = blow.outcome is not BlowOutcome.TOO_MANY_PIECES and bool(blow.contacts)
     return Transfer(motion, blow) if whole else None
 
@@ -293,6 +292,10 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
     Fact("outcome", "window", "how the window of the blow ended", "",
          lambda one: one.blow.outcome.name.lower(),
          lambda one, tell: f"{tell(one.blow.until, 'time')}; {one.blow.outcome.value}"),
+    Fact("fineness", "waves", 'how finely the waves were followed: `"exact"`, or `"smoothed"` or `"coarse"` where they '
+         "have too many pieces", "",
+         lambda one: one.blow.fineness.name.lower(),
+         lambda one, _: one.blow.fineness.value if one.blow.fineness.name != "EXACT" else None),
 )  # fmt: skip
 """Where the energy of a cycle goes."""
 

@@ -112,7 +112,7 @@ class DesignAnswer(ShortRepr):
     complete
         Whether the search came to its end; false where `progress` ended it.
     lacking
-        How many of them ran, and had no such figure: a blow of waves in too many pieces has none.
+        How many of them ran, and had no such figure: it takes one blow that reaches the tool.
     """
 
     figure: str
@@ -228,8 +228,7 @@ class DesignAnswer(ShortRepr):
         ranges = [("range", f"{s.name} from {number(s.low)} to {number(s.high)} {s.unit}".rstrip()) for s in self.spans]
         searched = [("looked for", looked), ("hammers", f"{self.hammers}, seed {self.seed}"), *ranges]
         if self.lacking:
-            why = f"{self.lacking} of them run, and have no such figure: the waves of their blow are in too many pieces"
-            searched.append(("left out", why))
+            searched.append(("left out", f"{self.lacking} of them run, and have no such figure"))
         rows = []
         for limit in self.limits:
             name, over = limit.figure, self.excess.get(limit.figure)

@@ -179,7 +179,7 @@ class ToleranceJob:
 class Spread:
     """A figure of hammers within tolerances, in base units: of the case, and of the random ones that run.
 
-    `known` is the share of those that have it: a blow of waves in too many pieces has no figures.
+    `known` is the share of those that have it: figures of the blow take one that reaches the tool.
     `corners` are the least and the greatest of the corners of all tolerances, and `at` where: the sign of each.
     `first`, `total` are the Sobol indices of each tolerance: its share of the variance alone, and with all in which it
     takes part; None where too many hammers do not run.
@@ -321,7 +321,7 @@ class ToleranceAnswer(ShortRepr):
             said += f" {'Tightest' if self.standard else 'What dominates'}: {tightest.name}, with {percent(total)} "
             said += f"of the variance; halved, it leaves {percent(left)} of the spread."
         elif share < 1.0 or main.known < 1.0:
-            why = "do not run" if share < 1.0 - _FEW else "have no such figure: their waves are in too many pieces"
+            why = "do not run" if share < 1.0 - _FEW else "have no such figure"
             said += f" What dominates is not told, as too many {why}."
         return said
 
