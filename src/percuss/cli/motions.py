@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
-    from percuss.case.answers.uncertainty import Uncertainty
+    from percuss.case.answers.uncertainty import FigureUncertainty
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
@@ -129,7 +129,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
     )  # fmt: skip
 
 
-def _uncertainty(case: Case, modes: int | None, periods: int = 1) -> Uncertainty | None:
+def _uncertainty(case: Case, modes: int | None, periods: int = 1) -> FigureUncertainty | None:
     """What the ± of its numbers leaves of the figures of a case that has some."""
     if not case.uncertain:
         return None

@@ -50,7 +50,7 @@ from percuss.case.answers.transfer import (
     transfer_section,
     transfer_sentence,
 )
-from percuss.case.answers.uncertainty import Uncertainty
+from percuss.case.answers.uncertainty import FigureUncertainty
 from percuss.case.answers.whole_hammer import WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
@@ -104,7 +104,7 @@ class MachineAnswer(ShortRepr):
     reach: tuple[CaseReach, ...] | None = None
     tool: BlowQuestion | None = None
     plausibility: bool = True
-    uncertainty: Uncertainty | None = None
+    uncertainty: FigureUncertainty | None = None
 
     @cached_property
     def whole(self) -> WholeHammer:

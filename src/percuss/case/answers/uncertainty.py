@@ -55,7 +55,7 @@ UNCERTAIN: tuple[Fact[UncertainFigure], ...] = figures(
 
 
 @dataclass(frozen=True)
-class Uncertainty(ShortRepr):
+class FigureUncertainty(ShortRepr):
     """The figures of a hammer some of whose numbers are known within ±.
 
     Attributes

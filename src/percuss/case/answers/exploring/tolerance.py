@@ -24,7 +24,7 @@ from percuss.case.answers.facts import (
     numbers,
     percent,
 )
-from percuss.case.answers.uncertainty import UncertainFigure, Uncertainty
+from percuss.case.answers.uncertainty import FigureUncertainty, UncertainFigure
 from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES, whole_figure
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
@@ -470,7 +470,7 @@ def tolerance(
 # ---- Numbers that the case itself has within ±: what they leave of its figures, linearised
 
 
-def uncertainty_of(case: Case, modes: int | None = None, periods: int = 1) -> Uncertainty | None:
+def uncertainty_of(case: Case, modes: int | None = None, periods: int = 1) -> FigureUncertainty | None:
     """What the ± of the numbers of a case leaves of its figures; None where no number has one, or it does not run.
 
     Each number is taken to both ends of its range by itself, the others as they are. The ± of a figure means what that
@@ -508,7 +508,7 @@ def uncertainty_of(case: Case, modes: int | None = None, periods: int = 1) -> Un
 
     ends = [(span.name, at(span, span.low), at(span, span.high)) for span in spans]
     told = (_figure(name, nominal.value(name), ends) for name in names)
-    return Uncertainty(case.uncertain, tuple(one for one in told if one is not None), tuple(stopped), case.is_si)
+    return FigureUncertainty(case.uncertain, tuple(one for one in told if one is not None), tuple(stopped), case.is_si)
 
 
 _Ends = list[tuple[str, dict[str, Any], dict[str, Any]]]  # of each number: its key, and the figures at both ends
