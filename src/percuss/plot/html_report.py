@@ -190,8 +190,10 @@ def _sizes(bar: Sequence[Piece], tool: Sequence[Piece]) -> list[tuple[str, ...]]
 def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
     """What the figures stand on, one sentence each."""
     found = [*answer.told_notes] if isinstance(answer, SteadyAnswer) else [*answer.notes, *answer.warnings]
-    modes = getattr(answer.whole.motion, "modes", None)
-    found.append("a rigid piston" if modes == 0 else "waves in the piston, by its elastic modes")
+    if isinstance(answer, SteadyAnswer) and not answer.system.body.is_free:
+        return [*found, "a structure that moves by its modes, and touches at one place"]
+    rigid = getattr(answer.whole.motion, "modes", None) == 0
+    found.append("a rigid piston" if rigid else "waves in the piston, by its elastic modes")
     found.append("a bar that stays straight and centred, and faces that meet flat")
     if answer.transfer is not None:
         found.append(ASSUMED)
