@@ -342,7 +342,7 @@ def read_blows(path: str | os.PathLike[str]) -> BlowRecord:
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "times.csv")
-    ...     _ = file.write_text("time [ms],rebound speed [m/s]\n" + "".join(f"{100 * i},1.5\n" for i in range(20)))
+    ...     _ = file.write_text("time [ms],rebound speed [m/s]\\n" + "".join(f"{100 * i},1.5\\n" for i in range(20)))
     ...     record = read_blows(file)
     >>> record.time[:2].tolist(), list(record.figures)
     ([0.0, 0.1], ['rebound_velocity'])

@@ -461,7 +461,7 @@ def identify(
     >>> record = BlowRecord(np.cumsum(0.11 + 1e-4 * noise[0]), {"rebound_velocity": 1.4 + 0.01 * noise[1]})
     >>> found = identify(load_case("valve-breaker"), record, modes=0)
     >>> [f"{one.span.name} {one.value:.3g}" for one in found.found]
-    ['load.pressure 149', 'contact.restitution 0.159']
+    ['load.pressure 147', 'contact.restitution 0.16']
     """
     optimize, stats = extra_package("scipy.optimize", "io"), extra_package("scipy.stats", "io")
     checked_case(case)
