@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import AsyncIterator, Iterator
+from concurrent.futures import Future
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
@@ -33,12 +34,13 @@ from percuss.halting import halting
 from percuss.stability import exact_plane, stability_plane
 from percuss.steady import steady_states
 from percuss.units import known_dimension, si
-from percuss.web import Limits, Settings
+from percuss.web import Limits, Settings, shared_by_routes
 from percuss.web.application import create_app
 from percuss.web.connections import Crowd, neighbourhood, protocol
 from percuss.web.requests import CONTENT_SECURITY_POLICY
 from percuss.web.serving import bound, to_open
 from percuss.web.shared_by_routes import Memory, _cases
+from percuss.web.workers import Halt
 from web_client import Client, answered, posted
 
 MACHINE = {"machine": "mini-breaker"}
@@ -200,6 +202,22 @@ async def test_silent_connections_do_not_keep_others_out() -> None:
         for _, writer in crowd:
             writer.close()
         assert codes == [200] * 8
+
+
+async def test_what_is_told_just_as_the_work_ends_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The work tells its last event and ends while the stream looks whether the client is still there."""
+    monkeypatch.setattr(shared_by_routes, "_LOOK_AFTER", 0.01)
+    events, running, loop = asyncio.Queue[Any](), Future[None](), asyncio.get_running_loop()
+
+    class Meanwhile:
+        async def is_disconnected(self) -> bool:
+            if not running.done():
+                loop.call_soon_threadsafe(events.put_nowait, ("done", {}))
+                running.set_result(None)
+            return False
+
+    told: Any = shared_by_routes._told(Meanwhile(), events, running, Halt(60.0))  # type: ignore[arg-type]
+    assert [part async for part in told] == [b": begun\n\n", b"event: done\ndata: {}\n\n"]
 
 
 def test_without_room_the_answer_is_a_refusal_of_ours(monkeypatch: pytest.MonkeyPatch) -> None:

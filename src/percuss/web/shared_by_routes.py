@@ -28,7 +28,7 @@ from percuss.case.file_format.reading import parsed
 from percuss.errors import CaseError, PercussError
 from percuss.halting import halting
 from percuss.web.requests import StrictRoute, problem, problems_of, refused
-from percuss.web.workers import Halt
+from percuss.web.workers import Halt, told_when_done
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -484,7 +484,7 @@ async def _told(
 ) -> AsyncIterator[bytes]:
     """The events as text, until the last one or until the client leaves."""
     yield b": begun\n\n"
-    silent = 0.0
+    ended, silent = told_when_done(running), 0.0  # by the loop, behind all that the work has told
     while True:
         try:
             kind, what = await asyncio.wait_for(events.get(), _LOOK_AFTER)
@@ -496,7 +496,7 @@ async def _told(
                 late = problem("", None, "it took too long" if halt.late else "the server is stopping", "take fewer")
                 yield _event("error", {"problems": [late]})
                 return
-            if running.done() and events.empty():
+            if ended.is_set() and events.empty():
                 return
             if silent >= _PING:
                 silent = 0.0

@@ -83,7 +83,7 @@ class Lane:
         """The result of a piece of work, stopped when the client leaves or the time is up."""
         async with self.place(seconds) as halt:
             running = self.submit(lambda: work(halt))
-            ended = _told_when_done(running)
+            ended = told_when_done(running)
             try:
                 while not await _within(ended, _LOOK):
                     if self.closed:
@@ -120,7 +120,7 @@ class Lane:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _told_when_done(running: Future[T]) -> asyncio.Event:
+def told_when_done(running: Future[T]) -> asyncio.Event:
     """An event of the running loop that is set when the work has ended, well or badly."""
     # `asyncio.wrap_future` would complain of what the work raised when nobody waits any more.
     loop, ended = asyncio.get_running_loop(), asyncio.Event()
