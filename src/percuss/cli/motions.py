@@ -226,7 +226,6 @@ def report(parser: Parser, options: argparse.Namespace) -> int:
     from percuss.case import MachineAnswer, blow_answer, machine_answer, steady_answer
     from percuss.plot.html_report import report_html
 
-    need("io", "rainflow")
     case, cut, blow = named_case(options.case), "", None
     options.reach_of = None
     with of_file(case):
@@ -237,6 +236,8 @@ def report(parser: Parser, options: argparse.Namespace) -> int:
             answer = replace(answer, uncertainty=_uncertainty(case, options.modes))
         speed = whole.value("rigid_velocity")
         if case.tables.tool is not None and speed is not None and speed > 0.0:
+            if case.is_si:
+                need("io", "rainflow")
             own = case.blow_question().velocity is None  # else the blow is that of the cycle all the same
             blow = blow_answer(case, None if own else speed, fatigue=case.is_si)
     rests = isinstance(answer, MachineAnswer) and answer.cycle is not None and bool(answer.cycle.rests)
@@ -245,6 +246,8 @@ def report(parser: Parser, options: argparse.Namespace) -> int:
         answer = replace(answer, reach=rows)
     write_whole(options.output, report_html(case, answer, blow=blow))
     print(f"report: {options.output}")
+    if cut:
+        print(f"percuss: interrupted: {cut}", file=sys.stderr)
     return 130 if cut else 0
 
 
