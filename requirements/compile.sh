@@ -13,7 +13,7 @@ compile() {
         --fork-strategy fewest --no-header --no-annotate --no-emit-index-url --no-emit-find-links --quiet
 }
 
-extras="--extra plot --extra io --extra cluster --extra web"
+extras="--extra plot --extra report --extra io --extra cluster --extra web"
 compile pyproject.toml $extras --output-file requirements/run.txt
 compile pyproject.toml $extras --group dev --constraint requirements/run.txt --output-file requirements/dev.txt
 # What installs the rest: pip itself, and what builds percuss (build-system.requires, and editables for 'install -e').

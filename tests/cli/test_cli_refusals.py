@@ -35,7 +35,7 @@ steady case.toml --starts -1                            | '-1' | from 0 to 1000 
 steady case.toml --starts 1001                          | '1001' | from 0 to 1000
 steady case.toml --plot picture.gif                     | picture.gif | .png, .svg or .pdf
 steady case.toml --plot nowhere/picture.png             | there is no folder 'nowhere'
-steady case.toml --report report.pdf                    | --report | .html
+steady case.toml --report report.png                    | --report | .html or .pdf
 steady .                                                | .: is a directory | case.toml
 steady hammer.toml --starts 0 --reach-of colour         | colour
 steady hammer.toml --starts 0 --reach-of ,              | --reach-of | one or more names
@@ -255,3 +255,10 @@ def test_a_missing_extra_is_said_before_anything_is_computed(percuss, monkeypatc
     monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == package else found(name, *a))
     monkeypatch.setattr("percuss.cli.motions._followed", lambda *_: pytest.fail("computed"))
     percuss("simulate", "case.toml", "-o", "run.nc").refused(f"'{package}'", "percuss[io]")
+
+
+def test_only_a_report_as_pdf_needs_typst(percuss, monkeypatch):
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "typst" else found(name, *a))
+    percuss("report", "laboratory-striker", "-o", "page.pdf").refused("'typst'", "percuss[report]")
+    percuss("report", "laboratory-striker", "-o", "page.html", "--no-reach").told("report: page.html")

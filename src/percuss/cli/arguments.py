@@ -26,13 +26,17 @@ PICTURES = (".png", ".svg", ".pdf")  # what a picture can be saved as
 
 
 class Option(NamedTuple):
-    """An argument of a command; of a file to be made also how its name may end, and the extra and packages it needs."""
+    """An argument of a command; of a file to be made also how its name may end, and the extra and packages it needs.
+
+    `needs_of` has what files with one ending need besides.
+    """
 
     names: tuple[str, ...]
     settings: dict[str, Any]
     is_made: bool = False
     endings: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    needs_of: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
 
 def option(spec: str, about: str, kind: Callable[[str], Any] | None = None, **settings: Any) -> Option:
@@ -123,6 +127,9 @@ class Parser(argparse.ArgumentParser):
             if path is not None and one.settings["metavar"] == "FILE":
                 self.check_file(one.names[0], path, one.endings, getattr(found, "case", None))
                 need(*one.needs)
+                for ending, needed in one.needs_of:
+                    if path.lower().endswith(ending):
+                        need(*needed)
         return found
 
     def error(self, message: str) -> NoReturn:
@@ -282,9 +289,16 @@ def orbit_label(text: str) -> str:
 
 CASE = option("CASE", "a TOML file, '-' for standard input, or a machine's name")
 JSON = option("--json", "print the answer as JSON")
-REPORT = made(
-    "--report FILE", "write figures and pictures into one HTML file", (".htm", ".html"), ("plot", "matplotlib")
-)
+
+
+def report_options(spec: str = "--report FILE", **settings: Any) -> tuple[Option, Option]:
+    """The file of a report, and its paper."""
+    about = "write figures and pictures into one file: .html, or .pdf to print and sign"
+    file = made(spec, about, (".htm", ".html", ".pdf"), ("plot", "matplotlib"), **settings)
+    paper = option("--paper SIZE", "of a report as PDF: a4 (default) or letter", choices=("a4", "letter"), default="a4")
+    return file._replace(needs_of=((".pdf", ("report", "typst")),)), paper
+
+
 NO_PLAUSIBILITY = option("--no-plausibility", "say nothing of figures that no hammer has, such as 30 m/s or 900 bar")
 
 

@@ -11,7 +11,6 @@ from percuss.cli.arguments import (
     JSON,
     NETCDF,
     PICTURES,
-    REPORT,
     Parser,
     command,
     csv_option,
@@ -21,6 +20,7 @@ from percuss.cli.arguments import (
     of_file,
     option,
     plot_option,
+    report_options,
     whole,
     write_case,
 )
@@ -73,7 +73,7 @@ stresses, where the energy goes, what comes back. The case describes what is str
     ),
     csv_option("write the same as a table"),
     plot_option("the blow"),
-    REPORT,
+    *report_options(),
     option(
         "--best WHAT", "search for the best sizes: rock-energy, efficiency, incident-energy, or the least peak-stress"
     ),
@@ -105,7 +105,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.atomic_write import write_dataset
 
         write_dataset(blow_dataset(answer), options.output)
-    filed(options, case, answer)
+    filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
         dataset=lambda: blow_dataset(answer), indent=1, waves=options.output, report=options.report,

@@ -16,7 +16,6 @@ from percuss.cli.arguments import (
     JSON,
     NETCDF,
     NO_PLAUSIBILITY,
-    REPORT,
     Parser,
     command,
     events,
@@ -29,6 +28,7 @@ from percuss.cli.arguments import (
     option,
     periods,
     plot_option,
+    report_options,
     start_keys,
     time_or_text,
     whole,
@@ -83,7 +83,7 @@ parameters, the answer has those that are done. A hammer whose piston switches i
     NO_PLAUSIBILITY,
     JSON,
     plot_option("the answer"),
-    REPORT,
+    *report_options(),
 )
 def steady(parser: Parser, options: argparse.Namespace) -> int:
     """Answer for one case; a machine that switches itself has an answer of its own."""
@@ -122,7 +122,7 @@ def steady(parser: Parser, options: argparse.Namespace) -> int:
         stable = chosen is not None and chosen.orbit.admissible and chosen.stability.stable
         rows, cut = _reached(parser, options, case, chosen.orbit if chosen is not None and stable else None)
         answer = replace(answer, reach=rows)
-    filed(options, case, answer)
+    filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, lambda: steady_report(answer), lambda: plot.steady(answer), indent=1, cut=cut,
         report=options.report,
@@ -208,23 +208,22 @@ def _ends(case: Case, options: argparse.Namespace) -> Ends:
 
 @command(
     """\
-The report on a hammer, of any kind, as one HTML file to print and sign: on the first page the answer, a drawing of bar
-and tool to scale, the few figures that matter, how far load and sizes may move before it stops, and what is assumed;
-then its blow by waves and the fatigue of its steel, where it has a tool; then all figures, and the case.""",
+The report on a hammer, of any kind, as one file to print and sign, HTML or PDF: on the first page the answer, a drawing
+of bar and tool to scale, the few figures that matter, how far load and sizes may move before it stops, and what is
+assumed; then its blow by waves and the fatigue of its steel, where it has a tool; then all figures, and the case.""",
     """\
   percuss report valve-drifter -o drifter.html
-  percuss report breaker.toml -o breaker.html --no-reach""",
+  percuss report breaker.toml -o breaker.pdf --paper letter --no-reach""",
     CASE,
     modes_option("default: those of 'percuss steady'"),
     option("--no-reach", "leave out how far parameters may move, which takes most of the time"),
     NO_PLAUSIBILITY,
-    made("-o, --output FILE", "the file to write", (".htm", ".html"), ("plot", "matplotlib"), required=True),
+    *report_options("-o, --output FILE", required=True),
 )
 def report(parser: Parser, options: argparse.Namespace) -> int:
     """Answer, blow and fatigue of one case as a file."""
-    from percuss.atomic_write import write_whole
     from percuss.case import MachineAnswer, blow_answer, machine_answer, steady_answer
-    from percuss.plot.html_report import report_html
+    from percuss.cli.report_printing import filed
 
     case, cut, blow = named_case(options.case), "", None
     options.reach_of = None
@@ -244,7 +243,7 @@ def report(parser: Parser, options: argparse.Namespace) -> int:
     if whole.runs and not (options.no_reach or rests):
         rows, cut = _reached(parser, options, case, whole.motion)
         answer = replace(answer, reach=rows)
-    write_whole(options.output, report_html(case, answer, blow=blow))
+    filed(options.output, options.paper, case, answer, blow)
     print(f"report: {options.output}")
     if cut:
         print(f"percuss: interrupted: {cut}", file=sys.stderr)
@@ -274,7 +273,7 @@ piston is as the force switches, its cycle, and the verdict with the valve besid
     NO_PLAUSIBILITY,
     JSON,
     plot_option("the answer"),
-    REPORT,
+    *report_options(),
     made("-o, --output FILE", "write the cycle over time as a table, .csv", (".csv",)),
     option("--blow TIME", 'of a recorded load: when a blow was recorded, such as "12.4 ms" (on its clock)'),
     option("--blows FILE", "of a recorded load: a text file with the times of all blows in s, one in a line"),
@@ -331,7 +330,7 @@ def _told_machine(
         return machine_report(answer)
 
     told = (record or answer).to_json_dict
-    filed(options, case, record or answer)
+    filed(options.report, options.paper, case, record or answer)
     files = {"table": output, "report": options.report}
     return answered(options, told, report, lambda: plot.machine(answer), indent=1, cut=cut, **files)
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from percuss.case import Case
-    from percuss.plot.html_report import Answer
+    from percuss.case import BlowAnswer, Case
+    from percuss.plot.report_pages import Answer
 
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
@@ -97,13 +97,20 @@ def _show_rich(report: Report) -> None:
         console.print(Padding(table, (0, 0, 0, 2)))
 
 
-def filed(options: argparse.Namespace, case: Case, answer: Answer) -> None:
-    """Write the report as a file, where one is wanted."""
-    if options.report is not None:
-        from percuss.atomic_write import write_whole
+def filed(path: str | None, paper: str, case: Case, answer: Answer, blow: BlowAnswer | None = None) -> None:
+    """Write the report as a file, HTML or PDF by its name, where one is wanted."""
+    if path is None:
+        return
+    from percuss.atomic_write import write_whole
+
+    if path.lower().endswith(".pdf"):
+        from percuss.plot.pdf_report import report_pdf
+
+        write_whole(path, report_pdf(case, answer, blow=blow, paper=paper))
+    else:
         from percuss.plot.html_report import report_html
 
-        write_whole(options.report, report_html(case, answer))
+        write_whole(path, report_html(case, answer, blow=blow))
 
 
 def answered(

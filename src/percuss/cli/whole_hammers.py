@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from percuss.cli.arguments import (
     CASE,
     JSON,
-    REPORT,
     Parser,
     command,
     key_values,
@@ -20,6 +19,7 @@ from percuss.cli.arguments import (
     of_file,
     option,
     plot_option,
+    report_options,
     whole,
     write_case,
 )
@@ -63,7 +63,7 @@ others.""",
     JSON,
     made("-o, --output FILE", "save the best case; given as CASE, a search goes on from it", (".toml",)),
     plot_option("both hammers: their cycles and, with a tool, their blows"),
-    REPORT,
+    *report_options(),
 )
 def design(parser: Parser, options: argparse.Namespace) -> int:
     """Search; after Ctrl-C the answer is the best one so far."""
@@ -99,7 +99,7 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
         )  # fmt: skip
     if options.output is not None:
         write_case(answer.case, options.output)
-    filed(options, case, answer)
+    filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer.comparison), indent=1,
         cut="" if answer.complete else f"the best of {answer.hammers} hammers so far",
@@ -131,7 +131,7 @@ case with other values of its keys.""",
     modes_option("default: those of 'percuss steady'"),
     JSON,
     plot_option("their cycles and, where each has a tool, their blows"),
-    REPORT,
+    *report_options(),
 )
 def compare(_: Parser, options: argparse.Namespace) -> int:
     from percuss import plot
@@ -148,7 +148,7 @@ def compare(_: Parser, options: argparse.Namespace) -> int:
             cases.append(last.varied({known.get(name, name): value for name, value in values.items()}))
             names.append(f"{last.file}, {text}")
     answer = compare(cases, names, options.modes)
-    filed(options, cases[0], answer)
+    filed(options.report, options.paper, cases[0], answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer), indent=1, report=options.report
     )
@@ -179,7 +179,7 @@ those usual in a drawing: areas and the flow of a pump 5 %, ports 0.2 mm, the pr
     modes_option("default: those of 'percuss steady'"),
     JSON,
     plot_option("the shares of the tolerances, and the figures of all hammers drawn"),
-    REPORT,
+    *report_options(),
     *CARRYING,
 )
 def tolerance(parser: Parser, options: argparse.Namespace) -> int:
@@ -194,7 +194,7 @@ def tolerance(parser: Parser, options: argparse.Namespace) -> int:
     drawn = {"samples": options.samples or SAMPLES, "seed": options.seed or 0, "modes": options.modes}
     job = tolerance_job(case, given, options.figures or (), **drawn)
     answer = ToleranceAnswer(case, job, carried(parser, options, job), not given and not case.uncertain)
-    filed(options, case, answer)
+    filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.tolerance(answer), indent=1, report=options.report,
         archive=options.output,
@@ -229,7 +229,7 @@ load that keeps time, its frequency.""",
     JSON,
     made("-o, --output FILE", "save the case with the numbers that fit", (".toml",)),
     plot_option("blows, fit and residuals"),
-    REPORT,
+    *report_options(),
 )
 def identify(_: Parser, options: argparse.Namespace) -> int:
     """Fit numbers of a case to measured blows."""
@@ -245,7 +245,7 @@ def identify(_: Parser, options: argparse.Namespace) -> int:
     answer = identify(case, record, vary, given, modes=options.modes)
     if options.output is not None:
         write_case(answer.best, options.output)
-    filed(options, case, answer)
+    filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.identify(answer), indent=1,
         case=options.output, report=options.report,

@@ -49,6 +49,8 @@ def comparison(answer: Comparison) -> Figure:
                 draw_forces(figure.add_subplot(grid[1, 2:4]), blows, "bit_force", "(d) force on the rock")
             mark = "(e)" if on_rock else "(d)"
             draw_stresses(figure.add_subplot(grid[1, -wide:]), blows, f"{mark} greatest stresses")
+        for narrow in figure.axes[2:]:  # whose colours are those of (a)
+            narrow.get_legend().remove()  # type: ignore[union-attr]
     return figure
 
 

@@ -138,9 +138,6 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
 
 def _of_structure(shown: _Motions, units: Units) -> Figure:
     with canvas(11.0, 4.0, shown.title) as figure:
-        engine = figure.get_layout_engine()
-        assert engine is not None
-        engine.set(rect=(0.0, 0.04, 1.0, 0.96))  # type: ignore[call-arg]  # of the constrained layout; room for laws
         load, contact, multipliers = figure.subplots(1, 3)
         _load(load, shown, units)
         _gap(contact, shown, units)
@@ -156,6 +153,10 @@ def _of_structure(shown: _Motions, units: Units) -> Figure:
 def _laws(figure: Figure, answer: _Motions) -> None:
     """What the motions rest on, in small print: the law of the contact and that of the damping."""
     system = answer.system
+    engine = figure.get_layout_engine()
+    assert engine is not None
+    low = 0.16 / figure.get_figheight()
+    engine.set(rect=(0.0, low, 1.0, 1.0 - low))  # type: ignore[call-arg]  # of the constrained layout
     damping = f"; damping: {system.body.damping.words}" if system.body.is_free else ""
     text = f"{system.contact.sentence}{damping}"
     figure.text(0.99, 0.004, text, ha="right", va="bottom", fontsize=6.5, color=INK)

@@ -1,0 +1,237 @@
+"""What stands in a report as a file, page by page: blocks that HTML and PDF are written from."""
+
+from __future__ import annotations
+
+import math
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from percuss._version import __version__
+from percuss.blow import Rod
+from percuss.case.answers.blow_answer import BlowAnswer, blow_report
+from percuss.case.answers.exploring.comparison import Comparison
+from percuss.case.answers.exploring.design import DesignAnswer
+from percuss.case.answers.exploring.identify import IdentifyAnswer
+from percuss.case.answers.exploring.tolerance import ToleranceAnswer
+from percuss.case.answers.facts import Grid, Report, ReportSection, number
+from percuss.case.answers.machine_answer import MachineAnswer, machine_report
+from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
+from percuss.case.answers.simulation_answer import motion_report
+from percuss.case.answers.steady_answer import SteadyAnswer
+from percuss.case.answers.steady_report import steady_report
+from percuss.case.answers.transfer import ASSUMED
+from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
+from percuss.plot.bar_outline import bar_outline
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from percuss.case import Case, SimulationAnswer
+    from percuss.model.body.uniform import Piece
+
+Answer = (
+    SteadyAnswer
+    | MachineAnswer
+    | RecordedAnswer
+    | Comparison
+    | BlowAnswer
+    | DesignAnswer
+    | ToleranceAnswer
+    | IdentifyAnswer
+)
+
+
+# ---- What a page is made of, whatever it is written as
+
+
+class Heading(NamedTuple):
+    """A heading, the title at level 1."""
+
+    text: str
+    level: int = 2
+
+
+class Lead(NamedTuple):
+    """The answer in a sentence or few."""
+
+    text: str
+
+
+class Table(NamedTuple):
+    """Rows of cells, below the names of the columns where they have any."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+class Cards(NamedTuple):
+    """The few figures that matter: label and text."""
+
+    cards: Sequence[tuple[str, str]]
+
+
+class Bullets(NamedTuple):
+    """Sentences, one below the other."""
+
+    items: Sequence[str]
+
+
+class Signed(NamedTuple):
+    """Date and version, with room for a name and a signature; a picture behind it begins a page."""
+
+    text: str
+
+
+class Picture(NamedTuple):
+    """A picture as SVG, and what it shows; "" where that needs no words."""
+
+    svg: str
+    caption: str = ""
+
+
+class Listing(NamedTuple):
+    """A text with its lines as they are."""
+
+    text: str
+
+
+class Footer(NamedTuple):
+    """The last line."""
+
+    text: str
+
+
+Block = Heading | Lead | Table | Cards | Bullets | Signed | Picture | Listing | Footer
+
+
+def report_blocks(
+    case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
+) -> list[Block]:
+    """What a report has of a case, its steady motions or its cycle, its blow, and a simulated motion.
+
+    The first page of one hammer has the answer, a drawing to scale, the few figures that matter, what was assumed, and
+    a place to sign, which other reports have at their end. A comparison, and a design, is told with all its cases.
+    """
+    from percuss import plot
+
+    report, picture, caption = _told(answer)
+    blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
+    signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
+    hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
+    if isinstance(hammer, SteadyAnswer | MachineAnswer):
+        blocks += [*_first_page(case, hammer), signed]
+    blocks.append(_picture(picture, caption))
+    if blow is not None:
+        struck = blow_report(blow)
+        blocks += [Heading("The blow"), Lead(struck.summary), _picture(plot.blow(blow), "The blow")]
+        blocks += _parts(struck.sections)
+    blocks += _parts(report.sections)
+    if simulation is not None:
+        moved = motion_report(simulation, 0)
+        drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
+        blocks += [Heading("Simulated motion"), Lead(moved.summary), *_parts(moved.sections[1:])]
+        blocks.append(_picture(drawn(simulation), "The motion from the start of the case"))
+    both = answer.comparison if isinstance(answer, DesignAnswer) else answer
+    several = zip(both.names, both.cases, strict=True) if isinstance(both, Comparison) else ()
+    for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
+        blocks += [Heading(heading), Listing(told.to_toml())]
+    if signed not in blocks:
+        blocks.append(signed)
+    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless")]
+
+
+def _told(answer: Answer) -> tuple[Report, Figure, str]:
+    """What an answer says, its picture, and what that shows."""
+    from percuss import plot
+
+    if isinstance(answer, SteadyAnswer):
+        return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
+    if isinstance(answer, Comparison):
+        return answer.report(), plot.comparison(answer), "Cycles and blows"
+    if isinstance(answer, ToleranceAnswer):
+        return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
+    if isinstance(answer, IdentifyAnswer):
+        return answer.report(), plot.identify(answer), "The blows that were measured, and those of the hammer that fits"
+    if isinstance(answer, DesignAnswer):
+        return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
+    if isinstance(answer, BlowAnswer):
+        return blow_report(answer), plot.blow(answer), "The blow"
+    if isinstance(answer, RecordedAnswer):
+        return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
+    return machine_report(answer), plot.machine(answer), "The cycle"
+
+
+# ---- The first page of a report on one hammer: the answer, a drawing, the few figures that matter, what was assumed
+
+
+def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer) -> list[Block]:
+    whole, given = answer.whole, answer.uncertainty
+    blocks: list[Block] = []
+    hammer = answer.system if isinstance(answer, SteadyAnswer) else answer.machine
+    if case.is_si and hammer.bar is not None and case.tables.body is None:
+        rod = None if whole.tool is None else whole.tool.target
+        tool = rod.pieces if isinstance(rod, Rod) and rod.impedance is None else ()
+        blocks += [Picture(bar_outline(hammer, tool)), Table(_SIZES, _sizes(hammer.bar.pieces, tool))]
+    cards = []
+    for name in HEADLINE:
+        value = None if name == "stress" and answer.transfer is not None else whole.value(name)  # then told by bodies
+        if value is not None and case.is_si and case.tables.body is None and answer.whole.value("impact_velocity"):
+            figure = WHOLE_FIGURES[name]
+            told = (given and given.told(name)) or figure.tell(value, case.is_si, 3)
+            cards.append((figure.label, told))
+    if cards:
+        which = "" if whole.runs else " (in a motion that cannot be sustained)"
+        blocks += [Heading(f"Figures{which}"), Cards(cards)]
+    if answer.reach:
+        blocks += [Heading("It runs within"), Table((), [(row.label, row.words) for row in answer.reach])]
+    return [*blocks, Heading("Assumed"), Bullets(_assumed(answer))]
+
+
+_SIZES = ("section", "length [mm]", "diameter [mm]", "bore [mm]")
+
+
+def _sizes(bar: Sequence[Piece], tool: Sequence[Piece]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for body, pieces in (("bar", bar), ("tool", tool)):
+        for i, piece in enumerate(pieces):
+            long = "endless" if math.isinf(piece.end) else number(1e3 * (piece.end - piece.start))
+            bore = number(1e3 * piece.bore) if piece.bore else "–"
+            rows.append((f"{body} {i}", long, number(1e3 * piece.diameter), bore))
+    return rows
+
+
+def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
+    """What the figures stand on, one sentence each."""
+    found = [*answer.told_notes] if isinstance(answer, SteadyAnswer) else [*answer.notes, *answer.warnings]
+    if isinstance(answer, SteadyAnswer) and not answer.system.body.is_free:
+        return [*found, "a structure that moves by its modes, and touches at one place"]
+    rigid = getattr(answer.whole.motion, "modes", None) == 0
+    found.append("a rigid piston" if rigid else "waves in the piston, by its elastic modes")
+    found.append("a bar that stays straight and centred, and faces that meet flat")
+    if answer.transfer is not None:
+        found.append(ASSUMED)
+    return found
+
+
+def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:
+    """Sections of a report as headings and tables."""
+    for part in sections:
+        if isinstance(part, Grid):
+            yield from (Heading(part.heading), Table(part.columns, part.rows))
+        else:
+            yield from (Heading(part.heading, part.level + 1), Table((), part.rows))
+
+
+def _picture(figure: Figure, caption: str) -> Picture:
+    from percuss import plot
+
+    with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
+        path = Path(folder, "figure.svg")
+        plot.save(figure, path)
+        svg = path.read_text(encoding="utf-8")
+    svg = svg[svg.index("<svg") :]
+    return Picture(re.sub(r"<metadata>.*?</metadata>", "", svg, count=1, flags=re.DOTALL), caption)
