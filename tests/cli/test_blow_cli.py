@@ -227,6 +227,17 @@ def test_a_design_is_saved_and_gone_on_from(percuss, monkeypatch):
     assert cut.json["varied"][0]["best"] == first["varied"][0]["best"] and cut.json["allowed"]
 
 
+def test_the_plane_about_the_best_is_drawn_and_its_end_loses_nothing(percuss, monkeypatch):
+    asked = ["design", "valve-drifter", "--vary", "load.ports[0].behind=8:24mm", "--vary", "bar.diameter=46:52mm"]
+    asked += ["--most", "power", "--modes", "0", "--hammers", "20", "--plane", "plane.svg"]
+    percuss(*asked).told("The best hammer found", "plane: plane.svg")
+    assert "</svg>" in Path("plane.svg").read_text()
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.share", lambda _, share, told: "of 625" in told)
+    cut = percuss(*asked)
+    assert cut.code == 130 and "The best hammer found" in cut.out and "the plane is left out" in cut.err
+    assert percuss(*asked[:4], "--plane", "plane.svg").code == 2
+
+
 def test_a_range_above_what_the_case_has(percuss):
     """The case itself is not tried, and may be better."""
     found = percuss(*SEARCH[:5], "bar.length=30:60mm", "--blows", "30", "--json").json
