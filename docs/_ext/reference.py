@@ -19,7 +19,6 @@ from unittest import mock
 
 from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
-from percuss.case.answers.fatigue_answer import FATIGUE, SECTION, STEEL
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
 from percuss.case.answers.simulation_answer import EVENT
@@ -36,9 +35,9 @@ from percuss.case.answers.steady_answer import (
     WAVEFORM,
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
-from percuss.case.answers.transfer import TRANSFER
-from percuss.case.answers.uncertainty import UNCERTAIN
+from percuss.case.answers.transfer import FATIGUE, SECTION, STEEL, TRANSFER
 from percuss.case.answers.waves_answer import IMPACT, SETTLED
+from percuss.case.answers.whole_hammer import UNCERTAIN
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of
 from percuss.cli.arguments import Parser

@@ -6,9 +6,11 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy.stats.qmc import Sobol, scale
 
 from percuss.case import CaseFamily, Limit, Span, compare, design, load_case
 from percuss.errors import ParameterError
+from percuss.plot import design_plane
 from percuss.plot.html_report import report_html
 
 PUMP = {"load.supply": {"flow": "60 l/min", "accumulator": "2.5 cm^3/bar"}}
@@ -51,6 +53,54 @@ def test_brute_force_finds_no_better_hammer(name, modes, across):
             grid.append(one.value(figure))
     assert len(grid) > 0.1 * across**2
     assert max(grid) < found.best.value(figure) == pytest.approx(max(grid), rel=1.5 / across)
+
+
+@pytest.mark.slow
+def test_brute_force_over_five_numbers_finds_no_better_hammer():
+    """3584 hammers, in boxes that shrink about the best of them: on a pump, with 3 m of steel, under four limits."""
+    case = HAMMERS["pump"][0]
+    words = (
+        "load.ports[0].behind=15:30mm load.ports[1].behind=2:8mm load.supply.flow=40:80l/min bar.diameter=44:54mm "
+        "load.states.power.rear=5:8cm^2"
+    )
+    spans = [Span.parsed(one) for one in words.split()]
+    limits = [
+        Limit.parsed("blow_rate=45..60Hz", "want", True), Limit.parsed("steel.stress=430MPa", "below", True),
+        Limit.parsed("pressure=200bar", "below", True), Limit.parsed("margin=0.05", "above", True),
+    ]  # fmt: skip
+    found = design(case, spans, "rock_power", limits, modes=4)
+
+    family, best, near = CaseFamily(case, {span.name: span.unit for span in spans}), (0.0, np.zeros(5)), None
+    ends = np.array([(span.low, span.high) for span in spans])
+    low, high = ends.T
+    for seed in range(14):
+        for x in scale(Sobol(5, rng=seed).random(256), low, high):
+            one = family.whole({span.name: float(v) for span, v in zip(spans, x, strict=True)}, modes=4, near=near)
+            near = one if one.runs else near
+            kept = one.runs and all(
+                (limit.low or 0.0) <= one.value(limit.figure) <= (limit.high or np.inf) for limit in limits
+            )
+            best = max(best, (one.value("rock_power"), x), key=lambda pair: pair[0]) if kept else best
+        half = 0.4 * (high - low)
+        low, high = np.maximum(ends[:, 0], best[1] - half), np.minimum(ends[:, 1], best[1] + half)
+    assert found.allowed and best[0] < found.best.value("rock_power") < 1.02 * best[0]
+
+
+def test_a_plane_tells_which_hammers_about_the_best_keep_the_limits_and_what_others_miss():
+    case, *words, _, _ = HAMMERS["valve"]
+    spans, limits = [Span.parsed(one) for one in words], [Limit("flow", high=1e-3), Limit("blow_energy", low=150.0)]
+    found = design(case, spans, "blow_energy", limits, modes=0, most=40)
+    plane, family = found.plane(4), CaseFamily(case, {span.name: span.unit for span in spans})
+    for i, j in np.ndindex(4, 4):
+        one = family.whole({spans[0].name: plane.x[i], spans[1].name: plane.y[j]}, modes=4)
+        if not one.runs:
+            assert plane.missed[i, j] == 2 and np.isnan(plane.values[i, j])
+            continue
+        assert plane.values[i, j] == pytest.approx(one.value("blow_energy"), rel=1e-7)
+        over = [one.value("flow") / 1e-3 - 1.0, 1.0 - one.value("blow_energy") / 150.0]
+        assert plane.missed[i, j] == (int(np.argmax(over)) if max(over) > 0.0 else -1)
+    assert {0, 1, -1} <= set(plane.missed.ravel())
+    assert len(design_plane(plane).axes) == 2  # with the bar of its colours
 
 
 def test_what_no_hammer_keeps_is_told_with_the_nearest_and_the_limit_that_costs_most():

@@ -12,7 +12,7 @@ import pytest
 
 from cli_cases import WAVES
 from percuss.case import Case, Span, best_answer, blow_answer, load_case, machine_answer
-from percuss.case.answers.fatigue_answer import LEFT_OUT
+from percuss.case.answers.transfer import LEFT_OUT
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
 from percuss.errors import CaseError, ParameterError
@@ -225,6 +225,17 @@ def test_a_design_is_saved_and_gone_on_from(percuss, monkeypatch):
     cut = percuss("design", "best.toml", "--most", "power", *search, "--json")
     assert cut.code == 130 and "interrupted: the best of 1 hammers so far" in cut.err
     assert cut.json["varied"][0]["best"] == first["varied"][0]["best"] and cut.json["allowed"]
+
+
+def test_the_plane_about_the_best_is_drawn_and_its_end_loses_nothing(percuss, monkeypatch):
+    asked = ["design", "valve-drifter", "--vary", "load.ports[0].behind=8:24mm", "--vary", "bar.diameter=46:52mm"]
+    asked += ["--most", "power", "--modes", "0", "--hammers", "20", "--plane", "plane.svg"]
+    percuss(*asked).told("The best hammer found", "plane: plane.svg")
+    assert "</svg>" in Path("plane.svg").read_text()
+    monkeypatch.setattr("percuss.cli.long_commands.JobWatch.share", lambda _, share, told: "of 625" in told)
+    cut = percuss(*asked)
+    assert cut.code == 130 and "The best hammer found" in cut.out and "the plane is left out" in cut.err
+    assert percuss(*asked[:4], "--plane", "plane.svg").code == 2
 
 
 def test_a_range_above_what_the_case_has(percuss):

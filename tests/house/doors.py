@@ -273,6 +273,8 @@ class Arguments:
         one_impact = steady.PeriodicOrbit(SYSTEM, 1, (states.orbits[1].phase,), 0)
         rests = steady.rest_cycles(SYSTEM, modes=0, most=2)
         few: dict[str, Any] = {"stop": SHORT, "workers": 1}
+        ranges = [cases.Span("bar.density", 7e3, 8e3, "kg/m^3"), cases.Span("contact.restitution", 0.1, 0.2)]
+        designed = cases.design(drilling, ranges, "power", modes=0, most=20)
         found = [
             Bar(0.3, 1e-3), Section(0.1, 1e-3), SectionedBar([Section(0.1, 1e-3)]), External(0.1), UniformBar(1.0),
             Mounted(1.0), ModalBody(**MODES), SizedModes(**MODES), SteppedBar(1.0, (1.0, 2.0), (1.0, 1.0)), Kept(0.5),
@@ -302,7 +304,7 @@ class Arguments:
             BLOWS, cases.identify(drilling, BLOWS, [cases.Span("load.pressure", 150.0, 190.0, "bar")], modes=0),
             cases.blow_answer(hammer), cases.Span("bar.length", 100.0, 300.0, "mm"),
             cases.best_answer(hammer, [cases.Span("bar.length", 100.0, 300.0, "mm")], "efficiency", most=20),
-            cases.design(drilling, [cases.Span("bar.density", 7e3, 8e3, "kg/m^3")], "power", modes=0, most=20),
+            designed, designed.plane(2),
             cases.Limit("power", 1.0),
         ]  # fmt: skip
         for one in found:

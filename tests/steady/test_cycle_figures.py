@@ -30,7 +30,7 @@ from percuss.model import (
 )
 from percuss.stability import floquet_multipliers
 from percuss.steady import Obstacle, Orbit, ValveCycle, self_excited_motion
-from percuss.steady.self_excited.many_pistons import rigid_cycles
+from percuss.steady.self_excited.self_switching import rigid_cycles
 from percuss.steady.self_excited.valve_cycle import parted
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)

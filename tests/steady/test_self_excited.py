@@ -18,9 +18,9 @@ from percuss.model.machine import machine_modes
 from percuss.simulate import Start
 from percuss.steady import Obstacle, SelfExcited, self_excited_motion, valve_margins
 from percuss.steady.self_excited import piston_kernels as kn
-from percuss.steady.self_excited.many_pistons import rigid_cycles
 from percuss.steady.self_excited.piston import BlowToBlow, Piston
 from percuss.steady.self_excited.piston_flight import PistonFlight, at, first_crossing, turning_time
+from percuss.steady.self_excited.self_switching import rigid_cycles
 
 
 def rigid(valve: Valve, contact: Contact, drag: float = 0.0, room: float | None = None) -> SelfExcited:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from percuss.kernel_cache import ensure_cache
 from percuss.lazy_names import lazy_names
+from percuss.mechanics.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow, BlowBalance

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
     from percuss.case.answers.exploring.best_answer import BestAnswer, best_answer
     from percuss.case.answers.exploring.comparison import Comparison, compare
-    from percuss.case.answers.exploring.design import DesignAnswer, Limit, design
+    from percuss.case.answers.exploring.design import DesignAnswer, DesignPlane, Limit, design
     from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploring.exploration import basins_job_of, experiment_job_of, sweep_job_of
     from percuss.case.answers.exploring.identify import IdentifyAnswer, identify, parsed_unknown

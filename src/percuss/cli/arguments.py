@@ -306,8 +306,8 @@ def modes_option(default: str, about: str = "elastic modes, 0 (a rigid bar) to")
     return option("--modes N", f"{about} {MAX_MODES} ({default})", modes)
 
 
-def plot_option(what: str) -> Option:
-    return made("--plot FILE", f"draw {what}: {', '.join(PICTURES)}", PICTURES, ("plot", "matplotlib"))
+def plot_option(what: str, spec: str = "--plot FILE") -> Option:
+    return made(spec, f"draw {what}: {', '.join(PICTURES)}", PICTURES, ("plot", "matplotlib"))
 
 
 def csv_option(about: str) -> Option:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from percuss.case import Case, MachineAnswer, RecordedAnswer
     from percuss.case.answers.facts import Report
     from percuss.case.answers.steady_answer import CaseReach, Ends
-    from percuss.case.answers.uncertainty import FigureUncertainty
+    from percuss.case.answers.whole_hammer import FigureUncertainty
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from percuss.cli.arguments import (
@@ -24,6 +25,7 @@ from percuss.cli.arguments import (
     write_case,
 )
 from percuss.cli.long_commands import CARRYING, carried, watching
+from percuss.errors import Interrupted
 
 if TYPE_CHECKING:
     from percuss.optimum import SearchProgress
@@ -44,7 +46,7 @@ others.""",
     """\
   percuss design stepped-drifter --most rock_power --vary "bar.sections[2].diameter=34:48mm" --below steel.stress=350MPa
   percuss design valve-drifter --most rock_power --want blow_rate="45 Hz..60 Hz" --below steel.stress=400MPa \\
-      --vary load.ports[0].behind=8:24mm --vary bar.diameter=40:56mm -o better.toml --report better.html
+      --vary load.ports[0].behind=8:24mm --vary bar.diameter=40:56mm -o better.toml --report better.html --plane map.png
   percuss design better.toml --least steel.stress --above rock_power=9kW --vary bar.diameter=40:56mm""",
     CASE,
     option("--most FIGURE", "what there is to be the most of (default: rock_power)"),
@@ -63,6 +65,7 @@ others.""",
     JSON,
     made("-o, --output FILE", "save the best case; given as CASE, a search goes on from it", (".toml",)),
     plot_option("both hammers: their cycles and, with a tool, their blows"),
+    plot_option("the plane of the first two ranges about the best: which keep the limits", "--plane FILE"),
     *report_options(),
 )
 def design(parser: Parser, options: argparse.Namespace) -> int:
@@ -71,6 +74,8 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
         parser.error("argument --least: not with --most: one figure is looked for, the others are limits")
     if not options.vary:
         parser.error("argument --vary: say what may vary: --vary 'bar.sections[2].length=50:150mm'")
+    if options.plane is not None and len(options.vary) < 2:
+        parser.error("argument --plane: a plane is drawn over the first two of --vary: give two")
     need("io", "scipy")
     from percuss import plot
     from percuss.case import Limit, Span
@@ -97,13 +102,19 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
             greatest=options.least is None, modes=options.modes, seed=options.seed, most=options.hammers,
             progress=progress,
         )  # fmt: skip
+        plane = None
+        if options.plane is not None and answer.complete:
+            with suppress(Interrupted):  # the best is not lost
+                plot.save(plot.design_plane(answer.plane(progress=progress)), options.plane)
+                plane = options.plane
     if options.output is not None:
         write_case(answer.case, options.output)
     filed(options.report, options.paper, case, answer)
     return answered(
         options, answer.to_json_dict, answer.report, lambda: plot.comparison(answer.comparison), indent=1,
-        cut="" if answer.complete else f"the best of {answer.hammers} hammers so far",
-        case=options.output, report=options.report,
+        cut=f"the best of {answer.hammers} hammers so far" if not answer.complete else "" if plane == options.plane
+        else "the plane is left out",
+        case=options.output, report=options.report, plane=plane,
     )  # fmt: skip
 
 

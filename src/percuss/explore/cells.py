@@ -37,8 +37,7 @@ from percuss.steady.figures import FIGURES
 from percuss.steady.forced import forced_response
 from percuss.steady.multipliers import NEUTRAL, VERDICTS
 from percuss.steady.phases import Arcs
-from percuss.steady.self_excited.many_pistons import rigid_cycles
-from percuss.steady.self_excited.self_switching import Obstacle, self_excited_motion
+from percuss.steady.self_excited.self_switching import Obstacle, rigid_cycles, self_excited_motion
 
 if TYPE_CHECKING:
     from percuss.blow import Blow

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import ModalFlight
+from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model.checks import Array
 
 

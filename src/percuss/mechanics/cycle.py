@@ -29,8 +29,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from percuss.kernel_cache import ensure_cache
 from percuss.mechanics.flow import StateFlow
+from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model.checks import Array
 
 # ---- The linearised motion through events: flows, and one saltation matrix at each of them

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from percuss.plot.blow_picture import best, blow
     from percuss.plot.branch_picture import branch, curves, diagram
     from percuss.plot.canvas import save
-    from percuss.plot.comparison_picture import comparison
+    from percuss.plot.comparison_picture import comparison, design_plane
     from percuss.plot.identify_picture import identify
     from percuss.plot.machine_picture import machine, machine_motion
     from percuss.plot.map_picture import basins, experiment, sweep

@@ -1,4 +1,4 @@
-"""The picture of hammers side by side: their cycles, by how much their figures differ, and their blows."""
+"""Pictures of hammers side by side: their cycles, figures and blows; and of those about the best one of a search."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.whole_hammer import whole_figure
 from percuss.model.checks import having
 from percuss.plot.blow_picture import draw_forces, draw_stresses
 from percuss.plot.canvas import COLOURS, INK, canvas, legend_above, nothing, units_of, wall
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case.answers.exploring.comparison import Comparison
+    from percuss.case.answers.exploring.design import DesignPlane
 
 _POINTS = 721
 
@@ -88,3 +90,46 @@ def _changes(axes: Any, answer: Comparison) -> None:
         axes.barh(places, [100.0 * (row.changes[i] or 0.0) for row in rows], wide, color=_colour(i))
     axes.set_yticks(np.arange(len(rows)), [row.label for row in rows], fontsize=7)
     axes.axvline(0.0, color=INK, linewidth=0.6)
+
+
+def design_plane(plane: DesignPlane) -> Figure:
+    """Draw which hammers about the best one keep the limits, what they have, and what the others miss.
+
+    Examples
+    --------
+    >>> from percuss.case import Limit, Span, design, load_case
+    >>> from percuss.plot import design_plane
+    >>> spans = [Span.parsed("load.ports[0].behind=8:24mm"), Span.parsed("load.pressure=120:200bar")]
+    >>> limits = [Limit.parsed("flow=60 l/min", "below", True)]
+    >>> found = design(load_case("valve-drifter"), spans, "blow_energy", limits, modes=0, most=40)
+    >>> len(design_plane(found.plane(5)).axes)
+    2
+    """
+    from matplotlib.colors import to_rgba
+    from matplotlib.patches import Patch
+
+    having("plane", plane, ("answer", "missed"), "what DesignAnswer.plane gives")
+    answer, inside = plane.answer, plane.missed == -1
+    figure, spans = whole_figure(answer.figure), answer.spans[:2]
+    kept = np.ma.masked_where(~inside, plane.values)
+    scale, unit = figure.axis(float(np.abs(kept).max()) if inside.any() else 0.0, answer.case.is_si)
+    with canvas(7.5, 5.5, answer.case.title) as drawn:
+        axes = drawn.subplots()
+        colours = [to_rgba(COLOURS[(k + 1) % len(COLOURS)], 0.3) for k in range(len(answer.limits))] + [to_rgba("0.85")]
+        words = [f"{limit.figure} missed" for limit in answer.limits] + ["none runs"]
+        looks = np.array([*colours, (1.0, 1.0, 1.0, 0.0)])[plane.missed]  # the last one: where all limits are kept
+        half = [0.5 * (values[1] - values[0]) for values in (plane.x, plane.y)]
+        box = (plane.x[0] - half[0], plane.x[-1] + half[0], plane.y[0] - half[1], plane.y[-1] + half[1])
+        axes.imshow(looks.transpose(1, 0, 2), origin="lower", extent=box, aspect="auto", interpolation="nearest")
+        if inside.any():
+            shown = axes.pcolormesh(plane.x, plane.y, scale * kept.T, shading="nearest", cmap="viridis")
+            drawn.colorbar(shown, ax=axes, label=f"{figure.label} [{unit}]" if unit else figure.label)
+        axes.plot(*answer.values[:2], "D", color="white", markeredgecolor=INK, label="the best")
+        own = answer.own_values[:2]
+        if all(x is not None and span.low <= x <= span.high for x, span in zip(own, spans, strict=True)):
+            axes.plot(*own, "o", color="white", markeredgecolor=INK, label="the case")  # type: ignore[arg-type]
+        missed = [Patch(color=colours[k], label=words[k]) for k in np.unique(plane.missed[~inside])]
+        marks, _ = axes.get_legend_handles_labels()
+        drawn.legend(handles=[*marks, *missed], loc="outside lower center", ncols=4, fontsize=7)
+        axes.set(xlabel=f"{spans[0].name} [{spans[0].unit}]", ylabel=f"{spans[1].name} [{spans[1].unit}]")
+    return drawn

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from percuss.errors import ParameterError, PercussError
 from percuss.halting import check_interrupted, on_threads
-from percuss.kernel_cache import ensure_cache
+from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import System
 from percuss.model.checks import DEFAULT_MODES, Array, ComplexArray, at_once, count, instance, numbers
 from percuss.model.contact import restitutions

@@ -21,9 +21,9 @@ import numpy as np
 
 from percuss.errors import ConvergenceError, ParameterError, extra_package
 from percuss.halting import check_interrupted
-from percuss.kernel_cache import ensure_cache
 from percuss.lazy_names import lent
 from percuss.mechanics.flow import phi1
+from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import Body, Machine, System
 from percuss.model.checks import Array, ComplexArray, choice
 from percuss.model.load import Side

@@ -33,8 +33,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
-from percuss.case.answers.fatigue_answer import BlowFatigue, blow_fatigue
-from percuss.case.answers.transfer import ASSUMED
+from percuss.case.answers.transfer import ASSUMED, BlowFatigue, blow_fatigue
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package

@@ -50,8 +50,7 @@ from percuss.case.answers.transfer import (
     transfer_section,
     transfer_sentence,
 )
-from percuss.case.answers.uncertainty import FigureUncertainty
-from percuss.case.answers.whole_hammer import WholeHammer
+from percuss.case.answers.whole_hammer import FigureUncertainty, WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError
 from percuss.model.checks import DEFAULT_MODES, count

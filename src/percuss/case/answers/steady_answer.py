@@ -25,8 +25,7 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
 from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict
-from percuss.case.answers.uncertainty import FigureUncertainty
-from percuss.case.answers.whole_hammer import WholeHammer
+from percuss.case.answers.whole_hammer import FigureUncertainty, WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError
 from percuss.model.body import need_free

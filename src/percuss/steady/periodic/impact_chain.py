@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from percuss.kernel_cache import ensure_cache
+from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import Contact, Modes, System
 from percuss.model.checks import Array, ComplexArray
 from percuss.model.load import Side

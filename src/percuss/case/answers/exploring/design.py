@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from percuss.case.answers.exploring.best_answer import range_end, ranged_keys, sizes
 from percuss.case.answers.exploring.comparison import Comparison, compare
@@ -18,13 +19,13 @@ from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.moves import parsed_quantity
 from percuss.case.parameters.spans import Span, own_value, rounded
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import Interrupted, ParameterError, PercussError
 from percuss.model.checks import Array, callback, choice, count, finite, flag, instance, several, text
 from percuss.optimum import Candidate, SearchProgress, best_place
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
-    from percuss.case.answers.whole_hammer import WholeHammer
+    from percuss.case.answers.whole_hammer import WholeFigure, WholeHammer
     from percuss.case.case import Case
 
 _COARSE = 4  # elastic modes while places are looked for; the polish, and all figures told, have those asked for
@@ -194,6 +195,45 @@ class DesignAnswer(ShortRepr):
         parts += [f"{name} stands at the {which} end of its range" for name, which in self.ends.items()]
         return f"{'; '.join(parts)}."
 
+    def plane(self, across: int = 25, progress: Callable[[SearchProgress], object] | None = None) -> DesignPlane:
+        """The hammers of the first two ranges, the others as in the best one: which keep the limits, what others miss.
+
+        Parameters
+        ----------
+        across
+            Hammers along each range.
+        progress
+            As of `design`.
+
+        Raises
+        ------
+        Interrupted
+            When `progress` ended it.
+        ParameterError
+            With one range.
+        """
+        across, _ = count("across", across, 2, 1000), callback("progress", progress)
+        if len(self.spans) < 2:
+            raise ParameterError("vary", self.spans[0].name, "two ranges or more, for a plane of the first two")
+        tried = _Tried(self.comparison.cases[0], self.spans, self.figure, self.limits)
+        x, y = (np.linspace(span.low, span.high, across) for span in self.spans[:2])
+        values, missed = np.full((across, across), np.nan), np.full((across, across), len(self.limits))
+        whose = [k for k, limit in enumerate(self.limits) for _ in _slacks(limit, 0.0)]
+        for k, (i, j) in enumerate(np.ndindex(across, across)):
+            if progress is not None and progress(SearchProgress(k, across**2)):
+                raise Interrupted(k, across**2, None, "the plane is not whole")
+            try:
+                one = tried((float(x[i]), float(y[j]), *self.values[2:]), _COARSE)
+            except Interrupted:
+                raise
+            except PercussError:
+                continue
+            if one.value is None or one.fault:
+                continue
+            values[i, j] = one.value
+            missed[i, j] = whose[int(np.argmin(one.slacks))] if min(one.slacks, default=0.0) < 0.0 else -1
+        return DesignPlane(self, x, y, values, missed)
+
     def _tell(self, name: str, which: int) -> str:
         value = self.comparison.answers[which].whole.value(name)
         return "–" if value is None else whole_figure(name).tell(value, self.case.is_si)
@@ -248,6 +288,63 @@ class DesignAnswer(ShortRepr):
         tone = BAD if not self.allowed else GOOD if self.complete else PLAIN
         sections = (ReportSection("The search", tuple(searched)), both[0], *parts)
         return Report(self.comparison.cases[0].title, self.summary, tone, sections)
+
+
+class DesignPlane(NamedTuple):
+    """The hammers of two ranges about the best one, as `DesignAnswer.plane` has them.
+
+    Attributes
+    ----------
+    x, y
+        Values of the first range and of the second one, in their units, shapes (n,).
+    values
+        The figure that the most, or the least, is looked for of; NaN where no hammer runs, shape (n, n), x first.
+    missed
+        Which of the limits is missed by most, by its place among them; -1 where all are kept, and as many as there are
+        limits where no hammer runs. Shape (n, n).
+    """
+
+    answer: DesignAnswer
+    x: Array
+    y: Array
+    values: Array
+    missed: npt.NDArray[np.int64]
+
+
+@dataclass
+class _Tried:
+    """The hammers of ranges, each judged by a figure and by limits; in the order in which they are asked for."""
+
+    case: Case
+    spans: tuple[Span, ...]
+    figure: str
+    limits: tuple[Limit, ...]
+    lacking: int = 0
+    _ran: deque[tuple[Array, int | None, WholeHammer]] = field(default_factory=lambda: deque(maxlen=_NEAR))
+
+    @cached_property
+    def family(self) -> CaseFamily:
+        return CaseFamily(self.case, {span.name: span.unit for span in self.spans})
+
+    @cached_property
+    def asked(self) -> dict[str, WholeFigure]:
+        return {name: whole_figure(name) for name in (self.figure, *(limit.figure for limit in self.limits))}
+
+    def __call__(self, values: Sequence[float], modes: int | None) -> Candidate[None]:
+        tried = {span.name: rounded(x) for span, x in zip(self.spans, values, strict=True)}
+        place = np.array(values) / [span.high - span.low for span in self.spans]
+        known = [(float(np.sum((there - place) ** 2)), other) for there, kept, other in self._ran if kept == modes]
+        near = min(known, key=lambda pair: pair[0])[1] if known and self.case.is_machine else None
+        one = self.family.whole(tried, modes=modes, near=near)
+        has = {} if one.motion is None else {name: each.value(one) for name, each in self.asked.items()}
+        if not has or None in has.values():
+            self.lacking += one.runs
+            return Candidate(None, None)
+        if one.runs:
+            self._ran.append((place, modes, replace(one)))  # without what it has computed
+        slacks = [slack for limit in self.limits for slack in _slacks(limit, has[limit.figure] or 0.0)]
+        fault = 0.0 if one.runs else 1.0 + max(0.0, -(one.value("margin") or 0.0))
+        return Candidate(None, has[self.figure], tuple(slacks), fault)
 
 
 def design(
@@ -307,47 +404,28 @@ def design(
     seed, most = count("seed", seed, 0, 2**32 - 1), count("most", most, 20, 10**7)
     callback("progress", progress)
     greatest = flag("greatest", greatest)
-    family = CaseFamily(case, {span.name: span.unit for span in spans})
+    tried = _Tried(case, spans, text("figure", figure), limits)
+    family = tried.family
     own_values = tuple(
         own_value(case, key, span.unit) for key, span in zip(ranged_keys(family, spans), spans, strict=True)
     )
     modes = None if modes is None else count("modes", modes, least=0)
     coarse = _COARSE if modes is None else min(_COARSE, modes)
-    asked = {name: whole_figure(name) for name in (text("figure", figure), *(limit.figure for limit in limits))}
     own = family.whole({}, modes=coarse)
-    for name, one in asked.items():
+    for name, one in tried.asked.items():
         if own.motion is not None and one.value(own) is None:
             has = ", ".join(known for known in WHOLE_FIGURES if own.value(known) is not None)
             raise ParameterError("figure", name, f"a figure that this hammer has: {has}")
-    ran: deque[tuple[Array, int | None, WholeHammer]] = deque(maxlen=_NEAR)
-    wide, lacking = np.array([span.high - span.low for span in spans]), [0]
-
-    def candidate(values: tuple[float, ...], kept: int | None) -> Candidate[None]:
-        tried = {span.name: rounded(x) for span, x in zip(spans, values, strict=True)}
-        place = np.array(values) / wide
-        known = [(float(np.sum((there - place) ** 2)), other) for there, modes, other in ran if modes == kept]
-        near = min(known, key=lambda pair: pair[0])[1] if known and case.is_machine else None
-        one = family.whole(tried, modes=kept, near=near)
-        has = {} if one.motion is None else {name: each.value(one) for name, each in asked.items()}
-        if not has or None in has.values():
-            lacking[0] += one.runs
-            return Candidate(None, None)
-        if one.runs:
-            ran.append((place, kept, replace(one)))  # without what it has computed
-        slacks = [slack for limit in limits for slack in _slacks(limit, has[limit.figure] or 0.0)]
-        fault = 0.0 if one.runs else 1.0 + max(0.0, -(one.value("margin") or 0.0))
-        return Candidate(None, has[figure], tuple(slacks), fault)
-
     inside = [x is not None and span.low <= x <= span.high for x, span in zip(own_values, spans, strict=True)]
     found = best_place(
-        lambda values: candidate(values, coarse),
+        lambda values: tried(values, coarse),
         [(span.low, span.high) for span in spans],
         greatest=greatest,
         first=[x for x in own_values if x is not None] if all(inside) else None,
         seed=seed,
         most=most,
         progress=progress,
-        finely=None if coarse == modes else lambda values: candidate(values, modes),
+        finely=None if coarse == modes else lambda values: tried(values, modes),
     )
     if found is None or isinstance(found, PercussError):
         why = f"the last refusal: {found}" if found is not None else "none of them has a motion"
@@ -356,5 +434,5 @@ def design(
     values = tuple(map(rounded, found.values))
     best = family.varied({span.name: x for span, x in zip(spans, values, strict=True)})
     both = compare([case, best], (case.file, f"{case.file}, best"), modes)
-    told = both, found.tried, seed, found.complete, lacking[0]
+    told = both, found.tried, seed, found.complete, tried.lacking
     return DesignAnswer(figure, greatest, limits, spans, values, own_values, *told)

@@ -24,8 +24,7 @@ from percuss.case.answers.facts import (
     numbers,
     percent,
 )
-from percuss.case.answers.uncertainty import FigureUncertainty, UncertainFigure
-from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES, whole_figure
+from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES, FigureUncertainty, UncertainFigure, whole_figure
 from percuss.case.case import Case, checked_case
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.case.parameters.case_keys import LOAD_SCALE

@@ -36,7 +36,7 @@ def ensure_cache() -> None:
     """
     if os.environ.get("NUMBA_CACHE_DIR"):
         return
-    rooms = [Path(__file__).resolve().parent / room / "__pycache__" for room in _KERNELS]
+    rooms = [Path(__file__).resolve().parents[1] / room / "__pycache__" for room in _KERNELS]
     if all(map(_writable, rooms)) or _writable(_users()):
         return
     folder = _temporary()
