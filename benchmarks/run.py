@@ -63,7 +63,10 @@ def processes() -> list[Row]:
     empty, numpy = median(process("-c", "pass")), median(process("-c", "import numpy"))
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
-        case = str(Path(folder) / "drifter.toml")
+        case, report, blows = (str(Path(folder) / name) for name in ("drifter.toml", "report.html", "blows.csv"))
+        noise = 1.0 + 0.01 * np.random.default_rng(1).normal(size=(200, 2))
+        table = np.column_stack([np.cumsum(0.106 * noise[:, 0]), 1.4 * noise[:, 1]])
+        np.savetxt(blows, table, "%.6f", ",", header="time [s],rebound speed [m/s]", comments="")
         subprocess.run([sys.executable, "-m", "percuss", "new", "hydraulic-drifter", "-o", case], check=True)
         for name, limit, arguments in (
             ("percuss --help", 0.3, ["--help"]),
@@ -77,6 +80,11 @@ def processes() -> list[Row]:
             ("percuss steady --reach, measured history", 3.0, ["steady", case, "--reach"]),
             ("percuss steady --reach, a valve that the piston switches", 3.0, ["steady", "valve-breaker", "--reach"]),
             ("percuss steady --reach, a valve with ringing", 3.0, ["steady", "valve-drifter", "--reach"]),
+            ("percuss compare, two drifters and their blows", 3.0, ["compare", "hydraulic-drifter", "stepped-drifter"]),
+            ("percuss report, under a clock", 3.0, ["report", "hydraulic-drifter", "-o", report]),
+            ("percuss report, a valve with ringing", 3.0, ["report", "valve-drifter", "-o", report]),
+            ("percuss report, a stepped piston", 3.0, ["report", "stepped-drifter", "-o", report]),
+            ("percuss identify, two numbers of 200 blows", 3.0, ["identify", "valve-breaker", "--blows", blows]),
         ):
             seconds = median(process("-m", "percuss", *arguments))
             beside = f"{seconds / empty:.1f} × python -c pass, {seconds / numpy:.2f} × import numpy"

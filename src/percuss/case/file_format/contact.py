@@ -399,7 +399,7 @@ def blow_note(own: OwnBlow) -> str:
     if not needs_speed(own.question):
         return text
     text += f"; the gap in front of the rock makes it depend on the speed, which is {own.question.velocity:.4g} m/s "
-    text += "in the cycle with this R"
+    text += "in the cycle with this R, of one blow in a period; motions of other kinds are given the same R"
     if abs(own.slope) <= _FELT:
         return text
     return f"{text} (a cycle with another R would have a blow whose R follows it with the slope {own.slope:.3g})"

@@ -257,9 +257,9 @@ def frequencies(sections: SectionChain, count: int) -> Array:
 
 
 @lru_cache(maxsize=8)
-def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], s: float, count: int) -> SectionWaves:
-    """The first modes of a chain whose transit times add up to 1/s."""
-    sections = chain(impedances, transit_times, None, s)
+def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], count: int) -> SectionWaves:
+    """The first modes of a chain whose transit times add up to 1; else each ω is greater by a factor, and that is all."""
+    sections = chain(impedances, transit_times, None, 1.0)
     omega = frequencies(sections, count)
     numbers = np.arange(1.0, count + 1.0)
     blocks = [slice(first, first + _BLOCK) for first in range(0, count, _BLOCK)]
@@ -435,7 +435,8 @@ class SteppedBar(Body):
 
     def _waves(self, count: int) -> SectionWaves:
         """Of `count` modes and some more: the number is rounded up, so that few tables serve all questions."""
-        return waves(self.impedances, self.transit_times, self.s, max(_LEAST_KEPT, 1 << (count - 1).bit_length()))
+        found = waves(self.impedances, self.transit_times, max(_LEAST_KEPT, 1 << (count - 1).bit_length()))
+        return found._replace(omega=self.s * found.omega)
 
     def frequencies(self, count: int) -> Array:
         return self._waves(count).omega[:count]

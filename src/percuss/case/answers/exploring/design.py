@@ -212,7 +212,8 @@ class DesignAnswer(ShortRepr):
         ParameterError
             With one range.
         """
-        across, _ = count("across", across, 2, 1000), callback("progress", progress)
+        across = count("across", across, 2, 1000)
+        callback("progress", progress)
         if len(self.spans) < 2:
             raise ParameterError("vary", self.spans[0].name, "two ranges or more, for a plane of the first two")
         tried = _Tried(self.comparison.cases[0], self.spans, self.figure, self.limits)
