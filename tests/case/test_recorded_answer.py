@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from machine_records import MASS, breaker, recorded_machine
+from percuss import plot
 from percuss.case import Case, recorded_answer, steady_answer
 from percuss.case.answers.heading import CLOCKED
 from percuss.case.answers.recorded_answer import recorded_headline
@@ -80,6 +81,26 @@ def test_a_machine_that_runs_has_another_verdict_under_a_clock(tmp_path, valve, 
     if valve is BEFORE:
         assert read.clock.exists
         assert read.clock.multiplier.real < 0.0
+
+
+def test_the_picture_of_a_record_shows_the_record(tmp_path) -> None:
+    """Every sample in its cycle, over the force of the machine and over the harmonics, and what they leave."""
+    case = Case.read(saved(tmp_path, LATE))
+    force = case.recorded_force[1]
+    read = recorded_answer(case, 0, blows=np.loadtxt(tmp_path / "blows.txt"))
+    steady = steady_answer(case)
+    for answer, picture, cycle in ((read, plot.machine(read), 1e3 / 8.36), (steady, plot.steady(steady), 2.0 * np.pi)):
+        (line,) = [one for axes in picture.axes for one in axes.lines if str(one.get_label()).startswith("measured")]
+        left = next(axes for axes in picture.axes if "residual" in axes.get_ylabel()).lines[0]
+        drawn = np.isfinite(line.get_ydata())
+        assert line.get_ydata()[drawn] == pytest.approx(force / 1e3, rel=1e-3)
+        at = line.get_xdata()[drawn]
+        assert np.count_nonzero(np.diff(at) < 0.0) == np.count_nonzero(~drawn) == 10
+        assert np.ptp(at) == pytest.approx(cycle, rel=0.005)
+        model = line.get_ydata()[drawn] - left.get_ydata()[drawn]
+        assert np.array_equal(left.get_xdata(), line.get_xdata(), equal_nan=True)
+        assert answer.measured.off == pytest.approx(np.std(force / 1e3 - model) / np.std(force / 1e3), rel=1e-3)
+    assert read.measured.off < 0.05 < steady.measured.off
 
 
 def test_the_command_reads_a_record(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -332,7 +332,7 @@ def _told_machine(
     told = (record or answer).to_json_dict
     filed(options.report, options.paper, case, record or answer)
     files = {"table": output, "report": options.report}
-    return answered(options, told, report, lambda: plot.machine(answer), indent=1, cut=cut, **files)
+    return answered(options, told, report, lambda: plot.machine(record or answer), indent=1, cut=cut, **files)
 
 
 def read_record(case: Case, options: argparse.Namespace) -> RecordedAnswer:

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import LinearSegmentedColormap
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
     from percuss.model.checks import Array
     from percuss.palette import Colour
+    from percuss.steady.recorded.force_record import MeasuredForce
 
 SUFFIXES = (".png", ".svg", ".pdf")  # what a picture can be saved as
 
@@ -91,6 +93,32 @@ def wall(axes: Axes) -> None:
     axes.axhline(0.0, color=INK, linewidth=2.5)
     place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
     axes.annotate("wall", (1.0, 0.0), (0, 4), **place)
+
+
+def measured_panels(figure: Figure, cell: SubplotSpec, measured: MeasuredForce | None) -> tuple[Axes, Axes | None]:
+    """The panel of a force and, where it was measured, a lower one for what the model leaves of it."""
+    if measured is None:
+        return figure.add_subplot(cell), None
+    cells = cell.subgridspec(2, 1, height_ratios=(3.0, 1.0), hspace=0.05)
+    upper = figure.add_subplot(cells[0])
+    return upper, figure.add_subplot(cells[1], sharex=upper)
+
+
+def draw_measured(axes: Axes, lower: Axes, measured: MeasuredForce, cycle: float, units: Units) -> None:
+    """A recorded force over that of the model, every cycle on the first, which is so long; below it the residual."""
+    begun = np.flatnonzero(np.diff(np.floor(measured.turns))) + 1
+    rows = (cycle * (measured.turns % 1.0), measured.measured, measured.model)
+    at, force, model = (np.insert(row, begun, np.nan) for row in rows)
+    look: dict[str, Any] = {"linewidth": 0.5, "alpha": 0.5, "rasterized": True, "zorder": 2.5}
+    (line,) = axes.plot(at, force * units.force, color=COLOURS[4], label=f"measured, {begun.size + 1} cycles", **look)
+    shown = [handle for name, handle in named_once(axes).items() if name.startswith("stable")]
+    axes.legend(handles=[*shown, line], loc="upper center")
+    lower.plot(at, (force - model) * units.force, color=INK, **look)
+    lower.axhline(0.0, color=INK, linewidth=0.6)
+    unit = units.force_label.partition("[")[2]
+    lower.set(xlabel=axes.get_xlabel(), ylabel=f"residual\n[{unit}" if unit else "residual")
+    axes.set_xlabel("")
+    axes.tick_params(labelbottom=False)
 
 
 def phase_axis(axes: Axes) -> None:

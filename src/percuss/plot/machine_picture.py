@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, Units, canvas, legend_above, nothing, units_of, wall
+from percuss.plot.canvas import (
+    COLOURS,
+    INK,
+    Units,
+    canvas,
+    draw_measured,
+    legend_above,
+    measured_panels,
+    nothing,
+    units_of,
+    wall,
+)
 from percuss.plot.trajectory_picture import Window, draw_portrait, draw_speeds, titled_motion
 
 if TYPE_CHECKING:
@@ -16,10 +27,12 @@ if TYPE_CHECKING:
 
     from percuss.case.answers.machine_answer import MachineAnswer
     from percuss.case.answers.machine_figures import CycleCurve
+    from percuss.case.answers.recorded_answer import RecordedAnswer
     from percuss.case.answers.simulation_answer import SimulationAnswer
     from percuss.model import Machine
     from percuss.model.checks import Array
     from percuss.simulate import Trajectory
+    from percuss.steady.recorded.force_record import MeasuredForce
 
 _NEAR = 0.06  # of the stroke: the name of a port so near to the wall stands below its line
 _MARKS = {
@@ -74,13 +87,13 @@ def _shade(axes: Any, times: Array, pushes: Any, step: Any = None) -> None:
 # ---- The cycle of a machine
 
 
-def machine(answer: MachineAnswer) -> Figure:
-    """Draw the answer for a machine that switches its own valve.
+def machine(answer: MachineAnswer | RecordedAnswer) -> Figure:
+    """Draw the answer for a machine that switches its own valve, or for a record that was read as one.
 
     Four panels: (a) the piston over a cycle, with the ports, their uncoverings, the switches and the blows; (b) the
-    force on it, and the pressure of a supply that follows it; (c) the force over the place,
-    whose loop is the work of a cycle; (d) energy and rate over the pressure,
-    or over the flow of the pump.
+    force on it, and the pressure of a supply that follows it, or the recorded force, cycle for cycle, with what the
+    machine leaves of it; (c) the force over the place, whose loop is the work of a cycle; (d) energy and rate over the
+    pressure, or over the flow of the pump.
 
     Examples
     --------
@@ -89,6 +102,8 @@ def machine(answer: MachineAnswer) -> Figure:
     >>> len(machine(machine_answer(load_case("valve-drifter"), modes=0)).axes)
     5
     """
+    measured: MeasuredForce | None = getattr(answer, "measured", None)
+    answer = cast("MachineAnswer", getattr(answer, "answer", answer))
     having("answer", answer, ("title", "motion", "curve"), "an answer, such as percuss.case.machine_answer gives")
     with canvas(11.0, 7.0, f"{answer.title} — {answer.outcome}{' ' + answer.label if answer.label else ''}") as figure:
         if answer.cycle is None:
@@ -98,17 +113,17 @@ def machine(answer: MachineAnswer) -> Figure:
             axes.texts[0].set(fontsize=11, wrap=True)
             axes.set_axis_off()
         else:
-            _panels(figure, answer)
+            _panels(figure, answer, measured)
     return figure
 
 
-def _panels(figure: Figure, answer: MachineAnswer) -> None:
+def _panels(figure: Figure, answer: MachineAnswer, measured: MeasuredForce | None) -> None:
     course, cycle, machine = answer.course, answer.cycle, answer.machine
     assert cycle is not None
     units = units_of(machine, float(np.abs(course.force).max()))
     units = replace(units, time_label=f"time after the blow{' [ms]' if machine.is_si else ''}")
     grid = figure.add_gridspec(2, 3)
-    position, force = figure.add_subplot(grid[0, :2]), figure.add_subplot(grid[1, :2])
+    position, (force, left) = figure.add_subplot(grid[0, :2]), measured_panels(figure, grid[1, :2], measured)
     pushes = np.array([machine.valve.force(state) > 0.0 for state in course.states])
     for axes in (position, force):
         _shade(axes, course.times * units.time, pushes)
@@ -120,6 +135,8 @@ def _panels(figure: Figure, answer: MachineAnswer) -> None:
     _draw_positions(position, machine, units, course.times, course.centre, marks)
     position.set(title="(a) the centre of the piston", xlabel=units.time_label, ylabel=units.length_label)
     _draw_force(force, machine, units, "(b)", course.times, course.force)
+    if measured is not None and left is not None:
+        draw_measured(force, left, measured, cycle.period * units.time, units)
     if course.pressure is not None:
         unit = machine.pressure
         other = _second_axis(force, "pressure" if unit is None else "pressure [bar]", COLOURS[1])

@@ -161,7 +161,7 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
     if isinstance(answer, BlowAnswer):
         return blow_report(answer), plot.blow(answer), "The blow"
     if isinstance(answer, RecordedAnswer):
-        return recorded_report(answer), plot.machine(answer.answer), "The cycle of the machine that was read"
+        return recorded_report(answer), plot.machine(answer), "The cycle of the machine that was read, over the record"
     return machine_report(answer), plot.machine(answer), "The cycle"
 
 

@@ -9,7 +9,19 @@ import numpy as np
 
 from percuss.case.answers.steady_answer import PeriodAnswer, judged
 from percuss.model.checks import having
-from percuss.plot.canvas import COLOURS, INK, Units, canvas, draw_waves, nothing, phase_axis, units_of, wall
+from percuss.plot.canvas import (
+    COLOURS,
+    INK,
+    Units,
+    canvas,
+    draw_measured,
+    draw_waves,
+    measured_panels,
+    nothing,
+    phase_axis,
+    units_of,
+    wall,
+)
 from percuss.steady import SteadyStates
 
 if TYPE_CHECKING:
@@ -19,6 +31,7 @@ if TYPE_CHECKING:
     from percuss.model import System
     from percuss.model.checks import Array
     from percuss.steady import Orbit
+    from percuss.steady.recorded.force_record import MeasuredForce
 
 
 # ---- What is drawn: the motions of an answer, or of bare steady states, each with its verdict
@@ -29,6 +42,7 @@ class _Motions(NamedTuple):
     system: System
     periods: tuple[PeriodAnswer, ...]
     chosen: OrbitAnswer | None
+    measured: MeasuredForce | None = None
 
     @property
     def coloured(self) -> list[tuple[str, OrbitAnswer]]:
@@ -97,7 +111,8 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
     """Draw a steady answer, or the steady states of any system, with units or without.
 
     Five panels: (a) v_f over the phase with the level of every m, whose crossings are the impact phases; (b) the load
-    over one period with the moments of impact and the band of the waveform criterion; (c) the striking end's gap
+    over one period with the moments of impact and the band of the waveform criterion, over the record that it was made
+    from, cycle for cycle, with what it leaves of it; (c) the striking end's gap
     between two impacts; (d) the multipliers on the unit circle; (e) the stress along the bar over time. Under a law of
     blows that take time (a) also shows its curve and its levels, with the phases of the force's centroid; all other
     panels are those of B77's law, and (c) names both phases. A structure that is held has no v_f and no waves: three
@@ -121,14 +136,17 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
         shown = _Motions(str(answer.system), answer.system, (PeriodAnswer(answer, judged_orbits),), chosen)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
-        shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen)
+        shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen, answer.measured)
     units = units_of(shown.system)
     if not shown.system.body.is_free:
         return _of_structure(shown, units)
     with canvas(11.0, 7.0, shown.title) as figure:
         grid = figure.add_gridspec(2, 3)
         _phases(figure.add_subplot(grid[0, 0]), shown)
-        _load(figure.add_subplot(grid[0, 1]), shown, units)
+        load, left = measured_panels(figure, grid[0, 1], shown.measured)
+        _load(load, shown, units)
+        if shown.measured is not None and left is not None:
+            draw_measured(load, left, shown.measured, 2.0 * math.pi, units)
         _gap(figure.add_subplot(grid[0, 2]), shown, units)
         _multipliers(figure.add_subplot(grid[1, 0]), shown)
         _waves(figure, figure.add_subplot(grid[1, 1:]), shown, units)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from percuss.short_repr import ShortRepr
 from percuss.simulate.stop import MAX_MODES
 from percuss.stability import stability_of
 from percuss.steady import ForceRecord, recorded_valve, self_excited_motion, steady_states
-from percuss.steady.recorded.force_record import load_phases
+from percuss.steady.recorded.force_record import MeasuredForce, load_phases, measured_load
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -68,12 +69,25 @@ class RecordedAnswer(ShortRepr):
         How the machine of the best reading runs.
     warnings
         What was found wrong with the recording, one sentence each, as `percuss steady` has it.
+    record
+        The record; None of a load of steps.
     """
 
     read: RecordedValve
     clock: ByClock
     answer: MachineAnswer
     warnings: tuple[str, ...] = ()
+    record: ForceRecord | None = None
+
+    @cached_property
+    def measured(self) -> MeasuredForce | None:
+        """The record beside the force on the machine that was read, in its units, each cycle from its blow on."""
+        if self.record is None or self.answer.cycle is None:
+            return None
+        load, course = measured_load(self.read.system, self.record), self.answer.course
+        turns = load.turns - self.read.phase / (2.0 * math.pi)
+        model = np.interp((turns % 1.0) * self.answer.cycle.period, course.times, course.force)
+        return MeasuredForce(turns, (2.0 * math.pi / self.read.period) ** 2 * load.measured, model)
 
     @property
     def runs(self) -> bool:
@@ -125,6 +139,7 @@ class RecordedAnswer(ShortRepr):
                 "stroke": json_number(read.stroke * scale("length")),
                 "rate_off": json_number(self.off.get("rate")),
                 "stroke_off": json_number(self.off.get("stroke")),
+                "force_off": None if self.measured is None else json_number(self.measured.off),
                 "mean_change": json_number(read.mean_change),
                 "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
                 "switches": [_switch(switch, scale) for switch in read.switches],
@@ -230,7 +245,7 @@ def recorded_answer(
     notes = (note for note in case.notes if "as a valve does" not in note)  # which is what a clock would say
     answer = MachineAnswer(case.file, case.title, motion, rigid, (*notes, *read.notes))
     report = case.history_report
-    return RecordedAnswer(read, _by_clock(read), answer, () if report is None else report.warnings)
+    return RecordedAnswer(read, _by_clock(read), answer, () if report is None else report.warnings, record)
 
 
 def _by_clock(read: RecordedValve) -> ByClock:
@@ -337,6 +352,8 @@ def _read_section(answer: RecordedAnswer) -> ReportSection:
         rows.append(("opposing force", f"{text} one"))
     for name, off in answer.off.items():
         rows.append((f"{name} of the machine", f"{'+' if off >= 0.0 else '−'}{percent(abs(off), 2)} beside the record"))
+    if answer.measured is not None:
+        rows.append(("force of the machine", f"off the recorded one by {percent(answer.measured.off)} of its rms"))
     rows += [("warning", warning) for warning in (*answer.doubts, *answer.warnings)]
     rows += [("note", note) for note in read.notes]
     return ReportSection("From the record", tuple(rows))

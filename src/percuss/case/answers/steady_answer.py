@@ -32,7 +32,8 @@ from percuss.model.body import need_free
 from percuss.model.checks import count, several
 from percuss.short_repr import ShortRepr
 from percuss.stability import stability_of, timed_stability
-from percuss.steady import drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
+from percuss.steady import ForceRecord, drag_of, greatest_drag, rest_on_wall, si_report, steady_states, timed_states
+from percuss.steady.recorded.force_record import MeasuredForce, measured_load
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
@@ -588,6 +589,8 @@ class SteadyAnswer(ShortRepr):
     uncertainty
         What the ± of the numbers of the case leaves of the figures; None where none has one, or it was
         not asked (`percuss.case.uncertainty_of`).
+    record
+        The record that the load was made from; None of another load.
     """
 
     name: str
@@ -602,6 +605,12 @@ class SteadyAnswer(ShortRepr):
     tool: BlowQuestion | None = None
     plausibility: bool = True
     uncertainty: FigureUncertainty | None = None
+    record: ForceRecord | None = None
+
+    @cached_property
+    def measured(self) -> MeasuredForce | None:
+        """The record beside the load that was made from it."""
+        return None if self.record is None else measured_load(self.system, self.record)
 
     @property
     def told_notes(self) -> tuple[str, ...]:
@@ -726,7 +735,10 @@ def steady_answer(
         need_free(system.body, "the random starts of this answer")
     ends = ends_of(case, number, modes) if number else not_followed("none were asked for")
     rest = rest_on_wall(system) if system.body.is_free else None
-    return SteadyAnswer(case.file, case.title, system, case.notes, tuple(found), rest, ends, law, tool=tool_of(case))
+    record = None if case.recorded_force is None else ForceRecord(*case.recorded_force)
+    return SteadyAnswer(
+        case.file, case.title, system, case.notes, tuple(found), rest, ends, law, tool=tool_of(case), record=record
+    )
 
 
 def _period_answer(system: System, law: Timed | None, m: int, modes: int | None) -> PeriodAnswer:

@@ -441,6 +441,36 @@ def load_phases(system: System, record: ForceRecord) -> Array:
     return recorded_phases(record.time, record.force, frequency)
 
 
+@dataclass(frozen=True)
+class MeasuredForce(ShortRepr):
+    """A recorded force beside that of a model, sample by sample.
+
+    Attributes
+    ----------
+    turns
+        How many cycles have gone by at every sample, shape (n,); whole numbers where one begins.
+    measured, model
+        Both forces, in the units of the model.
+    """
+
+    turns: Array = field(repr=False)
+    measured: Array = field(repr=False)
+    model: Array = field(repr=False)
+
+    @property
+    def off(self) -> float:
+        """Root mean square of measured less model, over that of the measured force about its mean."""
+        return float(np.std(self.measured - self.model) / np.std(self.measured))
+
+
+def measured_load(system: System, record: ForceRecord) -> MeasuredForce:
+    """The record that the load of a system was made from, beside that load; a cycle begins at its phase 0."""
+    phases = load_phases(system, record)
+    told = system.load.value(phases)
+    known = 1.0 / system.force_scale if system.is_si else np.vdot(told, told) / np.vdot(record.force, told)
+    return MeasuredForce(phases / (2.0 * np.pi), float(known) * record.force, told)
+
+
 def _switches(time: Array, force: Array, blows: Array, edges: Array, at_wall: Array) -> Array:
     """When each edge of the mean cycle occurs in each cycle, by the levels of that cycle; shape (cycles, edges)."""
     momentum = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (force[1:] + force[:-1]))])
