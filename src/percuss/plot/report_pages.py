@@ -124,17 +124,17 @@ def report_blocks(
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
     if isinstance(hammer, SteadyAnswer | MachineAnswer):
         blocks += [*_first_page(case, hammer), signed]
-    blocks.append(_picture(picture, caption))
+    blocks.append(picture_of(picture, caption))
     if blow is not None:
         struck = blow_report(blow)
-        blocks += [Heading("The blow"), Lead(struck.summary), _picture(plot.blow(blow), "The blow")]
+        blocks += [Heading("The blow"), Lead(struck.summary), picture_of(plot.blow(blow), "The blow")]
         blocks += _parts(struck.sections)
     blocks += _parts(report.sections)
     if simulation is not None:
         moved = motion_report(simulation, 0)
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         blocks += [Heading("Simulated motion"), Lead(moved.summary), *_parts(moved.sections[1:])]
-        blocks.append(_picture(drawn(simulation), "The motion from the start of the case"))
+        blocks.append(picture_of(drawn(simulation), "The motion from the start of the case"))
     both = answer.comparison if isinstance(answer, DesignAnswer) else answer
     several = zip(both.names, both.cases, strict=True) if isinstance(both, Comparison) else ()
     for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
@@ -226,7 +226,8 @@ def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:
             yield from (Heading(part.heading, part.level + 1), Table((), part.rows))
 
 
-def _picture(figure: Figure, caption: str) -> Picture:
+def picture_of(figure: Figure, caption: str) -> Picture:
+    """A figure as a block; the same figure gives the same bytes."""
     from percuss import plot
 
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:
