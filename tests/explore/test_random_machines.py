@@ -171,6 +171,7 @@ MACHINES = {
     "an end that rings as it leaves the wall": drawn(58),
     "a pump whose pressure settles slowly": drawn(236),
     "a rest on a pump that settles slowly": drawn(189),
+    "a rest on a pump with one bounce more once it has settled": drawn(222),
 }  # fmt: skip
 
 

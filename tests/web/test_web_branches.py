@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.cli import main
 from percuss.explore import BranchEvent
-from web_desk import STILL, Desk, came, held, ink, knows, let_go, settled, slide, until
+from web_desk import STATE, STILL, Desk, came, held, ink, knows, let_go, settled, slide, until
 
 pytest.importorskip("fastapi")
 
@@ -320,7 +320,8 @@ def test_every_panel_shows_a_structure_or_says_why_not(desk: Desk) -> None:
     slide(page, "gap", -0.065)
     expect(page.locator("#verdict")).to_have_text("Unstable")
     for name in ("orbits", "blow"):
-        page.click(f"#tab-{name}")
+        expect(page.locator(f"#tab-{name}")).to_be_hidden()
+        page.evaluate(f"{STATE}(state => state.show({{ panel: '{name}' }}))")  # as a link does
         note = page.locator(f"#panel-{name} .own:not([hidden])")
         expect(note).to_contain_text(re.compile("structure.* Open the panel Branches"))
     page.click("#tab-motion")

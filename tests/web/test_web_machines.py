@@ -231,8 +231,9 @@ def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
     expect(page.locator("#machine-clocked")).to_be_hidden()
     driven(page)
     expect(page.locator("#machine")).to_have_value("valve-breaker")
-    for name in ("orbits", "motion"):  # they say so, each in a sentence
-        page.click(f"#tab-{name}")
+    for name in ("orbits", "motion"):  # their tabs are gone; where a link leads to one, it says so in a sentence
+        expect(page.locator(f"#tab-{name}")).to_be_hidden()
+        page.evaluate(f"{STATE}(state => state.show({{ panel: '{name}' }}))")
         expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
         assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
             "all => all.every(one => one.offsetParent === null)"
@@ -241,8 +242,8 @@ def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
     expect(page.locator("#machine-stage")).to_be_visible()
     page.click("#tab-blow")
     assert "A blow of" in blown(page)
-    page.click("#tab-motion")
     page.select_option("#machine", "mini-breaker")
+    page.click("#tab-motion")
     moved(page)
     expect(page.locator("#panel-motion > .own")).to_be_hidden()
     expect(page.locator("#slide-load_factor")).to_be_visible()

@@ -343,6 +343,8 @@ def rest_cycle(motion: Following, near: float = _SAME) -> ValveCycle | None:
             if abs(now - before) <= near * now:
                 first, last = motion.rests[-1 - count], motion.rests[-1]
                 cycle = _by_times(motion, first, last)
+                if cycle is not None and abs(cycle.period - now) > near * now:
+                    cycle = None  # the pressure is far from it still, and the motion may be another one there
                 return cycle if cycle is not None or near > _SAME else _as_followed(motion, first, last)
     return None
 

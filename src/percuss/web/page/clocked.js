@@ -3,6 +3,9 @@
 import { h, put } from "./dom.js";
 import { isHeld, on, show, switchesItself } from "./state.js";
 
+/** Whether a panel has nothing of the case but that sentence. */
+export const isElsewhere = ({ clocked, held }) => Boolean((clocked && switchesItself()) || (held && isHeld()));
+
 /** Put the sentence of a panel in its place when the case has no clock (`clocked`), or no free bar (`held`). */
 export function tellOthers(section, { clocked, held }) {
   if (!clocked && !held) return;
@@ -11,7 +14,7 @@ export function tellOthers(section, { clocked, held }) {
   section.prepend(note);
   const look = () => {
     const own = clocked && switchesItself();
-    const away = Boolean(own || (held && isHeld()));
+    const away = isElsewhere({ clocked, held });
     note.hidden = !away;
     section.classList.toggle("away", away);
     if (away) put(words, own ? [`${clocked} `, opener("machine", "Machine")] : [`${held} `, opener("branches", "Branches")]);

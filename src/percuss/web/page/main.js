@@ -2,7 +2,7 @@
 
 import { get, takeToken } from "./api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
-import { tellOthers } from "./clocked.js";
+import { isElsewhere, tellOthers } from "./clocked.js";
 import { forPaper, forgetTheme, usePalette } from "./colours.js";
 import { $, $$, flushFrames, h, put } from "./dom.js";
 import { startHeadline } from "./headline.js";
@@ -76,9 +76,9 @@ function startPanels() {
 }
 
 function startTabs() {
-  const tabs = $$("[role=tab]");
-  for (const tab of tabs) tab.addEventListener("click", () => show({ panel: tab.id.slice(4) }));
+  for (const tab of $$("[role=tab]")) tab.addEventListener("click", () => show({ panel: tab.id.slice(4) }));
   $("#tabs").addEventListener("keydown", (event) => {
+    const tabs = $$("[role=tab]:not([hidden])");
     const now = tabs.findIndex((tab) => tab.id === `tab-${view.panel}`);
     const next = { ArrowRight: now + 1, ArrowLeft: now - 1, Home: 0, End: tabs.length - 1 }[event.key];
     if (next === undefined) return;
@@ -87,7 +87,7 @@ function startTabs() {
     show({ panel: tab.id.slice(4) });
     tab.focus();
   });
-  on("view", paintTabs);
+  on("view tables", paintTabs);
 }
 
 let painted = "";
@@ -98,6 +98,7 @@ function paintTabs() {
     const here = tab.id === `tab-${view.panel}`;
     tab.setAttribute("aria-selected", String(here));
     tab.tabIndex = here ? 0 : -1;
+    tab.hidden = !here && data.tables && isElsewhere(PANELS.find(({ name }) => tab.id === `tab-${name}`));
     $(`#panel-${tab.id.slice(4)}`).hidden = !here;
   }
   if (view.panel === painted) return;
