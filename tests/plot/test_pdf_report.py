@@ -92,7 +92,7 @@ def texts_of(html: str) -> list[str]:
     from html import unescape
 
     body = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<span></span>", "", html, flags=re.DOTALL)
-    return [words(unescape(text)) for text in re.findall(r">([^<]+)<", body) if text.strip()]
+    return [words(unescape(line)) for text in re.findall(r">([^<]+)<", body) for line in text.splitlines()]
 
 
 def figures(json: dict[str, Any]) -> dict[str, float]:

@@ -44,7 +44,8 @@ figure { margin: 1.5rem 0; background: #fff; border-radius: .5rem; padding: .5re
   .cards { gap: .4rem; } .card { padding: .2rem .5rem; } .card b { font-size: 11pt; } .signed { margin: .5rem 0 0; }
   ul { margin: .2rem 0; } .outline { margin: 0; max-height: 7rem; }
   @page { margin: 15mm; }
-  tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; } .signed + figure { break-before: page; }
+  tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; }
+  .signed + :not(.signed, footer) { break-before: page; } figure svg { max-height: 225mm; }
   pre { white-space: pre-wrap; } .scroll { overflow: visible; } }
 pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x: auto; } footer { opacity: .7; }
 """

@@ -78,7 +78,7 @@ _PAGES = """
 #let told = (heading: heading, lead: lead, cards: cards, bullets: bullets, signed: signed, table: table,
   picture: picture, listing: listing, footer: footer)
 #for (i, b) in blocks.enumerate() {
-  if b.kind == "picture" and blocks.at(i - 1).kind == "signed" { pagebreak() }
+  if i > 0 and b.kind != "footer" and blocks.at(i - 1).kind == "signed" { pagebreak() }
   (told.at(b.kind))(b)
 }
 """

@@ -81,7 +81,7 @@ class Bullets(NamedTuple):
 
 
 class Signed(NamedTuple):
-    """Date and version, with room for a name and a signature; a picture behind it begins a page."""
+    """Date and version, with room for a name and a signature; what comes behind it begins a page."""
 
     text: str
 
@@ -108,6 +108,10 @@ class Footer(NamedTuple):
 Block = Heading | Lead | Table | Cards | Bullets | Signed | Picture | Listing | Footer
 
 
+GLOSSARY = "docs/glossary.md"
+"""Where the terms are explained, in the documentation."""
+
+
 def report_blocks(
     case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
 ) -> list[Block]:
@@ -122,14 +126,17 @@ def report_blocks(
     blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
     signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
+    figures: list[Block] = [_picture(picture, caption)]
     if isinstance(hammer, SteadyAnswer | MachineAnswer):
         blocks += [*_first_page(case, hammer), signed]
-    blocks.append(_picture(picture, caption))
+        figures.insert(0 if isinstance(hammer, SteadyAnswer) else 1, Heading("Appendix: all figures"))
+    if isinstance(hammer, MachineAnswer):
+        blocks.append(figures.pop(0))
     if blow is not None:
         struck = blow_report(blow)
         blocks += [Heading("The blow"), Lead(struck.summary), _picture(plot.blow(blow), "The blow")]
         blocks += _parts(struck.sections)
-    blocks += _parts(report.sections)
+    blocks += [*figures, *_parts(report.sections)]
     if simulation is not None:
         moved = motion_report(simulation, 0)
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
@@ -141,7 +148,7 @@ def report_blocks(
         blocks += [Heading(heading), Listing(told.to_toml())]
     if signed not in blocks:
         blocks.append(signed)
-    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless")]
+    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless; terms: {GLOSSARY}")]
 
 
 def _told(answer: Answer) -> tuple[Report, Figure, str]:
@@ -149,7 +156,11 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
     from percuss import plot
 
     if isinstance(answer, SteadyAnswer):
-        return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
+        return (
+            steady_report(answer),
+            plot.steady(answer),
+            "Phases of the blows, load, stroke, stability, stress",
+        )
     if isinstance(answer, Comparison):
         return answer.report(), plot.comparison(answer), "Cycles and blows"
     if isinstance(answer, ToleranceAnswer):
