@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from machine_maps import beginning, differences, landed
-from percuss.explore import Branch, BranchEvent, experiment, follow, orbit_seeds
+from percuss.explore import Branch, BranchEvent, diagram, experiment, follow, orbit_seeds
 from percuss.explore.family import SystemFamily
 from percuss.model import Chamber, External, Kept, Machine, Port, Ratio, Reversed, Supply, UniformBar, Valve
 from percuss.steady import ValveCycle, orbits, self_excited_motion
@@ -191,3 +191,23 @@ def test_what_starts_settle_on_is_found_by_its_label(machine: Machine, modes: in
         told = [(one.period, one.blow_speed) for one in found.orbits]  # type: ignore[attr-defined]
         figures = motion.figures["period"], max(motion.figures["impact_velocities"])
         assert any(figures == pytest.approx(one, rel=1e-7) for one in told)
+
+
+@pytest.mark.parametrize(("seed", "not_followed"), [(9, [0.2868]), (24, [])])
+def test_what_a_diagram_settles_on_lies_on_its_branches(seed: int, not_followed: list[float]) -> None:
+    """Between chatter and one blow in a cycle are windows of more and more blows, each narrower.
+
+    A chatter whose valve lets go of the bar while it rings is not followed; each branch is there once.
+    """
+    machine, modes = drawn(seed)
+    found, left = diagram(machine, "restitution=0.05:0.8:20", modes=modes, workers=1), []
+    labels = Counter(line.label for line in found.branches)
+    assert {"chatter/1", "2/1", "1/1"} <= set(labels) and max(labels.values()) == 1
+    for motion in found.settled:
+        lines = [line for line in found.branches if line.label == motion.label.split()[-1]]
+        rows = [np.sort(row) for line in lines for row in line.speeds_at(motion.value)]
+        told = min([motion.speeds.size, *(row.size for row in rows)])
+        own = np.sort(motion.speeds)[-told:]
+        if not any(own == pytest.approx(row[-told:], abs=5e-3 * own[-1]) for row in rows):
+            left.append(motion.value)
+    assert left == pytest.approx(not_followed, abs=1e-4)

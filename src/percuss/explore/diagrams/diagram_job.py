@@ -364,6 +364,8 @@ class DiagramJob:
         label = self.labels[i] if i < len(self.labels) else None
         number = (_FINER if label is None else 1) * self.searched
         values = low + (np.arange(number) + 0.5) / number * (high - low)
+        if label is None:  # windows are narrow: wherever motions are simulated, too
+            values = np.union1d(values, self.axis.values)
         lines = machine_branches(
             family, self.axis.name, (low, high), values.tolist(), label, switch=self.switch * (label is not None),
             tries=self.tries, modes=self.modes, stopped=stopped,

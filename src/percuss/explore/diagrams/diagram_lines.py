@@ -129,6 +129,8 @@ def _one_point(point: BranchPoint, other: BranchPoint) -> bool:
         return False
     if abs(point.value - other.value) > _LOCATED * (1.0 + abs(point.value)):
         return False
+    if point.plain.phases.size != other.plain.phases.size:  # a chatter, told further by one of them
+        return True
     off = np.abs(np.exp(1j * point.plain.phases)[:, None] - np.exp(1j * other.plain.phases)[None, :])
     return bool(max(off.min(axis=0).max(), off.min(axis=1).max()) < _NEAR)
 
@@ -138,10 +140,16 @@ def goes_through(line: Branch, periods: int, value: float, times: Array) -> bool
     return line.possible and (line.impacts, line.periods) == (times.size, periods) and _is_near(line, value, times)
 
 
+def _apart(times: Array, others: Array) -> Array:
+    """How far impacts lie apart, counted from the first; of two chatters that are one the longer is told further."""
+    told = min(times.size, others.size)
+    return np.abs((times[:told] - times[0]) - (others[:told] - others[0]))
+
+
 def _is_near(line: Branch, value: float, times: Array) -> bool:
     """Whether a branch has an orbit near given times."""
     if line.is_machine:
-        return any(bool(np.all(np.abs(times - at) < _NEAR / _TURN * at[-1])) for at in line.times_at(value))
+        return any(bool(np.all(_apart(times, at) < _NEAR / _TURN * at[-1])) for at in line.times_at(value))
     period = _TURN * line.periods
     return any(
         float(np.abs(differences(times, at[None, :], period, _TURN)).max(axis=-1).min()) < _NEAR

@@ -57,7 +57,10 @@ def machine_branches(
             continue
         for cycle in known:
             rows = [line.speeds_at(value) for line in found if line.label == cycle.label]
-            if any(_alike(np.sort(cycle.blow_speeds), np.sort(row), 0.05) for its in rows for row in its):
+            told = (
+                slice(-1, None) if cycle.rests else slice(None)
+            )  # of a chatter, how many blows are told is its length
+            if any(_alike(np.sort(cycle.blow_speeds)[told], np.sort(row)[told], 0.05) for its in rows for row in its):
                 continue
             try:
                 branch = follow(
@@ -80,23 +83,26 @@ def _searched(
 
 
 def _settled_on(machine: Machine, modes: int) -> list[ValveCycle]:
-    """The cycles without rest that a few simulations settle on, solved for."""
+    """The cycles that a few simulations settle on, solved for."""
     from percuss.explore.attractors.drawn_starts import named, speed_scale
     from percuss.simulate import Stop, run
 
-    found = []
+    found, rests = [], False
     for start in named(machine, "wall" if speed_scale(machine) else "field", _FEW):
         motion = run(machine, start, modes=modes, stop=Stop(_IMPACTS))
         cycle = motion.cycle
+        rests |= cycle is not None and cycle.kind > 0
         if cycle is not None and cycle.impacts and not cycle.kind:
             rhythm = last_rhythm(machine, start, motion, cycle.impacts)
             found.append(None if rhythm is None else solved(machine, modes, rhythm))
-    return [one for one in found if one is not None]
+    return [*(one for one in found if one is not None), *(rest_cycles_of(machine, modes) if rests else ())]
 
 
 # ---- What simulations settle on
 
 _CYCLE, _IRREGULAR, _UNDECIDED = 0, 100, 101
+
+_ROUNDING = 1e-6  # share of a period within which an impact is the one a period later
 
 
 def machine_pass(
@@ -132,17 +138,23 @@ def machine_pass(
 
 
 def _put(found: Columns, i: int, motion: Trajectory) -> None:
-    """The phases in the cycle, and the speeds of its blows; of a motion without one those of the last ones."""
+    """Phases in the cycle, and speeds, of its impacts, of a long chatter the fastest ones, or of the last ones."""
     struck = motion.events.of("impact")
     room, cycle = found["phases"].shape[-1], motion.cycle
-    wanted = min(cycle.impacts if cycle is not None and cycle.impacts else room, room, len(struck))
-    if not wanted:
+    times, speeds = np.asarray(struck.time), np.asarray(struck.impact_velocity)
+    energies = np.asarray(struck.kinetic_energy)
+    if not times.size:
         return
-    times, speeds = np.asarray(struck.time)[-wanted:], np.asarray(struck.impact_velocity)[-wanted:]
-    found["blow_energy"][i] = float(np.mean(np.asarray(struck.kinetic_energy)[-wanted:]))
-    found["speeds"][i, :wanted] = speeds
-    period = cycle.period if cycle is not None else float(times[-1] - times[0]) or 1.0
-    found["phases"][i, :wanted] = np.mod(_TURN * (times - times[-1]) / period, _TURN)
+    last = np.arange(max(0, times.size - room), times.size)
+    mains = last
+    if cycle is not None and cycle.impacts:
+        last = np.flatnonzero(times > times[-1] - cycle.period * (1.0 - _ROUNDING))
+        fastest = last[np.argsort(-speeds[last], kind="stable")]
+        last, mains = np.sort(fastest[:room]), fastest[: cycle.impacts]
+    found["blow_energy"][i] = float(np.mean(energies[mains]))
+    found["speeds"][i, : last.size] = speeds[last]
+    period = cycle.period if cycle is not None else float(times[last[-1]] - times[last[0]]) or 1.0
+    found["phases"][i, : last.size] = np.mod(_TURN * (times[last] - times[-1]) / period, _TURN)
 
 
 def _going_on(machine: Machine, begun: Start, motion: Trajectory) -> Start | None:

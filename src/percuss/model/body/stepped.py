@@ -258,7 +258,7 @@ def frequencies(sections: SectionChain, count: int) -> Array:
 
 @lru_cache(maxsize=8)
 def waves(impedances: tuple[float, ...], transit_times: tuple[float, ...], count: int) -> SectionWaves:
-    """The first modes of a chain whose transit times add up to 1; else each ω is greater by a factor, and that is all."""
+    """The first modes of a chain whose transit times add up to 1; in another time each ω is greater by a factor."""
     sections = chain(impedances, transit_times, None, 1.0)
     omega = frequencies(sections, count)
     numbers = np.arange(1.0, count + 1.0)
