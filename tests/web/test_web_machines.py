@@ -166,7 +166,7 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     slide(page, "load-pressure", 80)
     expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
     expect(page.locator("#machine-sentence")).to_contain_text(
-        re.compile(r"force at the wall 2\.4\d* kN, which must be below 0 N")
+        re.compile(r"force at the tool 2\.4\d* kN, which must be below 0 N")
     )
     expect(page.locator("#machine-obstacle")).to_contain_text("What would be needed: make the return force pull")
     expect(page.locator("#machine-play")).to_be_hidden()

@@ -234,21 +234,21 @@ _LAST = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)} | dict.fromkeys(
 
 
 def _end_sentence(end: ReachEnd, unit: str, name: str) -> str:
-    then = "" if end.then is None else f" (then {_rhythm_then(end.then)})"
     if end.is_open:
         return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
     machine = getattr(end.motion, "machine", None)  # of a cycle of a machine that switches its own valve
     names = _HAMMER if machine is not None or end.orbit.system.body.is_free else _STRUCTURE
+    then = "" if end.then is None else f" (then {_then(end.then, names['blow'])})"
     return f"{number(end.value)}{unit}, {_WHERE.get(end.kind.value, end.kind.words).format(**names)}{then}"
 
 
-def _rhythm_then(label: str) -> str:
+def _then(label: str, blow: str) -> str:
     """``2 blows in 2 load periods``, ``chatter to rest every load period``; other labels as they are."""
     kind, _, periods = label.partition("/")
     if label.startswith("z="):
-        return rhythm(label)
+        return rhythm(label, blow)
     if kind in ("chatter", "rest") and periods.isdigit():
-        return f"{'chatter to rest' if kind == 'chatter' else 'blows and rest'} {every(int(periods))}"
+        return f"{'chatter to rest' if kind == 'chatter' else f'{blow}s and rest'} {every(int(periods))}"
     return label
 
 
