@@ -442,3 +442,40 @@ def test_choosing_the_other_motion_changes_the_headline_and_a_chart_can_be_enlar
     expect(page.locator("#zoom .main-svg").first).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator("#zoom")).not_to_be_visible()
+
+
+# -- questions about the whole hammer -------------------------------------------------------------------------------
+
+
+def test_the_best_hammer_is_found_shown_and_taken(desk: Desk) -> None:
+    page = desk.open("panel=hammer&machine=valve-drifter")
+    page.select_option("#hammer-vary-add", "load.ports[0].behind")
+    expect(page.locator("#hammer-vary")).to_have_value("load.ports[0].behind=19.8:24.2 mm")
+    page.fill("#hammer-vary", "load.ports[0].behind=10:14mm")
+    page.select_option("#hammer-limits-add", "flow")
+    page.locator("#hammer-limits").press_sequentially("60 l/min")
+    page.fill("#hammer-hammers", "20")
+    page.click("#hammer-run")
+    expect(page.locator("#hammer-summary")).to_contain_text("The best hammer found: power into the rock")
+    expect(page.locator("#hammer-status")).to_have_text("Answered.")
+    assert page.locator("#hammer-answer img").evaluate("image => image.decode().then(() => image.naturalWidth > 300)")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.click("#hammer-take")
+    settled(page)
+    best = knows(page, "state.js:data.tables.load.ports[0].behind")
+    assert 10.0 <= float(best.removesuffix(" mm")) <= 14.0
+    expect(page.locator("#hammer-status")).to_contain_text("The case has changed since")
+
+
+def test_a_question_is_cancelled_and_a_mistake_is_told_with_its_remedy(desk: Desk) -> None:
+    page = desk.open("panel=hammer&machine=valve-drifter&ask=tolerance")
+    page.fill("#hammer-hammers", "10000")
+    page.click("#hammer-run")
+    expect(page.locator("#hammer-status")).to_contain_text("hammers")
+    page.click("#hammer-cancel")
+    expect(page.locator("#hammer-status")).to_have_text("Cancelled.")
+    page.select_option("#hammer-question", "compare")
+    page.fill("#hammer-beside", "nonsense")
+    page.click("#hammer-run")
+    expect(page.locator("#hammer-problem")).to_contain_text("a machine of the catalogue")
+    desk.said.clear()  # the browser tells of the refusal, too

@@ -8,6 +8,7 @@ import json
 import math
 import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -857,6 +858,66 @@ def test_the_onset_of_a_rest_is_followed_over_a_plane(client: Client) -> None:
     assert (curve["type"], curve["label"]) == ("onset", "rest/1")  # which both lines meet
     assert curve["curve"]["values"][-1] == pytest.approx([0.303314471053, 0.0], abs=1e-9)
     assert curve["curve"]["event_phases"] == pytest.approx(curve["curve"]["release_phases"])
+
+
+# -- questions about the whole hammer -------------------------------------------------------------------------------
+
+BLOWS = "time [s],rebound speed [m/s]\n" + "".join(
+    f"{0.106 * i + 1e-4 * (i % 3)},{1.4 + 0.01 * (i % 5)}\n" for i in range(60)
+)
+HAMMERS: list[tuple[dict[str, Any], str]] = [
+    ({"question": "design", "vary": ["load.ports[0].behind=8:24mm", "bar.diameter=46:52mm"], "hammers": 40, "modes": 0,
+      "limits": ["blow_rate=60..64 Hz", "flow<70 l/min"], "figure": "power", "plane": True},
+     "design valve-drifter --vary load.ports[0].behind=8:24mm --vary bar.diameter=46:52mm --hammers 40 --modes 0 "
+     "--most power --want blow_rate=60..64Hz --below flow=70l/min"),
+    ({"question": "tolerance", "vary": ["load.pressure=±5%"], "hammers": 64, "modes": 0},
+     "tolerance valve-drifter --vary load.pressure=±5% --samples 64 --modes 0"),
+    ({"question": "compare", "beside": ["valve-breaker"], "modes": 0}, "compare valve-drifter valve-breaker --modes 0"),
+    ({"question": "compare", "beside": ["contact.restitution=0.3, load.pressure=150bar"], "modes": 0},
+     "compare valve-drifter --set contact.restitution=0.3,load.pressure=150bar --modes 0"),
+    ({"question": "identify", "blows": BLOWS, "vary": ["load.pressure", "contact.restitution"], "modes": 0},
+     "identify valve-drifter --blows blows.csv --vary load.pressure --vary contact.restitution --modes 0"),
+    ({"question": "fatigue"}, "blow valve-drifter --fatigue"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("asked", "command"), HAMMERS, ids=[asked["question"] for asked, _ in HAMMERS])
+def test_a_question_about_the_whole_hammer_is_answered_as_by_its_command(
+    client: Client, asked: dict[str, Any], command: str, tmp_path: Path, monkeypatch: Any, capsys: Any
+) -> None:
+    machine = "valve-breaker" if asked["question"] == "identify" else "valve-drifter"
+    found = answered(client, "hammer", {"machine": machine, **asked})
+    assert all(one["svg"].startswith("<svg") for one in found["pictures"])
+    assert len(found["pictures"]) == (2 if asked.get("plane") else 1)
+    told = {cell for section in found["sections"] for row in section["rows"] for cell in row}
+    monkeypatch.chdir(tmp_path)
+    Path("blows.csv").write_text(BLOWS)
+    assert main(command.replace("identify valve-drifter", "identify valve-breaker").split()) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert found["summary"] in printed
+    assert sum(" ".join(cell.split()) in printed for cell in told) > 0.8 * len(told)
+    takes = asked["question"] in ("design", "identify", "compare")
+    assert (found["case"] is not None) is takes
+    if takes:
+        assert answered(client, "case", {"case": found["case"]["tables"]})["tables"] == found["case"]["tables"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ({"question": "design"}, "one range or more"),
+        ({"question": "design", "vary": ["bar.length=1:2:3"]}, "NAME=LOW:HIGH"),
+        ({"question": "design", "vary": ["bar.length=300:350mm"], "limits": ["speed<1"]}, "speed"),
+        ({"question": "compare"}, "a machine of the catalogue, or other numbers"),
+        ({"question": "compare", "beside": ["../valve-breaker.toml"]}, "a machine of the catalogue"),
+        ({"question": "compare", "beside": ["load.kind=history,load.file=/etc/passwd"]}, "expected one of"),
+        ({"question": "compare", "beside": ["start.position=-3 mm"]}, "expected one of"),
+        ({"question": "identify", "blows": "a,b\n1,2\n"}, "no column of times"),
+    ],
+)  # fmt: skip
+def test_a_question_that_cannot_be_answered_says_why(client: Client, asked: dict[str, Any], told: str) -> None:
+    found = client.post("/api/hammer", {"machine": "valve-breaker", **asked})
+    assert found.status_code == 422 and told in found.text, found.text
 
 
 # -- experiments and reports ----------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, 
 
 from percuss.cli import main
 
-PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "report", "experiment", "lessons")
+PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "hammer", "report", "experiment", "lessons")
 WAIT = 240_000  # milliseconds, on a machine that does other things as well; only what fails waits so long
 STILL = [{"reduced_motion": "reduce"}]  # nothing plays by itself, which would be drawn as often as there is time
 STATE = "import('/static/state.js').then"

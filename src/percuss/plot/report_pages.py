@@ -126,7 +126,7 @@ def report_blocks(
     blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
     signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
-    figures: list[Block] = [_picture(picture, caption)]
+    figures: list[Block] = [picture_of(picture, caption)]
     if isinstance(hammer, SteadyAnswer | MachineAnswer):
         blocks += [*_first_page(case, hammer), signed]
         figures.insert(0 if isinstance(hammer, SteadyAnswer) else 1, Heading("Appendix: all figures"))
@@ -134,14 +134,14 @@ def report_blocks(
         blocks.append(figures.pop(0))
     if blow is not None:
         struck = blow_report(blow)
-        blocks += [Heading("The blow"), Lead(struck.summary), _picture(plot.blow(blow), "The blow")]
+        blocks += [Heading("The blow"), Lead(struck.summary), picture_of(plot.blow(blow), "The blow")]
         blocks += _parts(struck.sections)
     blocks += [*figures, *_parts(report.sections)]
     if simulation is not None:
         moved = motion_report(simulation, 0)
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
         blocks += [Heading("Simulated motion"), Lead(moved.summary), *_parts(moved.sections[1:])]
-        blocks.append(_picture(drawn(simulation), "The motion from the start of the case"))
+        blocks.append(picture_of(drawn(simulation), "The motion from the start of the case"))
     both = answer.comparison if isinstance(answer, DesignAnswer) else answer
     several = zip(both.names, both.cases, strict=True) if isinstance(both, Comparison) else ()
     for heading, told in [(f"Case {name}", one) for name, one in several] or [("Case", case)]:
@@ -237,7 +237,8 @@ def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:
             yield from (Heading(part.heading, part.level + 1), Table((), part.rows))
 
 
-def _picture(figure: Figure, caption: str) -> Picture:
+def picture_of(figure: Figure, caption: str) -> Picture:
+    """A figure as a block; the same figure gives the same bytes."""
     from percuss import plot
 
     with tempfile.TemporaryDirectory(prefix="percuss-") as folder:

@@ -23,7 +23,7 @@ from starlette.responses import Response
 
 from percuss._version import __version__
 from percuss.errors import MissingExtraError, PercussError
-from percuss.web import case_routes, motion_routes, orbit_routes
+from percuss.web import case_routes, hammer_routes, motion_routes, orbit_routes
 from percuss.web.requests import Guard, Refusal, problem, problems_of, refused
 from percuss.web.settings import Settings
 from percuss.web.shared_by_routes import plain_json
@@ -88,7 +88,7 @@ def create_app(settings: Settings | None = None) -> Any:
     app.state.gate = Admission(settings.limits)
     app.state.kernels = Kernels()
     app.state.shelf = shelf = Shelf()
-    for module in (case_routes, orbit_routes, motion_routes):
+    for module in (case_routes, orbit_routes, motion_routes, hammer_routes):
         app.include_router(module.router)
 
     @app.api_route("/", methods=["GET", "HEAD"], include_in_schema=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
@@ -25,6 +24,7 @@ from percuss.web.motion_routes import simulated
 from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
 from percuss.web.requests import bounded_body, refused
 from percuss.web.shared_by_routes import (
+    DRAWING,
     PROBLEMS,
     Attachment,
     Questions,
@@ -50,6 +50,7 @@ _FAST = {"exists", "orbits", "phases", "phase", "reduced_stable", "reduced_margi
 async def about(request: Request) -> Response:
     """Answered without the token; `ready` once the kernels are compiled, for which simulated motions wait. `preparing`:
     of all `kernels` those that are not compiled yet; the first is under way."""
+    from percuss.case.answers.whole_hammer import WHOLE_FIGURES
     from percuss.explore import QUANTITIES, REASONS
     from percuss.steady import Reason
     from percuss.steady.figures import CARDS
@@ -82,6 +83,7 @@ async def about(request: Request) -> Response:
             "palette": palette_dict(),
             "reasons": {reason.value: reason.words for reason in Reason},
             "cards": [_card(key) for key in CARDS],
+            "figures": [{"name": name, "label": one.label} for name, one in WHOLE_FIGURES.items()],
             "distributions": ["wall", "field", "gentle"],
             "starts": ["rigid", "still", "ringing"],
             "materials": {
@@ -124,7 +126,7 @@ _MISSING = {404: PROBLEMS[422], **PROBLEMS}
 
 
 async def _described_as_asked(request: Request, asked: CaseAsked, text: str | None = None) -> Response:
-    found = await answer_of(request, asked, lambda case, _: _described(case), quick=True)
+    found = await answer_of(request, asked, lambda case, _: described(case), quick=True)
     return plain_json(found if text is None else {**found, "toml": text})
 
 
@@ -150,7 +152,7 @@ async def opening(request: Request) -> Response:
 @router.answer("/api/case", "Check a case", quick=True)
 def check(case: Case, asked: CaseAsked, terms: Terms) -> dict[str, Any]:
     """Its tables, its text, its numbers in SI and without dimension, and what a map may vary."""
-    return _described(case)
+    return described(case)
 
 
 @router.answer("/api/place", "Move a case to other values of its parameters", quick=True)
@@ -159,7 +161,7 @@ def place(case: Case, asked: PlaceAsked, terms: Terms) -> dict[str, Any]:
     return case_dict(placed(case, asked.values, terms.limits.harmonics))
 
 
-def _described(case: Any) -> dict[str, Any]:
+def described(case: Any) -> dict[str, Any]:
     given, plain = case_dict(case), without_files(case)
     if plain is case:
         return given
@@ -226,9 +228,6 @@ async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> 
 
 # ---- The report as a download
 
-_drawing = threading.Lock()  # matplotlib's settings belong to the whole process: one picture at a time
-
-
 _HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}
 
 
@@ -253,5 +252,5 @@ def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
         periods = tuple(sorted(set(asked.periods)))
         check_steady(case.system(), periods, asked.modes, terms.limits)
         answer = steady_answer(case, periods, asked.modes)
-    with _drawing:
+    with DRAWING:
         return Attachment(report_html(case, answer, motion).encode(), "report.html", "text/html; charset=utf-8")

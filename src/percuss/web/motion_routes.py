@@ -36,8 +36,10 @@ from percuss.web.requests import refused
 from percuss.web.shared_by_routes import (
     BINARY,
     Attachment,
+    Events,
     Memory,
     Questions,
+    Tell,
     Terms,
     bytes_of,
     case_asked,
@@ -170,15 +172,15 @@ FILE = {**BINARY, 200: bytes_of("a file", "application/x-netcdf", "text/csv")}
 
 
 @router.stream("/api/experiment", "Random starts, told as they go", "an experiment", kernels="motions")
-def experiment(case: Case, asked: ExperimentAsked, limits: Limits) -> Callable[[Halt], Iterator[tuple[str, Any]]]:
+def experiment(case: Case, asked: ExperimentAsked, limits: Limits) -> Events:
     """Events ``progress`` with the shares so far, then ``done`` or ``error``; ends when the client leaves."""
     job = _job(case, asked, limits)
 
-    def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
+    def looks(halt: Halt, tell: Tell) -> None:
         for look in _followed(job, asked, halt):
-            yield "progress", look.to_json_dict()
+            tell("progress", look.to_json_dict())
             if look.done == look.size:
-                yield "done", experiment_dict(case, look.found)
+                tell("done", experiment_dict(case, look.found))
 
     return looks
 

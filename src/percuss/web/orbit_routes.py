@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -54,7 +53,9 @@ from percuss.web.questions import (
 from percuss.web.requests import refused
 from percuss.web.shared_by_routes import (
     BINARY,
+    Events,
     Questions,
+    Tell,
     Terms,
     answer_of,
     case_asked,
@@ -263,9 +264,6 @@ def branch_motion(case: Case, asked: BranchMotionAsked, terms: Terms) -> Frames:
     return branch_playback(case, asked.name, asked.value, start, asked.periods, **sizes)
 
 
-Events = Callable[[Halt], Iterator[tuple[str, Any]]]
-
-
 @router.stream(
     "/api/diagram",
     "All motions over a parameter",
@@ -286,9 +284,9 @@ def motions_over(case: Case, asked: DiagramAsked, limits: Limits) -> Events:
     sizes |= {"up_to": asked.up_to, "searched": asked.searched, "switch": asked.switch, "tries": asked.tries}
     job = diagram_job_of(case, along, impacts=asked.impacts, **sizes)
 
-    def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
+    def looks(halt: Halt, tell: Tell) -> None:
         for look in diagram_progress(job, halt):
-            yield "done" if look.done == 1.0 else "progress", diagram_dict(case, look)
+            tell("done" if look.done == 1.0 else "progress", diagram_dict(case, look))
 
     return looks
 
@@ -300,11 +298,11 @@ def curves_over(case: Case, asked: PointCurvesAsked, limits: Limits) -> Events:
     if asked.x.name == asked.y.name:
         raise refused(422, "expected two different parameters", "", "y", asked.y.name)
 
-    def looks(halt: Halt) -> Iterator[tuple[str, Any]]:
+    def looks(halt: Halt, tell: Tell) -> None:
         with halting(halt):
             for share, found in curves_progress(case, asked.orbit, across, up, modes=asked.modes, halt=halt):
                 told = {"done": share, "curves": [curve_dict(curve) for curve in found]}
-                yield "done" if share == 1.0 else "progress", told
+                tell("done" if share == 1.0 else "progress", told)
 
     return looks
 

@@ -278,6 +278,26 @@ class ReportAsked(CaseAsked):
     simulate: bool = False
 
 
+Lines = Annotated[list[Text], Field(max_length=16)]
+
+
+class HammerAsked(CaseAsked):
+    """A question about the whole hammer, in the words of the command line."""
+
+    question: Literal["design", "tolerance", "compare", "identify", "fatigue"]
+    vary: Annotated[Lines, Field(description="KEY=LOW:HIGH, or KEY=±HALF")] = []
+    limits: Annotated[Lines, Field(description="FIGURE<VALUE, FIGURE>VALUE or FIGURE=LOW..HIGH")] = []
+    figure: Name = "rock_power"
+    greatest: bool = True
+    plane: Annotated[bool, Field(description="a design with the plane of its first two ranges")] = False
+    beside: Annotated[Lines, Field(description="names of machines, or KEY=VALUE, KEY=VALUE")] = []
+    given: Annotated[Lines, Field(description="KEY=±HALF, of numbers that are only given")] = []
+    blows: Annotated[str, Field(max_length=900_000, description="a table of measured blows, as CSV")] = ""
+    hammers: Annotated[int, Field(ge=20, le=10_000)] = 600
+    modes: Modes | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = 0
+
+
 class HistoryAsked(BaseModel):
     """How a recording is read: the name of its file, and keys of [load]."""
 

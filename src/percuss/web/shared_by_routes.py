@@ -271,7 +271,7 @@ class Questions(APIRouter):
         return put
 
     def stream(
-        self, path: str, summary: str, what: str, kernels: Part | Callable[[Any], Part]
+        self, path: str, summary: str, what: str, kernels: Part | Callable[[Any], Part | None]
     ) -> Callable[[Work], Work]:
         """A route of events, from ``prepare(case, asked, limits)``, which refuses before the stream begins."""
 
@@ -281,12 +281,13 @@ class Questions(APIRouter):
                 begin = await gate.quick.run(
                     request, limits.seconds, lambda _: prepare(case_asked(asked, limits.harmonics), asked, limits)
                 )
-                await compiled(request, kernels(asked) if callable(kernels) else kernels)
+                part = kernels(asked) if callable(kernels) else kernels
+                if part is not None:
+                    await compiled(request, part)
 
                 def follow(halt: Halt, tell: Tell) -> None:
                     with failures_told(tell, what):
-                        for kind, told in begin(halt):
-                            tell(kind, told)
+                        begin(halt, tell)
 
                 return await streamed(request, gate.experiments, limits.experiment_seconds, follow)
 
@@ -419,6 +420,9 @@ def packed(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) ->
 # ---- Long computations told while they go on: server-sent events from a thread, until the last or the client leaves
 
 Tell = Callable[[str, Any], None]  # sends an event: its name, and what it says
+Events = Callable[["Halt", Tell], object]  # the work that a stream tells of
+
+DRAWING = threading.Lock()  # matplotlib's settings belong to the whole process: one picture at a time
 
 _PING = 1.0  # seconds of silence after which a comment is sent: writing is how a closed connection shows
 

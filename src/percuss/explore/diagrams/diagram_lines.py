@@ -143,7 +143,7 @@ def goes_through(line: Branch, periods: int, value: float, times: Array) -> bool
 def _apart(times: Array, others: Array) -> Array:
     """How far impacts lie apart, counted from the first; of two chatters that are one the longer is told further."""
     told = min(times.size, others.size)
-    return np.abs((times[:told] - times[0]) - (others[:told] - others[0]))
+    return np.asarray(np.abs((times[:told] - times[0]) - (others[:told] - others[0])))
 
 
 def _is_near(line: Branch, value: float, times: Array) -> bool:

@@ -7,6 +7,7 @@ import { panel as blow } from "./blow_panel.js";
 import { panel as branches } from "./branches_panel.js";
 import { panel as casePanel } from "./case_panel.js";
 import { panel as experiment } from "./experiment_panel.js";
+import { panel as hammer } from "./hammer_panel.js";
 import { panel as lessons } from "./lessons_panel.js";
 import { panel as machine } from "./machine_panel.js";
 import { panel as map } from "./map_panel.js";
@@ -14,4 +15,4 @@ import { panel as motion } from "./motion_panel.js";
 import { panel as orbits } from "./orbits_panel.js";
 import { panel as report } from "./report_panel.js";
 
-export const PANELS = [casePanel, map, orbits, branches, motion, machine, blow, report, experiment, lessons];
+export const PANELS = [casePanel, map, orbits, branches, motion, machine, blow, hammer, report, experiment, lessons];
