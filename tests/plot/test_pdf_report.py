@@ -134,6 +134,11 @@ def test_the_figures_of_the_first_page_are_those_of_json(told: Told) -> None:
         assert float(found[1]) == float(f"{value / factor:.3g}"), label
 
 
+def test_what_speaks_against_the_figures_stands_on_the_first_page() -> None:
+    page = words(read("hydraulic-drifter")[0].get_textpage().get_text_range())
+    assert words("the first channel falls to -123.7 bar") in page and page.endswith(words("Hydraulic drifter 1 of 6"))
+
+
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("name", [*HAMMERS, "laboratory-striker", "compared"])
 def test_no_letter_is_beyond_its_page_or_over_another(name: str, paper: str) -> None:

@@ -139,7 +139,7 @@ def _panels(figure: Figure, answer: MachineAnswer, measured: MeasuredForce | Non
         times = np.array([one.time for one in happened])
         marks[kind] = (times, cycle.position(times, "centre") if times.size else times)
     _draw_positions(position, machine, units, course.times, course.centre, marks, answer.tool)
-    position.set(title="(a) the centre of the piston", xlabel=units.time_label, ylabel=units.length_label)
+    position.set(title="(a) the piston", xlabel=units.time_label, ylabel=units.length_label)
     _draw_force(force, machine, units, "(b)", course.times, course.force)
     if measured is not None and left is not None:
         draw_measured(force, left, measured, cycle.period * units.time, units)

@@ -54,7 +54,7 @@ _PAGES = """
 }
 #let picture(b) = block(breakable: false, above: 1.2em, layout(size => {
   let drawn = image(bytes(b.svg), width: 100%, alt: b.caption)
-  let room = size.height - if b.caption == "" { 0pt } else { 18pt }
+  let room = size.height - 80pt  // for a heading and the first sentences above
   let fits = measure(drawn, width: size.width).height <= room
   if fits { drawn } else { align(center, image(bytes(b.svg), height: room, alt: b.caption)) }
   if b.caption != "" { block(above: 5pt, text(7.5pt, b.caption)) }

@@ -276,7 +276,7 @@ def recorded_headline(answer: RecordedAnswer) -> str:
         obstacle = answer.answer.motion.obstacle
         first += f"does not run with one blow a cycle{'' if obstacle is None else f' — {obstacle.words}'}"
     doubts = "".join(f" Do not trust it: {doubt}." for doubt in answer.doubts)
-    settled = f": {settles(abs(cycle.multiplier))}" if cycle is not None and cycle.stable else ""
+    settled = f", and {settles(abs(cycle.multiplier))}" if cycle is not None and cycle.stable else ""
     valve = "no cycle" if cycle is None else f"{'stable' if cycle.stable else 'unstable'}{settled}"
     return f"{first}.{doubts} Under a clock: {by_clock(answer).partition(', ')[0]}; with the valve: {valve}."
 

@@ -243,7 +243,9 @@ def _end_sentence(end: ReachEnd, unit: str, name: str) -> str:
 
 
 def _then(label: str, blow: str) -> str:
-    """``2 blows in 2 load periods``, ``chatter to rest every load period``; other labels as they are."""
+    """``2 blows in 2 load periods`` or cycles, ``chatter to rest every load period``; other labels as they are."""
+    if label.startswith("runs "):  # of a machine
+        return rhythm(f"z={label.removeprefix('runs ')}", blow).replace("load period", "cycle")
     kind, _, periods = label.partition("/")
     if label.startswith("z="):
         return rhythm(label, blow)
