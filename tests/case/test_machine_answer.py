@@ -200,14 +200,14 @@ def test_the_curve_over_the_pressure() -> None:
 @pytest.mark.parametrize(
     ("case", "outcome", "label", "told"),
     [
-        (changed(p0={"behind": "2 m"}), "stalls", "in the chamber", "421.6 mm behind the wall, and the port is at 2 m"),
+        (changed(p0={"behind": "2 m"}), "stalls", "in the chamber", "421.6 mm behind the tool, and the port is at 2 m"),
         (changed({"chamber": None}, p0={"behind": "9 m"}), "runs", "1/1", "runs with one blow"),
         (changed({"room": "150 mm"}), "no room", "1/1", "a stroke of 164.2 mm, and room for 150 mm"),
         (changed({"chamber": {"force": "16 kN"}}), "stalls", "on the tool", "2.88 kN, which must be below 0 N"),
         (changed({"states": {"power": "1 kN", "return": "2 kN"}, "chamber": None}), "stalls", "on the tool", "pushed"),
         (changed(p1={"delay": "9 ms"}), "double blow", "2/1", "must come within 7.828 ms). It runs with 2 blows"),
         (changed(p0={"delay": "1 s"}), "double blow", "2/1", "order overtaken"),
-        (changed(restitution=0.0), "runs with rest", "1/1", "with a rest on the wall"),
+        (changed(restitution=0.0), "runs with rest", "1/1", "with a rest on the tool"),
         (changed({"ports": PORTS[:1]}), "stalls", "on the tool", "no order is pending"),
         (changed({"chamber": None}, p1={"behind": "130 mm"}), "runs", "1/1", "runs with one blow"),
         (changed({"chamber": None}, p0={"delay": "0 s"}, p1={"behind": "130 mm", "delay": "0 s"}),

@@ -322,7 +322,8 @@ def test_how_far_the_load_may_move(percuss):
     """From the flip at 0.654954 of the amplitude to the fold at 3/π of it."""
     asked = ("--starts", "0", "--modes", "0", "--reach-of", "load.mean", "--report", "report.html")
     sentence = (
-        "8 kN: down to 6.55 kN, where the period doubles (then z=2/2); up to 9.549 kN, where the motion ceases to"
+        "8 kN: down to 6.55 kN, where the period doubles (then 2 blows in 2 load periods); up to 9.549 kN, where the "
+        "motion ceases to"
     )
     percuss("steady", "si.toml", *asked).told(sentence)
     assert sentence in Path("report.html").read_text(encoding="utf-8")

@@ -13,7 +13,7 @@ def test_the_report_of_the_breaker(percuss):
     done = percuss("machine", "valve-breaker", "--modes", "0", "-o", "cycle.csv")
     first = done.out.splitlines()[2]
     assert first.startswith("The machine runs with one blow a cycle: 3.751 kJ at 9.448 Hz (566.9 blows/min), 9.193 m/s")
-    assert "It starts from rest on the wall. 18.5 kW reach the rock, 52.5 % of the input." in first
+    assert "It starts from rest on the tool. 18.5 kW reach the rock, 52.5 % of the input." in first
     done.told("0.0279", "132.2 l/min, 233.2 cm³ a cycle", "35.25 kW", "34.65 kW", "164.2 mm", "43.7 %")
     done.told("7.828 ms after it", "table: cycle.csv")
     table = Path("cycle.csv").read_text(encoding="utf-8")
@@ -30,7 +30,7 @@ def test_a_dimensionless_machine_and_one_that_does_not_run(percuss):
     asked = ("machine", "plain.toml", "--modes", "0")
     Path("plain.toml").write_text(MACHINE, encoding="utf-8")
     done = percuss(*asked)
-    done.told("striking speed 2.1409, period 3.1489; stable, a disturbance is down to 4 %")
+    done.told("striking speed 2.1409, period 3.1489; stable: a disturbance settles to 1 % in 2 cycles")
     assert not any(word in done for word in ("Power and oil", " kW", " mm"))
     Path("plain.toml").write_text(MACHINE.replace("return = -0.4", "return = 0.4"), encoding="utf-8")
     failed = percuss(*asked, "--json").json["failed_condition"]["condition"]

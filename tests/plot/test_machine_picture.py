@@ -23,7 +23,7 @@ def test_the_picture_of_the_drifter(tmp_path: Path) -> None:
     figure = plot.machine(answer)
     position, force, loop, pressures, rate = figure.axes
     assert [panel.get_title(loc="left")[:3] for panel in figure.axes[:4]] == ["(a)", "(b)", "(c)", "(d)"]
-    assert texts(position) == ["wall", "ports[0]: power", "ports[1]: return"]
+    assert texts(position) == ["tool", "ports[0]: power", "ports[1]: return"]
     assert position.get_xlabel() == "time after the blow [ms]" and position.get_ylabel() == "position [mm]"
     assert position.get_xlim()[1] == pytest.approx(16.34, rel=1e-3)
     line = position.lines[1]

@@ -92,7 +92,7 @@ def texts_of(html: str) -> list[str]:
     from html import unescape
 
     body = re.sub(r"<svg.*?</svg>|<style>.*?</style>|<span></span>", "", html, flags=re.DOTALL)
-    return [words(unescape(text)) for text in re.findall(r">([^<]+)<", body) if text.strip()]
+    return [words(unescape(line)) for text in re.findall(r">([^<]+)<", body) for line in text.splitlines()]
 
 
 def figures(json: dict[str, Any]) -> dict[str, float]:
@@ -132,6 +132,11 @@ def test_the_figures_of_the_first_page_are_those_of_json(told: Told) -> None:
         assert found, label
         factor = 1.0 if found[2] is None else unit_scale(found[2], DIMENSIONS, label)[0]
         assert float(found[1]) == float(f"{value / factor:.3g}"), label
+
+
+def test_what_speaks_against_the_figures_stands_on_the_first_page() -> None:
+    page = words(read("hydraulic-drifter")[0].get_textpage().get_text_range())
+    assert words("the first channel falls to -123.7 bar") in page and page.endswith(words("Hydraulic drifter 1 of 6"))
 
 
 @pytest.mark.parametrize("paper", PAPERS)

@@ -728,7 +728,7 @@ def test_a_machine_that_does_not_run_says_what_it_would_need(client: Client) -> 
     tables["load"]["chamber"]["stiffness"] = "140 kN/m"
     header, arrays = client.arrays("/api/machine", {"case": tables, "whole": False})
     assert arrays == {} and not header["runs"] and header["answer"]["period"] is None
-    assert "58.29 mm behind the wall, and the port is at 130 mm" in header["sentence"]
+    assert "58.29 mm behind the tool, and the port is at 130 mm" in header["sentence"]
     assert header["answer"]["failed_condition"]["remedy"].startswith("put the port nearer")
     assert header["modes"] == 32
 

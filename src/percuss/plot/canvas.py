@@ -88,11 +88,11 @@ def nothing(axes: Axes, text: str, height: float = 0.5) -> None:
     axes.text(0.5, height, text, transform=axes.transAxes, ha="center", va="center", color=INK)
 
 
-def wall(axes: Axes) -> None:
-    """A line where the wall is, with its name."""
+def wall(axes: Axes, tool: object = None) -> None:
+    """A line where the wall is, or the tool, with its name."""
     axes.axhline(0.0, color=INK, linewidth=2.5)
     place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right"}
-    axes.annotate("wall", (1.0, 0.0), (0, 4), **place)
+    axes.annotate("wall" if tool is None else "tool", (1.0, 0.0), (0, 4), **place)
 
 
 def measured_panels(figure: Figure, cell: SubplotSpec, measured: MeasuredForce | None) -> tuple[Axes, Axes | None]:

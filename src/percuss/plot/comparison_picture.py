@@ -75,7 +75,7 @@ def _cycles(axes: Any, answer: Comparison) -> None:
     if not any(answer.motions):
         nothing(axes, "no motion")
         return
-    wall(axes)
+    wall(axes, answer.blows or None)
     axes.set_xlim(left=0.0)
     legend_above(axes, columns=8)
 

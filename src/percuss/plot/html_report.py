@@ -37,6 +37,7 @@ h1 { margin-bottom: 0; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; } td, th { border-bottom: 1px solid
   var(--line); padding: .3rem .5rem; text-align: left; vertical-align: top; } .scroll { overflow-x: auto; }
 figure { margin: 1.5rem 0; background: #fff; border-radius: .5rem; padding: .5rem; }
+table:not(:has(thead)) td:first-child { white-space: nowrap; }
 .outline { width: 100%; max-height: 10rem; margin: 1rem 0 0; } figure svg { width: 100%; height: auto; }
 .signed span { display: inline-block; width: 14rem; border-bottom: 1px solid var(--ink); margin-right: 1rem; }
 @media print { body { font-size: 9pt; line-height: 1.3; margin: 0; padding: 0; max-width: none; }
@@ -44,7 +45,8 @@ figure { margin: 1.5rem 0; background: #fff; border-radius: .5rem; padding: .5re
   .cards { gap: .4rem; } .card { padding: .2rem .5rem; } .card b { font-size: 11pt; } .signed { margin: .5rem 0 0; }
   ul { margin: .2rem 0; } .outline { margin: 0; max-height: 7rem; }
   @page { margin: 15mm; }
-  tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; } .signed + figure { break-before: page; }
+  tr, figure, .card { break-inside: avoid; } h1, h2, h3 { break-after: avoid; }
+  .signed + :not(.signed, footer) { break-before: page; } figure { margin: 4mm 0 0; } figure svg { max-height: 200mm; }
   pre { white-space: pre-wrap; } .scroll { overflow: visible; } }
 pre { background: var(--soft); border-radius: .5rem; padding: .8rem; overflow-x: auto; } footer { opacity: .7; }
 """

@@ -45,11 +45,17 @@ _MARKS = {
 
 
 def _draw_positions(
-    axes: Any, machine: Machine, units: Units, times: Array, centre: Array, marks: dict[str, tuple[Array, Array]]
+    axes: Any,
+    machine: Machine,
+    units: Units,
+    times: Array,
+    centre: Array,
+    marks: dict[str, tuple[Array, Array]],
+    tool: object = None,
 ) -> None:
-    """The piston over time, with the wall, the ports, and what happens: by its kind, times and places."""
+    """The piston over time, with the wall or the tool, the ports, and what happens: by its kind, times and places."""
     low = float(centre.min()) * units.length
-    wall(axes)
+    wall(axes, tool)
     axes.plot(times * units.time, centre * units.length, color=INK)
     look: dict[str, Any] = {"color": COLOURS[3], "fontsize": 7.5, "ha": "right", "textcoords": "offset points"}
     look["bbox"] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
@@ -75,7 +81,7 @@ def _draw_force(axes: Any, machine: Machine, units: Units, mark: str, times: Arr
     axes.plot(times * units.time, force * units.force, color=COLOURS[0])
     gas = machine.valve.chamber
     with_gas = ", with the gas" if gas.force or gas.stiffness else ""
-    title = f"{mark} the force on the piston, positive toward the wall{with_gas}"
+    title = f"{mark} the force on the piston, positive toward the blow{with_gas}"
     axes.set(title=title, xlabel=units.time_label, ylabel=units.force_label)
 
 
@@ -132,8 +138,8 @@ def _panels(figure: Figure, answer: MachineAnswer, measured: MeasuredForce | Non
     for kind, happened in (("port", cycle.uncoverings), ("valve", cycle.switches)):
         times = np.array([one.time for one in happened])
         marks[kind] = (times, cycle.position(times, "centre") if times.size else times)
-    _draw_positions(position, machine, units, course.times, course.centre, marks)
-    position.set(title="(a) the centre of the piston", xlabel=units.time_label, ylabel=units.length_label)
+    _draw_positions(position, machine, units, course.times, course.centre, marks, answer.tool)
+    position.set(title="(a) the piston", xlabel=units.time_label, ylabel=units.length_label)
     _draw_force(force, machine, units, "(b)", course.times, course.force)
     if measured is not None and left is not None:
         draw_measured(force, left, measured, cycle.period * units.time, units)

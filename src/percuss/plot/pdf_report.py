@@ -54,7 +54,7 @@ _PAGES = """
 }
 #let picture(b) = block(breakable: false, above: 1.2em, layout(size => {
   let drawn = image(bytes(b.svg), width: 100%, alt: b.caption)
-  let room = size.height - if b.caption == "" { 0pt } else { 18pt }
+  let room = size.height - 80pt  // for a heading and the first sentences above
   let fits = measure(drawn, width: size.width).height <= room
   if fits { drawn } else { align(center, image(bytes(b.svg), height: room, alt: b.caption)) }
   if b.caption != "" { block(above: 5pt, text(7.5pt, b.caption)) }
@@ -78,7 +78,7 @@ _PAGES = """
 #let told = (heading: heading, lead: lead, cards: cards, bullets: bullets, signed: signed, table: table,
   picture: picture, listing: listing, footer: footer)
 #for (i, b) in blocks.enumerate() {
-  if b.kind == "picture" and blocks.at(i - 1).kind == "signed" { pagebreak() }
+  if i > 0 and b.kind != "footer" and blocks.at(i - 1).kind == "signed" { pagebreak() }
   (told.at(b.kind))(b)
 }
 """

@@ -81,7 +81,7 @@ class Bullets(NamedTuple):
 
 
 class Signed(NamedTuple):
-    """Date and version, with room for a name and a signature; a picture behind it begins a page."""
+    """Date and version, with room for a name and a signature; what comes behind it begins a page."""
 
     text: str
 
@@ -108,6 +108,13 @@ class Footer(NamedTuple):
 Block = Heading | Lead | Table | Cards | Bullets | Signed | Picture | Listing | Footer
 
 
+BLOW = "Forces, waves, stresses, and where the energy goes"
+"""What the picture of a blow shows."""
+
+GLOSSARY = "docs/glossary.md"
+"""Where the terms are explained, in the documentation."""
+
+
 def report_blocks(
     case: Case, answer: Answer, simulation: SimulationAnswer | None = None, blow: BlowAnswer | None = None
 ) -> list[Block]:
@@ -122,14 +129,17 @@ def report_blocks(
     blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
     signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
+    figures: list[Block] = [picture_of(picture, caption)]
     if isinstance(hammer, SteadyAnswer | MachineAnswer):
-        blocks += [*_first_page(case, hammer), signed]
-    blocks.append(picture_of(picture, caption))
+        blocks += [*_first_page(case, hammer), *_warned(answer), signed]
+        figures.insert(0 if isinstance(hammer, SteadyAnswer) else 1, Heading("Appendix: all figures"))
+    if isinstance(hammer, MachineAnswer):
+        blocks.append(figures.pop(0))
     if blow is not None:
         struck = blow_report(blow)
-        blocks += [Heading("The blow"), Lead(struck.summary), picture_of(plot.blow(blow), "The blow")]
+        blocks += [Heading("The blow by waves"), Lead(struck.summary), picture_of(plot.blow(blow), BLOW)]
         blocks += _parts(struck.sections)
-    blocks += _parts(report.sections)
+    blocks += [*figures, *_parts(report.sections)]
     if simulation is not None:
         moved = motion_report(simulation, 0)
         drawn = plot.trajectory if simulation.motion.is_clocked else plot.machine_motion
@@ -141,7 +151,7 @@ def report_blocks(
         blocks += [Heading(heading), Listing(told.to_toml())]
     if signed not in blocks:
         blocks.append(signed)
-    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless")]
+    return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless; terms: {GLOSSARY}")]
 
 
 def _told(answer: Answer) -> tuple[Report, Figure, str]:
@@ -149,7 +159,11 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
     from percuss import plot
 
     if isinstance(answer, SteadyAnswer):
-        return steady_report(answer), plot.steady(answer), "Phases, load, gap, multipliers"
+        return (
+            steady_report(answer),
+            plot.steady(answer),
+            "Phases of the blows, load, stroke, stability, stress",
+        )
     if isinstance(answer, Comparison):
         return answer.report(), plot.comparison(answer), "Cycles and blows"
     if isinstance(answer, ToleranceAnswer):
@@ -159,7 +173,7 @@ def _told(answer: Answer) -> tuple[Report, Figure, str]:
     if isinstance(answer, DesignAnswer):
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
     if isinstance(answer, BlowAnswer):
-        return blow_report(answer), plot.blow(answer), "The blow"
+        return blow_report(answer), plot.blow(answer), BLOW
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer), "The cycle of the machine that was read, over the record"
     return machine_report(answer), plot.machine(answer), "The cycle"
@@ -206,7 +220,7 @@ def _sizes(bar: Sequence[Piece], tool: Sequence[Piece]) -> list[tuple[str, ...]]
 
 def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
     """What the figures stand on, one sentence each."""
-    found = [*answer.told_notes] if isinstance(answer, SteadyAnswer) else [*answer.notes, *answer.warnings]
+    found = [*answer.notes]
     if isinstance(answer, SteadyAnswer) and not answer.system.body.is_free:
         return [*found, "a structure that moves by its modes, and touches at one place"]
     rigid = getattr(answer.whole.motion, "modes", None) == 0
@@ -215,6 +229,18 @@ def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
     if answer.transfer is not None:
         found.append(ASSUMED)
     return found
+
+
+def _warned(answer: Answer) -> list[Block]:
+    """What speaks against the figures, if anything does."""
+    if isinstance(answer, SteadyAnswer):
+        doubted = [text for text in answer.told_notes if text not in answer.notes]
+        found = [*doubted, *(answer.history.warnings if answer.history is not None else ())]
+    elif isinstance(answer, RecordedAnswer):
+        found = [*answer.doubts, *answer.warnings, *answer.answer.warnings]
+    else:
+        found = [*answer.warnings] if isinstance(answer, MachineAnswer) else []
+    return [Heading("Warnings"), Bullets(found)] if found else []
 
 
 def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:

@@ -43,6 +43,7 @@ class _Motions(NamedTuple):
     periods: tuple[PeriodAnswer, ...]
     chosen: OrbitAnswer | None
     measured: MeasuredForce | None = None
+    tool: object = None
 
     @property
     def coloured(self) -> list[tuple[str, OrbitAnswer]]:
@@ -136,7 +137,7 @@ def steady(answer: SteadyAnswer | SteadyStates) -> Figure:
         shown = _Motions(str(answer.system), answer.system, (PeriodAnswer(answer, judged_orbits),), chosen)
     else:
         having("answer", answer, ("system", "periods", "running"), "what percuss.case.steady_answer gives")
-        shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen, answer.measured)
+        shown = _Motions(answer.title, answer.system, answer.periods, answer.chosen, answer.measured, answer.tool)
     units = units_of(shown.system)
     if not shown.system.body.is_free:
         return _of_structure(shown, units)
@@ -271,7 +272,7 @@ def _gap(axes: Any, answer: _Motions, units: Units) -> None:
     if not shown:
         _none(axes)
         return
-    wall(axes)
+    wall(axes, answer.tool)
     axes.set_xlim(left=0.0)
     axes.margins(y=0.12)
     if len(shown) <= 8:

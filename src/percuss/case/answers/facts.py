@@ -13,7 +13,7 @@ import math
 import re
 import shlex
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 if TYPE_CHECKING:
@@ -56,8 +56,27 @@ def measured(value: float, unit: str, digits: int = 4) -> str:
 
 
 def percent(fraction: float, digits: int = 3) -> str:
-    """A fraction in percent: ``1.23 %``."""
-    return f"{number(100.0 * fraction, digits)} %"
+    """A fraction in percent: ``1.23 %``, ``1150 %``."""
+    return f"{number(100.0 * fraction, digits if abs(fraction) < 10.0 else 4)} %"
+
+
+def settles(largest: float, each: str = "cycle") -> str:
+    """How soon a stable motion has forgotten a disturbance, of which each blow or cycle leaves this part at the most.
+
+    >>> settles(0.2003, "blow"), settles(0.0)
+    ('a disturbance settles to 1 % in 3 blows', 'a disturbance settles to 1 % in 1 cycle')
+    """
+    number_of = 1 if largest <= 0.01 else math.ceil(math.log(0.01) / math.log(largest))
+    return f"a disturbance settles to 1 % in {counted(number_of, each)}"
+
+
+def of_tool(words: str, tool: object) -> str:
+    """A text about the wall, said of the tool where the hammer has one.
+
+    >>> of_tool("from rest on the wall", "a rod"), of_tool("from rest on the wall", None)
+    ('from rest on the tool', 'from rest on the wall')
+    """
+    return words if tool is None else words.replace("the wall", "the tool")
 
 
 def every(periods: int) -> str:
@@ -410,3 +429,17 @@ class Report:
     summary: str
     tone: str
     sections: tuple[ReportSection | Grid, ...]
+
+    def of_tool(self, tool: object) -> Report:
+        """The same, said of the tool in place of the wall where the hammer has one."""
+        parts: list[ReportSection | Grid] = []
+        for part in self.sections:
+            heading = of_tool(part.heading, tool)
+            if isinstance(part, Grid):
+                rows = tuple(tuple(of_tool(cell, tool) for cell in row) for row in part.rows)
+                columns = tuple(of_tool(name, tool) for name in part.columns)
+                parts.append(replace(part, heading=heading, columns=columns, rows=rows))
+            else:
+                lines = tuple((label, of_tool(text, tool)) for label, text in part.rows)
+                parts.append(replace(part, heading=heading, rows=lines))
+        return replace(self, summary=of_tool(self.summary, tool), sections=tuple(parts))

@@ -22,6 +22,7 @@ from percuss.case.answers.facts import (
     json_number,
     number,
     numbers,
+    of_tool,
     percent,
     picked,
     plain,
@@ -29,6 +30,7 @@ from percuss.case.answers.facts import (
     plain_value,
     rows_of,
     said,
+    settles,
 )
 from percuss.case.answers.heading import doubts, figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
@@ -190,7 +192,7 @@ class MachineAnswer(ShortRepr):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the figures should know, one sentence each."""
-        return tuple(_warnings(self))
+        return tuple(of_tool(text, self.tool) for text in _warnings(self))
 
     def to_json_dict(self) -> dict[str, Any]:
         """The answer in plain values, as `percuss machine --json` prints it."""
@@ -375,17 +377,17 @@ def headline(answer: MachineAnswer) -> str:
         assert cycle is not None
         starts = "It starts" if answer.motion.starts_from_rest else "It does not start"
         rest = ", with a rest on the wall" if cycle.rests else ""
-        return (
-            f"The machine runs with one blow a cycle{rest}: {cycle_in_short(answer.machine, cycle)}; stable, a "
-            f"disturbance is down to {number(100.0 * abs(cycle.multiplier), 3)} % after a cycle. "
-            f"{starts} from rest on the wall."
+        text = (
+            f"The machine runs with one blow a cycle{rest}: {cycle_in_short(answer.machine, cycle)}; stable: "
+            f"{settles(abs(cycle.multiplier))}. {starts} from rest on the wall."
         )
+        return of_tool(text, answer.tool)
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
     text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
     if cycle is not None and cycle.blows > 1:
         strongest = cycle_in_short(answer.machine, cycle)
         text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
-    return text
+    return of_tool(text, answer.tool)
 
 
 def cycle_in_short(machine: Machine, cycle: ValveCycle) -> str:
@@ -629,7 +631,7 @@ def machine_report(answer: MachineAnswer) -> Report:
         told.append(answer.uncertainty.sentence)
         sections.insert(1, answer.uncertainty.grid)
     summary = " ".join(filter(None, told))
-    return Report(answer.title, summary, GOOD if answer.runs else BAD, tuple(sections))
+    return Report(answer.title, summary, GOOD if answer.runs else BAD, tuple(sections)).of_tool(answer.tool)
 
 
 # -- what it does -----------------------------------------------------------------------------------------------------

@@ -24,6 +24,7 @@ from percuss.case.answers.facts import (
     numbers,
     percent,
     picked,
+    settles,
 )
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.case import checked_case
@@ -275,7 +276,9 @@ def recorded_headline(answer: RecordedAnswer) -> str:
         obstacle = answer.answer.motion.obstacle
         first += f"does not run with one blow a cycle{'' if obstacle is None else f' — {obstacle.words}'}"
     doubts = "".join(f" Do not trust it: {doubt}." for doubt in answer.doubts)
-    return f"{first}.{doubts} Under a clock: {by_clock(answer)}; with the valve: {by_valve(answer.answer.cycle)}."
+    settled = f", and {settles(abs(cycle.multiplier))}" if cycle is not None and cycle.stable else ""
+    valve = "no cycle" if cycle is None else f"{'stable' if cycle.stable else 'unstable'}{settled}"
+    return f"{first}.{doubts} Under a clock: {by_clock(answer).partition(', ')[0]}; with the valve: {valve}."
 
 
 def by_clock(answer: RecordedAnswer) -> str:
@@ -287,7 +290,7 @@ def by_clock(answer: RecordedAnswer) -> str:
     turning = abs(z.imag) > 1e-9 * abs(z)
     size = f"a pair of multipliers of modulus {number(abs(z), 3)}" if turning else f"multiplier {number(z.real, 3)}"
     if abs(z) < 1.0:
-        return f"{'stable' if clock.stable else 'unstable by its ringing, its rhythm stable'}, {size}"
+        return f"{'stable' if clock.stable else 'unstable by its ringing'}, {size}"
     kind = "turning" if turning else "flip" if z.real < 0.0 else "beyond the fold"
     return f"unstable ({kind}), {size}"
 

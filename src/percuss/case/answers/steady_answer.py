@@ -14,6 +14,7 @@ import numpy as np
 from percuss.case.answers.facts import (
     Fact,
     Teller,
+    every,
     figures,
     json_number,
     json_of,
@@ -22,6 +23,7 @@ from percuss.case.answers.facts import (
     plain,
     plain_of,
     plain_value,
+    rhythm,
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
 from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict
@@ -207,8 +209,8 @@ _WHERE = {
     "fold": "where the motion ceases to exist",
     "nonsmooth_fold": "where the {blow} meets a step of the force and the motion ceases to exist",
     "flip": "where the period doubles",
-    "neimark_sacker": "where the motion begins to waver, by a pair of multipliers",
-    "branch_point": "where another motion takes over, as a multiplier passes 1",
+    "neimark_sacker": "where the motion begins to waver",
+    "branch_point": "where another motion takes over",
     "corner": "where the {blow} meets a step of the force and is no longer stable",
     "grazing_touch": "where the {bar} touches the wall between two {blow}s",
     "grazing_impact_dies": "where the {blow} has no speed left",
@@ -232,12 +234,24 @@ _LAST = {"restitution": (0.0, 1.0), "kappa": (0.0, 2.0)} | dict.fromkeys(
 
 
 def _end_sentence(end: ReachEnd, unit: str, name: str) -> str:
-    then = "" if end.then is None else f" (then {end.then})"
     if end.is_open:
         return f"{number(end.value)}{unit}{'' if end.value in _LAST.get(name, ()) else ' and further'}"
     machine = getattr(end.motion, "machine", None)  # of a cycle of a machine that switches its own valve
     names = _HAMMER if machine is not None or end.orbit.system.body.is_free else _STRUCTURE
+    then = "" if end.then is None else f" (then {_then(end.then, names['blow'])})"
     return f"{number(end.value)}{unit}, {_WHERE.get(end.kind.value, end.kind.words).format(**names)}{then}"
+
+
+def _then(label: str, blow: str) -> str:
+    """``2 blows in 2 load periods`` or cycles, ``chatter to rest every load period``; other labels as they are."""
+    if label.startswith("runs "):  # of a machine
+        return rhythm(f"z={label.removeprefix('runs ')}", blow).replace("load period", "cycle")
+    kind, _, periods = label.partition("/")
+    if label.startswith("z="):
+        return rhythm(label, blow)
+    if kind in ("chatter", "rest") and periods.isdigit():
+        return f"{'chatter to rest' if kind == 'chatter' else f'{blow}s and rest'} {every(int(periods))}"
+    return label
 
 
 def _end_dict(end: ReachEnd) -> dict[str, Any]:

@@ -21,9 +21,11 @@ from percuss.case.answers.facts import (
     every,
     measured,
     number,
+    of_tool,
     percent,
     rhythm,
     rows_of,
+    settles,
 )
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
 from percuss.case.answers.steady_answer import rest_note
@@ -133,19 +135,17 @@ def summary_of(answer: SteadyAnswer) -> FirstLines:
     if running:
         told.insert(0, transfer_sentence(answer.transfer))
         told.insert(1, "" if answer.uncertainty is None else answer.uncertainty.sentence)
-        others = sorted({other.orbit.periods for other in running[1:]})
-        also = (
-            f"It can also settle on m = {', '.join(map(str, others))}; which motion it takes depends on how it starts"
-        )
-        more = [f"{also}.", *told] if others else told
-        return FirstLines(_can_run(answer, running[0]), " ".join(filter(None, more)), True)
+        others = ", or ".join(every(m) for m in sorted({other.orbit.periods for other in running[1:]}))
+        also = f"It can also settle on one blow {others}; which motion it takes depends on how it starts."
+        more = [also, *told] if others else told
+        return FirstLines(_can_run(answer, running[0]), of_tool(" ".join(filter(None, more)), answer.tool), True)
     alone = [one for period in answer.periods if period.timed is not None for one in period.timed.alone if one.runs]
     if alone:
-        orbit, margin = alone[0].orbit, number(alone[0].stability.margin, 3)
+        orbit, settled = alone[0].orbit, settles(1.0 - alone[0].stability.margin, "blow")
         text = (
             f"By {orbit.law.law} the hammer can run with one blow {every(orbit.periods)}: phase {number(orbit.phase)}"
         )
-        text += f" rad; stable, margin {margin}. By B77's law, whose blows take no time, it cannot."
+        text += f" rad; stable: {settled}. With blows that take no time it cannot."
         return FirstLines(text, " ".join(filter(None, told)), True)
     stays = answer.rest.possible and not answer.rest.held_by_waves  # of a simulated bar, too
     rest = "The bar may also come to rest on the wall." if stays else ""
@@ -154,7 +154,7 @@ def summary_of(answer: SteadyAnswer) -> FirstLines:
     found = any(period.orbits for period in answer.periods)
     why = "can be sustained; see below for what fails." if found else "exists; see below for the nearest one."
     text = f"No steady motion with one impact {when} {why}"
-    return FirstLines(text, " ".join(filter(None, [rest, *told])), False)
+    return FirstLines(text, of_tool(" ".join(filter(None, [rest, *told])), answer.tool), False)
 
 
 def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
@@ -163,20 +163,10 @@ def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
     if first.si is not None:
         rate = f"{number(first.si.blow_rate_Hz)} Hz ({number(first.si.blow_rate_per_min)} blows/min)"
         figures = f"{tell(orbit.blow_energy, 'energy')} at {rate}, {tell(orbit.impact_velocity, 'speed')}"
-    return (
-        f"The hammer can run with one blow {every(first.orbit.periods)}: {figures}; stable, "
-        f"{_margins_in_short(first)} ({name_of(answer, first)} below)."
-    )
-
-
-def _margins_in_short(found: OrbitAnswer) -> str:
-    """``rhythm margin 0.86, ringing margin 0.059``; by a law of blows that take time ``margin 0.85 by b77-blow``."""
-    judged = found.stability
-    if found.timed is not None:
-        return f"margin {number(found.timed.stability.margin, 3)} by {found.timed.orbit.law.law}"
-    rhythm, ringing = number(judged.margin_rhythm, 3), judged.margin_ringing
-    text = f"rhythm margin {rhythm}"
-    return text if ringing is None else f"{text}, ringing margin {number(ringing, 3)}"
+    judged = first.stability if first.timed is None else first.timed.stability
+    law = "" if first.timed is None else f", by {first.timed.orbit.law.law}"
+    settled = settles(1.0 - judged.margin, "blow")
+    return f"The hammer can run with one blow {every(first.orbit.periods)}: {figures}; stable: {settled}{law}."
 
 
 def name_of(answer: SteadyAnswer, found: OrbitAnswer) -> str:
@@ -276,8 +266,16 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
     phase = f"{number(orbit.phase, 5)} rad = {number(math.degrees(orbit.phase))}°"
     phase += f" = {tell(orbit.phase, 'time')} into the load period" if tell.is_si else ""
     rows = [
-        ("phase", phase),
         ("possible", _possible(answer)),
+    ]
+    if orbit.impact_velocity > 0.0:
+        rows += rows_of(answer, _BLOW, tell)
+    else:
+        told = tell(-orbit.impact_velocity, "speed", plain=6)
+        moving = f"the striking end would be leaving the wall at {told}"
+        rows.append(("blow", f"none: {moving if orbit.impact_velocity else 'the end would stand still'}"))
+    rows += [
+        ("phase", phase),
         ("verdict", _verdict(judged)),
         ("margins", _margins(judged)),
         ("multipliers", _multipliers(judged)),
@@ -285,12 +283,6 @@ def orbit_section(answer: OrbitAnswer, name: str, law: Timed | None = None) -> R
     if judged.disagreement:
         rows.append(("note", judged.disagreement))
     rows.append(("force at impact", _waveform(judged, tell)))
-    if orbit.impact_velocity > 0.0:
-        rows += rows_of(answer, _BLOW, tell)
-    else:
-        told = tell(-orbit.impact_velocity, "speed", plain=6)
-        moving = f"the striking end would be leaving the wall at {told}"
-        rows.append(("blow", f"none: {moving if orbit.impact_velocity else 'the end would stand still'}"))
     if law is not None:  # what becomes of it when its blows take time
         rows += [(law.law, ENDED)] if answer.timed is None else _rows(answer.timed, judged)
     rows += [("warning", warning) for warning in orbit.warnings[:MOST_WARNINGS]]
@@ -484,7 +476,8 @@ def steady_report(answer: SteadyAnswer) -> Report:
             sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
         sections += alone_sections(period)
     if answer.transfer is not None and answer.chosen is not None:
-        sections.append(transfer_section(answer.transfer, f", {name_of(answer, answer.chosen)}"))
+        which = f", one blow {every(answer.chosen.orbit.periods)}" if len(answer.running) > 1 else ""
+        sections.append(transfer_section(answer.transfer, which))
     if answer.reach is not None:
         law = "" if answer.law is None else ", by B77's law"
         motion = "" if answer.chosen is None or answer.rest is None else f"{name_of(answer, answer.chosen)}{law}"
@@ -493,7 +486,7 @@ def steady_report(answer: SteadyAnswer) -> Report:
         sections.append(_rest_section(answer.rest, answer.system))
         sections.append(ends_section(answer.starts, answer.name, answer.system))
     told = summary_of(answer)
-    return Report(answer.title, told.text, GOOD if told.runs else BAD, tuple(sections))
+    return Report(answer.title, told.text, GOOD if told.runs else BAD, tuple(sections)).of_tool(answer.tool)
 
 
 # -- what exists ----------------------------------------------------------------------------------------------------

@@ -91,7 +91,7 @@ function none() {
       nearest.restitution !== null && `a restitution of ${number(nearest.restitution)}`,
     ].filter(Boolean);
   const words =
-    note || "The mean load is too great for its alternating part: the level lies above every crest of the curve.";
+    note || "The mean load is too great for its alternating part.";
   const way = near?.length ? ` One would exist from ${near.join(" or ")}.` : "";
   return [
     badge("bad", "No steady motion"),

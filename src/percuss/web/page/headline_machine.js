@@ -1,7 +1,6 @@
 // The headline of a machine that switches itself: whether it runs, with what, or what keeps it from running.
 
 import { h } from "./dom.js";
-import { number } from "./format.js";
 import { data } from "./state.js";
 
 /** What of it the headline depends on. */
@@ -17,7 +16,8 @@ export function machineVerdict() {
 /** A running machine in a sentence or two. */
 function running({ answer, more }) {
   const left = Math.hypot(...(answer.multipliers[0] ?? [0, 0]));
-  const settles = `One blow a cycle, switched by the piston. Stable: of a disturbance ${number(100 * left, 3)} % is left after a cycle.`;
+  const cycles = left <= 0.01 ? 1 : Math.ceil(Math.log(0.01) / Math.log(left));
+  const settles = `One blow a cycle, switched by the piston. Stable: a disturbance settles to 1 % in ${cycles} cycle${cycles > 1 ? "s" : ""}.`;
   if (!more) return settles;
   return `${settles} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
 }

@@ -56,8 +56,8 @@ def reach_answer(
     >>> case = load_case("pneumatic-jackleg")
     >>> found = reach_answer(case, steady_answer(case).chosen.orbit, ["load_factor"], modes=0)
     >>> print(found[0])
-    load factor p₀/p₁ = 0.3925: down to 0.3584, where the period doubles (then z=2/2); up to 0.4307, where the motion \
-ceases to exist (then chatter/1)
+    load factor p₀/p₁ = 0.3925: down to 0.3584, where the period doubles (then 2 blows in 2 load \
+periods); up to 0.4307, where the motion ceases to exist (then chatter to rest every load period)
     """
     wanted = varied_parameters(case, names)
     callback("progress", progress)
