@@ -16,8 +16,8 @@ from percuss.plot.report_pages import (
     Lead,
     Listing,
     Picture,
+    Rows,
     Signed,
-    Table,
     report_blocks,
 )
 from percuss.short_repr import escape_control
@@ -82,7 +82,7 @@ def _element(block: Block) -> str:
             return f"<h{level}>{_safe(text)}</h{level}>"
         case Lead(text):
             return f"<p><strong>{_safe(text)}</strong></p>"
-        case Table(columns, rows):
+        case Rows(columns, rows):
             top = f"<thead>{_row(columns, 'th')}</thead>" if columns else ""
             body = "".join(_row(row, "td") for row in rows)
             return f'<div class="scroll"><table>{top}<tbody>{body}</tbody></table></div>'

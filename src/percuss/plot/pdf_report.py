@@ -43,7 +43,7 @@ _PAGES = """
   block[Name: #box(width: 5cm, stroke: (bottom: line), height: 1em) #h(1em)
     Signature: #box(width: 5cm, stroke: (bottom: line), height: 1em)]
 }
-#let table(b) = if b.rows.len() > 0 {
+#let rows(b) = if b.rows.len() > 0 {
   let wide = calc.max(..b.rows.map(row => row.len()))
   std.table(
     columns: if b.columns.len() == 0 { (auto,) * (wide - 1) + (1fr,) } else { (auto,) * wide },
@@ -75,7 +75,7 @@ _PAGES = """
 #show std.heading.where(level: 1): set text(15pt)
 #show std.heading.where(level: 2): set text(10pt)
 #show std.heading.where(level: 3): set text(8.5pt)
-#let told = (heading: heading, lead: lead, cards: cards, bullets: bullets, signed: signed, table: table,
+#let told = (heading: heading, lead: lead, cards: cards, bullets: bullets, signed: signed, rows: rows,
   picture: picture, listing: listing, footer: footer)
 #for (i, b) in blocks.enumerate() {
   if i > 0 and b.kind != "footer" and blocks.at(i - 1).kind == "signed" { pagebreak() }

@@ -61,7 +61,7 @@ class Lead(NamedTuple):
     text: str
 
 
-class Table(NamedTuple):
+class Rows(NamedTuple):
     """Rows of cells, below the names of the columns where they have any."""
 
     columns: Sequence[str]
@@ -105,7 +105,7 @@ class Footer(NamedTuple):
     text: str
 
 
-Block = Heading | Lead | Table | Cards | Bullets | Signed | Picture | Listing | Footer
+Block = Heading | Lead | Rows | Cards | Bullets | Signed | Picture | Listing | Footer
 
 
 BLOW = "Forces, waves, stresses, and where the energy goes"
@@ -189,7 +189,7 @@ def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer) -> list[Block]
     if case.is_si and hammer.bar is not None and case.tables.body is None:
         rod = None if whole.tool is None else whole.tool.target
         tool = rod.pieces if isinstance(rod, Rod) and rod.impedance is None else ()
-        blocks += [Picture(bar_outline(hammer, tool)), Table(_SIZES, _sizes(hammer.bar.pieces, tool))]
+        blocks += [Picture(bar_outline(hammer, tool)), Rows(_SIZES, _sizes(hammer.bar.pieces, tool))]
     cards = []
     for name in HEADLINE:
         value = None if name == "stress" and answer.transfer is not None else whole.value(name)  # then told by bodies
@@ -201,7 +201,7 @@ def _first_page(case: Case, answer: SteadyAnswer | MachineAnswer) -> list[Block]
         which = "" if whole.runs else " (in a motion that cannot be sustained)"
         blocks += [Heading(f"Figures{which}"), Cards(cards)]
     if answer.reach:
-        blocks += [Heading("It runs within"), Table((), [(row.label, row.words) for row in answer.reach])]
+        blocks += [Heading("It runs within"), Rows((), [(row.label, row.words) for row in answer.reach])]
     return [*blocks, Heading("Assumed"), Bullets(_assumed(answer))]
 
 
@@ -247,9 +247,9 @@ def _parts(sections: Iterable[ReportSection | Grid]) -> Iterator[Block]:
     """Sections of a report as headings and tables."""
     for part in sections:
         if isinstance(part, Grid):
-            yield from (Heading(part.heading), Table(part.columns, part.rows))
+            yield from (Heading(part.heading), Rows(part.columns, part.rows))
         else:
-            yield from (Heading(part.heading, part.level + 1), Table((), part.rows))
+            yield from (Heading(part.heading, part.level + 1), Rows((), part.rows))
 
 
 def picture_of(figure: Figure, caption: str) -> Picture:

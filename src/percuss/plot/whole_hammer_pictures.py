@@ -1,7 +1,8 @@
-"""Pictures of hammers side by side: their cycles, figures and blows; and of those about the best one of a search."""
+"""Pictures of whole hammers: side by side, about the best of a search, within tolerances, and fitted to their blows."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
     from percuss.case.answers.exploring.comparison import Comparison
     from percuss.case.answers.exploring.design import DesignPlane
+    from percuss.case.answers.exploring.identify import IdentifyAnswer
+    from percuss.case.answers.exploring.tolerance import Spread, ToleranceAnswer
 
 _POINTS = 721
 
@@ -133,3 +136,109 @@ def design_plane(plane: DesignPlane) -> Figure:
         drawn.legend(handles=[*marks, *missed], loc="outside lower center", ncols=4, fontsize=7)
         axes.set(xlabel=f"{spans[0].name} [{spans[0].unit}]", ylabel=f"{spans[1].name} [{spans[1].unit}]")
     return drawn
+
+
+# ---- Hammers within tolerances
+
+_SHOWN = ("rock_power", "blow_energy", "blow_rate", "steel.stress", "margin", "stroke", "impact_velocity")
+_PANELS = 5
+
+
+def tolerance(answer: ToleranceAnswer) -> Figure:
+    """Draw the share of each tolerance in the variance of the main figure, and how the figures spread.
+
+    Examples
+    --------
+    >>> from percuss.case import load_case, parsed_tolerance, tolerance
+    >>> from percuss.plot import tolerance as picture
+    >>> case = load_case("valve-breaker")
+    >>> found = tolerance(case, [parsed_tolerance("load.pressure=±5%", case)], ["blow_energy"], samples=64, modes=0)
+    >>> len(picture(found).axes)
+    2
+    """
+    having("answer", answer, ("spreads", "ranked"), "what percuss.case.tolerance gives")
+    told = {one.name: one for one in answer.spreads}
+    shown = [told.pop(name) for name in _SHOWN if name in told][:_PANELS]
+    shown = [*shown, *told.values()][:_PANELS]
+    rows = math.ceil((len(shown) + 1) / 2)
+    with canvas(10.0, 2.9 * rows + 0.6, f"{answer.case.title}: {len(answer.drawn['runs'])} hammers drawn") as figure:
+        axes = figure.subplots(rows, 2, squeeze=False).ravel()
+        _shares(axes[0], answer)
+        for i, spread in enumerate(shown):
+            _spread(axes[i + 1], answer, spread, f"({'bcdefg'[i]})")
+        for one in axes[len(shown) + 1 :]:
+            one.remove()
+    return figure
+
+
+def _shares(axes: Any, answer: ToleranceAnswer) -> None:
+    main = answer.main
+    if main is None or not answer.ranked:
+        axes.set_title("(a) what dominates")
+        nothing(axes, "not told: too many hammers do not run")
+        return
+    axes.set_title(f"(a) shares of the variance of the {whole_figure(main.name).label}")
+    rows = answer.ranked[::-1]
+    places = np.arange(len(rows))
+    axes.barh(places + 0.2, [100.0 * total for *_, total in rows], 0.38, color=COLOURS[0], label="in all")
+    axes.barh(places - 0.2, [100.0 * first for _, first, _ in rows], 0.38, color=COLOURS[1], label="alone")
+    axes.set_yticks(places, [one.name for one, *_ in rows])
+    axes.set_xlabel("%")
+    axes.legend(loc="lower right")
+
+
+def _spread(axes: Any, answer: ToleranceAnswer, spread: Spread, mark: str) -> None:
+    figure, is_si = whole_figure(spread.name), answer.case.is_si
+    axes.set_title(f"{mark} {figure.label}")
+    values = answer.drawn[spread.name]
+    values = values[np.isfinite(values)]
+    scale, unit = figure.axis(float(np.abs(values).max(initial=0.0)), is_si)
+    bins = 40 if float(np.ptp(values)) > 1e-9 * float(np.abs(values).max(initial=0.0)) else 1
+    axes.hist(values * scale, bins, color=COLOURS[0], alpha=0.5)
+    for place, line, label in (
+        (spread.nominal, "-", "as drawn"), (spread.low, ":", "nine of ten"), (spread.high, ":", None)
+    ):  # fmt: skip
+        axes.axvline(place * scale, linestyle=line, color=INK, label=label)
+    axes.set(xlabel=unit, yticks=[])
+    if mark == "(b)":
+        axes.legend(loc="upper right")
+
+
+# ---- Numbers from measured blows
+
+
+def identify(answer: IdentifyAnswer) -> Figure:
+    """Draw each measured figure over the number of the blow, with that of the hammer that fits; below the residuals.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from percuss.case import identify, load_case
+    >>> from percuss.plot import identify as picture
+    >>> from percuss.recordings import BlowRecord
+    >>> noise = np.random.default_rng(1).normal(size=(2, 100))
+    >>> record = BlowRecord(np.cumsum(0.11 + 1e-4 * noise[0]), {"rebound_velocity": 1.4 + 0.01 * noise[1]})
+    >>> len(picture(identify(load_case("valve-breaker"), record, modes=0)).axes)
+    4
+    """
+    having("answer", answer, ("means", "figures"), "what percuss.case.identify gives")
+    columns = len(answer.figures)
+    with canvas(1.5 + 3.6 * columns, 5.0, f"{answer.case.title}: {answer.means.blows[-1] + 1} blows") as figure:
+        axes = figure.subplots(2, columns, squeeze=False, sharex=True, height_ratios=(2, 1))
+        for i, one in enumerate(answer.figures):
+            blows, series = answer.means.blows, answer.means.series[one.name]
+            scale, unit = one.figure.axis(float(np.abs(series).max()), True)
+            _measured(axes[0, i], blows, series * scale)
+            axes[0, i].axhline(one.fitted * scale, color=COLOURS[1], label="fitted")
+            if one.own is not None:
+                axes[0, i].axhline(one.own * scale, color=INK, linestyle=":", label="the case")
+            axes[0, i].set(title=f"({'abcde'[i]}) {one.figure.label}", ylabel=unit)
+            _measured(axes[1, i], blows, 100.0 * (series / one.fitted - 1.0))
+            axes[1, i].axhline(0.0, color=COLOURS[1])
+            axes[1, i].set(xlabel="number of the blow", ylabel="residual [%]")
+        axes[0, 0].legend(loc="upper right")
+    return figure
+
+
+def _measured(axes: Any, blows: Any, values: Any) -> None:
+    axes.plot(blows, values, ".", color=COLOURS[0], markersize=3.0, label="measured")
