@@ -506,7 +506,7 @@ def test_the_report_as_a_file_says_first_what_the_terminal_says(case: Case) -> N
     """Whether it can run, what happens instead, and where random starts end: by the same sentences."""
     from html import unescape
 
-    from percuss.plot.html_report import report_html
+    from percuss.plot.reports.html_report import report_html
 
     answer = steady_answer(case, (1, 2), starts=8)
     text = unescape(re.sub("<[^>]+>", "", report_html(case, answer)))
@@ -523,7 +523,7 @@ def test_the_report_as_a_file_says_first_what_the_terminal_says(case: Case) -> N
 def test_the_report_as_a_file_is_there_for_every_hammer(name: str, answered: Any, told: Any) -> None:
     from html import unescape
 
-    from percuss.plot.html_report import report_html
+    from percuss.plot.reports.html_report import report_html
 
     case = load_case(name)
     answer = answered(case)
@@ -535,7 +535,7 @@ def test_the_report_as_a_file_is_there_for_every_hammer(name: str, answered: Any
 
 
 def test_the_report_as_a_file_tells_no_speed_of_what_does_not_strike() -> None:
-    from percuss.plot.html_report import report_html
+    from percuss.plot.reports.html_report import report_html
 
     case = Case.from_text(BACKWARD)
     answer = steady_answer(case)
@@ -553,7 +553,7 @@ def test_a_title_steers_neither_a_picture_nor_a_page() -> None:
     """matplotlib has no glyph for ESC, and the letters behind a reversal would be read backward."""
     from percuss import plot
     from percuss.case import simulation_answer
-    from percuss.plot.html_report import report_html
+    from percuss.plot.reports.html_report import report_html
 
     title = "mine\x1b[2J \u202eand $x$\nyours"
     case = Case.from_text('title = "mine\\u001b[2J \\u202eand $x$\\nyours"\n' + PLAIN.format(mean=0.3, r=0.6, d=0.0048))

@@ -7,7 +7,7 @@ import pytest
 from percuss.case import compare, load_case, machine_answer, steady_answer
 from percuss.errors import ParameterError
 from percuss.plot import comparison
-from percuss.plot.html_report import report_html
+from percuss.plot.reports.html_report import report_html
 
 FASTER = {"load.pressure": "180 bar", "load.ports[0].behind": "120 mm"}
 

@@ -11,7 +11,7 @@ from scipy.stats.qmc import Sobol, scale
 from percuss.case import CaseFamily, Limit, Span, compare, design, load_case
 from percuss.errors import ParameterError
 from percuss.plot import design_plane
-from percuss.plot.html_report import report_html
+from percuss.plot.reports.html_report import report_html
 
 PUMP = {"load.supply": {"flow": "60 l/min", "accumulator": "2.5 cm^3/bar"}}
 HAMMERS = {

@@ -8,7 +8,7 @@ import pytest
 
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Load, Section, SectionedBar, System, UniformBar
-from percuss.plot.bar_outline import bar_outline
+from percuss.plot.reports.bar_outline import bar_outline
 
 SVG = "{http://www.w3.org/2000/svg}"
 LOAD = Load.fourier([900.0, 1000.0], frequency=60.0)

@@ -12,8 +12,8 @@ import pypdfium2
 import pytest
 
 from percuss.case import Case, blow_answer, compare, load_case, machine_answer, steady_answer
-from percuss.plot.html_report import report_html
-from percuss.plot.pdf_report import report_pdf
+from percuss.plot.reports.html_report import report_html
+from percuss.plot.reports.pdf_report import report_pdf
 from percuss.units import unit_scale
 
 PAPERS = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.case import BlowAnswer, Case
-    from percuss.plot.report_pages import Answer
+    from percuss.plot.reports.report_pages import Answer
 
 _COLOURS = {"good": "green", "bad": "red", "": "default"}
 
@@ -104,11 +104,11 @@ def filed(path: str | None, paper: str, case: Case, answer: Answer, blow: BlowAn
     from percuss.atomic_write import write_whole
 
     if path.lower().endswith(".pdf"):
-        from percuss.plot.pdf_report import report_pdf
+        from percuss.plot.reports.pdf_report import report_pdf
 
         write_whole(path, report_pdf(case, answer, blow=blow, paper=paper))
     else:
-        from percuss.plot.html_report import report_html
+        from percuss.plot.reports.html_report import report_html
 
         write_whole(path, report_html(case, answer, blow=blow))
 

@@ -18,8 +18,8 @@ from percuss.case.parameters.description import case_dict
 from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
-from percuss.plot.html_report import report_html
-from percuss.plot.report_pages import Answer
+from percuss.plot.reports.html_report import report_html
+from percuss.plot.reports.report_pages import Answer
 from percuss.web.motion_routes import simulated
 from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
 from percuss.web.requests import bounded_body, refused

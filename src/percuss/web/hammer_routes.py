@@ -49,7 +49,7 @@ def hammer(case: Case, asked: HammerAsked, limits: Limits) -> Events:
     begin = _ASKED[asked.question](case, asked)
 
     def looks(halt: Halt, tell: Tell) -> None:
-        from percuss.plot.report_pages import picture_of
+        from percuss.plot.reports.report_pages import picture_of
 
         def told(share: float, words: str) -> bool:
             tell("progress", {"done": share, "told": words})

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from html import escape as escaped
 from typing import TYPE_CHECKING
 
-from percuss.plot.report_pages import (
+from percuss.plot.reports.report_pages import (
     Answer,
     Block,
     Bullets,

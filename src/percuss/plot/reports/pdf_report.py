@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.errors import extra_package
 from percuss.model.checks import choice
-from percuss.plot.report_pages import Answer, Block, report_blocks
+from percuss.plot.reports.report_pages import Answer, Block, report_blocks
 from percuss.short_repr import escape_control
 
 if TYPE_CHECKING:

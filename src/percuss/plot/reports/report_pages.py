@@ -25,7 +25,7 @@ from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import steady_report
 from percuss.case.answers.transfer import ASSUMED
 from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
-from percuss.plot.bar_outline import bar_outline
+from percuss.plot.reports.bar_outline import bar_outline
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
