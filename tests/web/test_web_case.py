@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from urllib.parse import urlencode
 
 import httpx
 import pytest
@@ -234,3 +235,17 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
     page.keyboard.press("ArrowRight")
     settled(page, "map", "boundaries")
     assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.32, rel=0.01)
+
+
+def test_a_number_that_is_known_within_limits_keeps_them(desk: Desk) -> None:
+    """In the fields, in the case that is saved, in what a slider leaves of it, and in what is told of the figures."""
+    page = desk.open(f"panel=case&machine=valve-breaker&{urlencode({'load.pressure': '160 bar ± 5 %'})}")
+    expect(page.locator("#reason")).to_contain_text("blow energy 3.75 ± 0.")
+    expect(page.locator("#field-load-pressure")).to_have_value("160 bar ± 5 %")
+    slide(page, "contact-restitution", 0.3)
+    settled(page)
+    assert knows(page, "state.js:data.tables.load.pressure") == "160 bar ± 5 %"
+    expect(page.locator("#reason")).to_contain_text("; from load.pressure.")
+    slide(page, "load-pressure", 150.0)
+    settled(page)
+    assert knows(page, "state.js:data.tables.load.pressure") == "150 bar ± 5 %"

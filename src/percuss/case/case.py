@@ -384,10 +384,14 @@ class Case:
 
     def to_toml(self) -> str:
         """TOML text that reads back as an equal case."""
+        return toml_text(self.as_given())
+
+    def as_given(self) -> dict[str, Any]:
+        """The tables as `to_dict` has them, numbers with their ±."""
         tables = self.to_dict()
         for key, given in self.uncertain:
             tables = with_value(tables, key, given)
-        return toml_text(tables)
+        return tables
 
 
 def checked_case(case: object) -> None:
@@ -413,7 +417,8 @@ def case_of(tables: Mapping[str, Any], file: str = "case", harmonics: int = MAX_
             remedy = "give the case and its recording together, or the load that the recording gives"
             raise CaseError(file, "load.kind", "history", "a case cannot name a recording here", remedy)
         check_harmonics(load, file, harmonics)
-    return Case(_checked(given, file), file)
+    nominal, uncertain = without_uncertainty(given, file)
+    return Case(_checked(nominal, file), file, uncertain=uncertain)
 
 
 def _given(table: Mapping[str, Any], deep: int = 2) -> dict[str, Any]:
@@ -447,9 +452,9 @@ def check_harmonics(load: Mapping[str, Any], file: str, most: int) -> None:
         raise CaseError(file, "load.breaks", f"{len(breaks)} phases", f"expected at most {most} phases")
 
 
-def json_tables(case: Case) -> dict[str, Any]:
-    """The tables of a case as JSON has them; only those that were given."""
-    return {name: _json_value(table) for name, table in case.to_dict().items()}
+def json_tables(case: Case, *, as_given: bool = False) -> dict[str, Any]:
+    """The tables of a case as JSON has them; only those that were given, numbers with their ± where it is asked for."""
+    return {name: _json_value(table) for name, table in (case.as_given() if as_given else case.to_dict()).items()}
 
 
 def _json_value(value: Any) -> Any:

@@ -19,6 +19,7 @@ from percuss.case import (
     rest_cycles_answer,
     steady_answer,
     sweep_job_of,
+    uncertainty_of,
 )
 from percuss.case.answers.exploring.diagram_answer import diagram_dict, diagram_progress
 from percuss.case.answers.exploring.orbits_answer import (
@@ -89,7 +90,7 @@ def quick(case: Case, asked: QuickAsked, terms: Terms) -> dict[str, Any]:
     else:
         every = asked.multipliers or not terms.kernels.work("multipliers")  # it takes longer, but no kernels
         found = quick_dict(moved, asked.periods, asked.curve, asked.modes, every)
-    return found if asked.values is None else {**found, "tables": json_tables(moved)}
+    return found if asked.values is None else {**found, "tables": json_tables(moved, as_given=True)}
 
 
 @router.answer("/api/steady", "What percuss steady --json answers")
@@ -98,6 +99,9 @@ def steady(case: Case, asked: SteadyAsked, terms: Terms) -> dict[str, Any]:
     periods = tuple(sorted(set(asked.periods)))
     check_steady(case.system(), periods, asked.modes, terms.limits)
     answer = steady_answer(case, periods, asked.modes)
+    if answer.running:
+        known = uncertainty_of(case, asked.modes, answer.running[0].orbit.periods)
+        answer = replace(answer, uncertainty=known)
     return (answer if terms.kernels.work("blows") else replace(answer, tool=None)).to_json_dict()
 
 

@@ -326,4 +326,5 @@ class FigureUncertainty(ShortRepr):
 
     def to_json_dict(self) -> dict[str, Any]:
         """The figures in plain values."""
-        return {"figures": [plain_of(one, UNCERTAIN) for one in self.figures], "stopped": list(self.stopped)}
+        figures = [plain_of(one, UNCERTAIN) for one in self.figures]
+        return {"sentence": self.sentence, "figures": figures, "stopped": list(self.stopped)}

@@ -156,7 +156,7 @@ def case_dict(case: Case) -> dict[str, Any]:
     return {
         "title": case.title,
         "si": case.is_si,
-        "tables": json_tables(case),
+        "tables": json_tables(case, as_given=True),
         "toml": case.to_toml(),
         "system": system,
         "body": about,

@@ -78,7 +78,7 @@ function verdict(found) {
   }
   return [
     badge(stable ? "good" : "bad", stable ? "Stable" : "Unstable"),
-    h("p", { id: "reason" }, sentence(reasonOf(found))),
+    h("p", { id: "reason" }, sentence(reasonOf(found)), stable && data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : ""),
   ];
 }
 

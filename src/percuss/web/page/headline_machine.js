@@ -19,7 +19,8 @@ function running({ answer, more }) {
   const cycles = left <= 0.01 ? 1 : Math.ceil(Math.log(0.01) / Math.log(left));
   const settles = `One blow a cycle, switched by the piston. Stable: a disturbance settles to 1 % in ${cycles} cycle${cycles > 1 ? "s" : ""}.`;
   if (!more) return settles;
-  return `${settles} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
+  const known = more.uncertainty ? ` ${more.uncertainty.sentence}` : "";
+  return `${settles}${known} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
 }
 
 /** Its figures: rows of [name, value, unit]. */

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_sentence
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
+from percuss.case.answers.exploring.tolerance import uncertainty_of
 from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
@@ -391,6 +392,8 @@ def branch_playback(
 def machine_playback(case: Case, *, modes: int | None = None, points: int = 401, whole: bool = True) -> Frames:
     """A machine's cycle in its units; `whole`: with margins and the curve over the pressure, which take longer."""
     answer = machine_answer(case, modes)
+    if whole and answer.runs:
+        answer = replace(answer, uncertainty=uncertainty_of(case, modes))
     machine = answer.machine
     told = answer.to_json_dict() if whole else cycle_dict(answer)
     header = {
