@@ -220,6 +220,7 @@ assumed; then its blow by waves and the fatigue of its steel, where it has a too
     NO_PLAUSIBILITY,
     *report_options("-o, --output FILE", required=True),
 )
+@_undisturbed()
 def report(parser: Parser, options: argparse.Namespace) -> int:
     """Answer, blow and fatigue of one case as a file."""
     from percuss.case import MachineAnswer, blow_answer, machine_answer, steady_answer
