@@ -38,7 +38,7 @@ from percuss.case.uploads.upload import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
-from percuss.web import Limits, Settings, case_routes, motion_routes, orbit_routes
+from percuss.web import Limits, Settings, case_routes, hammer_routes, motion_routes, orbit_routes
 from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
@@ -437,7 +437,7 @@ def test_no_field_breaks_the_server(client: Client, path: str, data: st.DataObje
 
 _ROUTES = [
     f"{method} {route.path}"
-    for room in (case_routes, motion_routes, orbit_routes)
+    for room in (case_routes, hammer_routes, motion_routes, orbit_routes)
     for route in room.router.routes
     for method in sorted(route.methods)
 ]
