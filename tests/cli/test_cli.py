@@ -142,7 +142,7 @@ def test_json_of_a_plain_case(percuss):
 def test_report_for_people(percuss):
     told = "The hammer can run with one blow every load period: 180 J at 17.5 Hz"
     done = percuss("steady", "mini-breaker", "--periods", "1..2")
-    done.told(told, "Orbit 2 of 2, m = 1: stable, possible", "nearest         load factor")
+    done.told(told, "Motion 2 of 2: stable, possible", "nearest         load factor")
     assert "\x1b" not in done.out  # no colours into a pipe
 
 

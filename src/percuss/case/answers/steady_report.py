@@ -51,6 +51,11 @@ if TYPE_CHECKING:
 # ---- Where random starts end, in words: the same for the terminal and for a report
 
 
+def _in(periods: int) -> str:
+    """In how many load periods a motion has its blow, where that is not one."""
+    return "" if periods == 1 else f", one blow in {periods} load periods"
+
+
 def ends_sentence(ends: Ends, running: set[str], system: System) -> str:
     """The sentence of a summary; `running` holds the labels of the steady motions that can be sustained."""
     if not ends.followed:
@@ -170,9 +175,9 @@ def _can_run(answer: SteadyAnswer, first: OrbitAnswer) -> str:
 
 
 def name_of(answer: SteadyAnswer, found: OrbitAnswer) -> str:
-    """``orbit 2`` as the cards are numbered."""
+    """``motion 2`` as the cards are numbered."""
     number_of = {id(one): i + 1 for period in answer.periods for i, one in enumerate(period.orbits)}
-    return f"orbit {number_of[id(found)]}, m = {found.orbit.periods}"
+    return f"motion {number_of[id(found)]}{_in(found.orbit.periods)}"
 
 
 # ---- A law that knows the duration of the blow, and its motions beside those of B77's law, in words
@@ -233,7 +238,7 @@ def alone_sections(period: PeriodAnswer) -> list[ReportSection]:
     """Cards of the motions that continue none of B77's."""
     if period.timed is None:
         return []
-    heading = f"Of {period.timed.states.law.law} alone, m = {period.states.periods}"
+    heading = f"Of {period.timed.states.law.law} alone{_in(period.states.periods)}"
     return [
         ReportSection(f"{heading}: {_judged(found)}", tuple(_rows(found, None)), GOOD if found.runs else BAD, level=2)
         for found in period.timed.alone
@@ -473,7 +478,7 @@ def steady_report(answer: SteadyAnswer) -> Report:
         sections.append(_existence_section(answer.system, period))
         count = len(period.orbits)
         for i, found in enumerate(period.orbits):
-            sections.append(orbit_section(found, f"Orbit {i + 1} of {count}, m = {period.states.periods}", answer.law))
+            sections.append(orbit_section(found, f"Motion {i + 1} of {count}{_in(period.states.periods)}", answer.law))
         sections += alone_sections(period)
     if answer.transfer is not None and answer.chosen is not None:
         which = f", one blow {every(answer.chosen.orbit.periods)}" if len(answer.running) > 1 else ""
@@ -495,7 +500,7 @@ def steady_report(answer: SteadyAnswer) -> Report:
 def _existence_section(system: System, period: PeriodAnswer) -> ReportSection:
     states = period.states
     count = len(states.orbits)
-    heading = f"One impact {every(states.periods)} (m = {states.periods})"
+    heading = f"One impact {every(states.periods)}"
     if not system.body.is_free:
         compared = f"gap {number(states.level)}, the contact would come to {number(states.level_max)} at most"
         text, tone = f"{counted(count, 'steady motion')}: {compared}", PLAIN
