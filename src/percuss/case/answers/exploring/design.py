@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -291,11 +291,14 @@ class DesignAnswer(ShortRepr):
         return Report(self.comparison.cases[0].title, self.summary, tone, sections)
 
 
-class DesignPlane(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class DesignPlane(ShortRepr):
     """The hammers of two ranges about the best one, as `DesignAnswer.plane` has them.
 
     Attributes
     ----------
+    answer
+        The best one, with the ranges and the limits.
     x, y
         Values of the first range and of the second one, in their units, shapes (n,).
     values
