@@ -26,6 +26,7 @@ def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: py
     page = desk.open("panel=blow&machine=laboratory-striker")
     assert main(["blow", "laboratory-striker"]) == 0
     assert " ".join(blown(page).split()) in " ".join(capsys.readouterr().out.split())
+    expect(page.locator("#blow-facts")).to_contain_text("exact but for rounding")
     frame = "Number(document.querySelector('#blow-stage').dataset.frame)"
     until(page, f"{frame} > 3")  # it plays by itself
     page.click("#blow-play")

@@ -80,6 +80,7 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
     from percuss import plot
     from percuss.case import Limit, Span
     from percuss.case import design as designed
+    from percuss.case.answers.exploring.design import search_told
     from percuss.case.answers.whole_hammer import whole_figure
     from percuss.cli.report_printing import answered, filed
 
@@ -94,8 +95,7 @@ def design(parser: Parser, options: argparse.Namespace) -> int:
     with of_file(case), watching(parser, _PATIENCE) as watch:
 
         def progress(now: SearchProgress) -> bool:
-            best = "" if now.best is None else f", best {whole_figure(figure).tell(now.best, case.is_si)}"
-            return watch.share(now.fraction, f"{min(now.tried, now.most)} of {now.most} hammers{best}")
+            return watch.share(now.fraction, search_told(now, whole_figure(figure), case.is_si))
 
         answer = designed(
             case, spans, figure, limits,

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from percuss.atomic_write import write_whole
 from percuss.case import CaseFamily, Limit, Span, compare, design, identify, load_case, parsed_tolerance, parsed_unknown
-from percuss.case.answers.blow_answer import BlowAnswer, blow_report
+from percuss.case.answers.exploring.design import search_told
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer, tolerance_job
 from percuss.case.answers.facts import Grid
+from percuss.case.answers.whole_hammer import whole_figure
 from percuss.case.catalogue.sample_cases import is_sample
 from percuss.errors import ParameterError
 from percuss.halting import halting
@@ -20,9 +21,9 @@ from percuss.web.questions import HammerAsked
 from percuss.web.shared_by_routes import DRAWING, Events, Questions, Tell
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from percuss.case import Case
+    from percuss.case import Case, DesignPlane
+    from percuss.optimum import SearchProgress
+    from percuss.plot.reports.report_pages import Answer
     from percuss.web.settings import Limits
     from percuss.web.workers import Halt
 
@@ -32,9 +33,9 @@ Told = Callable[[float, str], bool]  # the share that is done and what it is, in
 
 
 class _Found(NamedTuple):
-    answer: Any
-    pictures: list[tuple[str, Callable[[], Figure]]]
+    answer: Answer
     case: Case | None = None  # that of the answer, to go on with
+    plane: DesignPlane | None = None
 
 
 @router.stream(
@@ -49,7 +50,8 @@ def hammer(case: Case, asked: HammerAsked, limits: Limits) -> Events:
     begin = _ASKED[asked.question](case, asked)
 
     def looks(halt: Halt, tell: Tell) -> None:
-        from percuss.plot.reports.report_pages import picture_of
+        from percuss import plot
+        from percuss.plot.reports.report_pages import answer_told, picture_of
 
         def told(share: float, words: str) -> bool:
             tell("progress", {"done": share, "told": words})
@@ -57,9 +59,12 @@ def hammer(case: Case, asked: HammerAsked, limits: Limits) -> Events:
 
         with halting(halt):
             found = begin(told)
-            report = blow_report(found.answer) if isinstance(found.answer, BlowAnswer) else found.answer.report()
             with DRAWING:
-                pictures = [picture_of(draw(), caption) for caption, draw in found.pictures]
+                report, drawn, caption = answer_told(found.answer)
+                pictures = [picture_of(drawn, caption)]
+                if found.plane is not None:
+                    about = "Hammers about the best, and which limits they miss"
+                    pictures.append(picture_of(plot.design_plane(found.plane), about))
         sections = [
             {"heading": part.heading, "columns": part.columns if isinstance(part, Grid) else (), "rows": part.rows}
             for part in report.sections
@@ -79,32 +84,24 @@ def _limit(words: str, is_si: bool) -> Limit:
 
 
 def _design(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
-    from percuss import plot
-    from percuss.case.answers.whole_hammer import whole_figure
-
     spans = [Span.parsed(words) for words in asked.vary]
     limits, figure = [_limit(words, case.is_si) for words in asked.limits], whole_figure(asked.figure)
     if not spans:
         raise ParameterError("vary", "", "one range or more", "say what may vary, such as bar.length=300:400mm")
 
     def begin(told: Told) -> _Found:
-        def progress(now: Any) -> bool:
-            best = "" if now.best is None else f", best {figure.tell(now.best, case.is_si)}"
-            return told(now.fraction, f"{min(now.tried, now.most)} of {now.most} hammers{best}")
+        def progress(now: SearchProgress) -> bool:
+            return told(now.fraction, search_told(now, figure, case.is_si))
 
         sizes: dict[str, Any] = {"modes": asked.modes, "seed": asked.seed, "most": asked.hammers}
         answer = design(case, spans, asked.figure, limits, greatest=asked.greatest, **sizes, progress=progress)
-        pictures = [("As it is (A) and the best (B)", lambda: plot.comparison(answer.comparison))]
-        if asked.plane and len(spans) > 1 and answer.complete:
-            plane = answer.plane(progress=progress)
-            pictures.append(("Hammers about the best, and which limits they miss", lambda: plot.design_plane(plane)))
-        return _Found(answer, pictures, answer.case)
+        wanted = asked.plane and len(spans) > 1 and answer.complete
+        return _Found(answer, answer.case, answer.plane(progress=progress) if wanted else None)
 
     return begin
 
 
 def _tolerance(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
-    from percuss import plot
     from percuss.explore import carry_out
 
     spans = [parsed_tolerance(words, case) for words in asked.vary]
@@ -114,15 +111,12 @@ def _tolerance(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
         columns = carry_out(
             job, workers=1, progress=lambda now: told(now.done / now.size, f"{now.done} of {now.size} hammers")
         )
-        answer = ToleranceAnswer(case, job, columns, not spans and not case.uncertain)
-        return _Found(answer, [("What dominates, and how figures spread", lambda: plot.tolerance(answer))])
+        return _Found(ToleranceAnswer(case, job, columns, not spans and not case.uncertain))
 
     return begin
 
 
 def _compare(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
-    from percuss import plot
-
     cases, names, family = [case], ["the case"], CaseFamily(case, {})
     for words in asked.beside:
         if "=" in words:
@@ -141,8 +135,7 @@ def _compare(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
 
     def begin(told: Told) -> _Found:
         told(0.0, f"{len(cases)} hammers")
-        answer = compare(cases, names, asked.modes)
-        return _Found(answer, [("Side by side", lambda: plot.comparison(answer))], cases[-1])
+        return _Found(compare(cases, names, asked.modes))
 
     return begin
 
@@ -155,7 +148,6 @@ def _number(text: str) -> float | str:
 
 
 def _identify(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
-    from percuss import plot
     from percuss.recordings import read_blows
 
     vary = [parsed_unknown(words, case) for words in asked.vary]
@@ -168,19 +160,17 @@ def _identify(case: Case, asked: HammerAsked) -> Callable[[Told], _Found]:
     def begin(told: Told) -> _Found:
         told(0.0, f"{record.time.size} blows")
         answer = identify(case, record, vary, given, modes=asked.modes)
-        return _Found(answer, [("Blows, fit and residuals", lambda: plot.identify(answer))], answer.best)
+        return _Found(answer, answer.best)
 
     return begin
 
 
 def _fatigue(case: Case, _: HammerAsked) -> Callable[[Told], _Found]:
-    from percuss import plot
     from percuss.case import blow_answer
 
     def begin(told: Told) -> _Found:
         told(0.0, "one blow, and the stresses that it leaves in every section")
-        answer = blow_answer(case, fatigue=True)
-        return _Found(answer, [("The blow", lambda: plot.blow(answer))])
+        return _Found(blow_answer(case, fatigue=True))
 
     return begin
 

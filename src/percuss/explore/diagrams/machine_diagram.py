@@ -57,9 +57,7 @@ def machine_branches(
             continue
         for cycle in known:
             rows = [line.speeds_at(value) for line in found if line.label == cycle.label]
-            told = (
-                slice(-1, None) if cycle.rests else slice(None)
-            )  # of a chatter, how many blows are told is its length
+            told = slice(-1, None) if cycle.rests else slice(None)  # a chatter is told to some length
             if any(_alike(np.sort(cycle.blow_speeds)[told], np.sort(row)[told], 0.05) for its in rows for row in its):
                 continue
             try:

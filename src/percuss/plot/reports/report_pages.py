@@ -125,7 +125,7 @@ def report_blocks(
     """
     from percuss import plot
 
-    report, picture, caption = _told(answer)
+    report, picture, caption = answer_told(answer)
     blocks: list[Block] = [Heading(report.title, 1), Lead(report.summary)]
     signed = Signed(f"{date.today().isoformat()}, percuss {__version__}")
     hammer = answer.answer if isinstance(answer, RecordedAnswer) else answer
@@ -154,7 +154,7 @@ def report_blocks(
     return [*blocks, Footer(f"percuss {__version__}; numbers without a unit are dimensionless; terms: {GLOSSARY}")]
 
 
-def _told(answer: Answer) -> tuple[Report, Figure, str]:
+def answer_told(answer: Answer) -> tuple[Report, Figure, str]:
     """What an answer says, its picture, and what that shows."""
     from percuss import plot
 

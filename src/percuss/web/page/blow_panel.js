@@ -27,12 +27,6 @@ const SHOWN = [
   ["window", "all that was followed"],
 ];
 
-/** What is left out where exact waves would have too many pieces, by `fineness`. */
-const FINENESS = {
-  smoothed: "small steps are left out: figures are off by some 0.02 %, stresses by up to 1 %",
-  coarse: "more steps are left out: figures are off by some 0.1 %, stresses by up to 10 %",
-};
-
 const parts = { key: "", again: false };
 
 function startBlow(panel) {
@@ -142,7 +136,7 @@ function words(blow) {
   put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
 }
 
-function factsOf({ answer, units, velocity_from: from, energy_before: before }) {
+function factsOf({ answer, units, waves, velocity_from: from, energy_before: before }) {
   const sized = units === "SI";
   const told = (value, unit) => (sized ? si(value, unit) : number(value));
   const speed = (value) => (sized ? withUnit(value, "m/s") : number(value));
@@ -166,6 +160,6 @@ function factsOf({ answer, units, velocity_from: from, energy_before: before }) 
       ["penetration that remains", sized ? si(answer.residual_penetration, "m") : number(answer.residual_penetration)],
     );
   rows.push(["the computation ended", answer.outcome_in_words]);
-  if (answer.fineness !== "exact") rows.push(["waves", FINENESS[answer.fineness]]);
+  rows.push(["waves", waves]);
   return rows;
 }

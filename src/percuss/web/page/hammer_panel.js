@@ -184,11 +184,10 @@ function heard(event, found, body) {
   if (event === "progress") return put(parts.status, found.told);
   answered = body.case;
   put(parts.status, "Answered.");
-  const take = found.case && body.question !== "compare";
   put(
     parts.answer,
     h("p", { class: `note ${found.tone}`, id: "hammer-summary" }, found.summary),
-    take && h("button", { type: "button", id: "hammer-take", onclick: () => setTables(found.case.tables, found.case) }, "Take these numbers"),
+    found.case && h("button", { type: "button", id: "hammer-take", onclick: () => setTables(found.case.tables, found.case) }, "Take these numbers"),
     found.pictures.map(({ svg, caption }) => picture(svg, caption)),
     found.sections.map(section),
   );

@@ -14,13 +14,11 @@ export function machineVerdict() {
 }
 
 /** A running machine in a sentence or two. */
-function running({ answer, more }) {
-  const left = Math.hypot(...(answer.multipliers[0] ?? [0, 0]));
-  const cycles = left <= 0.01 ? 1 : Math.ceil(Math.log(0.01) / Math.log(left));
-  const settles = `One blow a cycle, switched by the piston. Stable: a disturbance settles to 1 % in ${cycles} cycle${cycles > 1 ? "s" : ""}.`;
-  if (!more) return settles;
+function running({ settles, more }) {
+  const stable = `One blow a cycle, switched by the piston. Stable: ${settles}.`;
+  if (!more) return stable;
   const known = more.uncertainty ? ` ${more.uncertainty.sentence}` : "";
-  return `${settles}${known} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
+  return `${stable}${known} ${more.starts_from_rest ? "It starts from rest on the tool." : "It does not start from rest on the tool: it must be pushed off."}`;
 }
 
 /** Its figures: rows of [name, value, unit]. */

@@ -198,6 +198,8 @@ class DesignAnswer(ShortRepr):
     def plane(self, across: int = 25, progress: Callable[[SearchProgress], object] | None = None) -> DesignPlane:
         """The hammers of the first two ranges, the others as in the best one: which keep the limits, what others miss.
 
+        Each has four elastic modes, as in the search.
+
         Parameters
         ----------
         across
@@ -313,6 +315,12 @@ class DesignPlane(ShortRepr):
     y: Array
     values: Array
     missed: npt.NDArray[np.int64]
+
+
+def search_told(now: SearchProgress, figure: WholeFigure, is_si: bool) -> str:
+    """How far a search for the best hammer has come, in words."""
+    best = "" if now.best is None else f", best {figure.tell(now.best, is_si)}"
+    return f"{min(now.tried, now.most)} of {now.most} hammers{best}"
 
 
 @dataclass

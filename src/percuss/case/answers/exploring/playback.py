@@ -13,7 +13,7 @@ import numpy.typing as npt
 from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_sentence
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
 from percuss.case.answers.exploring.tolerance import uncertainty_of
-from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of
+from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of, settles
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.simulation_answer import from_this_start
@@ -402,6 +402,7 @@ def machine_playback(case: Case, *, modes: int | None = None, points: int = 401,
         "whole": whole,
         "runs": answer.runs,
         "sentence": headline(answer) if whole or not answer.runs else None,
+        "settles": settles(abs(answer.cycle.multiplier)) if answer.cycle is not None and answer.runs else None,
         "answer": told,
         **of_machine(machine),
     }
@@ -576,6 +577,7 @@ def _heading(answer: BlowAnswer, whole: bool) -> dict[str, Any]:
         "energy_before": blow.energy_before,
         "contacts": [[one.start, one.end] for one in blow.contacts[:1000]],
         "gap": blow.target.gap,
+        "waves": blow.fineness.value,
         "sentence": blow_sentence(answer) if whole else None,
         "answer": answer.to_json_dict() if whole else None,
     }
