@@ -236,10 +236,11 @@ class OilMotion:
             np.zeros(law.ports.shape[0]), sums, np.zeros((2 * n + 1, D)), np.zeros((queue, D)),
             np.zeros((2, 4, D)), np.zeros(D),
         )  # fmt: skip
-        order, size = kn.ORDER + 2, 2 * n + 1
+        order, size = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2, 2 * n + 1
         work = kn.OilWork(
             np.zeros((kn.ROWS, order)), np.zeros((n, order)), np.zeros((n, order)), np.zeros((64, order)),
-            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), np.zeros((n, order)), np.zeros((n, order)),
+            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), np.zeros((order, n, D)),
+            np.zeros((order, n, D)), np.zeros((3, order, D)), np.zeros(D), np.zeros((D, order)),
         )  # fmt: skip
         steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
         log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from percuss.compiled import entry, inner
 
-ORDER = 24  # of the series
+ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
 ACCURACY = 1e-17  # what the last two terms may add, of the scales
 ROOM = 48  # of the series that bound a step
 
@@ -25,6 +25,7 @@ WAVE, LAW = 26, 27
 AREA, TANKED, DRAG_OUT, DRAG_BACK, CHAMBERS = range(5)
 OMEGA2, DAMPING, DRIVEN, END = range(4)
 TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT, PORT = range(7)
+BY_PLACE, BY_RATE, BY_PRESSURE = range(3)
 # of the state of a motion
 TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, HELD, WALL, TURNED = range(15)
 AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, ENDED, HOLD, NOW = range(15, 22)
@@ -39,8 +40,8 @@ EVENT = 5  # time, kind, detail, pressure, number of the step that begins there;
 STEP = 8  # time, length, pressure, sign, open, filled, limited, resting; then the blend and the bar
 
 # rows of the series of a step
-(U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, GU, GV, PV, PP, DC, DF, DG, DU, DV, DP, SOURCE, CUBE,
- SQUARE, ROWS) = range(30)  # fmt: skip
+(U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, GU, GV, PV, PP, DC, DF, DG, SOURCE, CUBE, SQUARE,
+ ROWS) = range(27)  # fmt: skip
 
 
 class OilLaw(NamedTuple):
@@ -72,7 +73,10 @@ class OilState(NamedTuple):
 
 
 class OilWork(NamedTuple):
-    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event."""
+    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event.
+
+    Of the derivatives: of the modes (K + 2, n, D) each, of the driven end and of the pressure (3, K + 2, D).
+    """
 
     series: Any
     places: Any
@@ -84,6 +88,9 @@ class OilWork(NamedTuple):
     times: Any
     moved: Any
     spun: Any
+    turned: Any
+    pushed: Any
+    drawn: Any
 
 
 class OilLog(NamedTuple):
@@ -235,11 +242,11 @@ def polished(a, order, lo, hi, low):
 @inner
 def met(c, level, h, way, dropped, work):
     """When a series of the step meets a level in a way, over h; the first `dropped` coefficients are 0."""
-    poly, scale = work.series[POLY], 1.0
-    order = ORDER - dropped
-    for k in range(ORDER + 1):
-        if k >= dropped:
-            poly[k - dropped] = c[k] * scale
+    poly, scale, order = work.series[POLY], 1.0, work.series.shape[1] - 2 - dropped
+    for _ in range(dropped):
+        scale *= h
+    for k in range(order + 1):
+        poly[k] = c[k + dropped] * scale
         scale *= h
     if dropped == 0:
         poly[0] -= level
@@ -267,6 +274,7 @@ def gas_capacity(law):
 @inner
 def expanded(law, state, work):
     """All series of a step from the present state."""
+    order = work.series.shape[1] - 2
     g, s, now = law.numbers, work.series, state.now
     modes, blend = law.modes, state.blend
     sign, resting = now[SIGN], now[RESTING] > 0.0
@@ -285,7 +293,7 @@ def expanded(law, state, work):
     s[U, 0], s[V, 0], s[P, 0] = u, v, now[PRESSURE]
     slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
     capacity = gas_capacity(g) if filled else 0.0
-    for k in range(ORDER + 1):
+    for k in range(order + 1):
         s[W, k] = product(s[V], s[V], k)
         s[A, k] = a0 * s[P, k] + (a1 * s[P, k - 1] if k else 0.0)
         f = s[A, k] - sign * (b0 * s[W, k] + (b1 * s[W, k - 1] if k else 0.0)) - g[KAPPA] * s[U, k]
@@ -338,9 +346,10 @@ def expanded(law, state, work):
 @inner
 def step_length(law, state, work):
     """For which the last terms of the series are nothing."""
+    order = work.series.shape[1] - 2
     g, s = law.numbers, work.series
     h = math.inf
-    for k in (ORDER - 1, ORDER):
+    for k in (order - 1, order):
         big = 0.0
         for i in range(law.modes.shape[1]):
             big += abs(work.rates[i, k])
@@ -358,33 +367,34 @@ def step_length(law, state, work):
 @inner
 def moved_by(law, state, work, t):
     """The state a time after the beginning of the step, with its sums; derivatives are moved before."""
+    order = work.series.shape[1] - 2
     g, s, now, sums = law.numbers, work.series, state.now, state.sums
     blend = state.blend
     n, width = law.modes.shape[1], blend.shape[1]
     sign = now[SIGN]
     if now[RESTING] == 0.0:
-        for k in range(ORDER + 1):
+        for k in range(order + 1):
             s[CUBE, k] = product(s[V], s[W], k)
-        cube, later = sign * integral(s[CUBE], t, ORDER), sign * moment(s[CUBE], t, ORDER)
+        cube, later = sign * integral(s[CUBE], t, order), sign * moment(s[CUBE], t, order)
         for i in range((width - CHAMBERS) // 2):
             j = CHAMBERS + 2 * i + (0 if sign > 0.0 else 1)
             sums[ORIFICES + i] += blend[0, j] * cube + blend[1, j] * later
-        way, swept = value(s[U], t, ORDER) - s[U, 0], moment(s[V], t, ORDER)
+        way, swept = value(s[U], t, order) - s[U, 0], moment(s[V], t, order)
         sums[RETURN_LOSS] -= g[TANK] * (blend[0, TANKED] * way + blend[1, TANKED] * swept)
         sums[DRAWN] += blend[0, AREA] * way + blend[1, AREA] * swept
-        for i in range(n):
-            d = law.modes[DAMPING, i]
-            if d > 0.0:
-                for k in range(ORDER + 1):
-                    s[BEND, k] = product(work.rates[i], work.rates[i], k)
-                sums[DRAG_LOSS] += d * integral(s[BEND], t, ORDER)
-    pressed = integral(s[P], t, ORDER)
+        if n == 1 and law.modes[DAMPING, 0] > 0.0:
+            sums[DRAG_LOSS] += law.modes[DAMPING, 0] * integral(s[W], t, order)
+        elif n > 1:  # of many modes what the force has put into them, less what they have
+            for k in range(order + 1):
+                s[BEND, k] = product(s[F], s[V], k)
+            sums[DRAG_LOSS] += integral(s[BEND], t, order) + energy_of(law, state.bar)
+    pressed = integral(s[P], t, order)
     sums[PRESSED] += pressed
     if g[FED] > 0.0:
-        for k in range(ORDER + 1):
+        for k in range(order + 1):
             s[SQUARE, k] = product(s[P], s[P], k)
-        square = integral(s[SQUARE], t, ORDER)
-        volume = integral(s[Q], t, ORDER)
+        square = integral(s[SQUARE], t, order)
+        volume = integral(s[Q], t, order)
         sums[PUMPED] += volume
         sums[PUMPED_ENERGY] += g[POWER] * t if now[LIMITED] > 0.0 else g[FLOW] * pressed - g[SLIP] * square
         sums[LEAK_LOSS] += g[LEAK] * square
@@ -393,7 +403,7 @@ def moved_by(law, state, work, t):
             sums[RELIEVED] += g[SLOPE] * (pressed - g[RELIEF] * t)
             sums[RELIEF_LOSS] += g[SLOPE] * (square - g[RELIEF] * pressed)
         elif now[OPEN] == KEPT:
-            gone = integral(s[N], t, ORDER)
+            gone = integral(s[N], t, order)
             sums[RELIEVED] += gone
             sums[RELIEF_LOSS] += g[RELIEF] * gone
     else:
@@ -401,8 +411,10 @@ def moved_by(law, state, work, t):
         sums[LEAKED] += g[LEAK] * s[P, 0] * t
     extremes(law, state, work, t)
     for i in range(n):
-        state.bar[0, i], state.bar[1, i] = value(work.places[i], t, ORDER), value(work.rates[i], t, ORDER)
-    now[PRESSURE] = value(s[P], t, ORDER)
+        state.bar[0, i], state.bar[1, i] = value(work.places[i], t, order), value(work.rates[i], t, order)
+    if n > 1 and now[RESTING] == 0.0:
+        sums[DRAG_LOSS] -= energy_of(law, state.bar)
+    now[PRESSURE] = value(s[P], t, order)
     for j in range(width):
         blend[0, j] += blend[1, j] * t
     now[TIME] += t
@@ -412,13 +424,23 @@ def moved_by(law, state, work, t):
 
 
 @inner
+def energy_of(law, bar):
+    """Kinetic and elastic energy of the modes."""
+    found = 0.0
+    for i in range(law.modes.shape[1]):
+        found += 0.5 * (bar[1, i] ** 2 + law.modes[OMEGA2, i] * bar[0, i] ** 2)
+    return found
+
+
+@inner
 def extremes(law, state, work, t):
     """Least and greatest pressure, and the farthest place of the striking end, within the step."""
+    order = work.series.shape[1] - 2
     s, sums = work.series, state.sums
     poly = s[POLY]
     for quantity in range(2):
         c = s[BEND]
-        for k in range(ORDER + 1):
+        for k in range(order + 1):
             if quantity == 0:
                 c[k] = s[P, k]
             else:
@@ -426,12 +448,12 @@ def extremes(law, state, work, t):
                 for i in range(law.modes.shape[1]):
                     c[k] += law.modes[END, i] * work.places[i, k]
         scale = 1.0
-        for k in range(ORDER):
+        for k in range(order):
             poly[k] = (k + 1.0) * c[k + 1] * scale
             scale *= t
-        at = t * min(first_root(poly, ORDER - 1, 0.0, work.stack, work.ends), 1.0)
+        at = t * min(first_root(poly, order - 1, 0.0, work.stack, work.ends), 1.0)
         for time in (at, t):
-            found = value(c, time, ORDER)
+            found = value(c, time, order)
             if quantity == 0:
                 sums[LEAST], sums[GREATEST] = min(sums[LEAST], found), max(sums[GREATEST], found)
             else:
@@ -444,6 +466,7 @@ def extremes(law, state, work, t):
 @inner
 def linearised(law, state, work, t):
     """The derivatives of the state a time after the beginning of the step, all directions."""
+    order = work.series.shape[1] - 2
     g, s, now = law.numbers, work.series, state.now
     modes, blend, bars = law.modes, state.blend, state.bars
     n, sign = modes.shape[1], now[SIGN]
@@ -454,7 +477,7 @@ def linearised(law, state, work, t):
     filled, limited = now[FILLED] > 0.0 and g[VOLUME] > 0.0, now[LIMITED] > 0.0
     slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
     # gu and gv: of the force by place and speed of the driven end; pv and pp: of P′ by that speed and by the pressure
-    for k in range(ORDER + 1):
+    for k in range(order + 1):
         s[GU, k] = -g[KAPPA] if k == 0 else 0.0
         if g[GAS] != 0.0:
             e = -g[EXPONENT] - 1.0
@@ -478,50 +501,76 @@ def linearised(law, state, work, t):
             s[PP, k] = quotient(s[SOURCE, k], s[PP], s[C], k)
         else:
             s[PP, k] = s[SOURCE, k] / g[COMPLIANCE]
-    blends = state.blends
-    for d in range(bars.shape[1]):
-        u = v = 0.0
+    count, blends = bars.shape[1], state.blends
+    for i in range(n):
+        for d in range(count):
+            work.moved[0, i, d], work.spun[0, i, d] = bars[i, d], bars[n + i, d]
+    for d in range(count):
+        work.turned[BY_PRESSURE, 0, d] = bars[2 * n, d]
+    for k in range(order + 1):
+        place, rate, rise, push = work.turned[BY_PLACE, k], work.turned[BY_RATE, k], work.turned[BY_PRESSURE], work.pushed
+        for d in range(count):
+            place[d] = rate[d] = 0.0
         for i in range(n):
-            work.moved[i, 0], work.spun[i, 0] = bars[i, d], bars[n + i, d]
-            u += modes[DRIVEN, i] * bars[i, d]
-            v += modes[DRIVEN, i] * bars[n + i, d]
-        s[DU, 0], s[DV, 0], s[DP, 0] = u, v, bars[2 * n, d]
-        moving = False
+            driven = modes[DRIVEN, i]
+            for d in range(count):
+                place[d] += driven * work.moved[k, i, d]
+                rate[d] += driven * work.spun[k, i, d]
+        for d in range(count):
+            push[d] = blend[0, AREA] * rise[k, d]
+        if k > 0 and blend[1, AREA] != 0.0:
+            for d in range(count):
+                push[d] += blend[1, AREA] * rise[k - 1, d]
+        for j in range(k + 1):
+            gu, gv = s[GU, k - j], s[GV, k - j]
+            for d in range(count):
+                push[d] += gu * work.turned[BY_PLACE, j, d] + gv * work.turned[BY_RATE, j, d]
+        for d in range(count):
+            rise[k + 1, d] = 0.0
+        if flows:
+            for j in range(k + 1):
+                pv, pp = s[PV, k - j], s[PP, k - j]
+                for d in range(count):
+                    rise[k + 1, d] += pv * work.turned[BY_RATE, j, d] + pp * rise[j, d]
+        for d in range(count):
+            if blends[0, AREA, d] == 0.0 and blends[0, drag, d] == 0.0 and blends[1, AREA, d] == 0.0 \
+                    and blends[1, drag, d] == 0.0 and blends[0, TANKED, d] == 0.0 and blends[1, TANKED, d] == 0.0:
+                continue  # fmt: skip
+            push[d] += blends[0, AREA, d] * s[P, k] + (blends[1, AREA, d] * s[P, k - 1] if k else 0.0)
+            push[d] -= sign * (blends[0, drag, d] * s[W, k] + (blends[1, drag, d] * s[W, k - 1] if k else 0.0))
+            if k < 2:
+                push[d] += g[TANK] * blends[k, TANKED, d]
+            if flows:  # −δa v/C by its own recurrence, as C is the same of all directions
+                drawn = blends[0, AREA, d] * s[V, k] + (blends[1, AREA, d] * s[V, k - 1] if k else 0.0)
+                drawn += product(s[C, 1:], work.drawn[d], k - 1) if k else 0.0
+                work.drawn[d, k] = -drawn / s[C, 0]
+                rise[k + 1, d] += work.drawn[d, k]
+        for d in range(count):
+            rise[k + 1, d] /= k + 1.0
+        pace = 1.0 / (k + 1.0)
+        for i in range(n):
+            driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
+            if now[RESTING] > 0.0:
+                driven = omega2 = damping = 0.0
+            for d in range(count):
+                pull = driven * push[d] - omega2 * work.moved[k, i, d] - damping * work.spun[k, i, d]
+                work.moved[k + 1, i, d] = pace * work.spun[k, i, d]
+                work.spun[k + 1, i, d] = pace * pull
+    for i in range(n):
+        for d in range(count):
+            bars[i, d], bars[n + i, d] = work.moved[order, i, d], work.spun[order, i, d]
+    for d in range(count):
+        bars[2 * n, d] = work.turned[BY_PRESSURE, order, d]
+    for k in range(order - 1, -1, -1):
+        for i in range(n):
+            for d in range(count):
+                bars[i, d] = bars[i, d] * t + work.moved[k, i, d]
+                bars[n + i, d] = bars[n + i, d] * t + work.spun[k, i, d]
+        for d in range(count):
+            bars[2 * n, d] = bars[2 * n, d] * t + work.turned[BY_PRESSURE, k, d]
+    for d in range(count):
         for j in range(4):
-            moving = moving or blends[0, j, d] != 0.0 or blends[1, j, d] != 0.0
-        for k in range(ORDER + 1):
-            f = product(s[GU], s[DU], k) + product(s[GV], s[DV], k)
-            f += blend[0, AREA] * s[DP, k] + (blend[1, AREA] * s[DP, k - 1] if k else 0.0)
-            if moving:
-                f += blends[0, AREA, d] * s[P, k] + (blends[1, AREA, d] * s[P, k - 1] if k else 0.0)
-                f -= sign * (blends[0, drag, d] * s[W, k] + (blends[1, drag, d] * s[W, k - 1] if k else 0.0))
-                if k < 2:
-                    f += g[TANK] * blends[k, TANKED, d]
-            u = v = 0.0
-            for i in range(n):
-                if now[RESTING] > 0.0:
-                    work.moved[i, k + 1] = work.spun[i, k + 1] = 0.0
-                    continue
-                pull = modes[DRIVEN, i] * f - modes[OMEGA2, i] * work.moved[i, k] - modes[DAMPING, i] * work.spun[i, k]
-                work.moved[i, k + 1] = work.spun[i, k] / (k + 1.0)
-                work.spun[i, k + 1] = pull / (k + 1.0)
-                u += modes[DRIVEN, i] * work.moved[i, k + 1]
-                v += modes[DRIVEN, i] * work.spun[i, k + 1]
-            s[DU, k + 1], s[DV, k + 1] = u, v
-            s[DP, k + 1] = 0.0
-            if flows:
-                rise = product(s[PV], s[DV], k) + product(s[PP], s[DP], k)
-                if moving:
-                    drawn = blends[0, AREA, d] * s[V, k] + (blends[1, AREA, d] * s[V, k - 1] if k else 0.0)
-                    s[BEND, k] = quotient(-drawn, s[BEND], s[C], k)
-                    rise += s[BEND, k]
-                s[DP, k + 1] = rise / (k + 1.0)
-        for i in range(n):
-            bars[i, d], bars[n + i, d] = value(work.moved[i], t, ORDER), value(work.spun[i], t, ORDER)
-        bars[2 * n, d] = value(s[DP], t, ORDER)
-        if moving:
-            for j in range(4):
-                blends[0, j, d] += blends[1, j, d] * t
+            blends[0, j, d] += blends[1, j, d] * t
 
 
 @inner
@@ -780,6 +829,7 @@ _NOTHING, _WALL, _PORTS, _TURN, _LEAVE, _DRY, _CHARGE, _RELIEF, _CORNER, _CLOSE 
 @inner
 def sighted(law, state, work, h):
     """The first event of the step within h: its time as a part of h, and what it is, ports counted from 100 on."""
+    order = work.series.shape[1] - 2
     g, now, s = law.numbers, state.now, work.series
     n, best, what = law.modes.shape[1], 2.0, _NOTHING
     row = s[BEND]
@@ -789,7 +839,7 @@ def sighted(law, state, work, h):
             best, what = time, _LEAVE
     else:
         if now[HOLD] <= now[TIME]:
-            for k in range(ORDER + 1):
+            for k in range(order + 1):
                 row[k] = 0.0
                 for i in range(n):
                     row[k] += law.modes[END, i] * work.places[i, k]
@@ -799,7 +849,7 @@ def sighted(law, state, work, h):
         for j in range(law.ports.shape[0]):
             if law.ports[j, ON_IMPACT] > 0.0 or law.ports[j, TO] == now[LAST]:
                 continue
-            for k in range(ORDER + 1):
+            for k in range(order + 1):
                 row[k] = 0.0
                 for i in range(n):
                     row[k] += law.reads[j, i] * (work.rates[i, k] if law.ports[j, OF_SPEED] > 0.0 else work.places[i, k])
@@ -963,6 +1013,7 @@ def kept_step(law, state, log, taken):
 @entry
 def at_times(law, state, work, steps, times, numbers, found):
     """Of steps, and of times after their beginnings: places and rates of the modes, pressure and force, (t, 2 n + 2)."""
+    order = work.series.shape[1] - 2
     now, n, width = state.now, law.modes.shape[1], state.blend.shape[1]
     before = -1
     for m in range(times.size):
@@ -977,10 +1028,10 @@ def at_times(law, state, work, steps, times, numbers, found):
                 state.bar[0, i], state.bar[1, i] = row[STEP + 2 * width + i], row[STEP + 2 * width + n + i]
             expanded(law, state, work)
         for i in range(n):
-            found[m, i] = value(work.places[i], times[m], ORDER)
-            found[m, n + i] = value(work.rates[i], times[m], ORDER)
-        found[m, 2 * n] = value(work.series[P], times[m], ORDER)
-        found[m, 2 * n + 1] = value(work.series[F], times[m], ORDER)
+            found[m, i] = value(work.places[i], times[m], order)
+            found[m, n + i] = value(work.rates[i], times[m], order)
+        found[m, 2 * n] = value(work.series[P], times[m], order)
+        found[m, 2 * n + 1] = value(work.series[F], times[m], order)
 
 
 @entry

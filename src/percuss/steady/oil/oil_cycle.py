@@ -16,8 +16,8 @@ from percuss.model.checks import Array
 from percuss.model.load.valve import Orders, port_at
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told
 
-_SETTLING, _LONGER, _MOST = 40, 160, 1200  # blows that are followed
-_NEWTON, _CLOSE = 16, 3e-14  # steps, and the last one
+_SETTLING, _LONGER, _MOST = 12, 160, 1200  # blows that are followed
+_NEWTON, _CLOSE, _LEADS = 24, 3e-14, 0.03  # steps, the last one, and the next one where derivatives are kept
 _ALIKE = 1e-3  # blows that differ by no more may repeat
 _MOST_BLOWS = 8  # in a cycle
 _LOOKS = 96  # times of a period in which a chamber's pressure is looked at
@@ -215,12 +215,15 @@ class Passage:
             np.full(unknowns.coordinates, g[kn.SPEED] * g[kn.UNIT]), np.full(unknowns.coordinates, g[kn.SPEED]),
             [1.0] * unknowns.fed, np.full(unknowns.waiting + unknowns.stroke, g[kn.UNIT]),
         ])  # fmt: skip
-        best = math.inf
-        for _ in range(_NEWTON):
-            motion = self.returned(state, unknowns.size)
+        slope, best = None, math.inf
+        for _ in range(_NEWTON):  # with the derivatives of an earlier step for as long as these lead on
+            motion = self.returned(state, 0 if slope is not None else unknowns.size)
             if motion is None or _Unknowns.of(self.numbers, motion.state) != unknowns:
                 return None
-            x, slope = unknowns.values(state), unknowns.map(motion, self.row)
+            x = unknowns.values(state)
+            fresh_slope = slope is None
+            if slope is None:
+                slope = unknowns.map(motion, self.row)
             off = unknowns.values(motion.state) - x
             try:
                 step = np.linalg.solve(np.eye(unknowns.size) - slope, off)
@@ -229,11 +232,16 @@ class Passage:
             size = float(np.max(np.abs(step) / scales))
             if not size < 1e3:
                 return None
+            near = size <= _CLOSE or (best <= 1e-9 and size >= 0.5 * best)  # as near as rounding lets it
+            if not (near or fresh_slope or size <= _LEADS * best):
+                slope = None
+                continue
             fresh = OilMotion.again(self.numbers, state).state
             unknowns.put(fresh, x + step, x)
-            if size <= _CLOSE or (best <= 1e-9 and size >= 0.5 * best):  # as near as rounding lets it
-                return replace(self, state=fresh, slope=slope)
-            state, best = fresh, min(best, size)
+            if near:
+                last = self.returned(fresh, unknowns.size)
+                return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row))
+            state, best = fresh, size
         return None
 
 
@@ -244,7 +252,6 @@ def _copied(state: kn.OilState) -> kn.OilState:
 def passage_of(motion: OilMotion) -> Passage | None:
     """A passage in which a motion now comes to a port: one at which nothing waits, where there is one."""
     numbers, found = motion.numbers, []
-    since = motion.events[-1].time if not motion.events else max(e.time for e in motion.events if e.kind == "impact")
     met = {e.detail for e in motion.events[-64:] if e.kind == "port"}
     for port in sorted(met):
         if numbers.law.ports[port, kn.ON_IMPACT]:
@@ -255,7 +262,6 @@ def passage_of(motion: OilMotion) -> Passage | None:
             state = _copied(copy.state)
             waits = int(state.now[kn.COUNT]) + 2 * bool(state.now[kn.STROKE] < math.inf)
             found.append((waits, port, Passage(numbers, port, state)))
-    del since
     return min(found, key=lambda one: one[:2])[2] if found else None
 
 
@@ -380,7 +386,8 @@ def settled_oil(machine: Machine, modes: int = 0) -> OilSettled:
         if rigid.cycle is None:
             return rigid
         begun = from_rebound(numbers, rigid.cycle.rebound)
-        return _cycle_of(begun, rigid.starts)
+        ending = goes_on(begun, _SETTLING)
+        return OilSettled(None, ending, begun, rigid.starts) if ending else _cycle_of(begun, rigid.starts)
     first = from_rest(numbers)
     ending = goes_on(first, _SETTLING)
     if not ending:
