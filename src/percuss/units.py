@@ -74,6 +74,10 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
     "dashpot": ("N*s/m", "kN*s/m", '"40 N*s/m"', {
         "N*s/m": 1.0, "kN*s/m": 1e3, "N/(m/s)": 1.0, "kg/s": 1.0, "N*s/mm": 1e3,
     }),
+    "attenuation": ("1/m", "1/km", '"0.004 1/m" or "4 1/km"', {"1/m": 1.0, "m^-1": 1.0, "1/km": 1e-3, "1/mm": 1e3}),
+    "specific energy": ("J/m^3", "MJ/m^3", '"220 MJ/m^3" or "220 J/cm^3"', {  # work per volume of rock
+        "J/m^3": 1.0, "kJ/m^3": 1e3, "MJ/m^3": 1e6, "GJ/m^3": 1e9, "J/cm^3": 1e6, "J/mm^3": 1e9,
+    }),
     "dimensionless": ("1", "%", '0.3 or "30 %"', {"": 1.0, "1": 1.0, "%": 1e-2}),
     "strain": ("m/m", "µm/m", '"250 µm/m" or "2.5e-4 m/m"', {
         "": 1.0, "1": 1.0, "%": 1e-2, "m/m": 1.0, "mm/m": 1e-3, "um/m": 1e-6, "strain": 1.0, "microstrain": 1e-6,

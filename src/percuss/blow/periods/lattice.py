@@ -186,8 +186,11 @@ def _struck(system: System, target: Target) -> tuple[Array, Array, float]:
     none = np.zeros(0)
     if isinstance(target, Wall):
         return none, none, math.inf
-    if any(mass > 0.0 for _, mass in target.joint_masses):
+    if any(joint.kind != "mass" or joint.mass > 0.0 for joint in target.joint_at.values()):
         raise ParameterError("joint_masses", target.joint_masses, "none", "give a short section instead")
+    if target.feed is not None or any(target.attenuation):
+        name = "attenuation" if target.feed is None else "feed"
+        raise ParameterError(name, getattr(target, name), "none: periods of waves do not know it", "leave it out")
     rod, rate = rod_sections(target, system.bar or system.body), system.angular_frequency if system.is_si else 1.0
     impedances = rod.impedance / (1.0 if system.bar is None else system.bar.mass * rate)
     if target.end == "infinite":
