@@ -258,6 +258,9 @@ def state_flows(machine: Machine, elastic: int) -> dict[str, StateFlow]:
     """The flow of a machine with so many elastic modes in each state of its valve."""
     valve, gas = machine.valve, machine.valve.chamber
     supply = valve.supply
+    if valve.flows:  # the modes of the body alone, as `percuss.mechanics.oil` moves them
+        own = machine_modes(machine.body, machine.at, 0.0, elastic)
+        return {name: StateFlow(own, valve.force(name)) for name, _ in valve.pairs}
     if supply is None:
         return {name: StateFlow(machine.modes(elastic), valve.force(name)) for name, _ in valve.pairs}
     found, c = {}, supply.compliance

@@ -29,7 +29,20 @@ if TYPE_CHECKING:
         UniformBar,
     )
     from percuss.model.contact import Contact, Kept, Result, Reversed, Timed
-    from percuss.model.load import Chamber, Cushion, Jump, Load, Port, Supply, Valve
+    from percuss.model.load import (
+        Chamber,
+        Cushion,
+        GasAccumulator,
+        Join,
+        Jump,
+        Load,
+        Oil,
+        OilChamber,
+        Port,
+        Relief,
+        Supply,
+        Valve,
+    )
     from percuss.model.machine import Machine, MachineModes
     from percuss.model.system import System
 

@@ -10,6 +10,7 @@ from typing import Any, Literal, cast
 from percuss.errors import ParameterError
 from percuss.model.checks import choice, instance, non_negative, positive, several, text, unit_interval
 from percuss.model.checks import force as checked_force
+from percuss.model.load.oil import GasAccumulator, Oil, Relief
 
 # ---- A cushion at the front end of the stroke, which stops a piston that finds no tool
 
@@ -85,7 +86,8 @@ class Supply:
         c π′ = q − p_k u′,   energy of the accumulator c π²/2.
 
     The accumulator is represented by its tangent: for a gas, c belongs to its volume V and exponent n by C = V/(n P).
-    There is no relief valve, and no leakage.
+    With a slip, a limit of the power, a relief valve or an accumulator with `gas` the closed form is lost, and the
+    motion is that of oil that flows (`Oil`): (c + that of the gas) π′ = min(q − slip π, power/π) − p_k u′ − …
 
     Parameters
     ----------
@@ -113,10 +115,21 @@ class Supply:
     compliance: float
     start: float = 1.0
     quickening: float = 0.0
+    slip: float = 0.0
+    power: float | None = None
+    relief: Relief | None = None
+    gas: GasAccumulator | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "flow", positive("flow", self.flow))
-        object.__setattr__(self, "compliance", positive("compliance", self.compliance))
+        checked = positive if self.gas is None else non_negative
+        object.__setattr__(self, "compliance", checked("compliance", self.compliance))
+        object.__setattr__(self, "slip", non_negative("slip", self.slip))
+        if self.power is not None:
+            object.__setattr__(self, "power", positive("power", self.power))
+        for name, kind in (("relief", Relief), ("gas", GasAccumulator)):
+            if getattr(self, name) is not None:
+                instance(name, getattr(self, name), kind)
         object.__setattr__(self, "start", non_negative("start", self.start))
         object.__setattr__(self, "quickening", unit_interval("quickening", self.quickening))
         if self.quickening == 1.0:
@@ -151,7 +164,23 @@ class Supply:
     def scaled(self, power: float, energy: float) -> Supply:
         """The same supply in other units of power and of energy."""
         flow, compliance = self.flow * positive("power", power), self.compliance * positive("energy", energy)
-        return replace(self, flow=flow, compliance=compliance)
+        limit = None if self.power is None else self.power * power
+        relief, gas = self.relief, self.gas
+        if relief is not None and relief.slope is not None:
+            relief = replace(relief, slope=relief.slope * power)
+        gas = None if gas is None else replace(gas, volume=gas.volume * energy)
+        return replace(
+            self, flow=flow, compliance=compliance, slip=self.slip * power, power=limit, relief=relief, gas=gas
+        )
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the pressure follows the piston in closed form."""
+        return self.slip == 0.0 and self.power is None and self.relief is None and self.gas is None
+
+    def capacity(self, pressure: float) -> float:
+        """c of line and accumulator at a pressure."""
+        return self.compliance + (0.0 if self.gas is None else self.gas.compliance(pressure))
 
 
 # ---- A load that the piston itself switches: a valve with states, ports, delays, and a gas chamber behind the piston
@@ -168,27 +197,41 @@ class Chamber:
     """A gas chamber behind the piston, such as the nitrogen of a breaker, by its force at the wall and its stiffness.
 
     Its force towards the wall is `force` − `stiffness` u, with u = 0 at the wall and negative behind it, in every state
-    of the valve. A polytropic gas is represented by its tangent.
+    of the valve. A polytropic gas is represented by its tangent; with an `exponent` it is itself, see `column`.
 
     Parameters
     ----------
     force
         Towards the wall, when the driven end is where it is at the blow; dimensionless, as a load is.
     stiffness
-        Increase of that force per distance from the wall; dimensionless, 0 or greater.
+        Increase of that force per distance from the wall; dimensionless, 0 or greater. Of a polytropic gas at the wall.
+    exponent
+        n of a polytropic gas, whose force is `force` (1 + u/h)^(−n), with h the `column`; None for its tangent.
 
     Examples
     --------
     >>> Chamber(force=0.4, stiffness=0.9)
-    Chamber(force=0.4, stiffness=0.9)
+    Chamber(force=0.4, stiffness=0.9, exponent=None)
     """
 
     force: float = 0.0
     stiffness: float = 0.0
+    exponent: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "force", checked_force("force", self.force, _LEAST_FORCE))
         object.__setattr__(self, "stiffness", non_negative("stiffness", self.stiffness))
+        if self.exponent is not None:
+            object.__setattr__(self, "exponent", positive("exponent", self.exponent))
+            if not (self.force > 0.0 and self.stiffness > 0.0):
+                raise ParameterError(
+                    "exponent", self.exponent, "nothing without a force and a stiffness", "a gas pushes, and yields"
+                )
+
+    @property
+    def column(self) -> float | None:
+        """h, the length of a polytropic gas at the area of the piston: n force/stiffness; None for its tangent."""
+        return None if self.exponent is None else self.exponent * self.force / self.stiffness
 
 
 NO_CHAMBER = Chamber()  # no gas behind the piston
@@ -309,6 +352,9 @@ class Valve:
         What stops the piston when it finds no tool; None where it is not known.
     supply
         A pump and an accumulator; by default the pressure is constant.
+    oil
+        What the oil loses on its way; None for oil that loses nothing. The forces of the states are those of the
+        chambers that they join to the supply.
 
     Examples
     --------
@@ -324,6 +370,7 @@ class Valve:
     chamber: Chamber = NO_CHAMBER
     cushion: Cushion | None = None
     supply: Supply | None = None
+    oil: Oil | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -346,6 +393,20 @@ class Valve:
             instance("cushion", self.cushion, Cushion)
         if self.supply is not None:
             instance("supply", self.supply, Supply)
+        if self.oil is not None:
+            instance("oil", self.oil, Oil)
+            for name, force in self.pairs:
+                pushed = self.oil.areas(name, "supply")
+                if abs(pushed - force) > 1e-9 * max(abs(force), *(one.area for one in self.oil.chambers)):
+                    wanted = f"{pushed:.6g}, that of the chambers joined to the supply"
+                    raise ParameterError(f"states[{name!r:.40}]", force, wanted)
+
+    @property
+    def flows(self) -> bool:
+        """Whether its oil is more than a closed form takes: losses, a gas that is polytropic, a pump that slips."""
+        lossless = self.oil is None or self.oil.is_lossless
+        linear = self.supply is None or self.supply.is_linear
+        return not (lossless and linear and self.chamber.exponent is None)
 
     @property
     def pairs(self) -> tuple[tuple[str, float], ...]:
@@ -386,16 +447,21 @@ class Valve:
             replace(port, **{key: getattr(port, key) and getattr(port, key) * by for key, by in factors.items()})
             for port in self.ports
         )
-        chamber = Chamber(self.chamber.force * force, self.chamber.stiffness * force / length)
+        gas = self.chamber
+        chamber = Chamber(gas.force * force, gas.stiffness * force / length, gas.exponent)
         cushion = None if self.cushion is None else self.cushion.scaled(force, length)
         supply = None if self.supply is None else self.supply.scaled(force * length / time, force * length)
-        return Valve({name: value * force for name, value in self.pairs}, ports, self.start, chamber, cushion, supply)
+        oil = None if self.oil is None else self.oil.scaled(force, length, time)
+        states = {name: value * force for name, value in self.pairs}
+        return Valve(states, ports, self.start, chamber, cushion, supply, oil)
 
     def at_pressure(self, pressure: float) -> Valve:
         """The valve under a constant pressure, a multiple of that for which the forces of the states hold."""
         factor = positive("pressure", pressure)
         ports = tuple(port_at(self, i, factor) for i in range(len(self.ports)))
-        return replace(self, states={name: factor * force for name, force in self.pairs}, ports=ports, supply=None)
+        states = {name: factor * force for name, force in self.pairs}
+        oil = None if self.oil is None else self.oil.at_pressure(factor)
+        return replace(self, states=states, ports=ports, supply=None, oil=oil)
 
     @property
     def delays_vary(self) -> bool:

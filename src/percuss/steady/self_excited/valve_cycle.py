@@ -15,6 +15,7 @@ import numpy.typing as npt
 from percuss.errors import ParameterError
 from percuss.mechanics.crossing import farthest
 from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
+from percuss.mechanics.oil import OilBalance
 from percuss.model import Contact, Machine, MachineModes, Valve
 from percuss.model.checks import Array, ComplexArray, numbers, unit_interval
 from percuss.model.load import Side
@@ -293,6 +294,8 @@ class ValveCycle(Repeating):
         Energy lost on lying down: what the last blow left, for a body at rest on the wall is undeformed.
     obstacle
         Why it is a root of the equations, but no motion; None for one that is.
+    oil
+        Where the energy of oil that flows goes; None where the oil loses nothing.
     """
 
     machine: Machine
@@ -307,6 +310,7 @@ class ValveCycle(Repeating):
     lying: tuple[int, ...] = ()
     taken_by_rest: float = 0.0
     obstacle: Enum | None = None
+    oil: OilBalance | None = None
 
     @property
     def system(self) -> Machine:
@@ -354,6 +358,8 @@ class ValveCycle(Repeating):
     @cached_property
     def stroke(self) -> float:
         """The greatest distance of the striking end from the wall."""
+        if self.oil is not None:
+            return self.oil.farthest
         return max((flight.farthest for flight in self.flights if flight.duration > 0.0), default=0.0)
 
     @property
@@ -372,6 +378,8 @@ class ValveCycle(Repeating):
         of the chamber's force is in it: without a rest or a blow that turns the strain over, in which the driven end
         moves in no time, its work is none.
         """
+        if self.oil is not None:
+            return self.oil.input
         supply, ways = self.valve.supply, [float((f.end - f.begin)[:, 0] @ f.modes.driven) for f in self.flights]
         if supply is None:
             return math.fsum(flight.force * way for flight, way in zip(self.flights, ways, strict=True))
@@ -382,6 +390,8 @@ class ValveCycle(Repeating):
     def mean_pressure(self) -> float:
         """Of the supply, over a cycle; 1 where the pressure is constant."""
         supply, found, bare = self.valve.supply, [], dict(self.valve.pairs)
+        if self.oil is not None:
+            return self.oil.pressed / self.period
         if supply is None:
             return 1.0
         for one in self.flights:
@@ -547,6 +557,8 @@ class ValveCycle(Repeating):
     @property
     def drawn(self) -> float:
         """Volume that the valve takes from the supply in a cycle, times the pressure for which its forces hold."""
+        if self.oil is not None:
+            return self.oil.pumped
         supply = self.valve.supply
         return self.work if supply is None else supply.flow * self.period
 

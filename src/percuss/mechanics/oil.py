@@ -1,0 +1,376 @@
+"""A machine whose oil flows, on its way from event to event: the tables of its kernel, its starts and what it records.
+
+The equations, per unit of mass (`docs/oil.md`, section 1): the coordinates of the bar move under the force of the
+chambers, of the gas and of what drives them, and the pressure P of the supply obeys
+
+    C(P) P′ = Q_p(P) − a_k v − G P − k_r (P − P_r)₊.
+
+All its motions, steady or followed from a start, are made of these steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from percuss.errors import PercussError
+from percuss.halting import check_interrupted
+from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics.kernel_cache import ensure_cache
+from percuss.model import Machine, MachineModes
+from percuss.model.checks import Array
+from percuss.model.load.valve import Orders
+from percuss.model.machine import machine_modes
+
+_STEPS = 1 << 12  # of a call
+_EVENTS = 1 << 10
+_QUEUE = 64
+KINDS = {
+    kn.IMPACT: "impact", kn.PORT_MET: "port", kn.VALVE: "valve", kn.REST: "rest", kn.LEAVES: "leaves",
+    kn.OPENS: "relief opens", kn.CLOSES: "relief closes", kn.EMPTIES: "empty", kn.FILLS: "filled",
+    kn.LIMITS: "power limit", kn.FULL_FLOW: "full flow", kn.DRY: "no pressure",
+}  # fmt: skip
+"""What the events are called."""
+
+
+class OilEvent(NamedTuple):
+    """An event: the state of the bar just before it, (N + 1, 2), and the pressure; `detail` is a port or a state."""
+
+    time: float
+    kind: str
+    detail: int
+    state: Array
+    pressure: float
+    step: int
+
+
+class OilBalance(NamedTuple):
+    """Energies and volumes since the beginning, least and greatest pressure, and how far the bar went back.
+
+    Volumes are multiplied by the pressure for which the states hold, so that they are energies as well.
+    """
+
+    input: float
+    orifices: tuple[float, ...]
+    leakage: float
+    relief: float
+    return_line: float
+    drag: float
+    impact: float
+    pumped: float
+    leaked: float
+    relieved: float
+    drawn: float
+    pressed: float
+
+    least: float
+    greatest: float
+    farthest: float
+
+    @property
+    def losses(self) -> float:
+        """All but what the blows take."""
+        return math.fsum([*self.orifices, self.leakage, self.relief, self.return_line, self.drag])
+
+
+@dataclass(frozen=True)
+class OilMachine:
+    """The numbers of a machine, cut at N elastic modes, as its kernel has them; see `oil_machine`."""
+
+    machine: Machine
+    modes: int
+
+    @cached_property
+    def own(self) -> MachineModes:
+        """The free motions of the body, of which no gas is a part."""
+        return machine_modes(self.machine.body, self.machine.at, 0.0, self.modes)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Of the states."""
+        return [name for name, _ in self.machine.valve.pairs]
+
+    @property
+    def fed(self) -> bool:
+        """Whether the pressure follows the piston."""
+        return self.machine.valve.supply is not None
+
+    @cached_property
+    def law(self) -> kn.OilLaw:
+        """The tables of the kernel."""
+        valve, own, oil = self.machine.valve, self.own, self.machine.valve.oil
+        gas, supply, ports = valve.chamber, valve.supply, valve.ports
+        g = np.zeros(kn.LAW)
+        g[kn.FORCE] = (oil.force if oil else 0.0) + (gas.force if gas.exponent is None else 0.0)
+        g[kn.KAPPA] = gas.stiffness if gas.exponent is None else 0.0
+        g[kn.COLUMN] = 1.0
+        if gas.exponent is not None:
+            g[kn.GAS], g[kn.COLUMN], g[kn.EXPONENT] = gas.force, gas.column or 1.0, gas.exponent
+        g[kn.TANK], g[kn.SPOOL], g[kn.LEAK] = (oil.tank, oil.spool, oil.leakage) if oil else (0.0, 0.0, 0.0)
+        g[kn.FACTOR], g[kn.STRAIN] = self.machine.contact.velocity_factor, self.machine.contact.strain_factor
+        g[kn.RELIEF] = g[kn.CORNER] = g[kn.CORNER_TO] = math.inf
+        g[kn.POLYTROPIC] = 1.0
+        if supply is not None:
+            g[kn.FED], g[kn.FLOW], g[kn.SLIP], g[kn.COMPLIANCE] = 1.0, supply.flow, supply.slip, supply.compliance
+            g[kn.QUICKENING] = supply.quickening
+            if supply.relief is not None:
+                slope = supply.relief.slope
+                g[kn.RELIEF], g[kn.SLOPE] = supply.relief.pressure, math.inf if slope is None else slope
+            if supply.gas is not None:
+                g[kn.VOLUME], g[kn.PRECHARGE] = supply.gas.volume, supply.gas.precharge
+                g[kn.ATMOSPHERE], g[kn.POLYTROPIC] = supply.gas.atmosphere, supply.gas.exponent
+            if supply.power is not None:
+                g[kn.POWER] = supply.power
+                g[kn.CORNER], g[kn.CORNER_TO] = _corners(supply.flow, supply.slip, supply.power)
+        g[kn.UNIT] = valve.time_unit
+        push = max(abs(valve.force(name)) for name, _ in valve.pairs)
+        g[kn.SPEED] = max(push * g[kn.UNIT], 1e-300)
+        g[kn.WAVE] = (1.0 + 0.5 / max(self.modes, 1)) * self.machine.body.transit_time if self.modes else 0.0
+        modes = np.array([own.omega**2, own.damping, own.driven, own.end])
+        reads = np.array([
+            own.at(self.machine.body, np.array([port.reads]))[0] if self.modes and port.reads != "centre" else own.centre
+            for port in ports
+        ])  # fmt: skip
+        table = np.array([
+            [self.names.index(port.to), port.level, port.sign, port.delay, port.speed is not None, port.on == "impact"]
+            for port in ports
+        ], dtype=float)  # fmt: skip
+        return kn.OilLaw(g, modes, reads, self._joins, table)
+
+    @property
+    def _joins(self) -> Array:
+        valve = self.machine.valve
+        oil, chambers = valve.oil, self.chambers
+        rows = np.zeros((len(self.names), kn.CHAMBERS + 2 * len(chambers)))
+        for row, (name, area) in zip(rows, valve.pairs, strict=True):
+            row[kn.AREA] = area
+            if oil is not None:
+                row[kn.TANKED] = oil.areas(name, "tank")
+                row[kn.DRAG_OUT], row[kn.DRAG_BACK] = oil.drag(name)
+                for chamber, (out, back) in oil.losses(name).items():
+                    first = kn.CHAMBERS + 2 * chambers.index(chamber)
+                    row[first], row[first + 1] = out, back
+        return rows
+
+    @property
+    def chambers(self) -> list[str]:
+        """Names of the chambers of oil."""
+        oil = self.machine.valve.oil
+        return [] if oil is None else [one.name for one in oil.chambers]
+
+    @property
+    def turn(self) -> Array:
+        """What a blow multiplies displacements and velocities by."""
+        return np.array([self.machine.contact.strain_factor, self.machine.contact.velocity_factor])
+
+
+def _corners(flow: float, slip: float, power: float) -> tuple[float, float]:
+    """Between which pressures the power limits the pump: where (Q_0 − g P) P = W."""
+    if slip == 0.0:
+        return power / flow, math.inf
+    root = flow * flow - 4.0 * slip * power
+    if root <= 0.0:
+        return math.inf, math.inf
+    low = 2.0 * power / (flow + math.sqrt(root))
+    return low, power / (slip * low)
+
+
+@lru_cache(maxsize=64)
+def oil_machine(machine: Machine, modes: int) -> OilMachine:
+    """The numbers of a machine, kept for its next motion."""
+    ensure_cache()
+    return OilMachine(machine, modes)
+
+
+@dataclass
+class OilMotion:
+    """A motion on its way, with its derivatives by D numbers of its start."""
+
+    numbers: OilMachine
+    state: kn.OilState
+    work: kn.OilWork
+    log: kn.OilLog
+    events: list[OilEvent] = field(default_factory=list)
+    steps: list[Array] = field(default_factory=list)
+    ended: int = 0
+
+    @classmethod
+    def begun(
+        cls,
+        numbers: OilMachine,
+        bar: Array,
+        pressure: float,
+        state: str,
+        orders: Orders,
+        *,
+        resting: bool = False,
+        struck: bool = False,
+        directions: int = 0,
+        recorded: bool = False,
+    ) -> OilMotion:
+        """A motion put at a state: `bar`, (N + 1, 2), at time 0; `struck`: it has just left the wall."""
+        law, n = numbers.law, numbers.modes + 1
+        width, queue = law.joins.shape[1], _QUEUE + len(orders.pending)
+        now = np.zeros(kn.NOW)
+        now[kn.PRESSURE], now[kn.RESTING] = pressure, float(resting)
+        now[kn.STATE] = numbers.names.index(state)
+        now[kn.LAST], now[kn.COUNT], now[kn.STROKE] = numbers.names.index(orders.last), len(orders.pending), math.inf
+        now[kn.HOLD] = -math.inf
+        now[kn.AT_ZERO] = 1.0 if pressure == 0.0 else 0.0
+        waiting = np.zeros((queue, 2))
+        for i, (time, to) in enumerate(orders.pending):
+            waiting[i] = time, numbers.names.index(to)
+        blend = np.zeros((2, width))
+        blend[0] = law.joins[numbers.names.index(state)]
+        sums = np.zeros(kn.ORIFICES + len(numbers.chambers))
+        sums[kn.LEAST] = sums[kn.GREATEST] = pressure
+        D = directions
+        made = kn.OilState(
+            now, np.ascontiguousarray(np.asarray(bar, dtype=float).T), blend, waiting,
+            np.zeros(law.ports.shape[0]), sums, np.zeros((2 * n + 1, D)), np.zeros((queue, D)),
+            np.zeros((2, 4, D)), np.zeros(D),
+        )  # fmt: skip
+        order, size = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2, 2 * n + 1
+        work = kn.OilWork(
+            np.zeros((kn.ROWS, order)), np.zeros((n, order)), np.zeros((n, order)), np.zeros((64, order)),
+            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), np.zeros((order, n, D)),
+            np.zeros((order, n, D)), np.zeros((3, order, D)), np.zeros(D), np.zeros((D, order)),
+        )  # fmt: skip
+        steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
+        log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))
+        motion = cls(numbers, made, work, log)
+        kn.begun(law, made, work)
+        if struck and not resting:
+            now[kn.WALL] = 1.0 if float(numbers.own.end @ np.asarray(bar)[:, 1]) < 0.0 else 2.0
+        return motion
+
+    @classmethod
+    def again(cls, numbers: OilMachine, state: kn.OilState, directions: int = 0, recorded: bool = False) -> OilMotion:
+        """A motion from the state of another one on, with time, blows and sums from 0."""
+        names, bar = numbers.names, np.zeros((numbers.modes + 1, 2))
+        made = cls.begun(numbers, bar, 1.0, names[0], Orders(names[0]), directions=directions, recorded=recorded)
+        queue = made.state.orders.shape[0]
+        if state.orders.shape[0] > queue:
+            made._grown()
+        fresh = made.state
+        for name in ("now", "bar", "blend", "touched"):
+            getattr(fresh, name)[:] = getattr(state, name)
+        fresh.orders[: state.orders.shape[0]] = state.orders
+        time, now = state.now[kn.TIME], fresh.now
+        fresh.orders[:, 0] -= time
+        now[kn.TIME] = now[kn.BLOWS] = 0.0
+        now[kn.STROKE] -= time
+        now[kn.HOLD] -= time
+        fresh.sums[kn.LEAST] = fresh.sums[kn.GREATEST] = now[kn.PRESSURE]
+        return made
+
+    def run(
+        self,
+        until: float = math.inf,
+        blows: float = math.inf,
+        *,
+        section: int = -1,
+        since: float = 0.0,
+        entering: Sequence[int] = (),
+        most: int = 1 << 22,
+    ) -> int:
+        """On until a time, so many blows in all, or a port after `since` blows: how it ended, a number of the kernel."""
+        done, first = 0, np.array(entering, dtype=np.int64)
+        while done < most:
+            check_interrupted()
+            ended = kn.followed(
+                self.numbers.law, self.state, self.work, self.log, until, blows, _STEPS, section, since, first
+            )
+            first = first[:0]
+            self._drained()
+            done += _STEPS
+            if ended == kn.CROWDED:
+                self._grown()
+            elif ended not in (kn.LOG_FULL, kn.STEPS_FULL):
+                self.ended = int(ended)
+                if ended == kn.NO_STEP:
+                    raise PercussError("the oil of this machine has no step", remedy="check the units of its figures")
+                return self.ended
+        self.ended = kn.STEPS_FULL
+        return self.ended
+
+    def _drained(self) -> None:
+        n, taken = self.numbers.modes + 1, len(self.steps)
+        for row in self.log.events[: self.log.filled[0]]:
+            bar = row[kn.EVENT :].reshape(2, n).T.copy()
+            self.events.append(OilEvent(row[0], KINDS[int(row[1])], int(row[2]), bar, row[3], taken + int(row[4])))
+        self.steps.extend(self.log.steps[: self.log.filled[1]].copy())
+        self.log.filled[:] = 0
+
+    def _grown(self) -> None:
+        state = self.state
+        self.state = state = state._replace(
+            orders=np.concatenate([state.orders, np.zeros_like(state.orders)]),
+            dues=np.concatenate([state.dues, np.zeros_like(state.dues)]),
+        )
+        rows = np.zeros((2 * self.log.events.shape[0], self.log.events.shape[1]))
+        self.log = self.log._replace(events=rows)
+
+    # -- what it is now --
+
+    @property
+    def time(self) -> float:
+        """Since its start."""
+        return float(self.state.now[kn.TIME])
+
+    @property
+    def pressure(self) -> float:
+        """Of the supply."""
+        return float(self.state.now[kn.PRESSURE])
+
+    @property
+    def blows(self) -> int:
+        """Since its start."""
+        return int(self.state.now[kn.BLOWS])
+
+    @property
+    def bar(self) -> Array:
+        """Displacement and velocity of every coordinate, (N + 1, 2)."""
+        return self.state.bar.T.copy()
+
+    @property
+    def orders(self) -> Orders:
+        """Those that wait, counted from now."""
+        names, now = self.numbers.names, self.state.now
+        rows = self.state.orders[: int(now[kn.COUNT])]
+        return Orders(names[int(now[kn.LAST])], tuple((float(due - self.time), names[int(to)]) for due, to in rows))
+
+    @property
+    def balance(self) -> OilBalance:
+        """Since its start."""
+        s = self.state.sums.tolist()
+        fed = s[kn.PUMPED_ENERGY] if self.numbers.fed else s[kn.DRAWN] * self.pressure + s[kn.LEAK_LOSS]
+        volume = s[kn.PUMPED] if self.numbers.fed else s[kn.DRAWN] + s[kn.LEAKED]
+        return OilBalance(
+            fed, tuple(s[kn.ORIFICES :]), *s[kn.LEAK_LOSS : kn.IMPACT_LOSS + 1], volume,
+            *s[kn.LEAKED : kn.FARTHEST + 1],
+        )  # fmt: skip
+
+    @property
+    def rates(self) -> Array:
+        """Of displacements, velocities and the pressure, (2 N + 3,)."""
+        found = np.zeros(2 * self.numbers.modes + 3)
+        kn.rates_at(self.numbers.law, self.state, found)
+        return found
+
+
+def states_at(
+    numbers: OilMachine, steps: Sequence[Array], times: Array, of_step: npt.NDArray[np.int64]
+) -> tuple[Array, Array, Array]:
+    """Of recorded steps, and times after the beginnings of steps by number: bar (2, N + 1, t), pressure and force."""
+    n = numbers.modes + 1
+    at_rest = OilMotion.begun(numbers, np.zeros((n, 2)), 1.0, numbers.names[0], Orders(numbers.names[0]))
+    found = np.zeros((times.size, 2 * n + 2))
+    kn.at_times(numbers.law, at_rest.state, at_rest.work, np.array(steps), times, of_step, found)
+    return found[:, : 2 * n].T.reshape(2, n, -1), found[:, 2 * n], found[:, 2 * n + 1]

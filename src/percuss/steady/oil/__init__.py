@@ -1,0 +1,1 @@
+"""The cycle of a machine whose oil flows."""

@@ -1,0 +1,446 @@
+"""The cycle of a machine whose oil flows: Newton's method on the passage of a port, from a motion that has settled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, oil_machine, states_at
+from percuss.model import Machine
+from percuss.model.checks import Array
+from percuss.model.load.valve import Orders, port_at
+from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told
+
+_SETTLING, _LONGER, _MOST = 12, 160, 1200  # blows that are followed
+_NEWTON, _CLOSE, _LEADS = 24, 3e-14, 0.03  # steps, the last one, and the next one where derivatives are kept
+_ALIKE = 1e-3  # blows that differ by no more may repeat
+_MOST_BLOWS = 8  # in a cycle
+_LOOKS = 96  # times of a period in which a chamber's pressure is looked at
+_IDLE = 400.0  # units of time without a blow
+
+
+@dataclass(frozen=True, kw_only=True)
+class OilFlight(ValveFlight):
+    """A flight of Taylor steps: those recorded from its start on, and the numbers of its machine."""
+
+    numbers: OilMachine
+    steps: tuple[Array, ...]
+
+    @property
+    def lies(self) -> bool:
+        """Whether the bar lies on the wall."""
+        return bool(self.steps) and bool(self.steps[0][7])
+
+    def looked(self, t: Array) -> tuple[Array, Array, Array]:
+        """Bar (2, N + 1, t), pressure and force at times after its start."""
+        n, none = self.numbers.modes + 1, t.size == 0 or not self.steps
+        if none:
+            bar = np.repeat(self.begin.T[:, :, None], t.size, axis=2).reshape(2, n, t.size)
+            return bar, np.full(t.size, self.pressure), np.full(t.size, self.force)
+        begins = np.array([step[0] for step in self.steps]) - self.time
+        which = np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(self.steps) - 1)
+        return states_at(self.numbers, self.steps, t - begins[which], which.astype(np.int64))
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Displacements and velocities of the coordinates at times after its start; each of shape (N + 1, len(t))."""
+        bar = self.looked(np.asarray(t, dtype=float))[0]
+        return bar[0], bar[1]
+
+    def moved(self, t: Array) -> tuple[Array, Array]:
+        """How far the coordinates have moved since its start, and velocities."""
+        places, rates = self.at(t)
+        return places - self.begin[:, :1], rates
+
+    @property
+    def farthest(self) -> float:
+        """The greatest distance of the striking end from the wall, looked for at many times."""
+        seen = self.modes.end @ self.at(np.linspace(0.0, self.duration, _LOOKS))[0]
+        return float(-seen.min())
+
+
+class OilSettled(NamedTuple):
+    """Where a machine ends: its cycle, or how the motion ended: "on the wall", "nothing follows", "no pressure", …."""
+
+    cycle: ValveCycle | None
+    ending: str = ""
+    motion: OilMotion | None = None
+    starts: bool = False
+
+
+# ---- A motion from a start
+
+
+def from_rest(numbers: OilMachine, recorded: bool = False) -> OilMotion:
+    """At rest on the wall, under the pressure at the start; the ports whose regions are occupied demand."""
+    valve, n = numbers.machine.valve, numbers.modes + 1
+    orders, supply = valve.orders, valve.supply
+    pressure = 1.0 if supply is None else supply.start
+    motion = OilMotion.begun(numbers, np.zeros((n, 2)), pressure, orders.last, orders, resting=True, recorded=recorded)
+    motion.run(0.0, entering=[i for i, port in enumerate(valve.ports) if port.sign * port.level < 0.0])
+    return motion
+
+
+def from_rebound(numbers: OilMachine, start: Rebound, *, recorded: bool = False, undeformed: Array | None = None) -> OilMotion:
+    """Just after a blow, which demands; the bar is undeformed, or moves as it is given, (N + 1, 2)."""
+    own = numbers.own
+    bar = np.stack([0.0 * own.centre, -start.speed * own.centre], axis=1) if undeformed is None else undeformed
+    pressure = 1.0 if start.pressure is None else start.pressure
+    motion = OilMotion.begun(numbers, bar, pressure, start.state, start.orders, struck=True, recorded=recorded)
+    motion.run(0.0, entering=_of_blow(numbers.machine))
+    return motion
+
+
+def _of_blow(machine: Machine) -> list[int]:
+    return [i for i, port in enumerate(machine.valve.ports) if port.on == "impact"]
+
+
+def goes_on(motion: OilMotion, blows: int) -> str:
+    """So many blows more, or why not."""
+    unit = float(motion.numbers.law.numbers[kn.UNIT])
+    supply, idle = motion.numbers.machine.valve.supply, _IDLE * unit
+    if supply is not None:
+        idle = max(idle, 20.0 * supply.capacity(max(1.0, motion.pressure)) / supply.flow)
+    wanted = motion.blows + blows
+    while motion.blows < wanted:
+        before = motion.blows
+        ended = motion.run(motion.time + idle, motion.blows + 1, most=1 << 18)
+        if ended == kn.NO_PRESSURE or ended == kn.EMPTY_LINE:
+            return "no pressure"
+        if motion.blows == before:
+            if motion.state.now[kn.RESTING] > 0.0:
+                return "on the wall"
+            return "no blow" if any(e.time > motion.time - idle and e.kind == "valve" for e in motion.events[-8:]) \
+                else "nothing follows"  # fmt: skip
+    return ""
+
+
+# ---- The passage of a port, and Newton's method on it
+
+
+class _Unknowns(NamedTuple):
+    """What may change at the passage of a port: coordinates, velocities, pressure, orders that wait, a running stroke."""
+
+    fed: bool
+    coordinates: int
+    waiting: int
+    stroke: bool
+
+    @classmethod
+    def of(cls, numbers: OilMachine, state: kn.OilState) -> _Unknowns:
+        stroke = bool(state.now[kn.STROKE] < math.inf)
+        return cls(numbers.fed, numbers.modes + 1, int(state.now[kn.COUNT]), stroke)
+
+    @property
+    def size(self) -> int:
+        return 2 * self.coordinates + self.fed + self.waiting + self.stroke
+
+    def values(self, state: kn.OilState) -> Array:
+        now, time = state.now, state.now[kn.TIME]
+        dues = state.orders[: self.waiting, 0] - time
+        return np.concatenate([
+            state.bar.reshape(-1), [now[kn.PRESSURE]] * self.fed, dues, [now[kn.STROKE] - time] * self.stroke,
+        ])  # fmt: skip
+
+    def put(self, state: kn.OilState, values: Array, before: Array) -> None:
+        """The values into a state at time 0; the blend of a running stroke follows its end."""
+        n, fed = 2 * self.coordinates, int(self.fed)
+        state.bar[:] = values[:n].reshape(2, -1)
+        if fed:
+            state.now[kn.PRESSURE] = values[n]
+        state.orders[: self.waiting, 0] = values[n + fed : n + fed + self.waiting]
+        if self.stroke:
+            state.now[kn.STROKE] = values[-1]
+            state.blend[0] -= state.blend[1] * (values[-1] - before[-1])
+
+    def seeded(self, state: kn.OilState) -> None:
+        """A direction for each of them."""
+        n, fed = 2 * self.coordinates, int(self.fed)
+        for i in range(n + fed):
+            state.bars[i, i] = 1.0
+        for i in range(self.waiting):
+            state.dues[i, n + fed + i] = 1.0
+        if self.stroke:
+            state.shift[-1] = 1.0
+            state.blends[0, :, -1] = -state.blend[1, :4]
+
+    def map(self, motion: OilMotion, row: Array) -> Array:
+        """The derivative of what is there when the port is met again, (size, size)."""
+        state, n, fed = motion.state, 2 * self.coordinates, int(self.fed)
+        rates = motion.rates
+        late = -(row @ state.bars[:n]) / float(row @ rates[:n])
+        rows = [state.bars[: n + fed] + np.outer(rates[: n + fed], late), state.dues[: self.waiting] - late]
+        return np.vstack([*rows, state.shift[None] - late] if self.stroke else rows)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The state at the passage of a port, not demanded yet, and of a cycle of so many blows the map of it."""
+
+    numbers: OilMachine
+    port: int
+    state: kn.OilState
+    blows: int = 1
+    slope: Array | None = None
+
+    @property
+    def row(self) -> Array:
+        """What the port reads, of displacements and velocities."""
+        law, n = self.numbers.law, self.numbers.modes + 1
+        first = n if law.ports[self.port, kn.OF_SPEED] else 0
+        row = np.zeros(2 * n)
+        row[first : first + n] = law.reads[self.port]
+        return row
+
+    def returned(self, state: kn.OilState, directions: int = 0) -> OilMotion | None:
+        """A motion from a state there until the port is met again after the blows; None where it is not."""
+        motion = OilMotion.again(self.numbers, state, directions)
+        if directions:
+            _Unknowns.of(self.numbers, state).seeded(motion.state)
+        unit = float(self.numbers.law.numbers[kn.UNIT])
+        until = _IDLE * unit * self.blows
+        ended = motion.run(until, section=self.port, since=float(self.blows), entering=[self.port], most=1 << 16)
+        return motion if ended == kn.AT_SECTION and motion.blows == self.blows else None
+
+    def solved(self) -> Passage | None:
+        """The passage that repeats, by Newton's method; None where it does not converge."""
+        state = _copied(self.state)
+        unknowns = _Unknowns.of(self.numbers, state)
+        g = self.numbers.law.numbers
+        scales = np.concatenate([
+            np.full(unknowns.coordinates, g[kn.SPEED] * g[kn.UNIT]), np.full(unknowns.coordinates, g[kn.SPEED]),
+            [1.0] * unknowns.fed, np.full(unknowns.waiting + unknowns.stroke, g[kn.UNIT]),
+        ])  # fmt: skip
+        slope, best = None, math.inf
+        for _ in range(_NEWTON):  # with the derivatives of an earlier step for as long as these lead on
+            motion = self.returned(state, 0 if slope is not None else unknowns.size)
+            if motion is None or _Unknowns.of(self.numbers, motion.state) != unknowns:
+                return None
+            x = unknowns.values(state)
+            fresh_slope = slope is None
+            if slope is None:
+                slope = unknowns.map(motion, self.row)
+            off = unknowns.values(motion.state) - x
+            try:
+                step = np.linalg.solve(np.eye(unknowns.size) - slope, off)
+            except np.linalg.LinAlgError:
+                return None
+            size = float(np.max(np.abs(step) / scales))
+            if not size < 1e3:
+                return None
+            near = size <= _CLOSE or (best <= 1e-9 and size >= 0.5 * best)  # as near as rounding lets it
+            if not (near or fresh_slope or size <= _LEADS * best):
+                slope = None
+                continue
+            fresh = OilMotion.again(self.numbers, state).state
+            unknowns.put(fresh, x + step, x)
+            if near:
+                last = self.returned(fresh, unknowns.size)
+                return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row))
+            state, best = fresh, size
+        return None
+
+
+def _copied(state: kn.OilState) -> kn.OilState:
+    return kn.OilState(*(np.array(one) for one in state))
+
+
+def passage_of(motion: OilMotion) -> Passage | None:
+    """A passage in which a motion now comes to a port: one at which nothing waits, where there is one."""
+    numbers, found = motion.numbers, []
+    met = {e.detail for e in motion.events[-64:] if e.kind == "port"}
+    for port in sorted(met):
+        if numbers.law.ports[port, kn.ON_IMPACT]:
+            continue
+        copy = OilMotion.again(numbers, _copied(motion.state))
+        unit = float(numbers.law.numbers[kn.UNIT])
+        if copy.run(_IDLE * unit, section=port, most=1 << 16) == kn.AT_SECTION:
+            state = _copied(copy.state)
+            waits = int(state.now[kn.COUNT]) + 2 * bool(state.now[kn.STROKE] < math.inf)
+            found.append((waits, port, Passage(numbers, port, state)))
+    return min(found, key=lambda one: one[:2])[2] if found else None
+
+
+# ---- The cycle as other machines have it
+
+
+def cycle_at(passage: Passage) -> ValveCycle | None:
+    """The cycle of a passage that repeats, from the strongest blow on."""
+    numbers, machine = passage.numbers, passage.numbers.machine
+    motion = OilMotion.again(numbers, passage.state, recorded=True)
+    names = numbers.names
+    state = names[int(passage.state.now[kn.STATE])]
+    orders = motion.orders
+    motion.run(_IDLE * float(numbers.law.numbers[kn.UNIT]) * passage.blows, float(passage.blows), entering=[passage.port])
+    struck = [e for e in motion.events if e.kind == "impact"]
+    if len(struck) < passage.blows:
+        return None
+    ends = numbers.own.end
+    strongest = max(range(len(struck)), key=lambda i: float(ends @ struck[i].state[:, 1]))
+    start, bar = _rebound_at(numbers, motion.events, strongest, state, orders)
+    kernel = _state_at(passage, strongest)
+    return recorded_cycle(numbers, start, bar, passage, kernel)
+
+
+def _state_at(passage: Passage, blow: int) -> kn.OilState:
+    """The state just after a blow, its demands carried out."""
+    motion = OilMotion.again(passage.numbers, passage.state)
+    motion.run(blows=float(blow + 1), entering=[passage.port])
+    return motion.state
+
+
+def _rebound_at(
+    numbers: OilMachine, events: Sequence[OilEvent], blow: int, state: str, orders: Orders
+) -> tuple[Rebound, Array]:
+    """The valve just before a blow demands anything, with times from it on, and the bar just after."""
+    valve, seen = numbers.machine.valve, -1
+    for event in events:
+        if event.kind == "impact":
+            seen += 1
+            if seen == blow:
+                bar = event.state * numbers.turn
+                if not numbers.modes:
+                    bar[0, 0] = 0.0
+                pending = tuple((due - event.time, to) for due, to in orders.pending)
+                speed = -float(numbers.own.centre @ bar[:, 1])
+                pressure = event.pressure if numbers.fed else None
+                return Rebound(speed, state, Orders(orders.last, pending), pressure), bar
+        elif event.kind == "port":
+            orders = orders.after(event.time, port_at(valve, event.detail, event.pressure))
+        elif event.kind == "valve":
+            state = numbers.names[event.detail]
+            orders = Orders(orders.last, orders.pending[1:])
+    raise AssertionError("no such blow")
+
+
+def recorded_cycle(
+    numbers: OilMachine, start: Rebound, bar: Array, passage: Passage, state: kn.OilState
+) -> ValveCycle | None:
+    """The cycle from a rebound on, with its flights and its balance."""
+    machine, blows = numbers.machine, passage.blows
+    motion = OilMotion.again(numbers, state, recorded=True)
+    motion.state.now[kn.WALL] = 1.0 if float(numbers.own.end @ motion.state.bar[1]) < 0.0 else 2.0
+    motion.run(_IDLE * float(numbers.law.numbers[kn.UNIT]) * blows, float(blows))
+    events = [*_demands(numbers, start, bar), *motion.events]
+    last = max((i for i, e in enumerate(events) if e.kind == "impact"), default=-1)
+    if motion.blows < blows:
+        return None
+    events = events[: last + 1]
+    marks = [e for e in events if e.kind in ("impact", "port", "valve", "rest", "leaves")]
+    flights, begun, now = [], 0.0, start.state
+    orders, step, before, pressure = start.orders, 0, bar, 1.0 if start.pressure is None else start.pressure
+    for event in marks:
+        steps = tuple(motion.steps[step : event.step])
+        if event.time > begun or event.kind == "impact":
+            flights.append(OilFlight(
+                modes=numbers.own, begin=before, force=0.0, duration=event.time - begun, state=now, last=orders.last,
+                time=begun, pressure=pressure, numbers=numbers, steps=steps,
+            ))  # fmt: skip
+        begun, step, before, pressure = event.time, event.step, event.state, event.pressure
+        if event.kind == "port":
+            orders = orders.after(event.time, port_at(machine.valve, event.detail, event.pressure))
+        elif event.kind == "valve":
+            now, orders = numbers.names[event.detail], Orders(orders.last, orders.pending[1:])
+        elif event.kind == "impact":
+            before = event.state * numbers.turn
+        elif event.kind == "rest":
+            before = 0.0 * before
+    happened = [
+        (e.time, e.kind, numbers.names[e.detail] if e.kind == "valve" else e.detail, e.state, e.pressure) for e in marks
+        if e.kind in ("impact", "port", "valve")
+    ]
+    assert passage.slope is not None
+    slope = passage.slope
+    if not numbers.modes:  # at the passage of a port the place is no unknown
+        kept = [i for i in range(len(slope)) if i != (1 if passage.row[1] else 0)]
+        slope = slope[np.ix_(kept, kept)]
+    told = cycle_told(machine, numbers.modes, start.state, start.orders, tuple(flights), happened, slope)
+    return replace(told, oil=motion.balance)
+
+
+def _demands(numbers: OilMachine, start: Rebound, bar: Array) -> Iterator[OilEvent]:
+    """What the blow at time 0 demands, and carries out at once."""
+    valve, orders = numbers.machine.valve, start.orders
+    pressure = 1.0 if start.pressure is None else start.pressure
+    for port in _of_blow(numbers.machine):
+        if valve.ports[port].to != orders.last:
+            yield OilEvent(0.0, "port", port, bar, pressure, 0)
+            orders = orders.after(0.0, port_at(valve, port, pressure))
+    while orders.pending and orders.pending[0][0] <= 0.0:
+        yield OilEvent(0.0, "valve", numbers.names.index(orders.pending[0][1]), bar, pressure, 0)
+        orders = Orders(orders.last, orders.pending[1:])
+
+
+# ---- Where a machine settles
+
+
+def settled_oil(machine: Machine, modes: int = 0) -> OilSettled:
+    """The cycle in which a machine settles whose oil flows, from rest, or else pushed off the wall."""
+    numbers = oil_machine(machine, modes)
+    if modes:
+        rigid = settled_oil(machine, 0)
+        if rigid.cycle is None:
+            return rigid
+        begun = from_rebound(numbers, rigid.cycle.rebound)
+        ending = goes_on(begun, _SETTLING)
+        return OilSettled(None, ending, begun, rigid.starts) if ending else _cycle_of(begun, rigid.starts)
+    first = from_rest(numbers)
+    ending = goes_on(first, _SETTLING)
+    if not ending:
+        return _cycle_of(first, True)
+    found = OilSettled(None, ending, first)
+    for start in _pushes(numbers):
+        motion = from_rebound(numbers, start)
+        if not goes_on(motion, _SETTLING):
+            other = _cycle_of(motion, False)
+            if other.cycle is not None:
+                return other
+    return found
+
+
+def _pushes(numbers: OilMachine) -> Iterator[Rebound]:
+    """Rebounds of blows as strong as the power stroke of the farthest port gives, and weaker."""
+    machine, fed = numbers.machine, numbers.fed
+    valve = machine.valve
+    way = max((port.behind for port in valve.ports if port.behind is not None), default=0.0)
+    push = max(valve.force(name) for name, _ in valve.pairs)
+    speed = math.sqrt(max(2.0 * push * way, 0.0))
+    restitution = machine.contact.restitution
+    back = min(valve.pairs, key=lambda pair: pair[1])[0]
+    for pressure in (1.0, 0.6, 1.6) if fed else (None,):
+        for part in (1.0, 0.5):
+            yield Rebound(part * max(restitution, 0.05) * speed, back, Orders(back), pressure)
+
+
+def _cycle_of(motion: OilMotion, starts: bool) -> OilSettled:
+    """The cycle in which a motion that goes on settles."""
+    followed = 0
+    for more in (_SETTLING, _LONGER, _MOST):
+        passage = passage_of(motion)
+        if passage is not None:
+            for blows in _alike(motion):
+                solved = replace(passage, blows=blows).solved()
+                cycle = None if solved is None else cycle_at(solved)
+                if cycle is not None:
+                    return OilSettled(cycle, "", motion, starts)
+        ending = goes_on(motion, more)
+        followed += more
+        if ending:
+            return OilSettled(None, ending, motion, starts)
+    return OilSettled(None, "irregular", motion, starts)
+
+
+def _alike(motion: OilMotion) -> list[int]:
+    """Numbers of blows that a cycle may have: one, and after how many the last speeds are alike."""
+    end = motion.numbers.own.end
+    speeds = np.array([float(end @ e.state[:, 1]) for e in motion.events if e.kind == "impact"])[-4 * _MOST_BLOWS :]
+    found = [1]
+    for blows in range(2, _MOST_BLOWS + 1):
+        if speeds.size > 2 * blows and np.all(np.abs(speeds[blows:] - speeds[:-blows]) <= _ALIKE * speeds.max()):
+            found.append(blows)
+            break
+    return found
