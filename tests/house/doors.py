@@ -132,8 +132,8 @@ MEANT = (
         """
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.steady_answer.periods steady.level.restitution
-        stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.joints *.attenuation *.passages
-        case.tolerance*.tolerances case.tolerance*.figures
+        stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
+        case.tolerance*.tolerances case.tolerance*.figures blow.Rod.joints blow.Rod.attenuation
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),

@@ -337,13 +337,10 @@ class Parts:
 
             self.target = self._try("tool", tables.tool, lambda table: plain_target(table, striker))
         if self.target is not None:
-            rock, feed = (getattr(tables, name, None) for name in ("rock", "feed"))
-            of = "tool" if feed is None else feed.of
-            self.blow = self._try(
-                "blow", tables.blow, lambda table: blow_question(table, striker, self.target, rock, of)
-            )
-        if self.blow is not None and getattr(tables, "drilling", None) is not None:
-            assert isinstance(tables, PhysicalCase)
+            rock, feed = (tables.rock, tables.feed) if isinstance(tables, PhysicalCase) else (None, None)
+            made = partial(blow_question, striker=striker, target=self.target, rock=rock, feed=feed)
+            self.blow = self._try("blow", tables.blow, made)
+        if self.blow is not None and isinstance(tables, PhysicalCase) and tables.drilling is not None:
             drilling = self._try("drilling", tables.drilling, drilling_of)
             self.blow = replace(self.blow, drilling=drilling)
             if tables.rock is None:
