@@ -56,6 +56,7 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
     "power": ("W", "kW", '"8 kW" or "8000 W"', {
         "W": 1.0, "kW": 1e3, "MW": 1e6, "mW": 1e-3, "J/s": 1.0, "hp": 550.0 * 0.3048 * 4.4482216152605,
     }),
+    "volume": ("m^3", "l", '"0.4 l" or "400 cm^3"', {"m^3": 1.0, "l": 1e-3, "dm^3": 1e-3, "cm^3": 1e-6, "ml": 1e-6}),
     "mass": ("kg", "g", '"5 kg" or "5000 g"', {"kg": 1.0, "g": 1e-3, "t": 1e3, "lb": 0.45359237}),
     "stiffness": ("N/m", "kN/mm", '"400 kN/mm" or "0.4 GN/m"', {
         "N/m": 1.0, "mN/m": 1e-3, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "mN/mm": 1.0, "kN/mm": 1e6,
@@ -73,6 +74,10 @@ _TABLE: dict[str, tuple[str, str, str, dict[str, float]]] = {
     }),
     "dashpot": ("N*s/m", "kN*s/m", '"40 N*s/m"', {
         "N*s/m": 1.0, "kN*s/m": 1e3, "N/(m/s)": 1.0, "kg/s": 1.0, "N*s/mm": 1e3,
+    }),
+    "attenuation": ("1/m", "1/km", '"0.004 1/m" or "4 1/km"', {"1/m": 1.0, "m^-1": 1.0, "1/km": 1e-3, "1/mm": 1e3}),
+    "specific energy": ("J/m^3", "MJ/m^3", '"220 MJ/m^3" or "220 J/cm^3"', {  # work per volume of rock
+        "J/m^3": 1.0, "kJ/m^3": 1e3, "MJ/m^3": 1e6, "GJ/m^3": 1e9, "J/cm^3": 1e6, "J/mm^3": 1e9,
     }),
     "dimensionless": ("1", "%", '0.3 or "30 %"', {"": 1.0, "1": 1.0, "%": 1e-2}),
     "strain": ("m/m", "µm/m", '"250 µm/m" or "2.5e-4 m/m"', {
@@ -339,7 +344,7 @@ _USUAL = {
     "pressure": (2e4, 1e8, "bar MPa"), "length": (1e-3, 20.0, "m mm"), "area": (1e-6, 1.0, "cm^2 mm^2 m^2"),
     "force": (10.0, 1e7, "N kN"), "frequency": (0.2, 1e3, "Hz 1/min"), "time": (1e-5, 100.0, "s ms"),
     "mass": (0.05, 1e5, "kg"), "velocity": (0.01, 100.0, "m/s"), "density": (1e3, 2e4, "kg/m^3 g/cm^3"),
-    "flow": (1e-5, 0.1, "l/min m^3/s"),
+    "flow": (1e-5, 0.1, "l/min m^3/s"), "volume": (1e-6, 1.0, "l cm^3 m^3"),
 }  # fmt: skip
 """What hammers have, and the units in which it is likely to be written."""
 

@@ -229,7 +229,7 @@ def test_the_sizes_of_its_sections_may_be_varied() -> None:
     endless = Case.from_text(BAR + MOTION + '[tool]\nsections = [{diameter = "4 cm"}]\n')
     assert [key for key in varied_keys(endless) if key.startswith("tool.")] == [
         *(f"tool.{key}" for key in ("bit_mass", "gap")),
-        *(f"tool.sections[0].{key}" for key in ("diameter", "bore", "youngs_modulus", "density")),
+        *(f"tool.sections[0].{key}" for key in ("diameter", "bore", "youngs_modulus", "density", "attenuation")),
     ]
 
 

@@ -133,7 +133,7 @@ MEANT = (
         simulate.*Trajectory.*.t model.Load.breaks model.Load.values steady.ForceRecord.blows blow.strike.load
         case.reach_answer.names case.steady_answer.periods steady.level.restitution
         stability.*_plane.restitution simulate.Starts.of.systems *.x *.curves *.joint_masses *.passages
-        case.tolerance*.tolerances case.tolerance*.figures
+        case.tolerance*.tolerances case.tolerance*.figures blow.Rod.joints blow.Rod.attenuation
         """,
     ),
     ("-1, empty, nan", "steady.grows.phases"),
@@ -164,7 +164,7 @@ NOT_NONE = {
     "recordings.read_recording.column", "model.Bar.area", "model.Section.area", "model.Kept.receiving_area",
     "model.Kept.area", "model.Reversed.receiving_area", "model.Reversed.area", "model.Port.behind", "model.Port.side",
     "model.System.load", "model.System.bar", "model.System.frequency", "model.System.body", "model.System.contact",
-    "blow.Rod.rock", "simulate.Trajectory.section.phase",
+    "blow.Drilling.crater_factor", "blow.Rod.rock", "simulate.Trajectory.section.phase",
 }  # fmt: skip
 """What can be left out only when something else is given, which is not in the call here."""
 
@@ -391,6 +391,8 @@ class Arguments:
             "explore.*.save": {"path": folder / "other.csv"},
             "blow.Rod": {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0}
             | {"joint_masses": [(1, 0.1)], "rock": of["Rock"]},
+            "blow.Joint": {"at": 1, "mass": 1.0},
+            "blow.Drilling": {"bit_diameter": 0.05, "crater_factor": 0.3},
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}
             | {"velocity": 1.0},
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},

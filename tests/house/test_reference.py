@@ -75,7 +75,10 @@ TABLES = {
     "SimulationTable": ("plain", "simulation"),
     "ToolTable": ("si", "tool"),
     "ToolSectionTable": ("si", "tool.sections"),
+    "JointTable": ("si", "tool.joints"),
+    "FeedTable": ("si", "feed"),
     "RockTable": ("si", "rock"),
+    "DrillingTable": ("si", "drilling"),
     "SteelTable": ("si", "steel"),
     "ToolSteelTable": ("si", "steel.tool"),
     "BlowTable": ("si", "blow"),
@@ -149,8 +152,10 @@ LOADS = {
 STRUCK = {
     "si": {
         "tool": {"sections": '[{length = "1 m", diameter = "38 mm"}]'},
+        "feed": {"force": '"1 kN"'},
         "rock": {"stiffness": '"400 kN/mm"'},
         "blow": {},
+        "drilling": {"bit_diameter": '"64 mm"', "crater_factor": "0.3"},
     },
     "plain": {"tool": {"impedance": "3.0"}, "blow": {}},
 }
@@ -174,6 +179,11 @@ BESIDE = {
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
         for key in ("flow", "accumulator", "start", "quickening")
     },
+    ("JointTable", "stiffness"): {"kind": '"elastic"', "mass": None},
+    ("JointTable", "damping"): {"kind": '"elastic"', "mass": None, "stiffness": '"1 N/m"'},
+    ("JointTable", "slack"): {"kind": '"contact"', "mass": None},
+    ("RockTable", "blows_per_crater"): {"crater": '"same"'},
+    ("DrillingTable", "specific_energy"): {"crater_factor": None},
     ("ToolSteelTable", "fatigue_limit"): {"ultimate": '"2 GPa"'},
     ("StartTable", "modal_displacement"): {"modal_velocity": "[0.1]"},
     ("StartTable", "modal_velocity"): {"modal_displacement": "[-1.0]"},
@@ -198,6 +208,8 @@ UNITS = {
     "force or pressure": "kN",
     "flow": "l/min",
     "compliance": "cm^3/bar",
+    "attenuation": "1/m",
+    "specific energy": "MJ/m^3",
 }
 
 
@@ -212,6 +224,9 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables |= {"tool": {"end": '"free"'}, name: dict(SECTION)}
     elif name in STRUCK[form]:
         tables |= {part: dict(keys) for part, keys in STRUCK[form].items()}
+    if table == "JointTable":
+        tables["tool"] = {"sections": '[{length = "1 m", diameter = "38 mm"}, {length = "1 m", diameter = "38 mm"}]'}
+        tables |= {"rock": dict(STRUCK[form]["rock"]), name: {"at": "1", "mass": '"1 kg"'}}
     if table == "BodyTable":
         tables = {name: dict(BODY), **{part: tables[part] for part in ("load", "contact")}}
     if name.startswith("load."):
@@ -230,7 +245,7 @@ def case_with(table: str, key: str, value: str | None) -> Case:
     lines = []
     for part, content in tables.items():
         lines += [
-            f"[[{part}]]" if part.endswith((".sections", ".ports")) else f"[{part}]",
+            f"[[{part}]]" if part.endswith((".sections", ".ports", ".joints")) else f"[{part}]",
             *(f"{k} = {v}" for k, v in content.items() if v is not None),
         ]
     return Case.from_text("\n".join(lines))

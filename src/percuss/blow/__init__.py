@@ -9,7 +9,8 @@ from percuss.mechanics.kernel_cache import ensure_cache
 
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow, BlowBalance
-    from percuss.blow.bodies import Rock, Rod, Target, Wall
+    from percuss.blow.bodies import Feed, Joint, Rock, Rod, Target, Wall
+    from percuss.blow.drilling import Drilling
     from percuss.blow.fields import AlongBody, CellsOverTime, EnergyOverTime, ForceEnvelope, StringState
     from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness, Peak, Pulse
     from percuss.blow.gauges import GaugeWaves

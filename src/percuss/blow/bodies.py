@@ -71,9 +71,94 @@ class Wall:
         object.__setattr__(self, "gap", non_negative("gap", self.gap))
 
 
+JointKind = Literal["mass", "elastic", "contact"]
+JOINTS: dict[JointKind, tuple[str, ...]] = {
+    "mass": ("mass",), "elastic": ("stiffness", "damping"), "contact": ("slack",),
+}  # fmt: skip
+"""The kinds of joints, and what each is described by."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What joins two sections of a rod other than rigidly; without a mass of its own unless it is one.
+
+    Parameters
+    ----------
+    at
+        The step, counted from 1: between the sections `at` − 1 and `at`, counted from 0.
+    kind
+        "mass": a lumped mass, such as a sleeve. "elastic": a spring with a parallel dashpot. "contact": two faces that
+        push and never pull, until a thread catches them.
+    mass, stiffness, damping
+        In kg; in N/m; in N·s/m.
+    slack
+        How far the faces of a "contact" part before its thread bears tension, in m; None: without limit, 0: glued.
+
+    Examples
+    --------
+    >>> Joint(1, "contact", slack=1e-4)
+    Joint(at=1, kind='contact', mass=0.0, stiffness=0.0, damping=0.0, slack=0.0001)
+    """
+
+    at: int
+    kind: JointKind = "mass"
+    mass: float = field(default=0.0, kw_only=True)
+    stiffness: float = field(default=0.0, kw_only=True)
+    damping: float = field(default=0.0, kw_only=True)
+    slack: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        count("at", self.at, 1, MOST_SECTIONS)
+        choice("kind", self.kind, *JOINTS)
+        for name in ("mass", "stiffness", "damping"):
+            object.__setattr__(self, name, non_negative(name, getattr(self, name)))
+        if self.slack is not None:
+            object.__setattr__(self, "slack", non_negative("slack", self.slack))
+        for name in ("mass", "stiffness", "damping", "slack"):
+            if name not in JOINTS[self.kind] and getattr(self, name):
+                accepted = f"no {name} of a joint of the kind {self.kind}"
+                raise ParameterError(
+                    name, getattr(self, name), accepted, "two joints have a short section between them"
+                )
+        if self.kind == "elastic":
+            positive("stiffness", self.stiffness)
+
+
+@dataclass(frozen=True)
+class Feed:
+    """What presses a tool against the rock: Q = max(0, F − k_d y − c_d y') at one of its nodes.
+
+    y is the displacement of the node toward the rock since the static state.
+
+    Parameters
+    ----------
+    force
+        F, in N, 0 or greater.
+    at
+        The node: 0 the struck face, n the n-th step of the rod.
+    stiffness, damping
+        Of a recoil damper: k_d in N/m, and c_d in N·s/m, which absorbs most where it is the impedance of the rod.
+
+    Examples
+    --------
+    >>> Feed(8e3, damping=2e4).at
+    0
+    """
+
+    force: float
+    at: int = 0
+    stiffness: float = 0.0
+    damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        count("at", self.at, 0, MOST_SECTIONS)
+        for name in ("force", "stiffness", "damping"):
+            object.__setattr__(self, name, non_negative(name, getattr(self, name)))
+
+
 @dataclass(frozen=True)
 class Rod:
-    """A rod at rest, free of stress, in front of the striker.
+    """A rod at rest in front of the striker, free of stress but for that of its feed.
 
     Parameters
     ----------
@@ -85,7 +170,15 @@ class Rod:
     bit_mass
         Mass in kg lumped at a free end or in front of the rock; may be 0. A bit with a length is one more section.
     joint_masses
-        Pairs (step, mass): masses in kg lumped between the sections, step 1 between the first and the second.
+        Pairs (step, mass): masses in kg lumped between the sections, step 1 between the first and the second; short
+        for `joints` of the kind "mass".
+    joints
+        What joins sections other than rigidly, each a `Joint`; at most one at a step.
+    attenuation
+        α in 1/m, of each section, or one number for all: what of a wave departs from the static state falls by the
+        factor e^{−αx} over a length x. Kept as one number for each section.
+    feed
+        What presses the rod against rock or a rigid support; None: nothing does.
     gap
         Distance between the faces before the blow, in m.
     impedance
@@ -104,6 +197,9 @@ class Rod:
     end: End = "infinite"
     bit_mass: float = field(default=0.0, kw_only=True)
     joint_masses: tuple[tuple[int, float], ...] = field(default=(), kw_only=True)
+    joints: tuple[Joint, ...] = field(default=(), kw_only=True)
+    attenuation: tuple[float, ...] = field(default=(), kw_only=True)
+    feed: Feed | None = field(default=None, kw_only=True)
     rock: Rock | None = field(default=None, kw_only=True)
     gap: float = field(default=0.0, kw_only=True)
     impedance: float | None = field(default=None, kw_only=True)
@@ -115,6 +211,8 @@ class Rod:
         object.__setattr__(self, "bit_mass", non_negative("bit_mass", self.bit_mass))
         object.__setattr__(self, "gap", non_negative("gap", self.gap))
         object.__setattr__(self, "joint_masses", _joint_masses(self.joint_masses, len(self.sections)))
+        object.__setattr__(self, "joints", several("joints", self.joints, "a list of joints"))
+        object.__setattr__(self, "attenuation", _attenuation(self.attenuation, len(self.sections)))
         if self.impedance is None:
             self._check_lengths()
         else:
@@ -122,6 +220,8 @@ class Rod:
             if self.sections or self.end != "infinite":
                 raise ParameterError("impedance", self.impedance, "an endless rod without sections")
         self._check_end()
+        self._check_joints()
+        self._check_feed()
 
     @classmethod
     def of_impedance(cls, impedance: float, gap: float = 0.0) -> Rod:
@@ -158,6 +258,51 @@ class Rod:
         if self.bit_mass > 0.0 and self.end not in ("free", "rock"):
             raise ParameterError("bit_mass", self.bit_mass, f"0: the end is {self.end}", 'only "free" and "rock" move')
 
+    def _check_joints(self) -> None:
+        for i, joint in enumerate(self.joints):
+            instance(f"joints[{i}]", joint, Joint)
+            if joint.at >= max(1, len(self.sections)):
+                wanted = f"a step from 1 to {len(self.sections) - 1}" if len(self.sections) > 1 else "no joint: no step"
+                raise ParameterError(f"joints[{i}].at", joint.at, wanted, "step 1 is behind the first section")
+            if any(joint.at == other.at for other in self._given_joints if other is not joint):
+                wanted = "one joint at a step"
+                raise ParameterError(
+                    f"joints[{i}].at", joint.at, wanted, "two joints have a short section between them"
+                )
+
+    def _check_feed(self) -> None:
+        if self.feed is None:
+            return
+        instance("feed", self.feed, Feed)
+        if self.end not in ("rock", "fixed"):
+            remedy = 'say end="rock" and describe the rock, or leave the feed out'
+            wanted = f"no feed: the {self.end} end of the rod does not bear it"
+            raise ParameterError("feed", self.feed.force, wanted, remedy)
+        if self.rock is not None and self.rock.gap > 0.0:
+            remedy = "leave the gap out: a bit that is fed stands on the rock before the blow"
+            raise ParameterError("feed", self.feed.force, "no feed beside a gap in front of the rock", remedy)
+        if self.feed.at >= len(self.sections):
+            wanted = f"a node from 0, the struck face, to {len(self.sections) - 1}, the last step"
+            raise ParameterError("feed.at", self.feed.at, wanted)
+        joint = self.joint_at.get(self.feed.at)
+        if joint is not None and joint.kind != "mass":
+            wanted = f"a step without a joint of the kind {joint.kind}"
+            raise ParameterError("feed.at", self.feed.at, wanted, "put a short section between feed and joint")
+
+    @property
+    def _given_joints(self) -> tuple[Joint, ...]:
+        return (*self.joints, *(Joint(step, mass=mass) for step, mass in self.joint_masses))
+
+    @cached_property
+    def joint_at(self) -> dict[int, Joint]:
+        """The joints by their steps, those of `joint_masses` among them."""
+        return {joint.at: joint for joint in self._given_joints}
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it has a feed, joints other than rigid ones, or steel that attenuates waves."""
+        return self.feed is not None or bool(self.joint_at) or any(self.attenuation)
+
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the struck face on; the last one of an endless rod ends at infinity."""
@@ -184,6 +329,18 @@ def _joint_masses(given: Iterable[Any], sections: int) -> tuple[tuple[int, float
     if len({step for step, _ in found}) < len(found):
         raise ParameterError("joint_masses", given, "one mass at a step")
     return tuple(found)
+
+
+def _attenuation(given: Any, sections: int) -> tuple[float, ...]:
+    accepted = f"one number in 1/m, or one for each of {sections} sections"
+    found = (given,) * max(1, sections) if isinstance(given, int | float) else several("attenuation", given, accepted)
+    found = found or (0.0,) * max(1, sections)
+    if len(found) != max(1, sections):
+        raise ParameterError("attenuation", given, accepted)
+    values = tuple(non_negative(f"attenuation[{i}]", alpha) for i, alpha in enumerate(found))
+    if sections == 0 and any(values):
+        raise ParameterError("attenuation", given, "0 of a rod of which only the impedance is known")
+    return values
 
 
 # ---- The striker as a chain of sections: impedances, transit times, where they lie, and areas where they are known

@@ -64,7 +64,21 @@ def _checked(
     if until is not None and until > longest:
         raise ParameterError("until", until, f"at most {longest:g}, a million transit times of the striker")
     rod = rod_sections(target, striker) if isinstance(target, Rod) else None
+    if isinstance(target, Rod):
+        _check_known(target)
     return _Question(own, rod, target, speeds, _field(field), steps, load_at, until)
+
+
+def _check_known(rod: Rod) -> None:
+    """Refuse what these waves do not know yet."""
+    remedy = "leave it out"
+    if rod.feed is not None:
+        raise ParameterError("feed", rod.feed.force, "no feed: exact waves do not know it yet", remedy)
+    if any(rod.attenuation):
+        raise ParameterError("attenuation", rod.attenuation, "0: exact waves do not know it yet", remedy)
+    for joint in rod.joints:
+        if joint.kind != "mass":
+            raise ParameterError("joints", joint.kind, "masses only: exact waves do not know others yet", remedy)
 
 
 def _velocities(given: Any, sections: int) -> Array:
@@ -231,8 +245,8 @@ def _problem(
     if isinstance(target, Rod):
         end = _ENDS[target.end]
         mass[-1] = target.bit_mass / unit
-        for step, value in target.joint_masses:
-            mass[striker.impedance.size + step] = value / unit
+        for step, joint in target.joint_at.items():
+            mass[striker.impedance.size + step] = joint.mass / unit
         if target.rock is not None:
             stiffness = target.rock.stiffness * scales.time / scales.impedance
             ratio = target.rock.unloading_ratio

@@ -358,6 +358,11 @@ class OilMotion:
         )  # fmt: skip
 
     @property
+    def force(self) -> float:
+        """On the driven place now."""
+        return float(kn.rates_at(self.numbers.law, self.state, np.zeros(2 * self.numbers.modes + 3)))
+
+    @property
     def rates(self) -> Array:
         """Of displacements, velocities and the pressure, (2 N + 3,)."""
         found = np.zeros(2 * self.numbers.modes + 3)

@@ -11,7 +11,19 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model.body import BODIES, DAMPINGS, SIZED_BODIES, External, UniformBar
 from percuss.model.contact import LAWS, Kept
-from percuss.model.load import Chamber, Cushion, Load, Port, Supply, Valve
+from percuss.model.load import (
+    Chamber,
+    Cushion,
+    GasAccumulator,
+    Join,
+    Load,
+    Oil,
+    OilChamber,
+    Port,
+    Relief,
+    Supply,
+    Valve,
+)
 from percuss.model.machine import Machine
 from percuss.model.system import System
 
@@ -63,11 +75,28 @@ def machine_from(about: Mapping[str, Any]) -> Machine:
         valve["start"],
         Chamber(**valve["chamber"]),
         None if valve.get("cushion") is None else Cushion(**valve["cushion"]),
-        None if valve.get("supply") is None else Supply(**valve["supply"]),
+        _supply(valve.get("supply")),
+        _oil(valve.get("oil")),
     )
     if about.get("bar") is None:
         return Machine(body, made, contact, at=about["at"])
     return Machine(body, made, contact, at=about["at"], bar=_made("bar", about["bar"]), pressure=about["pressure"])
+
+
+def _supply(about: Mapping[str, Any] | None) -> Supply | None:
+    if about is None:
+        return None
+    relief, gas = about.get("relief"), about.get("gas")
+    parts = {"relief": relief and Relief(**relief), "gas": gas and GasAccumulator(**gas)}
+    return Supply(**{**about, **parts})
+
+
+def _oil(about: Mapping[str, Any] | None) -> Oil | None:
+    if about is None:
+        return None
+    chambers = tuple(OilChamber(**one) for one in about["chambers"])
+    joins = tuple((name, tuple(Join(**one) for one in own)) for name, own in about["joins"])
+    return Oil(**{**about, "chambers": chambers, "joins": joins})
 
 
 def _load(load: Load) -> dict[str, Any]:

@@ -213,7 +213,7 @@ def meeting(now, count, contacts, face, held, damped, push, time, step, f, f_nex
         else:
             momentum += push * length
             now.gap = max(now.gap - 2.0 * closing * length, 0.0)
-            if now.gap > 0.0:
+            if now.gap > 0.0 or held.kept:  # a contact ends with its force
                 count.touching = 0
         now.moved += (2.0 * open_ + force * rod) * length
         back += (a - force * face.striker) * length
@@ -304,9 +304,7 @@ def stepped(machine, now, count, contacts):
     given, moved = now.rod_work, now.moved
     through(bar, entering, load, machine.load_at)
     damped = held.active and held.at == 0 and held.stiffness + held.damping > 0.0
-    back, ahead, touched = meeting(
-        now, count, contacts, face, held, damped, load, time, step, f, f_next, g, g_next
-    )
+    back, ahead, touched = meeting(now, count, contacts, face, held, damped, load, time, step, f, f_next, g, g_next)
     bar.left[here] = back
     if held.active:
         if held.at == 0 and not damped:
@@ -355,3 +353,29 @@ def follow(machine, now, count, contacts, steps):
             if not count.touching or time - contacts[count.contacts - 1].start > drag.patience:
                 slowed(machine.striker, drag, now)
     return steps
+
+
+@entry
+def struck_again(machine, now, count, velocity, new_rock):
+    """A fresh striker, free of stress, touches the face of the tool as it is; `new_rock`: in front of fresh rock."""
+    now, count = now[0], count[0]
+    bar, held, bit = machine.striker, machine.held, machine.bit
+    now.momentum, now.energy = 0.0, 0.0
+    for i in range(bar.cells.size):
+        for cell in range(bar.cells[i]):
+            bar.right[bar.first[i] + cell] = bar.left[bar.first[i] + cell] = 0.5 * velocity[i]
+        mass = bar.impedance[i] * bar.cells[i] * machine.step
+        now.momentum += mass * velocity[i]
+        now.energy += 0.5 * mass * velocity[i] * velocity[i]
+    now.arrived, now.gap = 0.5 * velocity[bar.cells.size - 1], 0.0
+    count.contacts, count.touching, count.struck = 0, 0, 0
+    if bit.fed and bit.stiffness > 0.0 and new_rock:
+        rock_replaced(bit, held, now, count)
+    tool = held.tool[0]
+    tool.bit_contacts, tool.rock_peak = 0, tool.rock_force
+    if tool.rock_force > 0.0:
+        one = held.bit_log[0]
+        one.start, one.end, one.impulse, one.peak = now.time, math.nan, 0.0, tool.rock_force
+        tool.bit_contacts = 1
+    for i in range(held.extreme.shape[0]):
+        held.extreme[i, 0] = held.extreme[i, 1] = held.preload[i]

@@ -366,9 +366,7 @@ def carried_on(machine, now, count, entering, time):
     tool, last, enters = held.tool[0], rod.cells.size - 1, entering
     here = rod.first[0] + rod.slot[0]
     static = 0.5 * held.preload[0] / rod.impedance[0]
-    tool.steel_loss += lost_on_the_way(
-        rod.impedance[0], step, -static, rod.left[here], held.decay[0] * rod.left[here]
-    )
+    tool.steel_loss += lost_on_the_way(rod.impedance[0], step, -static, rod.left[here], held.decay[0] * rod.left[here])
     for i in range(rod.cells.size):
         looked_at(held, rod.right, rod.left, rod.first[i], rod.cells[i], rod.slot[i], i, rod.impedance[i])
         here, z = rod.first[i] + rod.slot[i], rod.impedance[i]

@@ -226,9 +226,7 @@ def _struck(target: Target, rod: Sections | None, units: Units) -> tuple[Array, 
 _NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
 
 
-def _bit(
-    target: Target, units: Units, scale: float, *, impedance: float, transit: float, pushed_back: bool
-) -> Bit:
+def _bit(target: Target, units: Units, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
     """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
     if not isinstance(target, Rod) or target.end not in ("free", "rock"):
         return _NO_BIT
@@ -260,9 +258,9 @@ def machine_record(
     )[0]
 
 
-def train_record(striker: Sections, target: Rod, rod: Sections, units: Units, cells: int) -> tuple[
-    Lattice, LatticeMachine, Units
-]:
+def train_record(
+    striker: Sections, target: Rod, rod: Sections, units: Units, cells: int
+) -> tuple[Lattice, LatticeMachine, Units]:
     """A striker in SI before a tool that is struck again and again; a turn of the unit `rate` is the time between.
 
     The last units are those of what is on the lattice, on which masses are rounded with the transit times.
@@ -347,7 +345,7 @@ def _held(target: Rod, rod: Sections, cells: npt.NDArray[np.int64], units: Units
     for step, one in target.joint_at.items():
         i = step - 1
         kind[i], mass[i] = _KINDS[one.kind], one.mass / units.mass
-        if kind[i] == MASS and one.mass == 0.0 or one.slack == 0.0:  # a plain step
+        if (kind[i] == MASS and one.mass == 0.0) or one.slack == 0.0:  # a plain step
             kind[i] = 0
         spring[i], dashpot[i] = one.stiffness / stiff, one.damping / (units.mass * units.rate)
         slack[i] = math.inf if one.slack is None else one.slack / units.length

@@ -546,6 +546,9 @@ def blow_answer(
     velocity, until = (None if x is None else positive(n, x) for n, x in (("velocity", velocity), ("until", until)))
     gauge = None if gauge is None else non_negative("gauge", gauge)
     question, steel = case.blow_question(), case.steel() if flag("fatigue", fatigue) else None
+    if question.number > 1:
+        remedy = "leave it out, and crater in [rock]"
+        raise CaseError(case.file, "blow.number", question.number, "1: one blow is followed", remedy)
     if velocity is not None:
         if flag("whole_field", whole_field):
             raise ParameterError("velocity", velocity, "either a velocity or the field of the steady motion, not both")

@@ -20,6 +20,7 @@ from percuss.case.answers.facts import (
     counted,
     grid_of,
     json_number,
+    json_of,
     number,
     numbers,
     of_tool,
@@ -35,9 +36,11 @@ from percuss.case.answers.facts import (
 from percuss.case.answers.heading import doubts, figures_in_short, machine_section, supply_pressure
 from percuss.case.answers.machine_figures import (
     CYCLE,
+    OIL,
     POWER,
     BlankBlowReport,
     MachineSensitivity,
+    OilReport,
     Running,
     blank_blow_report,
     course_of,
@@ -60,6 +63,7 @@ from percuss.model.load.valve import port_at
 from percuss.short_repr import ShortRepr
 from percuss.simulate.stop import MAX_MODES
 from percuss.steady import self_excited_motion
+from percuss.steady.oil.oil_figures import lift_of
 from percuss.steady.self_excited.margins import slow_pressure, valve_margins
 
 if TYPE_CHECKING:
@@ -132,12 +136,23 @@ class MachineAnswer(ShortRepr):
     @cached_property
     def sensitivities(self) -> tuple[MachineSensitivity, ...]:
         """How energy and rate follow pressure, ports, delays and restitution; empty when it does not run."""
-        return sensitivities(self.motion)
+        return sensitivities(self._quick)
+
+    @property
+    def _quick(self) -> SelfExcited:
+        """What is asked for many machines: with oil that flows a rigid piston."""
+        return self.rigid if self.machine.valve.flows else self.motion
+
+    @cached_property
+    def oil(self) -> OilReport | None:
+        """Where the energy of oil that flows goes; None where the oil loses nothing, or without a cycle."""
+        cycle = self.cycle
+        return None if cycle is None or cycle.oil is None else OilReport(self.machine, cycle)
 
     @cached_property
     def curve(self) -> tuple[AtPressure, ...]:
         """Energy and rate over the pressure, with a supply over the flow; empty when it does not run."""
-        return pressure_curve(self.motion)
+        return pressure_curve(self._quick)
 
     @cached_property
     def blank(self) -> BlankBlowReport | None:
@@ -202,6 +217,7 @@ class MachineAnswer(ShortRepr):
             "starts_from_rest": bool(self.motion.starts_from_rest),
             "margins": None if self.margins is None else plain_of(self, (*STABILITY, *MARGINS)),
             "supply": None if self.pressure is None else plain_of(self, PRESSURE),
+            **({} if self.oil is None else {"oil": json_of(self.oil, OIL, Teller.of(self.machine))}),
             "sensitivities": [plain(asdict(one)) for one in self.sensitivities],
             "pressure_curve": [plain(asdict(one)) for one in self.curve],
             "blank_blow": None if self.blank is None else self.blank.to_json_dict(),
@@ -285,6 +301,7 @@ def _hysteresis(answer: MachineAnswer) -> float:
 
 # ---- The answer for a machine that switches itself in plain values, with the names that other programs read
 
+OIL_MODES = 8  # by default where the oil flows
 SHOWN_MULTIPLIERS = 16  # the greatest multipliers, which are told
 
 
@@ -350,7 +367,7 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     Parameters
     ----------
     modes
-        Elastic modes; 32 by default, 0 for a rigid piston.
+        Elastic modes; by default 32, 8 where the oil flows, whose steps each mode shortens; 0 for a rigid piston.
 
     Examples
     --------
@@ -361,7 +378,8 @@ def machine_answer(case: Case, modes: int | None = None) -> MachineAnswer:
     """
     checked_case(case)
     machine, room = case.machine(), case.room()
-    kept = DEFAULT_MODES if modes is None else count("modes", modes, least=0, most=MAX_MODES)
+    usual = OIL_MODES if machine.valve.flows else DEFAULT_MODES
+    kept = usual if modes is None else count("modes", modes, least=0, most=MAX_MODES)
     motion = self_excited_motion(machine, modes=kept, room=room)
     rigid = motion if kept == 0 else self_excited_motion(machine, modes=0, room=room)
     return MachineAnswer(case.file, case.title, motion, rigid, case.notes, tool=tool_of(case))
@@ -381,13 +399,25 @@ def headline(answer: MachineAnswer) -> str:
             f"The machine runs with one blow a cycle{rest}: {cycle_in_short(answer.machine, cycle)}; stable: "
             f"{settles(abs(cycle.multiplier))}. {starts} from rest on the wall."
         )
+        if answer.oil is not None:
+            text += f" {answer.oil.sentence}"
         return of_tool(text, answer.tool)
     text = f"The machine does not run with one blow a cycle — {obstacle.value}: {obstacle.words}"
-    text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}."
+    text += f"{decided_by(answer.motion) or decided_by_rigid(answer)}.{_not_lifted(answer)}"
     if cycle is not None and cycle.blows > 1:
         strongest = cycle_in_short(answer.machine, cycle)
         text += f" It runs with {cycle.blows} blows a cycle, the strongest with {strongest}."
     return of_tool(text, answer.tool)
+
+
+def _not_lifted(answer: MachineAnswer) -> str:
+    """What pressure would lift the piston off the wall, where that of its supply does not."""
+    obstacle, machine = answer.motion.obstacle, answer.machine
+    lift = lift_of(machine) if machine.valve.flows else None
+    if lift is None or obstacle is None or obstacle.value != "stays on the wall" or lift.lifts:
+        return ""
+    reached, needed = supply_pressure(machine, lift.reached), supply_pressure(machine, lift.needed)
+    return f" The pressure comes to {reached} there, by {lift.limited_by}, and the return needs more than {needed}."
 
 
 def cycle_in_short(machine: Machine, cycle: ValveCycle) -> str:
@@ -610,6 +640,8 @@ def machine_report(answer: MachineAnswer) -> Report:
         if answer.machine.is_si:
             running = Running(answer.machine, answer.cycle)
             sections.append(ReportSection("Power and oil", tuple(rows_of(running, POWER, tell))))
+        if answer.oil is not None:
+            sections.append(ReportSection("Where the oil's power goes", tuple(rows_of(answer.oil, OIL, tell))))
         if answer.transfer is not None:
             sections.append(transfer_section(answer.transfer))
         if answer.pressure is not None:

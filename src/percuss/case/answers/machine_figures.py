@@ -5,18 +5,41 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.facts import Fact, Teller, json_number, json_of, number, rows_of, si_of, table_text
+from percuss.case.answers.facts import (
+    Fact,
+    Teller,
+    json_number,
+    json_of,
+    number,
+    percent,
+    rows_of,
+    said,
+    si_of,
+    table_text,
+)
 from percuss.model import Cushion
 from percuss.short_repr import ShortRepr
 from percuss.steady import blank_blow, self_excited_motion, slow_pressure
+from percuss.steady.oil.oil_cycle import OilFlight
+from percuss.steady.oil.oil_figures import (
+    ChamberPressure,
+    chamber_pressures,
+    duty_of,
+    oil_checks,
+    path_losses,
+    precharge_margin,
+    relief_margin,
+)
 from percuss.steady.self_excited.margins import MachineQuantity, pressure_over, quantities_of
+from percuss.steady.self_excited.valve_cycle import flights_at
 
 if TYPE_CHECKING:
+    from percuss.mechanics.oil import OilBalance
     from percuss.model import Machine
     from percuss.model.checks import Array
     from percuss.simulate import Trajectory
@@ -85,8 +108,10 @@ CYCLE: tuple[Fact[Running], ...] = (
 """What a cycle is."""
 
 POWER: tuple[Fact[Running], ...] = (
-    Fact("oil_flow_l_per_min", "oil flow", "from the supply, without leakage; null when its pressure is not known",
-         "flow", "flow", "{flow:l_per_min}, {oil:cm3} a cycle, without leakage"),
+    Fact("oil_flow_l_per_min", "oil flow",
+         "from the supply, of oil that flows with its leakage; null when its pressure is not known", "flow", "flow",
+         lambda one, tell: said("{flow:l_per_min}, {oil:cm3} a cycle, "
+                                + ("without" if one.cycle.oil is None else "with") + " leakage", one, tell)),
     Fact("oil_per_cycle_cm3", "", "the same", "volume", "oil"),
     Fact("input_power_kW", "input power", "what the valve puts in: pressure times oil flow", "power",
          "input", "{input:kW}: pressure times oil flow"),
@@ -95,9 +120,10 @@ POWER: tuple[Fact[Running], ...] = (
     Fact("delivered_energy_J", "", "what the blows of a cycle take from it", "energy", "cycle.taken"),
     Fact("si.efficiency", "efficiency",
          "delivered over input; the energy of the rebound comes back and is in neither", "",
-         "efficiency", "{efficiency:percent} of the input is delivered, drag and damping take the rest; the energy of "
-         "the rebound comes back and is in neither. Losses of the oil in the valve are not in the model: plants reach "
-         "0.55 to 0.75 of it"),
+         "efficiency", lambda one, tell: None if one.cycle.oil is not None else said(
+             "{efficiency:percent} of the input is delivered, drag and damping take the rest; the energy of the rebound "
+             "comes back and is in neither. The oil is lossless here: passages, leaks and the line to the tank take a "
+             "third to a half of the input of a real hammer, and need their keys (oil-drifter has them)", one, tell)),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
          "energy", "cycle.main_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",
@@ -105,6 +131,164 @@ POWER: tuple[Fact[Running], ...] = (
     Fact("work_per_cycle", "", "what the valve puts into a cycle", "energy", "cycle.work"),
 )  # fmt: skip
 """What a cycle takes and gives."""
+
+
+@dataclass(frozen=True)
+class OilReport(ShortRepr):
+    """Where the energy of oil that flows goes, over a cycle."""
+
+    machine: Machine
+    cycle: ValveCycle
+
+    @property
+    def oil(self) -> OilBalance:
+        """Its balance."""
+        assert self.cycle.oil is not None
+        return self.cycle.oil
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Parts of the input, by name."""
+        return {name: loss / self.oil.input for name, loss in path_losses(self.cycle).items()}
+
+    @property
+    def efficiency(self) -> float:
+        """Delivered over input, never above 1."""
+        return self.oil.impact / self.oil.input
+
+    @property
+    def of_the_blow(self) -> float:
+        """Blow energy over input, as data sheets have it."""
+        return float(self.cycle.blow_energies.sum()) / self.oil.input
+
+    @property
+    def blow_power(self) -> float:
+        """Blow energies per unit of time."""
+        return float(self.cycle.blow_energies.sum()) / self.cycle.period
+
+    @property
+    def input_power(self) -> float:
+        """Per unit of time."""
+        return self.oil.input / self.cycle.period
+
+    @property
+    def pump_flow(self) -> float:
+        """Mean flow of the pump, or from the supply."""
+        return self.oil.pumped / self.cycle.period
+
+    @cached_property
+    def chambers(self) -> tuple[ChamberPressure, ...]:
+        """Their pressures."""
+        return chamber_pressures(self.cycle)
+
+    @property
+    def cavitates(self) -> tuple[str, ...]:
+        """The chambers whose pressure falls to that of a vacuum; of machines without scales nobody knows."""
+        unit = self.machine.pressure
+        return () if unit is None else tuple(c.chamber for c in self.chambers if c.least * unit <= -_ATMOSPHERE)
+
+    @property
+    def greatest_loss(self) -> tuple[str, float]:
+        """The loss that takes most, by name, but for the blow."""
+        shares = {name: share for name, share in self.shares.items() if name != "impact"}
+        return max(shares.items(), key=lambda one: one[1])
+
+    @property
+    def sentence(self) -> str:
+        """The share that is delivered, and what takes most of the rest."""
+        name, share = self.greatest_loss
+        text = f"{percent(self.efficiency)} of the input reaches the steel"
+        text += f"; most is lost {_LOST.get(name) or in_passage(name)}, {percent(share)}" if share > 0.005 else ""
+        empty = f" The pressure of the chamber {self.cavitates[0]} falls to that of a vacuum: it cavitates." \
+            if self.cavitates else ""  # fmt: skip
+        return f"{text}.{empty}"
+
+
+_ATMOSPHERE = 101325.0  # Pa
+_LOST = {
+    "leakage": "by leakage", "relief": "through the relief valve", "return_line": "in the line to the tank",
+    "drag": "by drag", "impact": "in the blow",
+}  # fmt: skip
+
+
+def in_passage(name: str) -> str:
+    """Where the loss of an orifice is."""
+    return f"in the passages of the {name.removeprefix('orifice_')} chamber"
+
+
+def _shares_text(one: OilReport, _: Teller) -> str:
+    told = {"impact": "into the steel", **{name: text for name, text in _LOST.items() if name != "impact"}}
+    found = sorted(one.shares.items(), key=lambda pair: -pair[1])
+    return ", ".join(f"{percent(share)} {told.get(name) or in_passage(name)}" for name, share in found if share >= 5e-4)
+
+
+def _chambers_text(one: OilReport, tell: Teller) -> str | None:
+    return "; ".join(f"{c.chamber} {_press(tell, c.least)} to {_press(tell, c.greatest)}" for c in one.chambers) or None
+
+
+def _press(tell: Teller, value: float) -> str:
+    return f"{number(value * tell.scale('pressure') / 1e5)} bar" if tell.is_si else number(value)
+
+
+def _limits_text(one: OilReport, _: Teller) -> str | None:
+    relief, charge, told = relief_margin(one.cycle), precharge_margin(one.cycle), []
+    if relief is not None:
+        above = f"its peak is {percent(relief)} below the relief valve"
+        told.append(above if relief > 0.0 else "the relief valve opens in every cycle: what it lets through is lost")
+    if charge is not None:
+        least = f"its least is {percent(charge)} above the precharge"
+        told.append(least if charge > 0.0 else "the accumulator empties in every cycle")
+    return "; ".join(told) or None
+
+
+def _assumed_text(one: OilReport, _: Teller) -> str:
+    weighty = [name for name, share in one.shares.items() if name != "impact" and share >= 0.02]
+    named = [_LOST.get(name) or in_passage(name) for name in weighty]
+    return f"of what is assumed or measured, that {', '.join(named)} carries these figures" if named else "little is lost"
+
+
+OIL: tuple[Fact[OilReport], ...] = (
+    Fact("efficiency", "efficiency", "delivered over input: what the blows take; never above 1", "", "efficiency",
+         "{efficiency:percent} of the input is delivered to what is struck"),
+    Fact("efficiency_of_the_blow", "as data sheets have it",
+         "blow energy times rate over the input, which counts the energy of the rebound as well", "", "of_the_blow",
+         "{of_the_blow:percent}: blow energy times rate over the input, with the energy that the rebound brings back"),
+    Fact("losses", "where it goes", "parts of the input by name, which add up to 1", "", "shares", _shares_text),
+    Fact("input_power input_power_W", "input", "of the pump, or from a constant supply", "power", "input_power",
+         "{input_power:kW}, {pump_flow:l_per_min}"),
+    Fact("blow_power blow_power_W", "blows", "blow energy times rate", "power", "blow_power", "{blow_power:kW}"),
+    Fact("input_energy input_energy_J", "", "of the pump, or from a constant supply, in a cycle", "energy", "oil.input"),
+    Fact("loss_energies", "", "what each loss takes in a cycle, by name (J)", "",
+         lambda one: {name: loss * Teller.of(one.machine).scale("energy")
+                      for name, loss in path_losses(one.cycle).items()}),
+    Fact("energy_residual", "", "what the losses do not account for, as a part of the input", "",
+         lambda one: 1.0 - math.fsum(one.shares.values())),
+    Fact("pump_flow pump_flow_m3_s", "", "mean flow of the pump", "flow", "pump_flow"),
+    Fact("pumped_volume pumped_volume_m3", "", "of the pump in a cycle", "volume", "oil.pumped"),
+    Fact("drawn_volume drawn_volume_m3", "", "by the chambers in a cycle, net", "volume", "oil.drawn"),
+    Fact("leaked_volume leaked_volume_m3", "", "by leakage in a cycle", "volume", "oil.leaked"),
+    Fact("relief_volume relief_volume_m3", "", "through the relief valve in a cycle", "volume", "oil.relieved"),
+    Fact("mean_pressure mean_pressure_Pa", "", "of the supply over time", "pressure", "cycle.mean_pressure"),
+    Fact("pressure_min pressure_min_Pa", "", "of the supply", "pressure", "oil.least"),
+    Fact("pressure_max pressure_max_Pa", "pressure", "of the supply", "pressure", "oil.greatest", _limits_text),
+    Fact("pressure_at_blow pressure_at_blow_Pa", "", "of the supply", "pressure",
+         lambda one: 1.0 if one.cycle.rebound.pressure is None else one.cycle.rebound.pressure),
+    Fact("relief_margin", "", "how far the greatest pressure is below the relief valve, as a part of it; or null", "",
+         lambda one: relief_margin(one.cycle)),
+    Fact("precharge_margin", "", "how far the least pressure is above the precharge, as a part of it; or null", "",
+         lambda one: precharge_margin(one.cycle)),
+    Fact("chambers", "chambers", "least and greatest pressure of each, by name (Pa, or multiples)", "",
+         lambda one: {c.chamber: [x * Teller.of(one.machine).scale("pressure") for x in c[1:]] for c in one.chambers},
+         _chambers_text),
+    Fact("cavitates", "", "names of the chambers whose pressure falls to that of a vacuum", "", "cavitates"),
+    Fact("power_duty", "", "part of the period from the change to the power state to the one that follows", "",
+         lambda one: duty_of(one.cycle)),
+    Fact("checks", "checks", "numbers of the cycle, and what closed forms give: name, found, expected", "",
+         lambda one: [list(check) for check in oil_checks(one.cycle)],
+         lambda one, _: "; ".join(f"{check.name} to {check.off:.0e}" for check in oil_checks(one.cycle)) or None),
+    Fact("", "rests on", "which losses carry the figures", "", "efficiency", _assumed_text),
+)  # fmt: skip
+"""Where the energy of oil that flows goes."""
 
 
 def figures_in_si(machine: Machine, cycle: ValveCycle | None) -> dict[str, Any] | None:
@@ -209,7 +393,8 @@ def _sensitivity(motion: SelfExcited, name: str, changed: Callable[[float], Mach
 
 def _at(motion: SelfExcited, machine: Machine) -> SelfExcited:
     room = motion.room if math.isfinite(motion.room) else None
-    return self_excited_motion(machine, modes=motion.modes, room=room)
+    near = motion.cycle if machine.valve.flows else None
+    return self_excited_motion(machine, modes=motion.modes, room=room, near=near)
 
 
 def _figures(motion: SelfExcited, other: SelfExcited) -> tuple[float, float]:
@@ -248,10 +433,22 @@ def course_of(machine: Machine, cycle: ValveCycle, points: int = 800) -> CycleCu
         states.append(at)
     valve = machine.valve
     pressure = None if valve.supply is None else pressure_over(cycle, times)
+    if cycle.oil is not None:
+        return _oil_course(cycle, times, tuple(states), pressure)
     oil = np.array([dict(valve.pairs)[state] for state in states]) * (1.0 if pressure is None else pressure)
     force = oil + valve.chamber.force - valve.chamber.stiffness * cycle.position(times, 0.0)
     end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
     return CycleCurve(times, end, centre, force, tuple(states), pressure)
+
+
+def _oil_course(cycle: ValveCycle, times: Array, states: tuple[str, ...], pressure: Array | None) -> CycleCurve:
+    force, which = np.empty(times.size), flights_at(cycle, np.mod(times, cycle.period))
+    for number_of in np.unique(which).tolist():
+        mine, flight = which == number_of, cycle.flights[number_of]
+        assert isinstance(flight, OilFlight)
+        force[mine] = flight.looked(np.mod(times[mine], cycle.period) - flight.time)[2]
+    end, centre = cycle.position(times, 1.0) + 0.0, cycle.position(times, "centre") + 0.0
+    return CycleCurve(times, end, centre, force, states, pressure)
 
 
 def course_from_start(motion: Trajectory, blows: int, points: int = 800) -> CycleCurve:
@@ -422,7 +619,7 @@ BLANK: tuple[Fact[BlankBlowReport], ...] = (
 def blank_blow_report(rigid: SelfExcited) -> BlankBlowReport | None:
     """The blank blow of a machine; None without a cycle, or with neither a cushion nor sizes to assume one by."""
     machine, cycle = rigid.machine, rigid.cycle
-    if cycle is None or cycle.modes:
+    if cycle is None or cycle.modes or cycle.oil is not None:
         return None
     if machine.valve.cushion is not None:
         return BlankBlowReport(machine, blank_blow(rigid), False)

@@ -66,6 +66,8 @@ MACHINES: tuple[SampleMachine, ...] = (
     SampleMachine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5, from_rest="chatter/1"),
     SampleMachine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
     SampleMachine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
+    SampleMachine("oil-drifter", "Hydraulic drifter with oil that flows", 5.05, 68.1, 277.0, valve=True),
+    SampleMachine("oil-breaker", "Hydraulic breaker with oil that flows", 88.8, 8.99, 3292.0, valve=True),
 )
 
 

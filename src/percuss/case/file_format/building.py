@@ -29,6 +29,9 @@ from percuss.case.file_format.contact import (
     blow_question,
     check_body,
     contact_of,
+    drilling_of,
+    fed,
+    feed_of,
     law_of,
     own_blow,
     rock_of,
@@ -220,7 +223,7 @@ def check_beside(tables: PhysicalCase | PlainCase) -> tuple[str, str, str] | Non
     """The table, key and words of what does not go with [body]; None for nothing."""
     table = tables.body
     assert table is not None
-    for name in ("tool", "rock", "blow"):
+    for name in ("tool", "feed", "rock", "blow", "drilling"):
         if getattr(tables, name, None) is not None:
             return name, "", "no such table beside [body]: its contact is with a rigid wall"
     for key, only in (("law", "b77"), ("strain", "kept")):
@@ -334,7 +337,17 @@ class Parts:
 
             self.target = self._try("tool", tables.tool, lambda table: plain_target(table, striker))
         if self.target is not None:
-            self.blow = self._try("blow", tables.blow, lambda table: blow_question(table, striker, self.target))
+            rock, feed = (tables.rock, tables.feed) if isinstance(tables, PhysicalCase) else (None, None)
+            made = partial(blow_question, striker=striker, target=self.target, rock=rock, feed=feed)
+            self.blow = self._try("blow", tables.blow, made)
+        if self.blow is not None and isinstance(tables, PhysicalCase) and tables.drilling is not None:
+            drilling = self._try("drilling", tables.drilling, drilling_of)
+            self.blow = replace(self.blow, drilling=drilling)
+            if tables.rock is None:
+                remedy = "describe what is drilled in [rock]"
+                self._problems.append(
+                    CaseError(self._file, "drilling", None, "expected a table [rock] beside it", remedy)
+                )
 
     def _target_in_si(self, tables: PhysicalCase, bar: SizedBody) -> None:
         before = len(self._problems)
@@ -348,7 +361,10 @@ class Parts:
                 "tool", tables.tool,
                 lambda table: struck_alone(area, bar) if table is None else _again(sized_target, table, rock),
             )  # fmt: skip
-
+            feed = None if tables.feed is None else self._try("feed", tables.feed, partial(_again, feed_of))
+            if feed is not None and self.target is not None:
+                struck = self.target
+                self.target = self._try("feed", tables.feed, lambda _: fed(struck, feed))
         if tables.steel is not None and self.target is not None:
             target = self.target
             self.steel = self._try("steel", tables.steel, lambda table: steel_of(table, bar, target))

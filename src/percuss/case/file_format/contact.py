@@ -1,22 +1,27 @@
-"""The tables [tool], [rock], [blow] and [contact]: what a bar strikes and how it leaves, by a number, law or blow."""
+"""The tables [tool], [feed], [rock], [blow], [drilling] and [contact]: what a bar strikes, and how it leaves it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 from percuss.case.file_format.bodies import SectionTable, SystemTable, by_what_was_given, sections_of
 from percuss.case.file_format.values import (
     FROM_THE_BLOW,
     Advance,
     Area,
+    Attenuation,
     CaseTable,
+    Dashpot,
+    Force,
+    Frequency,
     Law,
     Length,
     Mass,
     Restitution,
+    SpecificEnergy,
     Steps,
     Stiffness,
     Strain,
@@ -31,12 +36,12 @@ from percuss.case.file_format.values import (
 from percuss.errors import ParameterError
 from percuss.model import Contact, Kept, Reversed, SizedBody, System, UniformBar
 from percuss.model.body import Body, Section
-from percuss.model.checks import non_negative
+from percuss.model.checks import count, non_negative
 from percuss.model.contact import LAWS, Timed
 from percuss.units import si
 
 if TYPE_CHECKING:
-    from percuss.blow import EffectiveBlow, Rock, Rod, Wall
+    from percuss.blow import Drilling, EffectiveBlow, Feed, Joint, Rock, Rod, Wall
     from percuss.blow.bodies import End
 
 
@@ -52,10 +57,35 @@ class ToolSectionTable(SectionTable):
     joint_mass: Mass | None = None
     """A mass at the step to the next section, such as a coupling too short to be a section. Allowed: 0 or greater; the
     last section has no step. When left out: none."""
+    attenuation: Attenuation | None = None
+    """α of the steel: a wave loses $e^{-\\alpha x}$ of its amplitude over a length $x$. Allowed: 0 or greater. When
+    left out: none."""
 
 
 ToolSections = Annotated[tuple[ToolSectionTable, ...], list_of("sections", '{length = "1.2 m", diameter = "38 mm"}')]
 """The sections of the tool from the struck face on."""
+
+
+class JointTable(CaseTable):
+    """What joins two sections of the tool other than rigidly."""
+
+    at: int
+    """The step, counted from 1: that between the first and the second section. Allowed: 1 or greater."""
+    kind: Literal["mass", "elastic", "contact"] = "mass"
+    """A mass; a spring with a dashpot beside it; or two faces that only push, until a thread catches them."""
+    mass: Mass | None = None
+    """Of a `"mass"`, such as a coupling sleeve. Allowed: 0 or greater."""
+    stiffness: Stiffness | None = None
+    """Of the spring of an `"elastic"` joint. Allowed: greater than 0."""
+    damping: Dashpot | None = None
+    """Force per velocity of the dashpot beside it. Allowed: 0 or greater. When left out: none."""
+    slack: Length | None = None
+    """How far the faces of a `"contact"` part before the thread bears tension. Allowed: 0 or greater. When left out: no
+    limit."""
+
+
+JointTables = Annotated[tuple[JointTable, ...], list_of("joints", '{at = 2, kind = "mass", mass = "1.8 kg"}')]
+"""What joins the sections of the tool."""
 
 
 class ToolTable(CaseTable):
@@ -70,6 +100,8 @@ class ToolTable(CaseTable):
     """What is at the end of the rod: nothing (`"free"`), a rigid support, the rock of `[rock]`; an infinite rod goes on
     for ever and sends nothing back. When left out: `"rock"`, with a table `[rock]`; `"infinite"`, when the last
     section has no length."""
+    joints: JointTables | None = None
+    """What joins its sections other than rigidly, see below. Allowed: one at a step. When left out: none."""
     bit_mass: Mass | None = None
     """A mass at the end of the rod, such as a bit too short to be a section. Allowed: 0 or greater. When left out:
     none."""
@@ -88,10 +120,52 @@ class RockTable(CaseTable):
     greater than 0, at most 1. When left out: 1, a rock that gives everything back."""
     gap: Length | None = None
     """Distance between the bit and the rock when the blow begins. Allowed: 0 or greater. When left out: none."""
+    crater: Literal["new", "same"] | None = None
+    """What the bit meets at the next blow: `"new"` rock, as the bit is turned on, or the crater of the blow before.
+    When left out: `"new"`."""
+    blows_per_crater: int | None = None
+    """With `crater = "same"`: how many blows meet one crater before the bit is turned on. Allowed: 1 or greater. When
+    left out: `number` of `[blow]`."""
+
+
+FeedOf = Literal["tool", "machine"]
+
+
+class FeedTable(CaseTable):
+    """What presses the tool against the rock."""
+
+    force: Force
+    """The feed force $F$. Allowed: 0 or greater."""
+    of: FeedOf = "tool"
+    """What the force acts on: the tool, or the machine, whose blows push it back, so that the tool gets the force less
+    rate × impulse of a blow; that needs `rate` in `[blow]`."""
+    at: int = 0
+    """Where it acts on the tool: 0, the struck face, or the number of a step of the tool, counted from there. Allowed:
+    0 or greater."""
+    stiffness: Stiffness | None = None
+    """Of the spring of a recoil damper. Allowed: 0 or greater. When left out: the force is constant."""
+    damping: Dashpot | None = None
+    """Force per velocity of a recoil damper, which takes most where it is the impedance of the tool. Allowed: 0 or
+    greater. When left out: none."""
+
+
+class DrillingTable(CaseTable):
+    """What the blows are worth in advance of the hole."""
+
+    bit_diameter: Length
+    """Diameter of the hole. Allowed: greater than 0."""
+    crater_factor: float | None = None
+    """Advance of the hole over the residual penetration of a blow. Allowed: greater than 0. When left out:
+    `specific_energy` is needed."""
+    specific_energy: SpecificEnergy | None = None
+    """Work that stays in the rock per volume drilled, measured. Allowed: greater than 0. When left out: `crater_factor`
+    is needed."""
 
 
 class BlowTable(CaseTable):
-    """One blow, as `percuss blow` follows it."""
+    """One blow, or several, as `percuss blow` follows them."""
+
+    in_plain: ClassVar = {"number": None, "rate": None, "between": None}
 
     velocity: Velocities | None = None
     """Speed of the bar toward the tool just before the blow, or a list with one for each section. When left out: that
@@ -105,6 +179,15 @@ class BlowTable(CaseTable):
     load_at: int = 0
     """Where this force acts: 0, the driven end, or the number of a step of the bar, counted from there. Allowed: 0 or
     greater."""
+    number: int | None = None
+    """How many blows follow each other. Allowed: 1 or greater. When left out: one, or `blows_per_crater` of
+    `[rock]`."""
+    rate: Frequency | None = None
+    """How many there are in a time. Allowed: greater than 0, and no blow before the end of the one before. When left
+    out: unknown; no rate of penetration is told."""
+    between: Literal["static", "waves"] | None = None
+    """What a blow begins from: the tool at rest under its feed, or with the waves that the blow before has left in it.
+    When left out: `"static"`."""
 
 
 # ---- From these tables to what the bar strikes, and to the blow that is asked for
@@ -120,16 +203,66 @@ class BlowQuestion:
     until: float | None = None  # None until the blow is over
     load: tuple[tuple[float, float], ...] = ()  # pairs of a time and the force from then on
     load_at: int = 0
+    number: int = 1
+    rate: float | None = None  # blows in a second
+    between: Literal["static", "waves"] = "static"
+    crater: Literal["new", "same"] = "new"
+    blows_per_crater: int = 1
+    feed_of: FeedOf = "tool"
+    drilling: Drilling | None = None
 
 
-# -- [tool] and [rock] ------------------------------------------------------------------------------------------------
+# -- [tool], [feed] and [rock] -----------------------------------------------------------------------------------------
 
 
 def rock_of(table: RockTable) -> Rock:
     """The rock that the table [rock] describes."""
     from percuss.blow import Rock
 
-    return Rock(**{"unloading_ratio": 1.0, "gap": 0.0} | given_in(table))
+    own = given_in(table)
+    crater, blows = own.pop("crater", "new"), own.pop("blows_per_crater", None)
+    if blows is not None:
+        count("blows_per_crater", blows, 1, MOST_BLOWS)
+        if crater == "new":
+            accepted = 'no such key beside crater = "new", which each blow finds'
+            raise ParameterError("blows_per_crater", blows, accepted, 'write crater = "same"')
+    return Rock(**{"unloading_ratio": 1.0, "gap": 0.0} | own)
+
+
+def feed_of(table: FeedTable) -> Feed:
+    """The feed that the table [feed] describes."""
+    from percuss.blow import Feed
+
+    return Feed(**{key: value for key, value in given_in(table).items() if key != "of"})
+
+
+def drilling_of(table: DrillingTable) -> Drilling:
+    """What the table [drilling] describes."""
+    from percuss.blow import Drilling
+
+    return Drilling(**given_in(table))
+
+
+def fed(target: Rod | Wall, feed: Feed) -> Rod:
+    """What is struck, with its feed."""
+    from percuss.blow import Rod
+
+    if not isinstance(target, Rod):
+        raise ParameterError("force", feed.force, "no feed of a wall", "describe a rod in [tool], or take [feed] away")
+    with keyed(keys={"feed": "force", "feed.at": "at"}):
+        return replace(target, feed=feed)
+
+
+def _joints(tool: ToolTable) -> tuple[Joint, ...]:
+    from percuss.blow import Joint
+
+    found = []
+    for i, table in enumerate(tool.joints or ()):
+        if table.kind == "mass" and table.mass is None:
+            raise ParameterError(f"joints[{i}].mass", None, "the mass at the joint", 'for example mass = "1.8 kg"')
+        with keyed(f"joints[{i}]."):
+            found.append(Joint(**given_in(table, f"joints[{i}].")))
+    return tuple(found)
 
 
 def struck_alone(receiving_area: str | None, bar: SizedBody) -> Rod | Wall:
@@ -148,7 +281,7 @@ def sized_target(tool: ToolTable, rock: Rock | None) -> Rod | Wall:
 
     given = {"gap": 0.0, "bit_mass": 0.0} | given_in(tool)
     if tool.kind == "wall":
-        for key in ("sections", "end", "bit_mass"):
+        for key in ("sections", "end", "bit_mass", "joints"):
             if getattr(tool, key) is not None:
                 raise ParameterError(key, None, f"no {key} of a wall", 'a rod has kind = "rod"')
         if rock is not None:
@@ -156,18 +289,24 @@ def sized_target(tool: ToolTable, rock: Rock | None) -> Rod | Wall:
         return Wall(given["gap"])
     if tool.sections is None:
         raise ParameterError("sections", None, 'the sections of the rod, or kind = "wall"', _SECTIONS)
-    sections, joints = sections_of(tool.sections, tool), []
+    sections, joints, losses = sections_of(tool.sections, tool), [], []
     for i, table in enumerate(tool.sections):
         mass = non_negative(f"sections[{i}].joint_mass", given_in(table).get("joint_mass", 0.0))
         if mass > 0.0 and table is tool.sections[-1]:
             name, remedy = f"sections[{i}].joint_mass", "a mass at the end of the rod is bit_mass"
             raise ParameterError(name, table.joint_mass, "a section with another one behind it", remedy)
         joints += [] if table.joint_mass is None or table is tool.sections[-1] else [(i + 1, mass)]
+        losses.append(non_negative(f"sections[{i}].attenuation", given_in(table).get("attenuation", 0.0)))
     end = _end(tool, sections, rock)
     with by_what_was_given(tool.sections):
-        return Rod(sections, end, bit_mass=given["bit_mass"], joint_masses=tuple(joints), rock=rock, gap=given["gap"])
+        return Rod(
+            sections, end, bit_mass=given["bit_mass"], joint_masses=tuple(joints), joints=_joints(tool),
+            attenuation=tuple(losses), rock=rock, gap=given["gap"],
+        )  # fmt: skip
 
 
+MOST_BLOWS = 10_000  # that follow each other
+_ROUNDED = 1e-9  # of the time between two blows
 NO_BIT = 'describe what is struck in [tool], a bit for example: sections = [{length = "0.2 m", diameter = "90 mm"}]'
 """What to do about a table [rock] without a table [tool]."""
 
@@ -190,10 +329,12 @@ def _end(tool: ToolTable, sections: tuple[Section, ...], rock: Rock | None) -> E
 # -- [blow] -----------------------------------------------------------------------------------------------------------
 
 
-def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Rod | Wall) -> BlowQuestion:
+def blow_question(
+    table: BlowTable | None, striker: SizedBody | Body, target: Rod | Wall, rock: RockTable | None = None,
+    feed: FeedTable | None = None,
+) -> BlowQuestion:  # fmt: skip
     """The blow that the table [blow] asks for; without the table from the steady motion until it is over."""
-    if table is None:
-        return BlowQuestion(striker, target)
+    table = BlowTable() if table is None else table
     until = None if table.until is None else above_zero("until", table.until, "time")
     load = tuple((number_of("load", t, "time"), number_of("load", f, "force")) for t, f in table.load or ())
     times = [time for time, _ in load]
@@ -202,7 +343,26 @@ def blow_question(table: BlowTable | None, striker: SizedBody | Body, target: Ro
     body = striker.body(1.0 / striker.transit_time) if isinstance(striker, SizedBody) else striker
     with keyed(keys={"at": "load_at"}):
         body.place(table.load_at)
-    return BlowQuestion(striker, target, _velocity(table, striker), until, load, table.load_at)
+    asked = BlowQuestion(striker, target, _velocity(table, striker), until, load, table.load_at)
+    asked = replace(asked, feed_of="tool" if feed is None else feed.of)
+    return _several(asked, table, rock)
+
+
+def _several(asked: BlowQuestion, table: BlowTable, rock: RockTable | None) -> BlowQuestion:
+    """The question with how many blows follow each other, how fast, and what they meet."""
+    crater, same = ("new", None) if rock is None else (rock.crater or "new", rock.blows_per_crater)
+    number = count("number", (same or 1) if table.number is None else table.number, 1, MOST_BLOWS)
+    rate = None if table.rate is None else above_zero("rate", table.rate, "frequency")
+    if asked.until is not None and rate is not None and asked.until * rate > 1.0 + _ROUNDED:
+        wanted = f"a blow that ends before the next one, {1.0 / rate:.4g} s later"
+        raise ParameterError("until", table.until, wanted, "an earlier end, or fewer blows in a second")
+    if rate is None and (table.between == "waves" or asked.feed_of == "machine"):
+        why = 'for between = "waves"' if table.between == "waves" else 'for of = "machine" in [feed]'
+        raise ParameterError("rate", None, f"a rate of the blows {why}", 'for example rate = "60 Hz"')
+    return replace(
+        asked, number=number, rate=rate, between=table.between or "static", crater=crater,
+        blows_per_crater=(same or number) if crater == "same" else 1,
+    )  # fmt: skip
 
 
 def _velocity(table: BlowTable, striker: SizedBody | Body) -> float | tuple[float, ...] | None:
@@ -311,9 +471,10 @@ _FORWARD = (
 
 
 def needs_speed(question: BlowQuestion) -> bool:
-    """Whether the restitution of the blow depends on its speed: there is a gap in front of the rock."""
-    rock = getattr(question.target, "rock", None)
-    return rock is not None and rock.gap > 0.0
+    """Whether the restitution of the blow depends on its speed: through a gap before the rock, a feed, a slack."""
+    rock, feed = getattr(question.target, "rock", None), getattr(question.target, "feed", None)
+    slack = any(joint.slack for joint in getattr(question.target, "joints", ()))
+    return (rock is not None and rock.gap > 0.0) or feed is not None or slack
 
 
 def blow_of(question: BlowQuestion) -> EffectiveBlow:

@@ -13,7 +13,7 @@ from functools import cache
 from types import UnionType
 from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
-from percuss.case.file_format import bodies, contact, loads, start_and_simulation, steel
+from percuss.case.file_format import bodies, contact, loads, oil, start_and_simulation, steel
 from percuss.case.file_format.plain_form import plain_form
 from percuss.case.file_format.values import CaseTable, Kind, hints_of
 from percuss.errors import ParameterError
@@ -42,10 +42,20 @@ TABLES: dict[str, type[CaseTable]] = {
     "load.chamber": loads.ChamberTable,
     "load.states": loads.AreasTable,
     "load.cushion": loads.CushionTable,
-    "load.supply": loads.SupplyTable,
+    "load.supply": oil.SupplyTable,
+    "load.supply.accumulator": oil.GasAccumulatorTable,
+    "load.supply.relief": oil.ReliefTable,
+    "load.supply.leakage": oil.FlowAtTable,
+    "load.chambers": oil.OilChamberTable,
+    "load.orifices": oil.OrificeTable,
+    "load.orifices.in": oil.PassageTable,
+    "load.oil": oil.OilTable,
     **_STRUCK,
     "tool.sections": contact.ToolSectionTable,
+    "tool.joints": contact.JointTable,
+    "feed": contact.FeedTable,
     "rock": contact.RockTable,
+    "drilling": contact.DrillingTable,
     "steel": steel.SteelTable,
     "steel.tool": steel.ToolSteelTable,
     "start": start_and_simulation.StartTable,

@@ -7,17 +7,30 @@ the reference prints; what stands there for a key of one load holds for the load
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
+from percuss.case.file_format.oil import (
+    BULK_MODULUS,
+    Chambers,
+    GasAccumulatorTable,
+    Joins,
+    OilTable,
+    Orifices,
+    SupplyTable,
+    gas_of,
+    joined,
+    oil_of,
+    relief_of,
+    slope_of,
+)
 from percuss.case.file_format.values import (
     Area,
     CaseTable,
     Coefficients,
     Column,
-    Compliance,
-    Flow,
     Force,
     ForceOrPressure,
     ForceUnit,
@@ -30,6 +43,7 @@ from percuss.case.file_format.values import (
     Stiffness,
     Stress,
     Time,
+    Volume,
     above_zero,
     given_in,
     keyed,
@@ -37,7 +51,7 @@ from percuss.case.file_format.values import (
     number_of,
 )
 from percuss.errors import ParameterError, UnitError, did_you_mean
-from percuss.model import Chamber, Cushion, Load, Port, Supply, Valve
+from percuss.model import Chamber, Cushion, Load, Oil, Port, Supply, Valve
 from percuss.units import si
 
 # ---- The table [load] of a machine that switches its own valve: states, ports, gas chamber
@@ -59,6 +73,14 @@ class ChamberTable(CaseTable):
     """Its force toward the wall while the bar is at the wall. When left out: none."""
     stiffness: Stiffness | None = None
     """How much that force grows for each distance behind the wall. Allowed: 0 or greater. When left out: none."""
+    area: Area | None = None
+    """Of the piston in a polytropic gas, beside `volume` and `exponent` in the place of `stiffness`. Allowed: greater
+    than 0."""
+    volume: Volume | None = None
+    """Of that gas while the bar is at the wall. Allowed: greater than 0."""
+    exponent: PlainNumber | None = None
+    """n of that gas, whose force grows with the power −n of its volume. Allowed: greater than 0. When left out: the
+    force grows by `stiffness`."""
 
 
 class CushionTable(CaseTable):
@@ -79,21 +101,6 @@ class CushionTable(CaseTable):
     area: Area | None = None
     """Of the piston's ring that presses on the oil, for its pressure. Allowed: greater than 0. When left out: no
     pressure is told."""
-
-
-class SupplyTable(CaseTable):
-    """A pump of steady flow and an accumulator: the pressure of the supply follows the piston."""
-
-    flow: Flow
-    """What the pump gives. Allowed: greater than 0."""
-    accumulator: Compliance
-    """Volume that the accumulator gives up for a fall of the pressure, V/(n p) of its gas. Allowed: greater than 0."""
-    start: Stress | None = None
-    """The pressure at the start. Allowed: 0 or greater. When left out: `pressure`."""
-    quickening: PlainNumber | None = None
-    """How much faster the spool of the valve travels under a higher pressure: the delay of an order is divided by 1 +
-    `quickening` · (P/`pressure` − 1), P being the pressure when it is given. Allowed: 0 or greater and below 1. When
-    left out: 0, all delays are fixed."""
 
 
 def _reads(value: Any, info: ValidationInfo) -> Any:
@@ -139,6 +146,8 @@ def _named(example: str) -> Callable[[Any], Any]:
 
 
 def _written(value: Any) -> str:
+    if isinstance(value, dict) and any(own in ("supply", "tank") for own in value.values()):
+        return "joins"
     return "areas" if isinstance(value, dict | AreasTable) else "force"
 
 
@@ -151,12 +160,19 @@ def _force(value: Any, info: ValidationInfo) -> Any:
 
 
 State = Annotated[
-    Annotated[Force, BeforeValidator(_force), Tag("force")] | Annotated[AreasTable, Tag("areas")],
+    Annotated[Force, BeforeValidator(_force), Tag("force")]
+    | Annotated[AreasTable, Tag("areas")]
+    | Annotated[Joins, Tag("joins")],
     Discriminator(_written),
 ]
 """A state in SI."""
+PlainState = Annotated[
+    Annotated[PlainNumber, Tag("force")] | Annotated[Joins, Tag("joins")],
+    Discriminator(lambda value: "joins" if isinstance(value, dict) else "force"),
+]
+"""A state without units."""
 
-PlainStates = Annotated[dict[str, PlainNumber], Kind("table of numbers", _named("{return = -0.3, power = 1.0}"))]
+PlainStates = Annotated[dict[str, PlainState], Kind("table of numbers", _named("{return = -0.3, power = 1.0}"))]
 States = Annotated[
     dict[str, State],
     Kind("table of forces or tables", _named('{return = "-13 kN", power = "12 kN"}'), plain=PlainStates),
@@ -178,7 +194,8 @@ class ValveLoad(CaseTable):
     """The kind of load, which decides the other keys."""
     states: States
     """The force of each state, positive toward the wall and without that of `chamber`: text with a unit, or with
-    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`. Allowed: up to 64 of them."""
+    `pressure` the areas that it acts on, `{front = "8 cm^2", rear = "16 cm^2"}`, or what it joins the `chambers` to,
+    `{front = "supply", rear = "tank"}`. Allowed: up to 64 of them."""
     ports: Ports
     """What demands states, in order, see below. Allowed: up to 64 of them."""
     start_state: str | None = None
@@ -192,8 +209,19 @@ class ValveLoad(CaseTable):
     """What stops the piston when it finds no tool, see below; it does not touch the blows. When left out: one of 20 mm
     is assumed."""
     supply: SupplyTable | None = None
-    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas. When left
-    out: the pressure is constant."""
+    """A pump and an accumulator, see below; needs `pressure`, for which the states hold, and states by areas or
+    chambers. When left out: the pressure is constant."""
+    chambers: Chambers | None = None
+    """The chambers of oil by their names, see below; `states` join them. When left out: the states are forces or
+    areas."""
+    orifices: Orifices | None = None
+    """What the passages of these chambers take, see below. When left out: nothing."""
+    oil: OilTable | None = None
+    """The oil, and the line to the tank, see below. When left out: that line has no pressure."""
+    spool: Time | None = None
+    """Time in which the spool goes from one state to the next. Allowed: 0 or greater. When left out: none."""
+    force: Force | None = None
+    """A constant force toward the wall beside all others, such as the weight. When left out: none."""
     room: Length | None = None
     """How far behind the wall the piston can go. Allowed: greater than 0. When left out: without limit."""
     at: int = 0
@@ -363,7 +391,8 @@ _BEYOND = "one that began behind the wall would take part of every blow, which i
 def valve_of(table: ValveLoad) -> Valve:
     """The valve that a table describes: in N, m and s, or dimensionless; what else the table says is checked, too."""
     pressure, room = pressure_of(table), room_of(table)
-    states = {name: _state_force(name, given, pressure) for name, given in table.states.items()}
+    oil = None if not _flows(table) else _oil(table, pressure)
+    states = {name: _state_force(name, given, pressure, oil) for name, given in table.states.items()}
     ports = []
     for i, own in enumerate(table.ports):
         with keyed(f"ports[{i}].", remedies={"behind": _BEHIND}):
@@ -372,12 +401,13 @@ def valve_of(table: ValveLoad) -> Valve:
             accepted = f"a port within the room, {table.room}"
             raise ParameterError(f"ports[{i}].behind", own.behind, accepted, "the piston cannot reach it")
     with keyed("chamber."):
-        chamber = Chamber() if table.chamber is None else Chamber(**given_in(table.chamber))
+        chamber = Chamber() if table.chamber is None else _chamber(table.chamber)
     with keyed("cushion.", remedies={"beyond": _BEYOND}):
         cushion = None if table.cushion is None else Cushion(**given_in(table.cushion))
     supply = None if table.supply is None else _supply(table, table.supply, pressure)
     try:
-        return Valve(states, tuple(ports), table.start_state, chamber, cushion, supply)
+        made = Valve(states, tuple(ports), table.start_state, chamber, cushion, supply, oil)
+        return made if made.flows else replace(made, oil=None)
     except ParameterError as error:
         name = {"start": "start_state"}.get(error.name, error.name).replace("']", "").replace("['", ".")
         near = did_you_mean(error.value, table.states) if name.endswith((".to", "start_state")) else ""
@@ -394,8 +424,57 @@ def room_of(table: ValveLoad) -> float | None:
     return None if table.room is None else above_zero("room", table.room, "length")
 
 
-def _state_force(name: str, given: str | AreasTable, pressure: float | None) -> float:
+def _flows(table: ValveLoad) -> bool:
+    """Whether a table says anything of oil that is more than areas and a pump."""
+    supply, beyond = table.supply, (table.chambers, table.orifices, table.oil, table.spool, table.force)
+    more = supply is not None and (supply.leakage is not None)
+    return more or any(one is not None for one in beyond)
+
+
+def _oil(table: ValveLoad, pressure: float | None) -> Oil:
+    if not table.is_plain and pressure is None:
+        raise ParameterError("pressure", None, "the pressure for which the figures hold, beside chambers", _PRESSURE)
+    if table.orifices and not table.chambers:
+        raise ParameterError("chambers", None, "the chambers that the orifices lead to", "name them, and join them")
+    for name, state in table.states.items():
+        if isinstance(state, str | float | int):
+            remedy = 'give the chambers that it joins, {front = "supply", rear = "tank"}'
+            raise ParameterError(f"states.{name}", state, "chambers or areas, beside oil that flows", remedy)
+    spool = 0.0 if table.spool is None else number_of("spool", table.spool, "time")
+    force = 0.0 if table.force is None else number_of("force", table.force, "force")
+    with keyed():
+        return oil_of(table, 1.0 if pressure is None else pressure, spool, force)
+
+
+def _chamber(own: ChamberTable) -> Chamber:
+    """The gas behind the piston: its tangent, or the gas itself by area, volume and exponent."""
+    given = given_in(own)
+    gas = {name: given.pop(name, None) for name in ("area", "volume", "exponent")}
+    if all(value is None for value in gas.values()):
+        return Chamber(**given)
+    for name, value in gas.items():
+        if value is None:
+            raise ParameterError(name, None, "area, volume and exponent of a polytropic gas, or its stiffness")
+        if not value > 0.0:
+            raise ParameterError(name, getattr(own, name), "a value greater than 0")
+    if own.stiffness is not None:
+        raise ParameterError("stiffness", own.stiffness, "nothing beside a volume", "the volume tells the stiffness")
+    force = given.get("force", 0.0)
+    if not force > 0.0:
+        raise ParameterError("force", own.force, "the force of the gas at the wall, greater than 0")
+    return Chamber(force, gas["exponent"] * force * gas["area"] / gas["volume"], gas["exponent"])
+
+
+def _state_force(name: str, given: Any, pressure: float | None, oil: Oil | None) -> float:
     key = f"states.{name}"
+    if isinstance(given, dict):
+        assert oil is not None
+        sides = {one.name: one for one in oil.chambers}
+        front, rear = (
+            sum(sides[own].area for own, to in joined(name, given).items() if to == "supply" and sides[own].side == side)
+            for side in ("front", "rear")
+        )
+        return float(rear - front)
     if not isinstance(given, AreasTable):
         return number_of(key, given, "force")
     if pressure is None:
@@ -407,20 +486,40 @@ def _state_force(name: str, given: str | AreasTable, pressure: float | None) -> 
     return pressure * (areas.get("rear", 0.0) - areas.get("front", 0.0))
 
 
-def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Supply:
+def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Supply | None:
+    if own.flow is None:
+        for name in ("accumulator", "start", "power", "slip", "relief", "line"):
+            if getattr(own, name) is not None:
+                raise ParameterError("supply.flow", None, f"the flow of the pump, beside supply.{name}")
+        return None
     flow = above_zero("supply.flow", own.flow, "flow")
-    accumulator = above_zero("supply.accumulator", own.accumulator, "compliance")
+    if own.accumulator is None:
+        raise ParameterError("supply.accumulator", None, "the accumulator beside a pump, such as 2.5 cm^3/bar")
     start = None if own.start is None else number_of("supply.start", own.start, "pressure")
     if start is not None and start < 0.0:
         raise ParameterError("supply.start", own.start, "a pressure, 0 or greater")
-    with keyed("supply."):
-        quickening = Supply(1.0, 1.0, quickening=0.0 if own.quickening is None else own.quickening).quickening
-    if table.is_plain:
-        return Supply(flow, accumulator, 1.0 if start is None else start, quickening)
     for name, state in table.states.items():
-        if not isinstance(state, AreasTable):
+        if not table.is_plain and isinstance(state, str):
             remedy = "a piston displaces oil by the areas on which its pressure acts"
             raise ParameterError(f"states.{name}", state, "areas, {front = …, rear = …}, beside a supply", remedy)
-    if pressure is None:
+    if not table.is_plain and pressure is None:
         raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
-    return Supply.of_oil(flow, accumulator, pressure, start, quickening)
+    unit = 1.0 if pressure is None else pressure
+    line = 0.0
+    if own.line is not None:
+        line = number_of("supply.line", own.line, "volume") / (1.0 if table.is_plain else BULK_MODULUS)
+        if line < 0.0:
+            raise ParameterError("supply.line", own.line, "a volume, 0 or greater")
+    gas = gas_of(own.accumulator, unit) if isinstance(own.accumulator, GasAccumulatorTable) else None
+    compliance = line if gas else above_zero("supply.accumulator", own.accumulator, "compliance")  # type: ignore[arg-type]
+    with keyed("supply."):
+        return Supply(
+            flow * unit,
+            compliance * unit**2,
+            1.0 if start is None else start / unit,
+            0.0 if own.quickening is None else own.quickening,
+            0.0 if own.slip is None else slope_of(own.slip, "slip") * unit**2,
+            None if own.power is None else above_zero("power", own.power, "power"),
+            None if own.relief is None else relief_of(own.relief, unit),
+            gas,
+        )

@@ -103,6 +103,8 @@ def _plain_of(hint: Any) -> Any:
         return Annotated[(_plain_of(parts[0]), *parts[1:])] if plain is None else plain
     if origin in (Union, UnionType):
         return Union[tuple(map(_plain_of, parts))]  # noqa: UP007  # of so many
+    if origin is dict:
+        return dict.__class_getitem__((parts[0], _plain_of(parts[1])))
     if origin is tuple and parts[1:] == (...,):
         return tuple.__class_getitem__((_plain_of(parts[0]), ...))
     return hint

@@ -335,7 +335,7 @@ def _near(value: object, words: str) -> str:
 
 _ONLY_IN_SI = {
     key: "a dimensionless case knows an endless rod by its impedance, and no rock; describe the bar in SI, with [bar]"
-    for key in ("rock", "tool.sections", "tool.end", "tool.bit_mass")
+    for key in ("rock", "feed", "drilling", "tool.sections", "tool.end", "tool.bit_mass", "tool.joints")
 }
 _ONLY_IN_SI["steel"] = "a dimensionless case has no stresses, and so no fatigue; describe the bar in SI, with [bar]"
 """What only a case in SI has, where a dimensionless one is told why."""
@@ -349,6 +349,8 @@ _EXAMPLES = {
     "system": "a table [system] with s, d and restitution",
     **{f"{table}.damping.kind": "name the law: ratio, kelvin_voigt, external, table" for table in ("bar", "system")},
     **{f"{table}.damping.value": "give the number of the law, or a list for a table" for table in ("bar", "system")},
+    "feed.force": 'give it with its unit, for example force = "8 kN"',
+    "drilling.bit_diameter": 'give it with its unit, for example bit_diameter = "64 mm"',
     "rock.stiffness": 'give it with its unit, for example stiffness = "400 kN/mm"',
     "bar.length": 'give it with its unit, for example length = "341 mm"',
     "load.frequency": 'give it with its unit, for example frequency = "60 Hz"',

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, get_args
 from pydantic import Field
 
 from percuss.case.file_format.bodies import BarTable, BodyTable, SystemTable
-from percuss.case.file_format.contact import BlowTable, ContactTable, RockTable, ToolTable
+from percuss.case.file_format.contact import BlowTable, ContactTable, DrillingTable, FeedTable, RockTable, ToolTable
 from percuss.case.file_format.loads import AnyLoad
 from percuss.case.file_format.start_and_simulation import SimulationTable, StartTable
 from percuss.case.file_format.steel import SteelTable
@@ -46,8 +46,10 @@ class PhysicalCase(StruckCase):
     load: AnyLoad | None = None
     contact: ContactTable | None = None
     tool: ToolTable | None = None
+    feed: FeedTable | None = None
     rock: RockTable | None = None
     blow: BlowTable | None = None
+    drilling: DrillingTable | None = None
     steel: SteelTable | None = None
     start: StartTable | None = None
     simulation: SimulationTable | None = None

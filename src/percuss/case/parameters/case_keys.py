@@ -98,10 +98,10 @@ def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, f
 LOAD_SCALE, FREQUENCY, LOAD_AREA = "load.scale", "load.frequency", "load.area"
 
 _TABLES = ("system", "bar", "body", "contact", "load")
-_STRUCK = ("tool", "rock", "blow")
+_STRUCK = ("tool", "feed", "rock", "blow", "drilling")
 _NO_NUMBERS = {"kind", "file", "column", "unit", "time_column", "coefficients", "title", "strain", "at"}
 _NO_NUMBERS |= {"breaks", "values", "sections", "impedances", "transit_times", "law", "advance", "end", "load_at"}
-_NO_NUMBERS |= {"omega", "contact", "drive"}
+_NO_NUMBERS |= {"omega", "contact", "drive", "joints", "of", "crater", "blows_per_crater", "number", "between"}
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,13 @@ KEYS: dict[str, Key] = {
     "rock.stiffness": Key("stiffness of the rock"),
     "rock.unloading_ratio": Key("unloading ratio γ", "share of the penetration that the rock gives back"),
     "rock.gap": Key("gap in front of the rock"),
+    "feed.force": Key("feed force"),
+    "feed.stiffness": Key("stiffness of the recoil damper"),
+    "feed.damping": Key("recoil damper", "its force per velocity"),
+    "drilling.bit_diameter": Key("diameter of the bit"),
+    "drilling.crater_factor": Key("crater factor", "advance over residual penetration"),
+    "drilling.specific_energy": Key("specific energy of the rock"),
+    "blow.rate": Key("rate of the blows"),
     "blow.velocity": Key("speed of the blow"),
     "blow.until": Key("end of the blow"),
     LOAD_SCALE: Key("load, as a multiple", "a factor on the whole load"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from percuss.errors import ParameterError
@@ -146,7 +146,6 @@ class Oil:
     spool: float = 0.0
     leakage: float = 0.0
     force: float = 0.0
-    density: float | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         chambers = several("chambers", self.chambers, "objects of the class OilChamber")

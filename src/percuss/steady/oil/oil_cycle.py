@@ -177,7 +177,7 @@ class _Unknowns(NamedTuple):
         return np.vstack([*rows, state.shift[None] - late] if self.stroke else rows)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Passage:
     """The state at the passage of a port, not demanded yet, and of a cycle of so many blows the map of it."""
 
@@ -195,6 +195,16 @@ class Passage:
         row = np.zeros(2 * n)
         row[first : first + n] = law.reads[self.port]
         return row
+
+    def of(self, machine: Machine) -> Passage:
+        """The same for a machine that differs little: with its passages, and on the side of its limits."""
+        numbers = oil_machine(machine, self.numbers.modes)
+        state = _copied(self.state)
+        if state.now[kn.STROKE] == math.inf:
+            state.blend[0] = numbers.law.joins[int(state.now[kn.STATE])]
+        again = OilMotion.again(numbers, state)
+        kn.begun(numbers.law, again.state, again.work)
+        return Passage(numbers, self.port, again.state, self.blows)
 
     def returned(self, state: kn.OilState, directions: int = 0) -> OilMotion | None:
         """A motion from a state there until the port is met again after the blows; None where it is not."""
@@ -358,8 +368,12 @@ def recorded_cycle(
     if not numbers.modes:  # at the passage of a port the place is no unknown
         kept = [i for i in range(len(slope)) if i != (1 if passage.row[1] else 0)]
         slope = slope[np.ix_(kept, kept)]
+    else:  # one coordinate after the other
+        n = numbers.modes + 1
+        order = [*np.arange(2 * n).reshape(2, n).T.reshape(-1), *range(2 * n, len(slope))]
+        slope = slope[np.ix_(order, order)]
     told = cycle_told(machine, numbers.modes, start.state, start.orders, tuple(flights), happened, slope)
-    return replace(told, oil=motion.balance)
+    return replace(told, oil=motion.balance, passage=passage)
 
 
 def _demands(numbers: OilMachine, start: Rebound, bar: Array) -> Iterator[OilEvent]:
@@ -378,9 +392,23 @@ def _demands(numbers: OilMachine, start: Rebound, bar: Array) -> Iterator[OilEve
 # ---- Where a machine settles
 
 
-def settled_oil(machine: Machine, modes: int = 0) -> OilSettled:
-    """The cycle in which a machine settles whose oil flows, from rest, or else pushed off the wall."""
+def near_oil(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
+    """The cycle of a machine that differs little from that of a cycle."""
+    passage: Passage | None = cycle.passage
+    solved = None if passage is None else passage.of(machine).solved()
+    return None if solved is None else cycle_at(solved)
+
+
+def starts_oil(machine: Machine) -> bool:
+    """Whether a machine keeps going from rest on the wall."""
+    return not goes_on(from_rest(oil_machine(machine, 0)), _SETTLING)
+
+
+def settled_oil(machine: Machine, modes: int = 0, near: ValveCycle | None = None) -> OilSettled:
+    """The cycle in which a machine settles whose oil flows: near another, from rest, or else pushed off the wall."""
     numbers = oil_machine(machine, modes)
+    if near is not None and near.modes == modes and (found := near_oil(machine, near)) is not None:
+        return OilSettled(found)
     if modes:
         rigid = settled_oil(machine, 0)
         if rigid.cycle is None:
@@ -444,3 +472,23 @@ def _alike(motion: OilMotion) -> list[int]:
             found.append(blows)
             break
     return found
+
+
+_PRESSURE_STEP = 1e-4  # of the pressure
+
+
+def slow_oil(cycle: ValveCycle) -> float | None:
+    """The multiplier of the pressure of an accumulator so great that the speed follows at once (docs/oil.md, 4).
+
+    1 − (T/C) (dq/dP + G + g), q the demand of the machine held at a pressure; None where it does not run so.
+    """
+    supply, mean, demands = cycle.valve.supply, cycle.mean_pressure, []
+    assert supply is not None
+    for pressure in (mean * (1.0 - _PRESSURE_STEP), mean * (1.0 + _PRESSURE_STEP)):
+        held = settled_oil(cycle.machine.with_valve(cycle.valve.at_pressure(pressure))).cycle
+        if held is None or held.oil is None or held.blows > 1:
+            return None
+        demands.append(held.oil.drawn / held.period / pressure)
+    slope = (demands[1] - demands[0]) / (2.0 * _PRESSURE_STEP * mean)
+    leakage = 0.0 if cycle.valve.oil is None else cycle.valve.oil.leakage
+    return 1.0 - cycle.period / supply.capacity(mean) * (slope + leakage + supply.slip)

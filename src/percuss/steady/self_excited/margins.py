@@ -16,6 +16,7 @@ from percuss.mechanics.flow import state_flows
 from percuss.model import Chamber, Machine, Valve
 from percuss.model.checks import Array, instance, numbers
 from percuss.short_repr import ShortRepr
+from percuss.steady.oil.oil_cycle import OilFlight, near_oil, slow_oil, starts_oil
 from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.piston import Piston, continued
 from percuss.steady.self_excited.self_switching import Obstacle, SelfExcited, self_excited_motion
@@ -111,7 +112,7 @@ def valve_margins(motion: SelfExcited) -> ValveMargins:
         far = _BEYOND if valve.supply is None else _STEP * _LONGER * _NEARLY
         past = motion.machine.with_valve(later(latest + far * motion.cycle.period))
         beyond = self_excited_motion(past, modes=0, room=room).obstacle
-        if valve.supply is not None and followed_to(past, last) is not None:
+        if valve.supply is not None and near_cycle(past, last) is not None:
             beyond = Obstacle.HUNTS
     longest = None if latest is None else _after_blow(_return_of(later(latest), last), last)
     return ValveMargins(return_time, longest, beyond, *_chamber_limits(motion), *_supply_limits(motion))
@@ -173,9 +174,12 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         return None, None
 
     def filled(factor: float) -> Valve:
-        return replace(motion.machine.valve, chamber=Chamber(factor * chamber.force, factor * chamber.stiffness))
+        gas = Chamber(factor * chamber.force, factor * chamber.stiffness, chamber.exponent)
+        return replace(motion.machine.valve, chamber=gas)
 
     def starts(factor: float) -> bool:
+        if motion.machine.valve.flows:
+            return starts_oil(motion.machine.with_valve(filled(factor)))
         piston = Piston(motion.machine.with_valve(filled(factor)))
         first = piston.leg(piston.start, started=True)
         return first.ending == kn.BLOW and bool(first.switches)
@@ -282,7 +286,12 @@ def quantities_of(machine: Machine) -> Iterator[MachineQuantity]:
         return replace(whole, **{name: value})
 
     def fed(name: str, value: float) -> Machine:
-        return machine.with_valve(replace(valve, supply=part_of(supply, name, value)))
+        other = part_of(supply, name, value)
+        if name == "compliance" and supply is not None and supply.gas is not None:  # with the line of the accumulator
+            factor = value / supply.capacity(1.0)
+            gas = part_of(supply.gas, "volume", supply.gas.volume * factor)
+            other = replace(supply, compliance=supply.compliance * factor, gas=gas)
+        return machine.with_valve(replace(valve, supply=other))
 
     def with_port(number: int, name: str, value: float) -> Machine:
         ports = list(valve.ports)
@@ -290,7 +299,7 @@ def quantities_of(machine: Machine) -> Iterator[MachineQuantity]:
         return machine.with_valve(replace(valve, ports=tuple(ports)))
 
     def under(pressure: float) -> Machine:
-        return machine.with_valve(replace(valve, states={name: force * pressure for name, force in valve.pairs}))
+        return machine.with_valve(valve.at_pressure(pressure))
 
     def rebounding(restitution: float) -> Machine:
         return replace(machine, contact=machine.contact.with_restitution(min(restitution, 1.0)))
@@ -299,7 +308,8 @@ def quantities_of(machine: Machine) -> Iterator[MachineQuantity]:
         yield MachineQuantity("pressure", None, 1.0, under)
     else:
         for name in ("flow", "compliance"):
-            yield MachineQuantity(name, None, getattr(supply, name), partial(fed, name))
+            value = supply.flow if name == "flow" else supply.capacity(1.0) or supply.compliance
+            yield MachineQuantity(name, None, value, partial(fed, name))
     for i, port in enumerate(valve.ports):
         if port.sign != 0.0:
             yield MachineQuantity(port.edge, i, abs(port.level), partial(with_port, i, port.edge))
@@ -324,6 +334,8 @@ def _sensitivity(motion: SelfExcited, cycle: ValveCycle, quantity: MachineQuanti
 
 def near_cycle(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
     """The cycle of a machine that differs little from that of a cycle."""
+    if machine.valve.flows:
+        return near_oil(machine, cycle)
     if cycle.modes:
         return self_excited_motion(machine, modes=cycle.modes, near=cycle).cycle
     return (continued if machine.valve.supply is None else followed_to)(machine, cycle)
@@ -395,6 +407,10 @@ def slow_pressure(cycle: ValveCycle) -> SlowPressure:
     0.9835 ± 5.2 %, multiplier 0.9292
     """
     checked = _checked(cycle)
+    if checked.oil is not None:
+        swept = pressure_multiplier(checked.slope, checked.modes)
+        oil, before = checked.oil, checked.flights[0].pressure
+        return SlowPressure(before, checked.mean_pressure, oil.least, oil.greatest, swept, slow_oil(checked))
     spans = [_pressures(checked, one) for one in checked.flights]
     mean, at_blow = checked.mean_pressure, checked.flights[0].pressure
     least, greatest = min(low for low, _ in spans), max(high for _, high in spans)
@@ -433,6 +449,9 @@ def pressure_over(cycle: ValveCycle, times: Array) -> Array:
     found, which = np.empty(within.shape), flights_at(checked, within)
     for number in np.unique(which).tolist():
         mine, flight = which == number, checked.flights[number]
+        if isinstance(flight, OilFlight):
+            found[mine] = flight.looked(within[mine] - flight.time)[1]
+            continue
         flow, t = flows[flight.state], within[which == number] - flight.time
         drawn = flow.draw * (flow.modes.driven @ flight.moved(t)[0]) if flight.ramp else 0.0
         found[mine] = flight.pressure + (flow.supplied * t - drawn) / flow.compliance

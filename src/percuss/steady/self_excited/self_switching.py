@@ -17,6 +17,7 @@ from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import Machine, Valve
 from percuss.model.checks import DEFAULT_MODES, Array, count, instance, positive
 from percuss.short_repr import ShortRepr
+from percuss.steady.oil.oil_cycle import OilSettled, settled_oil, starts_oil
 from percuss.steady.self_excited import piston_kernels as kn
 from percuss.steady.self_excited.cycle_times import CycleTimes
 from percuss.steady.self_excited.piston import Lost, Piston, settled, starts
@@ -37,7 +38,7 @@ from percuss.steady.self_excited.settling import (
     supplied,
     under_pressure,
 )
-from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight
+from percuss.steady.self_excited.valve_cycle import ValveCycle, ValveFlight, pressure_multiplier
 
 # ---- What keeps a machine that switches itself from running with one blow in a cycle, and what would be needed
 
@@ -275,6 +276,8 @@ class SelfExcited(ShortRepr):
         """Whether the machine keeps going when it starts at rest on the wall, with the valve in its starting state."""
         if self.cycle is None:
             return False
+        if self.machine.valve.flows:
+            return starts_oil(self.machine)
         return (starts if self.machine.valve.supply is None else starts_supplied)(self.machine, self.cycle)
 
     def __str__(self) -> str:
@@ -339,6 +342,8 @@ def self_excited_motion(
     asked = SelfExcited(machine, modes, space, None, None)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
         return replace(asked, obstacle=Obstacle.NO_LOSS)
+    if machine.valve.flows:
+        return _of_oil(asked, settled_oil(machine, modes, near if isinstance(near, ValveCycle) else None))
     if modes and rhythm is not None:
         return _elastic(asked, rhythm, None)
     if machine.valve.supply is not None:
@@ -355,10 +360,34 @@ def self_excited_motion(
     return _judged(asked, rigid)
 
 
+def _of_oil(asked: SelfExcited, found: OilSettled) -> SelfExcited:
+    """What the cycle of a machine whose oil flows, or the motion in which it ends, says of it."""
+    cycle, valve = found.cycle, asked.machine.valve
+    if cycle is None:
+        obstacle = _ENDED.get(found.ending, Obstacle.IRREGULAR)
+        if found.motion is None or obstacle not in (Obstacle.ON_THE_WALL, Obstacle.NO_PORT):
+            return replace(asked, obstacle=obstacle)
+        if obstacle is Obstacle.ON_THE_WALL:
+            return replace(asked, obstacle=obstacle, found=found.motion.force, needed=0.0)
+        reached, edges = found.motion.balance.farthest, [port.behind for port in valve.ports if port.side == "back"]
+        beyond = [edge for edge in edges if edge is not None and edge > reached]
+        return replace(asked, obstacle=obstacle, found=reached, needed=min(beyond, default=None))
+    if cycle.blows > 1 and cycle.stable:
+        hunts = why_more_blows(cycle) is Obstacle.UNEVEN and valve.supply is not None
+        return replace(asked, cycle=cycle, obstacle=Obstacle.HUNTS if hunts else why_more_blows(cycle))
+    if asked.room < math.inf and cycle.stroke > asked.room:
+        return replace(asked, cycle=cycle, obstacle=Obstacle.NO_ROOM, found=cycle.stroke, needed=asked.room)
+    if cycle.stable:
+        return replace(asked, cycle=cycle)
+    pressed = valve.supply is not None and abs(pressure_multiplier(cycle.slope, cycle.modes)) >= 1.0
+    why = Obstacle.HUNTS if pressed else why_unstable(cycle.multiplier)
+    return replace(asked, cycle=cycle, obstacle=why, found=abs(cycle.multiplier), needed=1.0)
+
+
 def _checked(near: object, modes: int, valve: Valve) -> CycleTimes | None:
     if near is None:
         return None
-    if modes == 0:
+    if modes == 0 and not valve.flows:
         raise ParameterError("near", near, "nothing beside modes=0", "the rigid piston needs no start")
     if isinstance(near, ValveCycle):
         return near.rhythm

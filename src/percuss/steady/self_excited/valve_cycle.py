@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -296,6 +296,8 @@ class ValveCycle(Repeating):
         Why it is a root of the equations, but no motion; None for one that is.
     oil
         Where the energy of oil that flows goes; None where the oil loses nothing.
+    passage
+        Of oil that flows: the passage of a port at which the cycle is solved for (`percuss.steady.oil`).
     """
 
     machine: Machine
@@ -311,6 +313,7 @@ class ValveCycle(Repeating):
     taken_by_rest: float = 0.0
     obstacle: Enum | None = None
     oil: OilBalance | None = None
+    passage: Any = None
 
     @property
     def system(self) -> Machine:
