@@ -251,8 +251,8 @@ class RepeatedBlows(ShortRepr):
         Of each step of the tool: how often a contact joint has opened, when it first did and shut again, in s (None:
         never), and the widest gap.
     error
-        How far the greatest penetrations on a lattice with half the cells are from these, relative, and whether it comes
-        to the same régime; None where that was not asked for.
+        How far the greatest penetrations on a lattice with half the cells are from these, relative;
+        None where that was not asked for.
     """
 
     striker: SizedBody
@@ -292,7 +292,7 @@ class RepeatedBlows(ShortRepr):
 
     @property
     def bound(self) -> float | None:
-        """√(E_left/W_load), W_load = K_1 U²/2, by which waves left change a first loading at most; None without rock."""
+        """√(E_left/W_load), W_load = K_1 U²/2: the most by which waves left change a blow; None without rock."""
         rock = self.target.rock
         if rock is None:
             return None
