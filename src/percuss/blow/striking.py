@@ -67,7 +67,8 @@ def _checked(
         raise ParameterError("until", until, f"at most {longest:g}, a million transit times of the striker")
     rod = rod_sections(target, striker) if isinstance(target, Rod) else None
     deepest = non_negative("crater", crater)
-    if deepest > 0.0 and (getattr(target, "rock", None) is None or target.rock.gap > 0.0):
+    rock = target.rock if isinstance(target, Rod) else None
+    if deepest > 0.0 and (rock is None or rock.gap > 0.0):
         raise ParameterError("crater", crater, "0 without rock, and beside a gap in front of it")
     return _Question(own, rod, target, speeds, _field(field), steps, load_at, until, deepest)
 
@@ -379,7 +380,7 @@ def _enlarged(held: BlowTables) -> BlowTables:
         rest=wider(waves.rest, size),
         pool=wider(waves.pool, used),
     )
-    contact = wider(state.contact, int(state.now.noted.max()))
+    contact = wider(state.contact, int(state.now["noted"].max()))
     return held._replace(waves=more, state=state._replace(contact=contact))
 
 
