@@ -80,8 +80,8 @@ class BlowBalance:
         What has gone down an endless section.
     tool_momentum
         Of the sections of the rod that have an end, and of the bit.
-    rock_impulse, feed_impulse
-        ∫ F dt on the rock, and ∫ Q dt of the feed.
+    feed_impulse
+        ∫ Q dt of the feed.
     face_advance
         How far the struck face has moved.
     momentum_error, energy_error
@@ -117,7 +117,6 @@ class BlowBalance:
     tool_dynamic_energy: float
     energy_out_of_the_end: float
     tool_momentum: float
-    rock_impulse: float
     feed_impulse: float
     face_advance: float
     momentum_error: float
@@ -137,34 +136,29 @@ def balance(course: WaveHistory) -> BlowBalance:
     impulse = course.sums(2 * size, 0, end).plain
     load_impulse, load_work = _load(course)
     rigid = 0.5 * left * left / course.mass
-    through, rod, rod_momentum, lumped, bit, advance, static, pushed, tool, masses, gone, dynamic = (0.0,) * 12
-    feed, steel, braked, rubbed = course.feed_work(), 0.0, 0.0, 0.0
+    through, rod, rod_momentum, lumped, bit, advance, static, tool, gone, dynamic = (0.0,) * 10
+    feed, steel, rubbed = course.feed_work(), 0.0, 0.0
     if course.has_rod:
         # ∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²
         row = 2 * striker
-        returned = 0.0 if course.endless(striker) else course.arrived(row + 1, 0, end).square
-        through = float(course.impedance[striker]) * (course.sums(row, 0, end).square - returned)
+        sent, back = course.sums(row, 0, end), course.arrived(row + 1, 0, end)
+        through, advance = float(course.impedance[striker]) * (sent.square - back.square), sent.plain + back.plain
         rod, rod_momentum = course.energy(striker, size, end), course.momentum(striker, size, end)
         joints, bits = course.lumped_energy([end])
-        lumped, bit, advance = float(joints[0]), float(bits[0]), course.travelled(striker, 0, end)
+        lumped, bit = float(joints[0]), float(bits[0])
         if course.feed_node == striker:  # N of the face is that in the rod less Q
             through += course.preload(striker) * advance - feed.total
         static = sum(course.static_energy(i) for i in range(striker, size))
         known = size - 1 if course.endless(size - 1) else size
         gone, dynamic = course.energy(known, size, end), course.dynamic_energy(striker, known, end)
-        *others, last = (mass * float(speed[0]) for mass, speed in course.lumped_masses([end]))
-        tool, masses = course.momentum(striker, known, end) + last, sum(others)
-        pushed, rubbed = course.sums(2 * size + 2, 0, end).plain, course.joint_loss()
-        steel, braked = course.lost_on_the_way(end)
+        tool = course.momentum(striker, known, end) + course.lumped_momentum(end)[1]
+        rubbed, steel = course.joint_loss(), course.lost_on_the_way(end)[0]
     work, dissipated, depths = _rock(course)
     scale = max(before, abs(load_work), abs(through), 1e-300)
     lost = work + steel + rubbed
     errors = before + load_work - after - through, through + feed.total + static - rod - lumped - bit - lost
     push = max(abs(momentum), abs(impulse), abs(load_impulse), (course.mass * before) ** 0.5, 1e-300)
     deepest, residual, now = (None if depth is None else depth * scales.length for depth in depths)
-    momenta = [momentum + load_impulse - left - impulse]
-    if course.held.problem.end == ROCK:
-        momenta.append(impulse + feed.impulse - pushed - braked - tool - masses)
     return BlowBalance(
         energy_before=before * scales.energy,
         mean_velocity_before=momentum / course.mass * scales.velocity,
@@ -195,10 +189,9 @@ def balance(course: WaveHistory) -> BlowBalance:
         tool_dynamic_energy=dynamic * scales.energy,
         energy_out_of_the_end=gone * scales.energy,
         tool_momentum=tool * scales.momentum,
-        rock_impulse=pushed * scales.momentum,
         feed_impulse=feed.impulse * scales.momentum,
         face_advance=advance * scales.length,
-        momentum_error=max(map(abs, momenta)) / push,
+        momentum_error=abs(momentum + load_impulse - left - impulse) / push,
         energy_error=max(map(abs, errors)) / scale,
     )
 
@@ -322,6 +315,23 @@ class Blow(BlowBalance):
             mirrored = Trace(-right.times[::-1] - back * course.tick, right.coefficients[::-1] * signs)
             found += float(course.impedance[i]) * mirrored.product_integral(left)
         return 0.5 * self.energy_before + found * course.scales.energy
+
+    @cached_property
+    def rock_impulse(self) -> float:
+        """∫ F dt on the rock over the window; 0 without rock."""
+        course = self._course
+        return course.sums(2 * course.size + 2, 0, course.end).plain * course.scales.momentum
+
+    @property
+    def tool_momentum_error(self) -> float | None:
+        """By how much J + ∫ Q dt − ∫ F dt is not the momentum of the tool; relative to J, None without rock."""
+        course = self._course
+        if self.greatest_penetration is None:
+            return None
+        braked, masses = course.lost_on_the_way(course.end)[1], course.lumped_momentum(course.end)[0]
+        rest = self.impulse + self.feed_impulse - self.rock_impulse - self.tool_momentum
+        rest -= (braked + masses) * course.scales.momentum
+        return abs(rest) / max(abs(self.impulse), abs(self.rock_impulse), 1e-300)
 
     @property
     def rock_stored(self) -> float:

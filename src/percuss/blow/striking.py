@@ -276,8 +276,9 @@ def _held(question: _Question, scales: Scales, sections: int) -> dict[str, Any]:
     spring, dashpot, slack, row = np.zeros(sections + 1), np.zeros(sections + 1), [float(kn.FAR)], 2 * sections
     row, feed = row + kn.TRACED, target.feed if isinstance(target, Rod) else None
     if isinstance(target, Rod) and rod is not None:
-        finite = np.isfinite(rod.length)
-        decay[own:][finite] = np.exp(-np.array(target.attenuation)[finite] * rod.length[finite])
+        for i, alpha in enumerate(target.attenuation):
+            if alpha > 0.0 and math.isfinite(rod.length[i]):
+                decay[own + i] = math.exp(-alpha * rod.length[i])
         for step, joint in target.joint_at.items():
             if joint.kind == "elastic":
                 kind[own + step], traced[own + step], row = kn.ELASTIC, row, row + 2

@@ -343,10 +343,9 @@ class WaveHistory:
     @cached_property
     def rate(self) -> list[float]:
         """a = α c of each section: what departs from the static state falls as e^{−a t}."""
-        target, found = self.held.rod, [0.0] * self.size
-        if target is not None and self.held.attenuation is not None:
-            time = self.scales.time
-            found[self.striker :] = (self.held.attenuation * target.speed * time).tolist()
+        rod, losses, found = self.held.rod, self.held.attenuation, [0.0] * self.size
+        if rod is not None and losses is not None:
+            found[self.striker :] = (losses * rod.speed * self.scales.time).tolist()
         return found
 
     def fade(self, section: int, ticks: Array | float) -> Array:
@@ -361,6 +360,8 @@ class WaveHistory:
         """Of what arrives at the other end from one tick to another; the moment from `begin` on."""
         section = row >> 1
         back, decay = self.transit[section], float(self.held.problem.decay[section])
+        if self.endless(section):
+            return Sums(0.0, 0.0, 0.0)
         found = self.sums(row, begin - back, end - back)
         return Sums(decay * found.plain, decay**2 * found.square, decay * found.moment)
 
@@ -370,11 +371,21 @@ class WaveHistory:
 
     def section_sums(self, section: int, time: int) -> tuple[Sums, Sums]:
         """Of both waves over a section at a tick, f first; of an endless one over all that was sent into it."""
+        if (found := self._known.get((section, time))) is not None:
+            return found
         start = 0 if self.endless(section) else time - self.transit[section]
         if self.rate[section] == 0.0 or self.endless(section):
-            return self.sums(2 * section, start, time), self.sums(2 * section + 1, start, time)
-        f, g = (self._faded(2 * section + way, start, time) for way in (0, 1))
-        return Sums(*f, math.nan), Sums(*g, math.nan)
+            found = self.sums(2 * section, start, time), self.sums(2 * section + 1, start, time)
+        else:
+            f, g = (self._faded(2 * section + way, start, time) for way in (0, 1))
+            found = Sums(*f, math.nan), Sums(*g, math.nan)
+        self._known[section, time] = found
+        return found
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, int], tuple[Sums, Sums]]:
+        """Sums that energy and momentum both need."""
+        return {}
 
     def _faded(self, row: int, start: int, time: int) -> tuple[float, float]:
         """∫ p dt and ∫ p² dt of what has left since and run on until the tick `time`."""
@@ -413,7 +424,7 @@ class WaveHistory:
     def lost_on_the_way(self, time: int) -> tuple[float, float]:
         """Total energy, and momentum, that the steel has taken until a tick from what has left."""
         energy, momentum = 0.0, 0.0
-        for row in range(2 * self.striker, 2 * self.size):
+        for row in range(2 * self.striker, 2 * self.size) if any(self.rate) else ():
             i = row >> 1
             if self.rate[i] == 0.0 or self.endless(i):
                 continue
@@ -442,6 +453,11 @@ class WaveHistory:
             bit = float(masses[-1])
             speeds = np.array([decay * self.value(row, t - back) + self.value(row + 1, t) for t in ticks])
         return [*found, (bit, speeds)]
+
+    def lumped_momentum(self, time: int) -> tuple[float, float]:
+        """Momentum of the masses at joints, and of the bit."""
+        *joints, bit = (mass * float(speed[0]) for mass, speed in self.lumped_masses([time]))
+        return sum(joints), bit
 
     def lumped_energy(self, ticks: list[int]) -> tuple[Array, Array]:
         """Energy of the joints of the rod, of springs above that before the blow, and kinetic energy of the bit."""

@@ -387,12 +387,10 @@ def carried_on(problem, waves, state, node, whole):
         stop = _at_driven_end(problem, waves, state, time, end, force)
     elif kind == FED:
         stop = at_feed(problem, waves, state, node, time, end)
-    elif node == problem.striker:
-        stop = at_face(problem, waves, state, 0, node, time, end)
+    elif node == problem.striker or kind == CONTACT:
+        stop = at_face(problem, waves, state, problem.traced[node], node, time, end)
     elif kind == ELASTIC:
         stop = _at_spring(problem, waves, state, node, time, end)
-    elif kind == CONTACT:
-        stop = at_face(problem, waves, state, problem.traced[node], node, time, end)
     elif node < sections:
         if problem.joint_mass[node] > 0.0:
             stop = _at_joint(problem, waves, state, node, time, end, force)
