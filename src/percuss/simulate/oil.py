@@ -299,6 +299,10 @@ class FlowingOil:
         kinetic = 0.5 * float(event.state[:, 1] @ event.state[:, 1])
         strain = 0.5 * float((own.omega * event.state[:, 0]) @ (own.omega * event.state[:, 0]))
         lost = (1.0 - turn[1] ** 2) * kinetic + (1.0 - turn[0] ** 2) * strain
+        if self.modes:  # a law that turns the strain over moves the driven end in no time
+            ends = np.array([float(own.driven @ place) for place in (event.state[:, 0], bar[:, 0])])
+            held = held_energy(self.flights.numbers, ends, np.ones(2))
+            lost += float(held[0] - held[1])
         told = [event.time, self.changes, self.rests, self.taken, float(own.end @ event.state[:, 1]), event.pressure]
         self.blows.append(np.concatenate([told, bar.T.reshape(-1)]))
         return kinetic, lost, float(own.end @ bar[:, 1])
