@@ -25,7 +25,7 @@ from percuss.model.machine import switching_of
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
-    from percuss.model import Load, Machine, SizedBody, Supply, System, Timed
+    from percuss.model import Load, Machine, Oil, SizedBody, Supply, System, Timed
     from percuss.model.body import Modes
     from percuss.model.checks import Array
     from percuss.recordings.history import HistoryReport
@@ -275,12 +275,15 @@ def machine_section(name: str, machine: Machine, notes: tuple[str, ...], room: f
         at_wall = tell(gas.force, "force")
         growth = gas.stiffness * (1.0 if bar is None else machine.force_scale / machine.length_scale)
         more = number(growth) if bar is None else f"{quantity(growth, 'N')}/m"
-        rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back"))
+        bent = "" if gas.exponent is None else f" at first, with the power {number(gas.exponent)} of its volume"
+        rows.append(("gas", f"{at_wall} at the wall, and {more} more on the way back{bent}"))
     if machine.pressure is not None:
         held = "" if valve.supply is None else ", for which the forces below hold"
         rows.append(("supply", f"{number(machine.pressure / 1e5)} bar{held}"))
     if valve.supply is not None:
         rows.append(("pump", _pump_text(machine, valve.supply)))
+    if valve.oil is not None:
+        rows += _oil_rows(machine, valve.oil)
     with_gas = " with the gas at the wall" if gas.force else ""
     for state, _ in valve.pairs:
         begins = ", the state at the start" if state == valve.start else ""
@@ -303,11 +306,50 @@ def _pump_text(machine: Machine, supply: Supply) -> str:
         held = "pressure 1 for the forces below"
         return f"flow {number(supply.flow)}, accumulator {number(supply.compliance)}, {held}{varied}"
     flow = supply.flow * machine.power_scale / unit
-    volume = supply.compliance * machine.energy_scale / unit**2
-    return (
-        f"{number(6e4 * flow)} l/min into an accumulator of {number(1e11 * volume)} cm³/bar; "
-        f"{number(supply.start * unit / 1e5)} bar at the start{varied}"
-    )
+    volume, gas = supply.compliance * machine.energy_scale / unit**2, supply.gas
+    held = f"{number(1e11 * volume)} cm³/bar"
+    if gas is not None:
+        litres = 1e3 * gas.volume * machine.energy_scale / unit
+        held = f"{number(litres)} l at {number(gas.precharge * unit / 1e5)} bar, n = {number(gas.exponent)}"
+    text = f"{number(6e4 * flow)} l/min into an accumulator of {held}; {number(supply.start * unit / 1e5)} bar at the start"
+    if supply.power is not None:
+        text += f"; at most {quantity(supply.power * machine.power_scale, 'W')}"
+    if supply.slip:
+        text += f"; {number(6e4 * supply.slip * machine.power_scale / unit)} l/min less at {number(unit / 1e5)} bar"
+    if supply.relief is not None:
+        what = "is held" if supply.relief.slope is None else "opens the relief valve"
+        text += f"; {number(supply.relief.pressure * unit / 1e5)} bar {what}"
+    return text + varied
+
+
+def _oil_rows(machine: Machine, oil: Oil) -> list[tuple[str, str]]:
+    """What the oil loses: passages, the line to the tank, leakage, the spool."""
+    tell, unit, rows = Teller.of(machine), machine.pressure, list[tuple[str, str]]()
+    known, seen = {one.name: one for one in oil.chambers}, set[object]()
+    for state, joins in oil.pairs:
+        for join in joins:
+            if join in seen or not (join.inward or join.outward):
+                continue
+            seen.add(join)
+            at = known[join.chamber].area  # a flow at unit speed of the piston
+            drops = [zeta * at * at for zeta in dict.fromkeys((join.inward, join.outward))]
+            if unit is None:
+                told = " and ".join(number(drop) for drop in drops)
+            else:
+                fast = 10.0 / machine.speed_scale
+                told = " and ".join(f"{number(drop * fast * fast * unit / 1e5)} bar" for drop in drops)
+                told += " at 10 m/s of the piston"
+            way = "" if len(drops) == 1 else ", in and out"
+            rows.append(("passage", f"{join.chamber} chamber and {join.to} ({state}): {told}{way}"))
+    if oil.tank:
+        rows.append(("tank", f"{supply_pressure(machine, oil.tank)} in the line"))
+    if oil.leakage:
+        flow = oil.leakage if unit is None else 6e4 * oil.leakage * machine.power_scale / unit
+        text = number(flow) if unit is None else f"{number(flow)} l/min at {number(unit / 1e5)} bar"
+        rows.append(("leakage", text))
+    if oil.spool:
+        rows.append(("spool", f"{tell(oil.spool, 'time')} from one state to the next"))
+    return rows
 
 
 def _port_text(machine: Machine, number_of: int) -> str:

@@ -108,8 +108,10 @@ CYCLE: tuple[Fact[Running], ...] = (
 """What a cycle is."""
 
 POWER: tuple[Fact[Running], ...] = (
-    Fact("oil_flow_l_per_min", "oil flow", "from the supply, without leakage; null when its pressure is not known",
-         "flow", "flow", "{flow:l_per_min}, {oil:cm3} a cycle, without leakage"),
+    Fact("oil_flow_l_per_min", "oil flow",
+         "from the supply, of oil that flows with its leakage; null when its pressure is not known", "flow", "flow",
+         lambda one, tell: said("{flow:l_per_min}, {oil:cm3} a cycle, "
+                                + ("without" if one.cycle.oil is None else "with") + " leakage", one, tell)),
     Fact("oil_per_cycle_cm3", "", "the same", "volume", "oil"),
     Fact("input_power_kW", "input power", "what the valve puts in: pressure times oil flow", "power",
          "input", "{input:kW}: pressure times oil flow"),

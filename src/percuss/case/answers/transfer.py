@@ -96,7 +96,13 @@ class Transfer(ShortRepr):
     @property
     def drag_loss(self) -> float:
         """What drag and damping take between two blows."""
-        return self._energy("damping")
+        return self._energy("damping") - self.oil_loss
+
+    @property
+    def oil_loss(self) -> float:
+        """What passages, leaks and the lines of oil that flows take."""
+        oil = getattr(self.motion, "oil", None)
+        return 0.0 if oil is None else self._scaled(oil.losses - oil.drag, "energy")
 
     @cached_property
     def _taken_as_a_whole(self) -> float:
@@ -140,7 +146,7 @@ class Transfer(ShortRepr):
     @property
     def imbalance(self) -> float:
         """By how much the balance does not close, over the input."""
-        losses = (self.drag_loss, self.ringing_before, self.rebound_difference, self.blow.vibration_energy_after)
+        losses = (self.oil_loss, self.drag_loss, self.ringing_before, self.rebound_difference, self.blow.vibration_energy_after)
         return abs(self.input - sum(losses) - self.steel_energy - self.blow.rock_work) / max(self.input, 1e-300)
 
     @property
@@ -274,6 +280,8 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
     Fact("input_power", "", "`input` over time", "power", "input_power"),
     Fact("input", "input", "what the load, the valve or the pump puts into a cycle", "energy", "input",
          "{input:energy} a cycle"),
+    Fact("oil_loss", "in the oil", "what passages, leakage, relief valve and the line to the tank take of it", "energy",
+         "oil_loss", _part("oil_loss", "passages, leaks, relief and the line to the tank")),
     Fact("drag_loss", "drag", "what drag and damping take of it between two blows", "energy", "drag_loss",
          _part("drag_loss", "drag and damping between the blows")),
     Fact("ringing_before", "earlier ringing", "what the law of the contact takes of the ringing that is left from "
@@ -284,7 +292,7 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
          "blow.vibration_energy_after", _part("blow.vibration_energy_after", "rings in it after the blow")),
     Fact("steel_energy", "in the tool", "what waves in the tool have left at the end of the window, or what went down "
          "an endless one", "energy", "steel_energy", _steel),
-    Fact("imbalance", "closes to", "what is left of `input` after `rock_energy` and these five, relative", "",
+    Fact("imbalance", "closes to", "what is left of `input` after `rock_energy` and these six, relative", "",
          "imbalance", lambda one, _: f"{one.imbalance:.1e} of the input"),
     Fact("rebound_energy", "comes back", "what rebounds with the bar, which is not lost", "energy",
          "blow.rigid_energy_after", _returned),

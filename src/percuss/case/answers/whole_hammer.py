@@ -79,10 +79,14 @@ def whole_machine(
     modes: int | None = None,
     near: ValveCycle | None = None,
 ) -> WholeHammer:
-    """That of a machine that switches its own valve; with elastic modes first looked for `near` another cycle."""
-    kept = DEFAULT_MODES if modes is None else modes
+    """That of a machine that switches its own valve; with elastic modes first looked for `near` another cycle.
+
+    By default 32 elastic modes, and a rigid piston where the oil flows.
+    """
+    flows = machine.valve.flows
+    kept = (0 if flows else DEFAULT_MODES) if modes is None else modes
     found = None
-    if near is not None and kept:
+    if near is not None and (kept or flows):
         with suppress(PercussError):  # then it is looked for as any other
             found = self_excited_motion(machine, modes=kept, room=room, near=near)
     if found is None or not found.runs:
@@ -175,6 +179,13 @@ def _flow(one: WholeHammer) -> float | None:
     return cycle.drawn / cycle.period * cycle.system.power_scale / nominal
 
 
+def _delivered(one: WholeHammer) -> float | None:
+    """What the blows take over the input of a machine."""
+    if one.motion is None or isinstance(one.motion, Orbit) or not one.motion.work > 0.0:
+        return None
+    return one.motion.taken / one.motion.work
+
+
 def _of_transfer(name: str) -> Callable[[WholeHammer], float | None]:
     return lambda one: None if one.transfer is None else getattr(one.transfer, name)
 
@@ -201,6 +212,7 @@ WHOLE_FIGURES: dict[str, WholeFigure] = {
     "rebound_velocity": WholeFigure("rebound speed", "velocity", "m/s", _rebound),
     "flow": WholeFigure("oil flow", "flow", "m³/s", _flow, "l/min"),
     "pressure": WholeFigure("pressure of the supply", "pressure", "Pa", _pressure, "bar"),
+    "efficiency": WholeFigure("efficiency of the drive", "", "", _delivered),
     "rock_power": WholeFigure("power into the rock", "power", "W", _of_transfer("rock_power")),
     "rock_energy": WholeFigure("energy into the rock", "energy", "J", _of_transfer("rock_energy")),
     "overall_efficiency": WholeFigure("overall efficiency", "", "", _of_transfer("overall_efficiency")),

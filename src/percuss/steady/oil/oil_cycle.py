@@ -122,7 +122,7 @@ def goes_on(motion: OilMotion, blows: int) -> str:
 # ---- The passage of a port, and Newton's method on it
 
 
-class _Unknowns(NamedTuple):
+class OilUnknowns(NamedTuple):
     """What may change at the passage of a port: coordinates, velocities, pressure, orders that wait, a running stroke."""
 
     fed: bool
@@ -131,7 +131,7 @@ class _Unknowns(NamedTuple):
     stroke: bool
 
     @classmethod
-    def of(cls, numbers: OilMachine, state: kn.OilState) -> _Unknowns:
+    def of(cls, numbers: OilMachine, state: kn.OilState) -> OilUnknowns:
         stroke = bool(state.now[kn.STROKE] < math.inf)
         return cls(numbers.fed, numbers.modes + 1, int(state.now[kn.COUNT]), stroke)
 
@@ -168,13 +168,21 @@ class _Unknowns(NamedTuple):
             state.shift[-1] = 1.0
             state.blends[0, :, -1] = -state.blend[1, :4]
 
-    def map(self, motion: OilMotion, row: Array) -> Array:
-        """The derivative of what is there when the port is met again, (size, size)."""
+    def map(self, motion: OilMotion, row: Array) -> tuple[Array, Array]:
+        """The derivatives of what is there when the port is met again, (size, size), and of when, (size,)."""
         state, n, fed = motion.state, 2 * self.coordinates, int(self.fed)
         rates = motion.rates
         late = -(row @ state.bars[:n]) / float(row @ rates[:n])
         rows = [state.bars[: n + fed] + np.outer(rates[: n + fed], late), state.dues[: self.waiting] - late]
-        return np.vstack([*rows, state.shift[None] - late] if self.stroke else rows)
+        return np.vstack([*rows, state.shift[None] - late] if self.stroke else rows), late
+
+    def scales(self, numbers: OilMachine) -> Array:
+        """Sizes of them that count."""
+        g = numbers.law.numbers
+        return np.concatenate([
+            np.full(self.coordinates, g[kn.SPEED] * g[kn.UNIT]), np.full(self.coordinates, g[kn.SPEED]),
+            [1.0] * self.fed, np.full(self.waiting + self.stroke, g[kn.UNIT]),
+        ])  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +218,7 @@ class Passage:
         """A motion from a state there until the port is met again after the blows; None where it is not."""
         motion = OilMotion.again(self.numbers, state, directions)
         if directions:
-            _Unknowns.of(self.numbers, state).seeded(motion.state)
+            OilUnknowns.of(self.numbers, state).seeded(motion.state)
         unit = float(self.numbers.law.numbers[kn.UNIT])
         until = _IDLE * unit * self.blows
         ended = motion.run(until, section=self.port, since=float(self.blows), entering=[self.port], most=1 << 16)
@@ -219,21 +227,17 @@ class Passage:
     def solved(self) -> Passage | None:
         """The passage that repeats, by Newton's method; None where it does not converge."""
         state = _copied(self.state)
-        unknowns = _Unknowns.of(self.numbers, state)
-        g = self.numbers.law.numbers
-        scales = np.concatenate([
-            np.full(unknowns.coordinates, g[kn.SPEED] * g[kn.UNIT]), np.full(unknowns.coordinates, g[kn.SPEED]),
-            [1.0] * unknowns.fed, np.full(unknowns.waiting + unknowns.stroke, g[kn.UNIT]),
-        ])  # fmt: skip
+        unknowns = OilUnknowns.of(self.numbers, state)
+        scales = unknowns.scales(self.numbers)
         slope, best = None, math.inf
         for _ in range(_NEWTON):  # with the derivatives of an earlier step for as long as these lead on
             motion = self.returned(state, 0 if slope is not None else unknowns.size)
-            if motion is None or _Unknowns.of(self.numbers, motion.state) != unknowns:
+            if motion is None or OilUnknowns.of(self.numbers, motion.state) != unknowns:
                 return None
             x = unknowns.values(state)
             fresh_slope = slope is None
             if slope is None:
-                slope = unknowns.map(motion, self.row)
+                slope = unknowns.map(motion, self.row)[0]
             off = unknowns.values(motion.state) - x
             try:
                 step = np.linalg.solve(np.eye(unknowns.size) - slope, off)
@@ -250,7 +254,7 @@ class Passage:
             unknowns.put(fresh, x + step, x)
             if near:
                 last = self.returned(fresh, unknowns.size)
-                return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row))
+                return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row)[0])
             state, best = fresh, size
         return None
 
