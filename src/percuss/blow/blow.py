@@ -65,6 +65,25 @@ class BlowBalance:
         Work done on the rock, and what of it is not given back, (1 − γ) K_1 u_m²/2 (Lundberg 1973); 0 without rock.
     greatest_penetration, residual_penetration, penetration_after
         u_m, u_r = (1 − γ) u_m, and where the bit is at the end, from the original surface; None without rock.
+    tool_energy_before
+        Strain energy of the static state under the feed.
+    feed_force_work, recoil_spring_work, recoil_damper_loss, feed_work
+        Work of a constant feed force and of the spring while the feed acts, what the dashpot has taken, and
+        ∫ Q v dt in all.
+    steel_loss, joint_loss
+        What attenuation has taken from the rod, preload included, and what the dashpots of joints have.
+    joint_energy_change
+        Of masses at joints and of elastic joints, which `rod_energy` holds as well.
+    tool_dynamic_energy
+        Of the waves in the sections of the rod that have an end, where they depart from the static state.
+    energy_out_of_the_end
+        What has gone down an endless section.
+    tool_momentum
+        Of the sections of the rod that have an end, and of the bit.
+    feed_impulse
+        ∫ Q dt of the feed.
+    face_advance
+        How far the struck face has moved.
     momentum_error, energy_error
         By how much they do not close, relative to what there was of them; energy in striker or rod.
     """
@@ -88,8 +107,25 @@ class BlowBalance:
     greatest_penetration: float | None
     residual_penetration: float | None
     penetration_after: float | None
+    tool_energy_before: float
+    feed_force_work: float
+    recoil_spring_work: float
+    recoil_damper_loss: float
+    steel_loss: float
+    joint_loss: float
+    joint_energy_change: float
+    tool_dynamic_energy: float
+    energy_out_of_the_end: float
+    tool_momentum: float
+    feed_impulse: float
+    face_advance: float
     momentum_error: float
     energy_error: float
+
+    @property
+    def feed_work(self) -> float:
+        """∫ Q v dt of the feed."""
+        return self.feed_force_work + self.recoil_spring_work - self.recoil_damper_loss
 
 
 def balance(course: WaveHistory) -> BlowBalance:
@@ -100,18 +136,27 @@ def balance(course: WaveHistory) -> BlowBalance:
     impulse = course.sums(2 * size, 0, end).plain
     load_impulse, load_work = _load(course)
     rigid = 0.5 * left * left / course.mass
-    through, rod, rod_momentum, lumped, bit = 0.0, 0.0, 0.0, 0.0, 0.0
+    through, rod, rod_momentum, lumped, bit, advance, static, tool, gone, dynamic = (0.0,) * 10
+    feed, steel, rubbed = course.feed_work(), 0.0, 0.0
     if course.has_rod:
         # ∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²
-        row, back = 2 * striker, course.transit[striker]
-        returned = 0.0 if course.endless(striker) else course.sums(row + 1, -back, end - back).square
-        through = float(course.impedance[striker]) * (course.sums(row, 0, end).square - returned)
+        row = 2 * striker
+        sent, back = course.sums(row, 0, end), course.arrived(row + 1, 0, end)
+        through, advance = float(course.impedance[striker]) * (sent.square - back.square), sent.plain + back.plain
         rod, rod_momentum = course.energy(striker, size, end), course.momentum(striker, size, end)
         joints, bits = course.lumped_energy([end])
         lumped, bit = float(joints[0]), float(bits[0])
+        if course.feed_node == striker:  # N of the face is that in the rod less Q
+            through += course.preload(striker) * advance - feed.total
+        static = sum(course.static_energy(i) for i in range(striker, size))
+        known = size - 1 if course.endless(size - 1) else size
+        gone, dynamic = course.energy(known, size, end), course.dynamic_energy(striker, known, end)
+        tool = course.momentum(striker, known, end) + course.lumped_momentum(end)[1]
+        rubbed, steel = course.joint_loss(), course.lost_on_the_way(end)[0]
     work, dissipated, depths = _rock(course)
     scale = max(before, abs(load_work), abs(through), 1e-300)
-    errors = before + load_work - after - through, through - rod - lumped - bit - work
+    lost = work + steel + rubbed
+    errors = before + load_work - after - through, through + feed.total + static - rod - lumped - bit - lost
     push = max(abs(momentum), abs(impulse), abs(load_impulse), (course.mass * before) ** 0.5, 1e-300)
     deepest, residual, now = (None if depth is None else depth * scales.length for depth in depths)
     return BlowBalance(
@@ -134,6 +179,18 @@ def balance(course: WaveHistory) -> BlowBalance:
         greatest_penetration=deepest,
         residual_penetration=residual,
         penetration_after=now,
+        tool_energy_before=static * scales.energy,
+        feed_force_work=feed.constant * scales.energy,
+        recoil_spring_work=feed.spring * scales.energy,
+        recoil_damper_loss=feed.damper * scales.energy,
+        steel_loss=steel * scales.energy,
+        joint_loss=rubbed * scales.energy,
+        joint_energy_change=lumped * scales.energy,
+        tool_dynamic_energy=dynamic * scales.energy,
+        energy_out_of_the_end=gone * scales.energy,
+        tool_momentum=tool * scales.momentum,
+        feed_impulse=feed.impulse * scales.momentum,
+        face_advance=advance * scales.length,
         momentum_error=abs(momentum + load_impulse - left - impulse) / push,
         energy_error=max(map(abs, errors)) / scale,
     )
@@ -162,8 +219,9 @@ def _rock(course: WaveHistory) -> tuple[float, float, tuple[float | None, ...]]:
         trace = course.trace(2 * course.size + 1)
         greatest = max(0.0, float(trace.before(trace.times[1:]).max()))
     force = course.value(2 * course.size + 2, course.end)
-    dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * greatest**2
-    stored = 0.5 * force**2 / problem.unloading
+    before, fed = float(course.crater), course.preload(course.size - 1)
+    dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * (greatest**2 - before**2)
+    stored = 0.5 * (force**2 - fed**2) / problem.unloading
     depths = greatest, (1.0 - problem.ratio) * greatest, course.value(2 * course.size + 1, course.end)
     return dissipated + stored, dissipated, depths
 
@@ -257,6 +315,23 @@ class Blow(BlowBalance):
             mirrored = Trace(-right.times[::-1] - back * course.tick, right.coefficients[::-1] * signs)
             found += float(course.impedance[i]) * mirrored.product_integral(left)
         return 0.5 * self.energy_before + found * course.scales.energy
+
+    @cached_property
+    def rock_impulse(self) -> float:
+        """∫ F dt on the rock over the window; 0 without rock."""
+        course = self._course
+        return course.sums(2 * course.size + 2, 0, course.end).plain * course.scales.momentum
+
+    @property
+    def tool_momentum_error(self) -> float | None:
+        """By how much J + ∫ Q dt − ∫ F dt is not the momentum of the tool; relative to J, None without rock."""
+        course = self._course
+        if self.greatest_penetration is None:
+            return None
+        braked, masses = course.lost_on_the_way(course.end)[1], course.lumped_momentum(course.end)[0]
+        rest = self.impulse + self.feed_impulse - self.rock_impulse - self.tool_momentum
+        rest -= (braked + masses) * course.scales.momentum
+        return abs(rest) / max(abs(self.impulse), abs(self.rock_impulse), 1e-300)
 
     @property
     def rock_stored(self) -> float:

@@ -19,7 +19,7 @@ from percuss.blow.kernels.nodes import go_on
 from percuss.blow.wave_history import BlowTables, Scales, WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import check_interrupted
-from percuss.model.checks import Array, count, finite, numbers, positive, several
+from percuss.model.checks import Array, count, finite, non_negative, numbers, positive, several
 
 # ---- A blow as it is asked for, checked: what strikes what, how fast, under which load, for how long
 
@@ -40,6 +40,7 @@ class _Question(NamedTuple):
     load: tuple[tuple[float, float], ...]
     load_at: int
     until: float | None
+    crater: float = 0.0
 
     @property
     def transits(self) -> float:
@@ -49,8 +50,9 @@ class _Question(NamedTuple):
 
 
 def _checked(
-    striker: Striker, target: Target, velocity: Any, field: Any, load: Any, load_at: int, until: Any
-) -> _Question:
+    striker: Striker, target: Target, velocity: Any, field: Any, load: Any, load_at: int, until: Any,
+    crater: Any,
+) -> _Question:  # fmt: skip
     own = striker_sections(striker)
     sections = own.impedance.size
     if not isinstance(target, Wall | Rod):
@@ -64,21 +66,11 @@ def _checked(
     if until is not None and until > longest:
         raise ParameterError("until", until, f"at most {longest:g}, a million transit times of the striker")
     rod = rod_sections(target, striker) if isinstance(target, Rod) else None
-    if isinstance(target, Rod):
-        _check_known(target)
-    return _Question(own, rod, target, speeds, _field(field), steps, load_at, until)
-
-
-def _check_known(rod: Rod) -> None:
-    """Refuse what these waves do not know yet."""
-    remedy = "leave it out"
-    if rod.feed is not None:
-        raise ParameterError("feed", rod.feed.force, "no feed: exact waves do not know it yet", remedy)
-    if any(rod.attenuation):
-        raise ParameterError("attenuation", rod.attenuation, "0: exact waves do not know it yet", remedy)
-    for joint in rod.joints:
-        if joint.kind != "mass":
-            raise ParameterError("joints", joint.kind, "masses only: exact waves do not know others yet", remedy)
+    deepest = non_negative("crater", crater)
+    rock = target.rock if isinstance(target, Rod) else None
+    if deepest > 0.0 and (rock is None or rock.gap > 0.0):
+        raise ParameterError("crater", crater, "0 without rock, and beside a gap in front of it")
+    return _Question(own, rod, target, speeds, _field(field), steps, load_at, until, deepest)
 
 
 def _velocities(given: Any, sections: int) -> Array:
@@ -212,8 +204,10 @@ def _tables(question: _Question, least: _Least) -> BlowTables:
     unit, window = float(striker.transit.sum()), question.until
     horizon = question.transits if window is None else window / unit
     force = max((abs(p) for _, p in question.load), default=0.0)
-    rows = _initial_waves(question)
+    rows, feed = _initial_waves(question), getattr(question.target, "feed", None)
     speed = max(max(abs(piece.values).max() for row in rows for piece in row), force / float(striker.impedance[-1]))
+    if feed is not None and speed > 0.0:
+        speed = max(speed, feed.force / float(striker.impedance[-1]))
     if not speed > 0.0:
         raise ParameterError("velocity", 0.0, "something that moves", "give a velocity or a load")
     scales = Scales(unit, float(striker.impedance[-1]), float(speed))
@@ -232,7 +226,10 @@ def _tables(question: _Question, least: _Least) -> BlowTables:
         )
     problem = _problem(question, scales, ticks, tick, near, round(horizon / tick))
     waves = _waves(rows, problem, scales, finite, least)
-    return BlowTables(striker, rod, scales, problem, waves, _state(question, scales, problem))
+    losses = np.array(question.target.attenuation) if isinstance(question.target, Rod) else None
+    state = _state(question, scales, problem)
+    at, deepest = None if feed is None else feed.at, float(state.now[0].greatest)
+    return BlowTables(striker, rod, scales, problem, waves, state, losses, at, deepest)
 
 
 def _problem(
@@ -242,6 +239,7 @@ def _problem(
     impedance = np.concatenate([striker.impedance, () if rod is None else rod.impedance]) / scales.impedance
     mass = np.zeros(impedance.size + 1)
     stiffness, ratio, end, unit = 0.0, 1.0, kn.WALL, scales.impedance * scales.time
+    held = _held(question, scales, impedance.size)
     if isinstance(target, Rod):
         end = _ENDS[target.end]
         mass[-1] = target.bit_mass / unit
@@ -255,6 +253,7 @@ def _problem(
         impedance=impedance,
         transit=ticks,
         joint_mass=mass,
+        **held,
         load_start=np.array([round(min(t / scales.time, most) / tick) for t, _ in question.load], dtype=np.int64),
         load_force=np.array([p / scales.force for _, p in question.load], dtype=float),
         load_node=question.load_at,
@@ -269,12 +268,44 @@ def _problem(
     )
 
 
+def _held(question: _Question, scales: Scales, sections: int) -> dict[str, Any]:
+    """What holds a rod, by the names of the problem: preload, attenuation, joints, feed."""
+    own, target, rod = question.own.impedance.size, question.target, question.rod
+    preload, decay = np.zeros(sections), np.ones(sections)
+    kind, traced = (np.zeros(sections + 1, dtype=np.int64) for _ in range(2))
+    spring, dashpot, slack, row = np.zeros(sections + 1), np.zeros(sections + 1), [float(kn.FAR)], 2 * sections
+    row, feed = row + kn.TRACED, target.feed if isinstance(target, Rod) else None
+    if isinstance(target, Rod) and rod is not None:
+        for i, alpha in enumerate(target.attenuation):
+            if alpha > 0.0 and math.isfinite(rod.length[i]):
+                decay[own + i] = math.exp(-alpha * rod.length[i])
+        for step, joint in target.joint_at.items():
+            if joint.kind == "elastic":
+                kind[own + step], traced[own + step], row = kn.ELASTIC, row, row + 2
+                spring[own + step] = joint.stiffness * scales.time / scales.impedance
+                dashpot[own + step] = joint.damping / scales.impedance
+            elif joint.kind == "contact" and joint.slack != 0.0:
+                kind[own + step], traced[own + step] = kn.CONTACT, len(slack)
+                slack.append(float(kn.FAR) if joint.slack is None else joint.slack / scales.length)
+    if feed is not None:
+        preload[own + feed.at :] = feed.force / scales.force
+        if feed.stiffness > 0.0 or feed.damping > 0.0:
+            kind[own + feed.at], traced[own + feed.at] = kn.FED, row
+    return {
+        "preload": preload, "decay": decay, "kind": kind, "spring": spring, "dashpot": dashpot, "traced": traced,
+        "slack": np.array(slack),
+        "feed_force": 0.0 if feed is None else feed.force / scales.force,
+        "feed_stiffness": 0.0 if feed is None else feed.stiffness * scales.time / scales.impedance,
+        "feed_damping": 0.0 if feed is None else feed.damping / scales.impedance,
+    }  # fmt: skip
+
+
 def _waves(
     rows: list[list[_Piece]], problem: kn.BlowProblem, scales: Scales, finite: np.ndarray, least: _Least
 ) -> kn.WaveRows:
     """The rows with what is in the striker before the blow; nothing is in the rod."""
     sections = problem.impedance.size
-    size = 2 * sections + kn.TRACED
+    size = 2 * sections + kn.TRACED + 2 * int(np.isin(problem.kind, (kn.ELASTIC, kn.FED)).sum())
     most = max(_FIRST, 2 * max(map(len, rows)))
     waves = kn.WaveRows(
         start=np.zeros((size, most), dtype=np.int64),
@@ -287,6 +318,7 @@ def _waves(
         cursor=np.zeros(size, dtype=np.int64),
         used=np.zeros(1, dtype=np.int64),
         spent=np.zeros(size),
+        waves=2 * sections,
         joined=least.step,
         apart=least.bend,
     )
@@ -311,17 +343,23 @@ def _waves(
 
 def _state(question: _Question, scales: Scales, problem: kn.BlowProblem) -> kn.State:
     nodes = problem.impedance.size + 1
-    now = np.zeros(1, dtype=kn.NOW).view(np.recarray)
+    now = np.zeros(problem.slack.size, dtype=kn.NOW).view(np.recarray)
     now[0].gap = question.target.gap / scales.length
     rock = question.target.rock if isinstance(question.target, Rod) else None
     gap = 0.0 if rock is None else rock.gap / scales.length
     now[0].penetration = -gap
     now[0].branch = kn.LOAD if rock is not None and gap == 0.0 else kn.OFF
+    fed, deepest = float(problem.preload[-1]), question.crater / scales.length
+    if rock is not None and (fed > 0.0 or deepest > 0.0):
+        now[0].greatest = now[0].penetration = max(deepest, fed / problem.stiffness)
+        if deepest * problem.stiffness > fed:
+            now[0].branch = kn.UNLOAD
+            now[0].penetration = (1.0 - problem.ratio) * deepest + fed / problem.unloading
     return kn.State(
         now=now,
         time=np.zeros(nodes, dtype=np.int64),
         velocity=np.zeros(nodes),
-        contact=np.zeros(_FIRST, dtype=np.int64),
+        contact=np.zeros((problem.slack.size, _FIRST), dtype=np.int64),
         work=np.zeros((kn.ROWS, kn.WIDTH)),
     )
 
@@ -343,7 +381,7 @@ def _enlarged(held: BlowTables) -> BlowTables:
         rest=wider(waves.rest, size),
         pool=wider(waves.pool, used),
     )
-    contact = wider(state.contact, int(state.now[0].noted))
+    contact = wider(state.contact, int(state.now["noted"].max()))
     return held._replace(waves=more, state=state._replace(contact=contact))
 
 
@@ -378,14 +416,16 @@ def strike(
     load: Iterable[tuple[float, float]] = (),
     load_at: int = 0,
     field: Field | None = None,
+    crater: float = 0.0,
     most_pieces: int = MOST_PIECES,
     few_pieces: int | None = None,
 ) -> Blow:
     """One blow, resolved by one-dimensional waves, exactly but for rounding (St Venant 1867; Fischer 1959).
 
-    Striker and rod are chains of sections without damping. Their faces push each other and never pull. There is no
-    lattice: sections may have any lengths. Exact waves of many sections whose transit times have no common measure can
-    have too many pieces: then small steps of them are left out, as the blow's `fineness` says.
+    Striker and rod are chains of sections, the striker without damping; a `Rod` says what it loses and what holds it.
+    Their faces push each other and never pull. There is no lattice: sections may have any lengths. Exact waves of many
+    sections whose transit times have no common measure can have too many pieces: then small steps of them are left out,
+    as the blow's `fineness` says.
 
     Parameters
     ----------
@@ -393,7 +433,7 @@ def strike(
         A bar with sizes (`Bar`, `SectionedBar`), then all numbers are SI; or a dimensionless one (`UniformBar`,
         `SteppedBar`), then mass, length and angular frequency are 1.
     target
-        A `Wall` or a `Rod`, at rest.
+        A `Wall` or a `Rod`, at rest; a rod that is fed in its static state.
     velocity
         Of the striker toward the target, one number or one for each section; the striker is free of stress. None
         with `field`.
@@ -405,6 +445,9 @@ def strike(
         end, i the step after the i-th section.
     field
         Velocity and compressive force in the striker at the start, functions of x, an array from 0 to 1.
+    crater
+        Greatest penetration of earlier blows, where the bit stands in their crater, from the original surface; the bit
+        begins where it bears the feed.
     most_pieces
         Pieces of waves after which they are followed less finely; with the least `Fineness` the window is cut short
         there, as the blow's `outcome` says then.
@@ -426,7 +469,7 @@ def strike(
     """
     most = count("most_pieces", most_pieces, 1, 1 << 40)
     few = most if few_pieces is None else min(most, count("few_pieces", few_pieces, 1, 1 << 40))
-    question = _checked(striker, target, velocity, field, load, load_at, until)
+    question = _checked(striker, target, velocity, field, load, load_at, until, crater)
     course, outcome, fineness = _finest(question, few, most)
     problem, reached = course.held.problem, question.until
     if reached is None or course.end != problem.until:

@@ -15,8 +15,19 @@ from numpy.polynomial.chebyshev import chebder, chebroots, chebval
 
 from percuss.blow.bodies import Sections
 from percuss.blow.figures import ContactInterval
-from percuss.blow.kernels.rows import integrals, value_before
-from percuss.blow.kernels.wave_records import ENDLESS, FAR, FREE, WALL, BlowProblem, State, WaveRows
+from percuss.blow.kernels.rows import faded_integrals, integrals, value_before
+from percuss.blow.kernels.wave_records import (
+    ELASTIC,
+    ENDLESS,
+    FAR,
+    FED,
+    FREE,
+    RIGID,
+    WALL,
+    BlowProblem,
+    State,
+    WaveRows,
+)
 from percuss.model.checks import Array, count, numbers
 
 
@@ -218,6 +229,9 @@ class BlowTables(NamedTuple):
     problem: BlowProblem
     waves: WaveRows
     state: State
+    attenuation: Array | None = None
+    feed_at: int | None = None
+    crater: float = 0.0
 
 
 class Sums(NamedTuple):
@@ -228,12 +242,26 @@ class Sums(NamedTuple):
     moment: float
 
 
+class FeedWork(NamedTuple):
+    """∫ over the time that a feed acts: F v, −k y v, c v², and its force."""
+
+    constant: float
+    spring: float
+    damper: float
+    impulse: float
+
+    @property
+    def total(self) -> float:
+        return self.constant + self.spring - self.damper
+
+
 @dataclass(frozen=True, eq=False)
 class WaveHistory:
     """A blow until the tick `end`; `first_gap` is that before it."""
 
     # Rows 2i and 2i + 1: the waves to the right and to the left in section i, by the time at which they leave its left
-    # end; sections from the driven end through the face to the far end.
+    # end; sections from the driven end through the face to the far end. Waves are departures from the static state: the
+    # rows have no preload, and what arrives of them is `fade` times what left.
 
     held: BlowTables
     end: int
@@ -267,6 +295,17 @@ class WaveHistory:
         return [int(t) for t in self.held.problem.transit]
 
     @cached_property
+    def feed_node(self) -> int:
+        """The node that a feed acts on; −1 without one."""
+        held = self.held.feed_at
+        return -1 if held is None else self.striker + held
+
+    @property
+    def crater(self) -> float:
+        """Greatest penetration before the blow."""
+        return self.held.crater
+
+    @cached_property
     def mass(self) -> float:
         """Of the striker."""
         return float(sum(self.impedance[i] * self.transit[i] * self.tick for i in range(self.striker)))
@@ -282,8 +321,12 @@ class WaveHistory:
     @cached_property
     def turns(self) -> list[int]:
         """Ticks at which the faces met and parted, in turn."""
-        now = self.held.state.now[0]
-        return [int(t) for t in self.held.state.contact[: now.noted] if t < self.end]
+        return self.turns_of(0)
+
+    def turns_of(self, which: int) -> list[int]:
+        """The same of the faces with a record of that number."""
+        state = self.held.state
+        return [int(t) for t in state.contact[which, : state.now[which].noted] if t < self.end]
 
     @property
     def in_contact(self) -> bool:
@@ -293,9 +336,34 @@ class WaveHistory:
     def endless(self, section: int) -> bool:
         return self.transit[section] == 0
 
+    def preload(self, section: int) -> float:
+        """The static force in a section."""
+        return float(self.held.problem.preload[section])
+
+    @cached_property
+    def rate(self) -> list[float]:
+        """a = α c of each section: what departs from the static state falls as e^{−a t}."""
+        rod, losses, found = self.held.rod, self.held.attenuation, [0.0] * self.size
+        if rod is not None and losses is not None:
+            found[self.striker :] = (losses * rod.speed * self.scales.time).tolist()
+        return found
+
+    def fade(self, section: int, ticks: Array | float) -> Array:
+        """What is left of a departure after a time in a section."""
+        return np.exp(-self.rate[section] * self.tick * np.asarray(ticks))
+
     def sums(self, row: int, begin: int, end: int) -> Sums:
         """Of what leaves from one tick to another."""
         return Sums(*integrals(self.held.waves, row, begin, end, self.tick, self.held.state.work))
+
+    def arrived(self, row: int, begin: int, end: int) -> Sums:
+        """Of what arrives at the other end from one tick to another; the moment from `begin` on."""
+        section = row >> 1
+        back, decay = self.transit[section], float(self.held.problem.decay[section])
+        if self.endless(section):
+            return Sums(0.0, 0.0, 0.0)
+        found = self.sums(row, begin - back, end - back)
+        return Sums(decay * found.plain, decay**2 * found.square, decay * found.moment)
 
     def value(self, row: int, time: int) -> float:
         """What leaves just before a tick, so that several rows tell of the same side of a jump."""
@@ -303,11 +371,43 @@ class WaveHistory:
 
     def section_sums(self, section: int, time: int) -> tuple[Sums, Sums]:
         """Of both waves over a section at a tick, f first; of an endless one over all that was sent into it."""
+        if (found := self._known.get((section, time))) is not None:
+            return found
         start = 0 if self.endless(section) else time - self.transit[section]
-        return self.sums(2 * section, start, time), self.sums(2 * section + 1, start, time)
+        if self.rate[section] == 0.0 or self.endless(section):
+            found = self.sums(2 * section, start, time), self.sums(2 * section + 1, start, time)
+        else:
+            f, g = (self._faded(2 * section + way, start, time) for way in (0, 1))
+            found = Sums(*f, math.nan), Sums(*g, math.nan)
+        self._known[section, time] = found
+        return found
+
+    @cached_property
+    def _known(self) -> dict[tuple[int, int], tuple[Sums, Sums]]:
+        """Sums that energy and momentum both need."""
+        return {}
+
+    def _faded(self, row: int, start: int, time: int) -> tuple[float, float]:
+        """∫ p dt and ∫ p² dt of what has left since and run on until the tick `time`."""
+        found = faded_integrals(self.held.waves, row, start, time, self.rate[row >> 1], self.tick, self.held.state.work)
+        return float(found[0]), float(found[1])
 
     def energy(self, first: int, last: int, time: int) -> float:
         """Kinetic and strain energy in the sections from `first` to before `last`."""
+        found = self.dynamic_energy(first, last, time)
+        for i in range(first, last):
+            if (force := self.preload(i)) != 0.0:  # Z (f_0 + f')² + Z (−f_0 + g')², f_0 = N_0/2Z
+                f, g = self.section_sums(i, time)
+                found += force * (f.plain - g.plain) + self.static_energy(i)
+        return found
+
+    def static_energy(self, section: int) -> float:
+        """Strain energy N_0² τ/2Z in a section before the blow."""
+        time = self.transit[section] * self.tick
+        return 0.5 * self.preload(section) ** 2 * time / float(self.impedance[section])
+
+    def dynamic_energy(self, first: int, last: int, time: int) -> float:
+        """Z ∫(f'² + g'²) dt of the departure from the static state."""
         return self._in_sections(first, last, time, 1)
 
     def momentum(self, first: int, last: int, time: int) -> float:
@@ -321,26 +421,82 @@ class WaveHistory:
             found += float(self.impedance[i]) * (f[which] + g[which])
         return found
 
+    def lost_on_the_way(self, time: int) -> tuple[float, float]:
+        """Total energy, and momentum, that the steel has taken until a tick from what has left."""
+        energy, momentum = 0.0, 0.0
+        for row in range(2 * self.striker, 2 * self.size) if any(self.rate) else ():
+            i = row >> 1
+            if self.rate[i] == 0.0 or self.endless(i):
+                continue
+            z, since, sign = float(self.impedance[i]), max(0, time - self.transit[i]), 1.0 - 2.0 * (row % 2)
+            sent, gone = self.sums(row, 0, time), self.arrived(row, self.transit[i], self.transit[i] + since)
+            plain, square = self._faded(row, since, time)
+            plain = sent.plain - gone.plain - plain
+            energy += z * (sent.square - gone.square - square) + sign * self.preload(i) * plain
+            momentum += z * plain
+        return energy, momentum
+
     def node_velocity(self, section: int, time: int) -> float:
         """Velocity of the left end of a section."""
-        return self.value(2 * section, time) + self.value(2 * section + 1, time - self.transit[section])
+        decay = float(self.held.problem.decay[section])
+        return self.value(2 * section, time) + decay * self.value(2 * section + 1, time - self.transit[section])
 
-    def lumped_energy(self, ticks: list[int]) -> tuple[Array, Array]:
-        """Kinetic energy of the masses at the joints of the rod, and of the bit; both waves from one side of a jump."""
-        masses, joints, bit = self.held.problem.joint_mass, np.zeros(len(ticks)), np.zeros(len(ticks))
+    def lumped_masses(self, ticks: list[int]) -> list[tuple[float, Array]]:
+        """The masses at the joints of the rod, then the bit, with their velocities from one side of a jump."""
+        masses, found = self.held.problem.joint_mass, []
         for node in range(self.striker + 1, self.size):
             if masses[node] > 0.0:
-                joints += 0.5 * float(masses[node]) * np.array([self.node_velocity(node, t) for t in ticks]) ** 2
+                found.append((float(masses[node]), np.array([self.node_velocity(node, t) for t in ticks])))
+        row, back, decay, bit = 2 * self.size - 2, self.transit[-1], float(self.held.problem.decay[-1]), 0.0
+        speeds = np.zeros(len(ticks))
         if masses[-1] > 0.0 and self.held.problem.end != ENDLESS:
-            row, back = 2 * self.size - 2, self.transit[-1]
-            speeds = np.array([self.value(row, t - back) + self.value(row + 1, t) for t in ticks])
-            bit = 0.5 * float(masses[-1]) * speeds**2
-        return joints, bit
+            bit = float(masses[-1])
+            speeds = np.array([decay * self.value(row, t - back) + self.value(row + 1, t) for t in ticks])
+        return [*found, (bit, speeds)]
+
+    def lumped_momentum(self, time: int) -> tuple[float, float]:
+        """Momentum of the masses at joints, and of the bit."""
+        *joints, bit = (mass * float(speed[0]) for mass, speed in self.lumped_masses([time]))
+        return sum(joints), bit
+
+    def lumped_energy(self, ticks: list[int]) -> tuple[Array, Array]:
+        """Energy of the joints of the rod, of springs above that before the blow, and kinetic energy of the bit."""
+        *joints, bit = (0.5 * mass * speed**2 for mass, speed in self.lumped_masses(ticks))
+        found, problem = np.zeros(len(ticks)), self.held.problem
+        for one in joints:
+            found += one
+        for node in np.flatnonzero(problem.kind == ELASTIC).tolist():
+            length = np.array([self.value(int(problem.traced[node]) + 1, t) for t in ticks])
+            found += (0.5 * float(problem.spring[node]) * length + self.preload(node)) * length
+        return found, bit
+
+    def joint_loss(self) -> float:
+        """What dashpots of joints have taken, ∫ (N − k δ)²/c dt."""
+        problem, found = self.held.problem, 0.0
+        for node in np.flatnonzero((problem.kind == ELASTIC) & (problem.dashpot > 0.0)).tolist():
+            force, length = (self.trace(int(problem.traced[node]) + i) for i in (0, 1))
+            k, c = float(problem.spring[node]), float(problem.dashpot[node])
+            squares = force.product_integral(force) + k * k * length.product_integral(length)
+            found += (squares - 2.0 * k * force.product_integral(length)) / c
+        return found
+
+    def feed_work(self) -> FeedWork:
+        """What the feed has done; all 0 without one."""
+        problem, feed_node = self.held.problem, self.feed_node
+        if feed_node < 0:
+            return FeedWork(0.0, 0.0, 0.0, 0.0)
+        if problem.kind[feed_node] != FED:
+            work = problem.feed_force * self.travelled(feed_node, 0, self.end)
+            return FeedWork(work, 0.0, 0.0, problem.feed_force * self.end * self.tick)
+        row = int(problem.traced[feed_node])
+        force, speed = self.trace(row), self.trace(row + 1)
+        constant, damper = problem.feed_force * speed.integral(), problem.feed_damping * speed.product_integral(speed)
+        spring = force.product_integral(speed) - constant + damper
+        return FeedWork(constant, spring if problem.feed_stiffness > 0.0 else 0.0, damper, force.integral())
 
     def travelled(self, section: int, begin: int, end: int) -> float:
         """How far the left end of a section moves."""
-        back = self.transit[section]
-        return self.sums(2 * section, begin, end).plain + self.sums(2 * section + 1, begin - back, end - back).plain
+        return self.sums(2 * section, begin, end).plain + self.arrived(2 * section + 1, begin, end).plain
 
     def trace(self, row: int, shift: int = 0, first: int = 0, last: int | None = None) -> Trace:
         """A row, as it leaves or `shift` ticks later, over the window or from one tick to another, in its scales."""
@@ -397,7 +553,8 @@ def is_over(course: WaveHistory) -> bool:
     if not _unloaded(course) or course.in_contact:
         return False
     problem = course.held.problem
-    free = course.has_rod and problem.end == FREE and not problem.joint_mass.any()
+    plain = not problem.joint_mass.any() and (problem.kind == RIGID).all() and not any(course.rate)
+    free = course.has_rod and problem.end == FREE and plain
     stays = not course.has_rod or (problem.end == ENDLESS and course.size - course.striker == 1)
     if not (free or stays):
         return False

@@ -278,14 +278,18 @@ class OilMotion:
         section: int = -1,
         since: float = 0.0,
         entering: Sequence[int] = (),
+        exact: bool = False,
         most: int = 1 << 22,
     ) -> int:
-        """On until a time, so many blows in all, or a port after `since` blows: how it ended, a number of the kernel."""
+        """On until a time, so many blows in all, or a port after `since` blows: how it ended, a number of the kernel.
+
+        It is left at the beginning of the step that goes beyond the time, or `exact`ly there.
+        """
         done, first = 0, np.array(entering, dtype=np.int64)
         while done < most:
             check_interrupted()
             ended = kn.followed(
-                self.numbers.law, self.state, self.work, self.log, until, blows, _STEPS, section, since, first
+                self.numbers.law, self.state, self.work, self.log, until, exact, blows, _STEPS, section, since, first
             )
             first = first[:0]
             self._drained()
@@ -316,6 +320,45 @@ class OilMotion:
         )
         rows = np.zeros((2 * self.log.events.shape[0], self.log.events.shape[1]))
         self.log = self.log._replace(events=rows)
+
+    # -- its state as a row: what it is between two events, but for the orders that wait --
+
+    def row(self) -> Array:
+        """The state now, as `from_row` takes it up: a recorded step, with what is left of a stroke as its length, −1 of none."""
+        state = self.state
+        now = state.now
+        kept = [now[i] for i in (kn.PRESSURE, kn.SIGN, kn.OPEN, kn.FILLED, kn.LIMITED, kn.RESTING)]
+        left = now[kn.STROKE] - now[kn.TIME] if now[kn.STROKE] < math.inf else -1.0
+        return np.concatenate([[now[kn.TIME], left], kept, state.blend.reshape(-1), state.bar.reshape(-1)])
+
+    @classmethod
+    def from_row(cls, numbers: OilMachine, row: Array, state: int, *, recorded: bool = False) -> OilMotion:
+        """A motion at time 0 in the state of a row and of the valve, without orders; what was just met is met no more."""
+        made = cls.begun(
+            numbers, np.zeros((numbers.modes + 1, 2)), 1.0, numbers.names[0], Orders(numbers.names[0]),
+            recorded=recorded,
+        )  # fmt: skip
+        now, width = made.state.now, made.state.blend.shape[1]
+        for i, value in zip(
+            (kn.PRESSURE, kn.SIGN, kn.OPEN, kn.FILLED, kn.LIMITED, kn.RESTING), row[2 : kn.STEP], strict=True
+        ):
+            now[i] = value
+        now[kn.STATE], now[kn.STROKE] = float(state), row[1] if row[1] >= 0.0 else math.inf
+        now[kn.HOLD] = math.inf  # a wall and ports are events, and none is within
+        made.state.blend[:] = row[kn.STEP : kn.STEP + 2 * width].reshape(2, width)
+        made.state.bar[:] = row[kn.STEP + 2 * width :].reshape(2, -1)
+        limits, g = numbers.machine.valve.supply, numbers.law.numbers
+        if limits is not None:  # a limit at which the row begins has been met
+            at = now[kn.PRESSURE]
+            now[kn.AT_ZERO] = float(at == 0.0)
+            now[kn.AT_RELIEF] = float(at == g[kn.RELIEF])
+            now[kn.AT_CHARGE] = float(at == g[kn.PRECHARGE])
+            now[kn.AT_CORNER] = float(at in (g[kn.CORNER], g[kn.CORNER_TO]))
+        speed = float(numbers.own.driven @ made.state.bar[1])
+        now[kn.TURNED] = float(speed * now[kn.SIGN] <= 0.0)
+        sums = made.state.sums
+        sums[kn.LEAST] = sums[kn.GREATEST] = now[kn.PRESSURE]
+        return made
 
     # -- what it is now --
 
@@ -368,6 +411,28 @@ class OilMotion:
         found = np.zeros(2 * self.numbers.modes + 3)
         kn.rates_at(self.numbers.law, self.state, found)
         return found
+
+
+def held_energy(numbers: OilMachine, place: Array, pressure: Array) -> Array:
+    """What gas, constant force and accumulator hold, by the place of the driven end and the pressure."""
+    valve = numbers.machine.valve
+    gas, oil, supply = valve.chamber, valve.oil, valve.supply
+    found = np.zeros_like(place) - (0.0 if oil is None else oil.force) * place
+    if gas.exponent is None:
+        found += 0.5 * gas.stiffness * place**2 - gas.force * place
+    else:
+        z, e = 1.0 + place / gas.column, 1.0 - gas.exponent
+        found -= gas.force * gas.column * (np.log(z) if e == 0.0 else np.expm1(e * np.log(z)) / e)
+    if supply is None:
+        return found
+    found += 0.5 * supply.compliance * pressure**2
+    if supply.gas is not None:
+        P, n, air = supply.gas.precharge + supply.gas.atmosphere, supply.gas.exponent, supply.gas.atmosphere
+        ratio = np.maximum(pressure + air, P) / P
+        volume, e = supply.gas.volume, (supply.gas.exponent - 1.0) / n
+        work = np.log(ratio) if e == 0.0 else np.expm1(e * np.log(ratio)) / (n * e)
+        found += P * volume * work - air * volume * (1.0 - ratio ** (-1.0 / n))
+    return found
 
 
 def states_at(

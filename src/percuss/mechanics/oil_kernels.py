@@ -863,7 +863,7 @@ def sighted(law, state, work, h):
             if time < best:
                 best, what = time, _WALL
         for j in range(law.ports.shape[0]):
-            if law.ports[j, ON_IMPACT] > 0.0 or law.ports[j, TO] == now[LAST]:
+            if law.ports[j, ON_IMPACT] > 0.0 or law.ports[j, TO] == now[LAST] or now[HOLD] == math.inf:
                 continue
             for k in range(order + 1):
                 row[k] = 0.0
@@ -931,9 +931,11 @@ def pressure_event(law, state, work, log, what):
 
 
 @entry
-def followed(law, state, work, log, until, blows, steps, section, since, entering):
+def followed(law, state, work, log, until, exact, blows, steps, section, since, entering):
     """A motion until a time, so many blows in all, so many steps, or a port is met.
 
+    Where the time is not asked for exactly the motion ends at the beginning of the step that would go beyond it, so that
+    it goes on with the same bits.
     `section` is the number of a port, −1 for none, met after `since` blows and not demanded yet; `entering` those of the
     ports, and of the blow, that demand first. How it ended.
     """
@@ -963,7 +965,7 @@ def followed(law, state, work, log, until, blows, steps, section, since, enterin
         if now[FILLED] == 0.0 and law.numbers[VOLUME] > 0.0 and law.numbers[COMPLIANCE] == 0.0:
             return EMPTY_LINE
         expanded(law, state, work)
-        h, ends = step_length(law, state, work), until
+        h, ends = step_length(law, state, work), until if exact else math.inf
         if now[COUNT] > 0.0:
             ends = min(ends, state.orders[0, 0])
         ends = min(ends, now[STROKE])
@@ -976,10 +978,13 @@ def followed(law, state, work, log, until, blows, steps, section, since, enterin
             return NO_STEP
         part, what = sighted(law, state, work, h)
         taken = h * part if part <= 1.0 else h
+        beyond = not exact and now[TIME] + taken > until
         if log.steps.shape[0] > 0:
             if log.filled[1] >= log.steps.shape[0]:
                 return STEPS_FULL
             kept_step(law, state, log, taken)
+        if beyond:
+            return BY_TIME
         if state.bars.shape[1] > 0:
             linearised(law, state, work, taken)
         moved_by(law, state, work, taken)

@@ -504,18 +504,36 @@ class _Machines(_Job):
         for i in range(first, last):
             if self.stopped[0]:
                 return
-            numbers = mechanism(self.hammers[i if len(self.hammers) > 1 else 0], self.modes)
+            hammer = self.hammers[i if len(self.hammers) > 1 else 0]
+            if hammer.valve.flows:
+                self._flowing(hammer, self.starts[i if len(self.starts) > 1 else 0], i)
+                continue
+            numbers = mechanism(hammer, self.modes)
             self._member(SelfSwitching.begun(numbers, self.starts[i if len(self.starts) > 1 else 0])[0], i)
 
+    def _flowing(self, machine: Machine, start: Start, i: int) -> None:
+        from percuss.simulate.oil import FlowingOil
+
+        moved = FlowingOil.begun(machine, self.modes, start)[0]
+        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
+        self._told(i, ended, ended, wanders, moved.motion.blows, moved.motion.time, moved.cycle)
+
     def _member(self, moved: SelfSwitching, i: int) -> None:
+        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
+        valve = moved.plant.controls.now
+        place = "in the chamber" if valve["stalled"] else ended
+        blows, time = int(moved.plant.motion.count["impacts"]), valve["time"] * moved.mechanism.unit
+        self._told(i, ended, place, wanders, blows, time, moved.cycle)
+
+    def _told(
+        self, i: int, ended: str, place: str, wanders: bool, blows: int, time: float, cycle: MotionCycle | None
+    ) -> None:
         from percuss.simulate.valve import outcome_of
 
-        ended, wanders = moved.carried_on(self.stop, lambda: bool(self.stopped[0]))
-        valve, found, cycle = moved.plant.controls.now, self.found, moved.cycle
-        place = "in the chamber" if valve["stalled"] else ended
+        found = self.found
         found["code"][i] = OUTCOMES.index(outcome_of(ended, place in STALLS))
-        found["impacts"][i] = moved.plant.motion.count["impacts"]
-        found["end_time"][i] = valve["time"] * moved.mechanism.unit
+        found["impacts"][i] = blows
+        found["end_time"][i] = time
         found["stall"][i] = STALLS.index(place) if place in STALLS else -1
         found["wanders"][i] = wanders
         if cycle is not None:

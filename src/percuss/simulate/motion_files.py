@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
+    from percuss.simulate.oil import FlowingOil
     from percuss.simulate.valve import SelfSwitching
 
 
@@ -116,7 +117,7 @@ def records(name: str, data: xarray.DataArray, kinds: Mapping[str, np.dtype[Any]
 
 def continued(motion: Motion, stop: Stop, progress: Callable[[Progress], object] | None) -> dict[str, Any]:
     """What a motion that is followed further has otherwise than the one it goes on from, by the names of fields."""
-    moved: Clocked | SelfSwitching
+    moved: Clocked | SelfSwitching | FlowingOil
     try:
         (kept if motion.is_clocked else kept_valve)(motion)
     except ValueError as error:
@@ -127,6 +128,10 @@ def continued(motion: Motion, stop: Stop, progress: Callable[[Progress], object]
 
         arrays = {name: np.ascontiguousarray(motion.snapshot[name]) for name in OF_SNAPSHOT}
         moved = Clocked(*prepared(motion.system, motion.modes), Snapshot(**arrays))
+    elif motion.hammer.valve.flows:
+        from percuss.simulate.oil import FlowingOil
+
+        moved = FlowingOil.restored(motion.hammer, motion.modes, motion.snapshot)
     else:
         from percuss.simulate.valve import SelfSwitching
 

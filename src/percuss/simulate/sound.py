@@ -141,6 +141,10 @@ def _cycle(cycle: MotionCycle | None, impacts: int) -> None:
 
 def width(hammer: System | Machine, modes: int) -> int:
     """Numbers of a state."""
+    if isinstance(hammer, Machine) and hammer.valve.flows:
+        from percuss.simulate.oil import OilFlights  # the compiler
+
+        return OilFlights(hammer, modes).width
     return 2 * modes + 2 + (isinstance(hammer, Machine) and hammer.valve.supply is not None)
 
 
@@ -340,6 +344,9 @@ def _between(sums: npt.NDArray[Any], most: npt.NDArray[Any]) -> None:
 
 def kept_valve(motion: Motion) -> None:
     """Refuse a state to go on from whose whole numbers are no places in arrays, or whose arrays have other shapes."""
+    if motion.machine.valve.flows:
+        _kept_oil(motion)
+        return
     from percuss.simulate.valve import ROOM, unmoved  # the compiler
 
     snapshot, states = motion.snapshot, len(motion.mechanism.names)
@@ -357,3 +364,23 @@ def kept_valve(motion: Motion) -> None:
     within("changes", valve["changes"], 0, 2**62)
     state = [snapshot["now"]["gap"], valve["force"], valve["charge"], snapshot["z"].reshape(-1)]
     true(np.isfinite(np.concatenate(state)).all(), "a number of the state")
+
+
+def _kept_oil(motion: Motion) -> None:
+    from percuss.mechanics import oil_kernels as kn  # the compiler
+    from percuss.simulate.oil import OilFlights
+
+    snapshot, shapes = motion.snapshot, OilFlights(motion.machine, motion.modes).shapes
+    for name, shape in shapes.items():
+        true(name in snapshot, f"that there is no engine_{name}")
+        found = snapshot[name]
+        free = tuple(own if size < 0 else size for own, size in zip(found.shape, shape, strict=True))
+        shaped(f"engine_{name}", found, np.dtype(np.float64), free)
+    now, states = snapshot["oil_now"], len(motion.machine.valve.pairs)
+    endless = np.isin(np.arange(now.size), (kn.STROKE, kn.HOLD))
+    true(np.isfinite(now[~endless]).all() and not np.isnan(now).any(), "a number of engine_oil_now")
+    for place in (kn.STATE, kn.LAST):
+        within("engine_oil_now", now[place], 0, states - 1)
+    within("engine_oil_now", now[kn.COUNT], 0, len(snapshot["oil_orders"]))
+    within("engine_oil_orders", snapshot["oil_orders"][:, 1], 0, states - 1)
+    true(all(np.isfinite(snapshot[f"oil_{name}"]).all() for name in ("bar", "blend", "sums")), "a number of the state")

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     import xarray
 
     from percuss.simulate.engine import Clocked, Progress
+    from percuss.simulate.oil import FlowingOil, OilFlights
     from percuss.simulate.valve import Mechanism, SelfSwitching
 
 _TURN = 2.0 * np.pi
@@ -165,10 +166,30 @@ class Trajectory(ShortRepr):
         return mechanism(self.machine, self.modes)
 
     @cached_property
-    def _flights(self) -> ClockedFlights | Mechanism:
+    def _flights(self) -> ClockedFlights | Mechanism | OilFlights:
         if isinstance(self.hammer, System):
             return ClockedFlights(self.spectrum)
-        return self.mechanism
+        return self._oil or self.mechanism
+
+    @cached_property
+    def _oil(self) -> OilFlights | None:
+        """The flights of a machine whose oil flows."""
+        if not (isinstance(self.hammer, Machine) and self.hammer.valve.flows):
+            return None
+        from percuss.simulate.oil import OilFlights
+
+        return OilFlights(self.hammer, self.modes)
+
+    def _looked(self, times: Array) -> tuple[Array, Array]:
+        """Pressure and force of oil that flows."""
+        assert self._oil is not None
+        pressure, force, last = np.empty(times.size), np.empty(times.size), self._last(times)
+        for i in np.unique(last):
+            here = last == i
+            anchor = self._anchor(int(i))
+            since = np.maximum(times[here] - anchor.phase, 0.0)
+            _, pressure[here], force[here] = self._oil.looked(anchor, since)
+        return pressure, force
 
     # -- what happened --
 
@@ -313,6 +334,8 @@ class Trajectory(ShortRepr):
         return Moment(t, modes, piece, self._pressure(t, modes, piece) if fed else None)
 
     def _pressure(self, t: Array, modes: ModalMotion, piece: npt.NDArray[np.int64]) -> Array:
+        if self._oil is not None:
+            return self._looked(t)[0]
         last = self._last(t)
         since = np.maximum(t - np.append(self.events.time, self.begin_time)[last], 0.0)
         charge = np.append(self.states[:, -1], self.start.row[-1])[last]
@@ -375,7 +398,10 @@ class Trajectory(ShortRepr):
 
     def force(self, t: npt.ArrayLike) -> Array:
         """Force on the driven end: the load or, of a machine, p_k − κu(0, t) with that of the chamber; (len(t),)."""
-        return self._flights.force(self._moment(array("t", t, -np.inf, np.inf)))
+        times = array("t", t, -np.inf, np.inf)
+        if self._oil is not None:
+            return self._looked(times)[1]
+        return self._flights.force(self._moment(times))
 
     def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
         """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),).
@@ -596,6 +622,11 @@ class Trajectory(ShortRepr):
         put_in = lost = 0.0
         for a, b in pairwise(edges):
             if b - a <= 1e-14 * max(abs(a), abs(self.end_time - self.begin_time) if not self.is_clocked else 1.0):
+                continue
+            if self._oil is not None:
+                anchor = self._anchor(int(self._last(np.array([a]))[0]))
+                spent = [self._oil.spent(anchor, max(time - anchor.phase, 0.0)) for time in (a, b)]
+                put_in, lost = put_in + spent[1][0] - spent[0][0], lost + spent[1][1] - spent[0][1]
                 continue
             t, w = panels(a, b, *flights.rates)
             at = self._moment(t)
@@ -823,11 +854,15 @@ def run(
 
 def _begun(
     system: System | Machine, modes: int, start: Start, stop: Stop
-) -> tuple[Clocked | SelfSwitching, Anchor, bool]:
+) -> tuple[Clocked | SelfSwitching | FlowingOil, Anchor, bool]:
     if isinstance(system, System):
         from percuss.simulate.engine import Clocked  # the compiler
 
         return Clocked.begun(system, modes, start)
+    if system.valve.flows:
+        from percuss.simulate.oil import FlowingOil
+
+        return FlowingOil.begun(system, modes, start)
     from percuss.simulate.valve import SelfSwitching, mechanism  # more kernels
 
     return SelfSwitching.begun(mechanism(system, modes), start, stop)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from percuss.blow.kernels.chebyshev import (
     NEVER,
     antiderivative,
-    chopped,
     combined,
     first_above,
     greatest,
@@ -13,14 +12,17 @@ from percuss.blow.kernels.chebyshev import (
     restricted,
     right,
 )
+from percuss.blow.kernels.linear_motion import relaxed, shorter, swung
 from percuss.blow.kernels.rows import arriving_until, has_room, read, write
 from percuss.blow.kernels.wave_records import (
+    CONTACT,
+    ELASTIC,
     ENDLESS,
     FAR,
+    FED,
     FREE,
     FULL,
     LOAD,
-    MOST_DEGREE,
     NOTHING,
     OFF,
     PAUSED,
@@ -43,12 +45,16 @@ SHUT = 4e-15  # a gap, in the striker's speed times its transit time, that is no
 
 
 @inner
-def at_face(problem, waves, state, start, end):
-    """Carry the face on from start to end, or to the first meeting or parting before; where it stops."""
-    now, work, here = state.now[0], state.work, problem.striker
+def at_face(problem, waves, state, which, here, start, end):
+    """Carry two faces on from start to end, or to the first meeting or parting before; where it stops.
+
+    `which` is 0 of the struck face, and else the number of a joint whose thread catches where they part by its slack.
+    """
+    now, work = state.now[which], state.work
     into, back = 2 * here - 2, 2 * here + 1
+    slack = problem.slack[which]
     f, g, d, h = work[6], work[7], work[8], work[9]
-    wall = problem.end == WALL
+    wall = which == 0 and problem.end == WALL
     n = read(problem, waves, into, start, end, f, work)
     m = 0
     if wall:
@@ -56,10 +62,13 @@ def at_face(problem, waves, state, start, end):
     else:
         m = read(problem, waves, back, start, end, g, work)
     k = combined(1.0, f, n, -1.0, g, m, d)
+    if which > 0:  # of the waves as a whole: the thread has its preload
+        d[0] += 0.5 * problem.preload[here] * (1.0 / problem.impedance[here - 1] + 1.0 / problem.impedance[here])
+        combined(1.0 - 2.0 * now.flank, d, k, 0.0, d, 0, d)
     half = 0.5 * (end - start) * problem.tick
     place, when = NEVER, end
     for turn in range(MOST_TURNS):
-        place = _turn(now, d, k, half, h, work)
+        place = _turn(now, d, k, half, h, work, slack)
         if turn == MOST_TURNS - 1 and place != NEVER:
             # rounding has a say in what comes next: a little of it is done without looking
             place = NEVER
@@ -78,6 +87,7 @@ def at_face(problem, waves, state, start, end):
             if end - when <= problem.near:
                 place, when = 1.0, end
             break
+        _crossed(now, d, k)
         now.gap, now.closed = 0.0, 1 - now.closed
     stop = end if place == NEVER else when
     if stop < end:
@@ -85,7 +95,25 @@ def at_face(problem, waves, state, start, end):
         restricted(f, n, -1.0, high, f, work)
         restricted(g, m, -1.0, high, g, work)
         restricted(d, k, -1.0, high, d, work)
-    _leave(problem, waves, state, start, stop, f, n, g, m, d, k)
+    if which == 0:
+        _leave(problem, waves, state, start, stop, f, n, g, m, d, k)
+    else:
+        _joint_leaves(problem, waves, state, which, here, start, stop, f, n, g, m, work[10])
+    _faces_after(now, d, k, half, h, place, slack)
+    return stop
+
+
+@inner
+def _crossed(now, d, k):
+    """Faces that meet on the other side of the thread: what closes them there parts them here."""
+    if now.across == 1:
+        now.flank, now.across = 1 - now.flank, 0
+        combined(-1.0, d, k, 0.0, d, 0, d)
+
+
+@inner
+def _faces_after(now, d, k, half, h, place, slack):
+    """The gap at the end of a piece that ends with a meeting or parting, or with none (NEVER)."""
     if now.closed == 0 and place == NEVER:
         antiderivative(d, k, half, h)
         moved = now.gap - 2.0 * right(h, k + 1)
@@ -93,18 +121,20 @@ def at_face(problem, waves, state, start, end):
         if moved <= SHUT:
             now.arriving = 1 if now.gap > 0.0 and moved < now.gap else 0
             moved = 0.0
+        elif moved >= slack - SHUT:
+            now.arriving, now.flank, moved = 1, 1 - now.flank, 0.0
         now.gap = moved
     elif place != NEVER:
         now.arriving = 1 if now.gap > 0.0 else 0
+        _crossed(now, d, k)
         now.gap, now.closed = 0.0, 1 - now.closed
         if now.arriving == 1:  # whether they meet there is for the next piece to say
             now.closed = 0
-    return stop
 
 
 @inner
-def _turn(now, d, k, half, h, work):
-    """Where the faces meet or part in this interval, or NEVER."""
+def _turn(now, d, k, half, h, work, slack):
+    """Where the faces meet or part in this interval, or NEVER; `across` where they meet on the other side."""
     # With the gap 0 it is first settled whether they are closed now: by the sign of f − g, and where that is 0, by the
     # sign it has next. Faces that touch, and come together at no speed, do not meet, however long that goes on.
     meets = 0.0
@@ -124,11 +154,18 @@ def _turn(now, d, k, half, h, work):
     if now.closed == 1:
         combined(-1.0, d, k, 0.0, d, 0, h)
         return first_above(h, k, TOUCH, work)
-    if meets == NEVER:
+    if meets == NEVER and slack >= FAR:
         return NEVER
     antiderivative(d, k, 2.0 * half, h)  # 2 ∫(f − g): how far they have come together
     h[0] -= now.gap
-    return first_above(h, k + 1, SHUT, work)
+    meets = first_above(h, k + 1, SHUT, work)
+    if slack < FAR:
+        combined(-1.0, h, k + 1, 0.0, h, 0, h)
+        h[0] -= slack
+        caught = first_above(h, k + 1, SHUT, work)
+        now.across = 1 if caught < meets else 0
+        meets = min(meets, caught)
+    return meets
 
 
 @inner
@@ -137,7 +174,7 @@ def _leave(problem, waves, state, start, stop, f, n, g, m, d, k):
     now, here, out = state.now[0], problem.striker, state.work[9]
     row, trace = 2 * here - 1, 2 * problem.impedance.size
     if now.closed != now.pressed:
-        state.contact[now.noted] = start
+        state.contact[0, now.noted] = start
         now.noted += 1
         now.pressed = now.closed
     za = problem.impedance[here - 1]
@@ -159,120 +196,25 @@ def _leave(problem, waves, state, start, stop, f, n, g, m, d, k):
         write(waves, trace, start, stop, out, 0, state.work)
 
 
-# ---- Linear equations of motion with constant coefficients over one interval, driven by a polynomial, spectrally
-#
-# In Chebyshev coefficients w' = r becomes w_k = (r_{k−1} − r_{k+1})/2k (r_0 doubled), three terms a row. The rows are
-# solved from the last one up, w_k = α_k w_{k−1} + β_k, which loses no digits for decaying motions however fast they
-# decay; the value at the start then gives w_0.
-
-
 @inner
-def relaxed(rate, half, q, n, start, w, least, work):
-    """w' = −rate w + q on an interval of length 2·half, w(−1) = start. The degree, and whether that is enough."""
-    # It is where what is left out is rounding of w, or `least`: a start that differs by rounding from where a fast
-    # motion is at rest is no motion. `work` has two rows.
-    top = MOST_DEGREE
-    alpha, beta = work[0], work[1]
-    a, two = rate * half, 0.0
-    one = -a / (2.0 * (top + 1) + a)  # of the first row left out: for slow motions, and for fast ones
-    for k in range(top, 0, -1):
-        share = a / (2.0 * k)
-        before = q[k - 1] if k - 1 <= n else 0.0
-        if k == 1:  # of w − start, so that a motion at rest has no coefficients
-            before = 2.0 * (before - rate * start)
-        after = q[k + 1] if k + 1 <= n else 0.0
-        below = 1.0 / (1.0 - share * one)
-        two = (half * (before - after) / (2.0 * k) + share * two) * below
-        one = -share * (2.0 if k == 1 else 1.0) * below
-        alpha[k], beta[k] = one, two
-    # Σ(−1)^k (A_k w_0 + B_k) = 0; the A_k alternate, so that nothing cancels
-    factor, rest, a_sum, b_sum, sign = 1.0, 0.0, 1.0, 0.0, -1.0
-    for k in range(1, top + 1):
-        factor, rest = alpha[k] * factor, alpha[k] * rest + beta[k]
-        a_sum += sign * factor
-        b_sum += sign * rest
-        sign = -sign
-    w[0] = -b_sum / a_sum
-    for k in range(1, top + 1):
-        w[k] = alpha[k] * w[k - 1] + beta[k]
-    w[0] += start
-    size = greatest(w, top) + greatest(q, n) * half / (1.0 + a)
-    enough = abs(w[top]) + abs(w[top - 1]) <= max(2e-16 * size, least)
-    return chopped(w, top, 1e-17 * size), enough
-
-
-@inner
-def crept(stiffness, drag, half, q, n, place, speed, u, v, work):
-    """u' = v, v' = −stiffness u − drag v + q with two real rates that differ, likewise; the degree, and the rate that
-    it is not enough for, or 0.
-
-    v less a rate times u decays with the other rate, by itself. The matrix of `oscillated` would lose the slow one
-    beside the fast one. `work` has three rows.
-    """
-    fast = -0.5 * drag - (0.25 * drag * drag - stiffness) ** 0.5
-    slow = stiffness / fast
-    k, enough = relaxed(-fast, half, q, n, speed - slow * place, v, NOTHING, work)
-    m, enough_too = relaxed(-slow, half, q, n, speed - fast * place, u, NOTHING, work)
-    most, share = max(k, m), 1.0 / (slow - fast)
-    for j in range(most + 1):
-        one, other = v[j] if j <= k else 0.0, u[j] if j <= m else 0.0
-        u[j] = share * (other - one)
-        v[j] = share * (slow * other - fast * one)
-    return most, -fast if not enough else -slow if not enough_too else 0.0
-
-
-@inner
-def oscillated(stiffness, drag, half, q, n, place, speed, u, v, work):
-    """u' = v, v' = −stiffness u − drag v + q, likewise; the degree of both, and whether it is enough."""
-    # The factors α_k are polynomials in the matrix of the motion, [[0, 1], [−stiffness, −drag]]. `work` has six rows.
-    top = MOST_DEGREE
-    m00, m01, m10, m11 = 0.0, -half, stiffness * half, drag * half  # −half times that matrix
-    # of the first row left out, −s m (1 + s m)⁻¹
-    s = 1.0 / (2.0 * (top + 1))
-    det = 1.0 / ((1.0 + s * m00) * (1.0 + s * m11) - s * m01 * s * m10)
-    p00, p01, p10, p11 = det * (1.0 + s * m11) - 1.0, -det * s * m01, -det * s * m10, det * (1.0 + s * m00) - 1.0
-    b0, b1 = 0.0, 0.0
-    for k in range(top, 0, -1):
-        s = 1.0 / (2.0 * k)
-        before = q[k - 1] if k - 1 <= n else 0.0
-        twice = 2.0 if k == 1 else 1.0
-        after = q[k + 1] if k + 1 <= n else 0.0
-        # (I − s m α) w_k = −s m twice w_{k−1} + R_k + s m β
-        n00, n01 = 1.0 - s * (m00 * p00 + m01 * p10), -s * (m00 * p01 + m01 * p11)
-        n10, n11 = -s * (m10 * p00 + m11 * p10), 1.0 - s * (m10 * p01 + m11 * p11)
-        r0 = s * (m00 * b0 + m01 * b1)
-        r1 = s * (m10 * b0 + m11 * b1) + half * s * (twice * before - after)
-        det = 1.0 / (n00 * n11 - n01 * n10)
-        b0, b1 = det * (n11 * r0 - n01 * r1), det * (n00 * r1 - n10 * r0)
-        t = -s * twice * det
-        p00, p01, p10, p11 = (
-            t * (n11 * m00 - n01 * m10),
-            t * (n11 * m01 - n01 * m11),
-            t * (n00 * m10 - n10 * m00),
-            t * (n00 * m11 - n10 * m01),
-        )
-        work[0][k], work[1][k], work[2][k], work[3][k], work[4][k], work[5][k] = p00, p01, p10, p11, b0, b1
-    f00, f01, f10, f11, g0, g1 = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0
-    a00, a01, a10, a11, c0, c1, sign = 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0
-    for k in range(1, top + 1):
-        p00, p01, p10, p11 = work[0][k], work[1][k], work[2][k], work[3][k]
-        f00, f01, f10, f11 = p00 * f00 + p01 * f10, p00 * f01 + p01 * f11, p10 * f00 + p11 * f10, p10 * f01 + p11 * f11
-        g0, g1 = p00 * g0 + p01 * g1 + work[4][k], p10 * g0 + p11 * g1 + work[5][k]
-        a00, a01, a10, a11 = a00 + sign * f00, a01 + sign * f01, a10 + sign * f10, a11 + sign * f11
-        c0, c1, sign = c0 + sign * g0, c1 + sign * g1, -sign
-    det = 1.0 / (a00 * a11 - a01 * a10)
-    r0, r1 = place - c0, speed - c1
-    u[0], v[0] = det * (a11 * r0 - a01 * r1), det * (a00 * r1 - a10 * r0)
-    for k in range(1, top + 1):
-        u[k] = work[0][k] * u[k - 1] + work[1][k] * v[k - 1] + work[4][k]
-        v[k] = work[2][k] * u[k - 1] + work[3][k] * v[k - 1] + work[5][k]
-    push = greatest(q, n) * half
-    size_v = greatest(v, top) + push / (1.0 + drag * half)
-    size_u = greatest(u, top) + half * push / (1.0 + half * (drag + half * stiffness))
-    rate = max(drag, stiffness**0.5)
-    enough = abs(v[top]) + abs(v[top - 1]) <= max(2e-16 * size_v, NOTHING)
-    enough = enough and abs(u[top]) + abs(u[top - 1]) <= max(2e-16 * size_u, NOTHING / rate)
-    return max(chopped(u, top, 1e-17 * size_u), chopped(v, top, 1e-17 * size_v)), enough
+def _joint_leaves(problem, waves, state, which, here, start, stop, f, n, g, m, out):
+    """Write what leaves the faces of a joint: as from a step while they are closed, as from free ends while open."""
+    now, work, d = state.now[which], state.work, state.work[11]
+    if now.closed != now.pressed:
+        state.contact[which, now.noted] = start
+        now.noted += 1
+        now.pressed = now.closed
+    za, zb, force = problem.impedance[here - 1], problem.impedance[here], problem.preload[here]
+    if now.closed == 1:
+        k = combined(1.0, f, n, -1.0, g, m, d)
+        r = (za - zb) / (za + zb)
+        write(waves, 2 * here - 1, start, stop, out, combined(1.0, g, m, r, d, k, out), work)
+        write(waves, 2 * here, start, stop, out, combined(1.0, f, n, r, d, k, out), work)
+        return
+    f[0] += force / za
+    g[0] -= force / zb
+    write(waves, 2 * here - 1, start, stop, f, n, work)
+    write(waves, 2 * here, start, stop, g, m, work)
 
 
 # ---- The bit, with or without a mass, and the rock in front of it: loading, unloading and reloading, apart
@@ -341,36 +283,23 @@ def _stiffness(problem, now):
 @inner
 def _moved(problem, now, start, stop, f, n, u, v, work):
     """Penetration, from where the branch has no force, and velocity; how far, and the degrees of f and these."""
-    # Where one polynomial cannot follow, the interval is made shorter, f with it.
-    z, m = problem.impedance[-1], problem.joint_mass[-1]
-    stiff, place, q = _stiffness(problem, now), now.penetration - _relaxed_at(problem, now), work[10]
+    # Where one polynomial cannot follow, the interval is made shorter, f with it. Of a bit that is fed the motion is
+    # that about the place where the branch bears the feed; off the rock the feed pushes it.
+    z, m, fed = problem.impedance[-1], problem.joint_mass[-1], problem.preload[-1]
+    stiff, wave = _stiffness(problem, now), f[0]
+    rest, push = (fed / stiff, 0.0) if stiff > 0.0 else (0.0, 0.5 * fed / z)
+    place, q = now.penetration - _relaxed_at(problem, now) - rest, work[10]
     while True:
         half = 0.5 * (stop - start) * problem.tick
-        enough = True
-        if m > 0.0:
-            combined(2.0 * z / m, f, n, 0.0, f, 0, q)
-            if 0.21 * (z / m) ** 2 > stiff / m:
-                k, rate = crept(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
-                enough = rate == 0.0
-            else:
-                k, enough = oscillated(stiff / m, z / m, half, q, n, place, now.bit_velocity, u, v, work)
-                rate = max(z / m, (stiff / m) ** 0.5)
-        elif stiff > 0.0:
-            combined(2.0, f, n, 0.0, f, 0, q)
-            k, enough = relaxed(stiff / z, half, q, n, place, u, NOTHING * z / stiff, work)
-            k = combined(1.0, q, n, -stiff / z, u, k, v)
-            rate = stiff / z
-        else:
-            k, rate = combined(2.0, f, n, 0.0, f, 0, v) + 1, 0.0
-            v[k] = 0.0
-            antiderivative(v, n, half, u)
-            u[0] += place
+        f[0] = wave + push
+        k, enough, rate = swung(m, z, stiff, 2.0 * z, f, n, half, place, now.bit_velocity, u, v, q, work)
+        f[0] = wave
         if enough or stop - start <= 16 * problem.near:
+            u[0] += rest
             return stop, n, k
-        share = min(0.5, 4.0 / (rate * half)) if rate * half > 8.0 else 0.5
-        after = start + max(8 * problem.near, int(share * (stop - start)))
+        after = shorter(start, stop, problem.near, half, rate)
         restricted(f, n, -1.0, 2.0 * (after - start) / (stop - start) - 1.0, f, work)
-        stop = after
+        stop, wave = after, f[0]
 
 
 @inner
@@ -450,13 +379,18 @@ def carried_on(problem, waves, state, node, whole):
         return STAYS
     if problem.until - end <= near:
         end = problem.until
-    moving = problem.joint_mass[node] > 0.0 or (node == sections and problem.end == ROCK)
+    kind = problem.kind[node]
+    moving = problem.joint_mass[node] > 0.0 or (node == sections and problem.end == ROCK) or kind in (ELASTIC, FED)
     if whole and end == known and end < problem.until and cut_known and (bent_end > end + near or moving):
         return STAYS
     if node == 0:
         stop = _at_driven_end(problem, waves, state, time, end, force)
-    elif node == problem.striker:
-        stop = at_face(problem, waves, state, time, end)
+    elif kind == FED:
+        stop = at_feed(problem, waves, state, node, time, end)
+    elif node == problem.striker or kind == CONTACT:
+        stop = at_face(problem, waves, state, problem.traced[node], node, time, end)
+    elif kind == ELASTIC:
+        stop = _at_spring(problem, waves, state, node, time, end)
     elif node < sections:
         if problem.joint_mass[node] > 0.0:
             stop = _at_joint(problem, waves, state, node, time, end, force)
@@ -485,8 +419,13 @@ def last_node(problem):
 def _all_rooms(problem, waves, state, node):
     sections = problem.impedance.size
     rooms = (node == 0 or has_room(waves, 2 * node - 1)) and (node == sections or has_room(waves, 2 * node))
+    kind, row = problem.kind[node], problem.traced[node]
+    if kind in (ELASTIC, FED):
+        rooms = rooms and has_room(waves, row) and has_room(waves, row + 1)
+    elif kind == CONTACT:
+        return rooms and state.now[row].noted + 2 < state.contact.shape[1]
     if node == problem.striker:
-        return rooms and has_room(waves, 2 * sections) and state.now[0].noted + 2 < state.contact.size
+        return rooms and has_room(waves, 2 * sections) and state.now[0].noted + 2 < state.contact.shape[1]
     if node == sections:
         return rooms and has_room(waves, 2 * sections + 1) and has_room(waves, 2 * sections + 2)
     return rooms
@@ -561,16 +500,173 @@ def _at_joint(problem, waves, state, node, start, end, force):
         k, enough = relaxed(rate, half, q, k, state.velocity[node], v, NOTHING, work)
         if enough or end - start <= 16 * problem.near:
             break
-        share = min(0.5, 4.0 / (rate * half)) if rate * half > 8.0 else 0.5
-        after = start + max(8 * problem.near, int(share * (end - start)))
-        high = 2.0 * (after - start) / (end - start) - 1.0
-        restricted(f, n, -1.0, high, f, work)
-        restricted(g, m, -1.0, high, g, work)
-        end = after
+        end = _shortened(problem, start, end, half, rate, f, n, g, m, work)
     write(waves, 2 * node - 1, start, end, out, combined(1.0, v, k, -1.0, f, n, out), state.work)
     write(waves, 2 * node, start, end, out, combined(1.0, v, k, -1.0, g, m, out), state.work)
     state.velocity[node] = right(v, k)
     return end
+
+
+@inner
+def _shortened(problem, start, end, half, rate, f, n, g, m, work):
+    """Where an interval ends that one polynomial follows, with both waves on it."""
+    after = shorter(start, end, problem.near, half, rate)
+    high = 2.0 * (after - start) / (end - start) - 1.0
+    restricted(f, n, -1.0, high, f, work)
+    restricted(g, m, -1.0, high, g, work)
+    return after
+
+
+@inner
+def _at_spring(problem, waves, state, node, start, end):
+    """δ' = v_a − v_b, N = k δ + c δ': N (1 + c Y) = k δ + 2 c (f − g), Y = 1/Z_a + 1/Z_b; `velocity` keeps δ."""
+    work = state.work
+    f, g, d, delta, q, out = work[6], work[7], work[8], work[9], work[10], work[11]
+    n = read(problem, waves, 2 * node - 2, start, end, f, work)
+    m = read(problem, waves, 2 * node + 1, start, end, g, work)
+    za, zb, stiffness, dashpot = (
+        problem.impedance[node - 1],
+        problem.impedance[node],
+        problem.spring[node],
+        problem.dashpot[node],
+    )
+    y = 1.0 / za + 1.0 / zb
+    below = 1.0 / (1.0 + dashpot * y)
+    rate = stiffness * y * below
+    while True:
+        half = 0.5 * (end - start) * problem.tick
+        k = combined(2.0 * below, f, n, -2.0 * below, g, m, q)
+        j, enough = relaxed(rate, half, q, k, state.velocity[node], delta, NOTHING / rate, work)
+        if enough or end - start <= 16 * problem.near:
+            break
+        end = _shortened(problem, start, end, half, rate, f, n, g, m, work)
+    k = combined(stiffness * below, delta, j, dashpot, q, k, d)
+    row = problem.traced[node]
+    write(waves, row, start, end, d, k, work)
+    write(waves, row + 1, start, end, delta, j, work)
+    write(waves, 2 * node - 1, start, end, out, combined(1.0, f, n, -1.0 / za, d, k, out), work)
+    write(waves, 2 * node, start, end, out, combined(1.0, g, m, 1.0 / zb, d, k, out), work)
+    state.velocity[node] = right(delta, j)
+    return end
+
+
+# ---- What presses the tool, where it has a spring or a dashpot: Q = max(0, F − k y − c v), at the face or at a step
+#
+# (Z_a + Z_b + c) v = 2 Z_a f + 2 Z_b g − k y − m v' of the departures while it acts; lifted, −F in place of k y and c.
+# At a face that is open without Z_a. With the v of either, F − k y − c v has the sign of Q. And f − v/2, closed or
+# open, has the sign of the force between the faces and of the speed at which they close.
+
+
+@inner
+def at_feed(problem, waves, state, node, start, end):
+    """Carry a node that is fed through a damper on from start to end, or less far; where it stops."""
+    now, work, faced = state.now[0], state.work, node == problem.striker
+    f, g, push, y, v, d, h = work[6], work[7], work[8], work[9], work[10], work[11], work[12]
+    n = read(problem, waves, 2 * node - 2, start, end, f, work)
+    m = read(problem, waves, 2 * node + 1, start, end, g, work)
+    meets, lifts, k, half = NEVER, NEVER, 0, 0.0
+    for turn in range(MOST_TURNS + MOST_BRANCHES):
+        last, before = turn == MOST_TURNS + MOST_BRANCHES - 1, now.closed
+        if last and end - start > HOVER * problem.near:
+            high = 2.0 * HOVER * problem.near / (end - start) - 1.0
+            end = start + HOVER * problem.near
+            restricted(f, n, -1.0, high, f, work)
+            restricted(g, m, -1.0, high, g, work)
+        end, k = _fed(problem, state, node, start, end, f, n, g, m, push, y, v)
+        half = 0.5 * (end - start) * problem.tick
+        combined(1.0, f, n, -0.5, v, k, d)
+        meets, lifts = NEVER, NEVER
+        if last:  # rounding has a say in what comes next: a little of it is done without looking
+            break
+        if faced:
+            meets = _turn(now, d, max(n, k), half, h, work, FAR)
+            if now.closed != before:
+                continue
+        lifts = _lifts(problem, now, y, v, k, h, work)
+        place = min(meets, lifts)
+        if place == NEVER:
+            break
+        when = start + round(0.5 * (1.0 + place) * (end - start))
+        if when - start > problem.near:
+            if end - when > problem.near:
+                high = 2.0 * (when - start) / (end - start) - 1.0
+                restricted(f, n, -1.0, high, f, work)
+                restricted(g, m, -1.0, high, g, work)
+                restricted(y, k, -1.0, high, y, work)
+                restricted(v, k, -1.0, high, v, work)
+                restricted(d, max(n, k), -1.0, high, d, work)
+                end = when
+                half = 0.5 * (end - start) * problem.tick
+            break
+        if meets <= lifts:
+            now.gap, now.closed = 0.0, 1 - now.closed
+        else:
+            now.lifted = 1 - now.lifted
+    _feed_leaves(problem, waves, state, node, start, end, f, n, g, m, y, v, k)
+    now.fed_place, state.velocity[node] = right(y, k), right(v, k)
+    if faced:
+        _faces_after(now, d, max(n, k), half, h, meets if meets <= lifts else NEVER, FAR)
+    if lifts < meets:
+        now.lifted = 1 - now.lifted
+    return end
+
+
+@inner
+def _fed(problem, state, node, start, end, f, n, g, m, push, y, v):
+    """The motion of a fed node; how far, and its degree."""
+    now, work = state.now[0], state.work
+    mass, zb = problem.joint_mass[node], problem.impedance[node]
+    za = problem.impedance[node - 1] if node > problem.striker or now.closed == 1 else 0.0
+    drag, stiffness = za + zb, 0.0
+    if now.lifted == 0:
+        drag, stiffness = drag + problem.feed_damping, problem.feed_stiffness
+    while True:
+        half = 0.5 * (end - start) * problem.tick
+        k = combined(2.0 * za, f, n if za > 0.0 else 0, 2.0 * zb, g, m, push)
+        if now.lifted == 1:
+            push[0] -= problem.feed_force
+        place, speed = now.fed_place, state.velocity[node]
+        k, enough, rate = swung(mass, drag, stiffness, 1.0, push, k, half, place, speed, y, v, work[13], work)
+        if enough or end - start <= 16 * problem.near:
+            return end, k
+        end = _shortened(problem, start, end, half, rate, f, n, g, m, work)
+
+
+@inner
+def _lifts(problem, now, y, v, k, h, work):
+    """Where the feed lifts off, or comes to act again; or NEVER."""
+    least = TOUCH * (problem.feed_damping + 1.0) + 2e-15 * problem.feed_force
+    combined(-problem.feed_stiffness, y, k, -problem.feed_damping, v, k, h)
+    h[0] += problem.feed_force
+    if now.lifted == 0:
+        combined(-1.0, h, k, 0.0, h, 0, h)
+    return first_above(h, k, least, work)
+
+
+@inner
+def _feed_leaves(problem, waves, state, node, start, end, f, n, g, m, y, v, k):
+    """Write the waves that leave a fed node, the force between faces, that of the feed, and v while it acts."""
+    now, work, out, row = state.now[0], state.work, state.work[13], problem.traced[node]
+    faced = node == problem.striker
+    if faced and now.closed != now.pressed:
+        state.contact[0, now.noted] = start
+        now.noted += 1
+        now.pressed = now.closed
+    if faced and now.closed == 0:
+        write(waves, 2 * node - 1, start, end, f, n, work)
+    else:
+        write(waves, 2 * node - 1, start, end, out, combined(1.0, v, k, -1.0, f, n, out), work)
+    if faced:
+        za = problem.impedance[node - 1] * now.closed
+        j = combined(2.0 * za, f, n, -za, v, k, out)
+        write(waves, 2 * problem.impedance.size, start, end, out, j if now.closed == 1 else 0, work)
+    write(waves, 2 * node, start, end, out, combined(1.0, v, k, -1.0, g, m, out), work)
+    acts = 1.0 - now.lifted
+    combined(-acts * problem.feed_stiffness, y, k, -acts * problem.feed_damping, v, k, out)
+    out[0] += acts * problem.feed_force
+    write(waves, row, start, end, out, k if now.lifted == 0 else 0, work)
+    combined(acts, v, k, 0.0, v, 0, out)
+    write(waves, row + 1, start, end, out, k if now.lifted == 0 else 0, work)
 
 
 # ---- The waves of a blow, carried on until a tick

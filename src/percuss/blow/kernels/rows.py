@@ -16,7 +16,7 @@ from percuss.blow.kernels.chebyshev import (
     right,
     value,
 )
-from percuss.blow.kernels.wave_records import CHOPPED, MOST_DEGREE, MOST_JOINED, TRACED
+from percuss.blow.kernels.wave_records import CHOPPED, MOST_DEGREE, MOST_JOINED
 from percuss.compiled import entry, inner
 
 # ---- Neighbouring pieces that are one polynomial but for next to nothing, joined
@@ -135,12 +135,13 @@ def read(problem, waves, row, start, end, out, work):
     """What arrives from start to end, within one piece; the degree. `work` has two rows."""
     k = waves.cursor[row]
     n = waves.degree[row, k]
-    out[0] = waves.first[row, k]
+    decay = problem.decay[row >> 1]
+    out[0] = decay * waves.first[row, k]
     if n == 0:
         return 0
     rest = waves.rest[row, k]
     for j in range(n):
-        out[j + 1] = waves.pool[rest + j]
+        out[j + 1] = decay * waves.pool[rest + j]
     transit = problem.transit[row >> 1]
     begins = waves.start[row, k] + transit
     ends = (waves.start[row, k + 1] if k + 1 < waves.pieces[row] else waves.known[row]) + transit
@@ -164,7 +165,7 @@ def write(waves, row, start, end, c, n, work):
         if n == 0 and not bent and abs(waves.first[row, k - 1] - c[0]) <= waves.joined:
             return
         # of what is traced besides the waves, the breaks are where something happens
-        is_wave = row < waves.start.shape[0] - TRACED
+        is_wave = row < waves.waves
         if n > 0 and bent and is_wave and _lengthened(waves, row, k - 1, start, end, c, n, work):
             return
     waves.start[row, k], waves.spent[row], waves.pieces[row] = start, 0.0, k + 1
@@ -260,6 +261,32 @@ def integrals(waves, row, begin, end, tick, work):
             moment += 2.0 * half * right(h, n + 1) - half * integral(h, n + 1) + here * tick * (low - begin)
         k += 1
     return plain, square, moment
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(32)
+
+
+@entry
+def faded_integrals(waves, row, begin, end, rate, tick, work):
+    """∫ p e^{−rate (end − t)} dt and ∫ p² e^{−2 rate (end − t)} dt from begin to end: of what has gone since."""
+    plain, square, c = 0.0, 0.0, work[6]
+    k = piece_at(waves, row, begin)
+    while k < waves.pieces[row] and waves.start[row, k] < end:
+        low, high = max(begin, waves.start[row, k]), min(end, piece_end(waves, row, k))
+        if high > low:
+            span, left_of = tick * (high - low), math.exp(-rate * tick * (end - high))
+            if waves.degree[row, k] == 0:
+                level = left_of * waves.first[row, k]
+                plain -= level * math.expm1(-rate * span) / rate
+                square -= 0.5 * level * level * math.expm1(-2.0 * rate * span) / rate
+            else:
+                n = part(waves, row, k, low, high, c, work)
+                for j in range(NODES.size):
+                    here = left_of * math.exp(-0.5 * rate * span * (1.0 - NODES[j])) * value(c, n, NODES[j])
+                    plain += 0.5 * span * WEIGHTS[j] * here
+                    square += 0.5 * span * WEIGHTS[j] * here * here
+        k += 1
+    return plain, square
 
 
 @entry

@@ -5,6 +5,8 @@ from __future__ import annotations
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
+from pydantic import Tag
+
 from percuss.case.file_format.bodies import BodyTable, SystemTable
 from percuss.case.file_format.contact import BlowTable, ToolTable
 from percuss.case.file_format.loads import AnyLoad, HistoryLoad
@@ -100,7 +102,9 @@ def _plain_of(hint: Any) -> Any:
     origin, parts = get_origin(hint), get_args(hint)
     if origin is Annotated:
         plain = next((part.plain for part in parts[1:] if isinstance(part, Kind) and part.plain is not None), None)
-        return Annotated[(_plain_of(parts[0]), *parts[1:])] if plain is None else plain
+        kept = parts[1:] if plain is None else tuple(part for part in parts[1:] if isinstance(part, Tag))
+        plain = _plain_of(parts[0]) if plain is None else plain
+        return Annotated[(plain, *kept)] if kept else plain
     if origin in (Union, UnionType):
         return Union[tuple(map(_plain_of, parts))]  # noqa: UP007  # of so many
     if origin is dict:

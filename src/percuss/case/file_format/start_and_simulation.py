@@ -108,13 +108,14 @@ def checked_simulation(table: SimulationTable) -> Simulation:
 
 def simulation_of(table: SimulationTable | None, system: System | Machine) -> Simulation:
     """The table [simulation] of a case, and the defaults without it."""
-    return _simulation(table or SimulationTable(), _Scales.of(system))
+    rigid = isinstance(system, Machine) and system.valve.flows
+    return _simulation(table or SimulationTable(), _Scales.of(system), 0 if rigid else DEFAULT_MODES)
 
 
-def _simulation(table: SimulationTable, scales: _Scales) -> Simulation:
+def _simulation(table: SimulationTable, scales: _Scales, usual: int = DEFAULT_MODES) -> Simulation:
     from percuss.simulate.stop import MAX_MODES, Stop  # a steady motion does without
 
-    modes = DEFAULT_MODES if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
+    modes = usual if table.modes is None else count("modes", table.modes, least=0, most=MAX_MODES)
     options: dict[str, Any] = {"impacts": table.impacts, "periodic": table.periodic, "tolerance": table.tolerance}
     given = {name: value for name, value in options.items() if value is not None}
     time = None if table.time is None else scales.number(table.time, "time", "time")

@@ -14,6 +14,7 @@ from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import Side, in_words, outside, side_told
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
+from percuss.explore.continuation.oil_curve import OilCurve
 from percuss.explore.continuation.missed_events import dying_impact, nearest, sheet_jump
 from percuss.explore.continuation.walk import (
     FIRST,
@@ -526,6 +527,16 @@ _FEW = 400  # points of a branch along which a cycle of another label is looked 
 _MET = 1e-7  # of a parameter, within which two branches begin at one flip
 
 
+def curve_of(cycle: ValveCycle, over: Varied) -> MachineCurve:
+    """The curve of a cycle over the parameters of a family."""
+    family = over.family
+    assert drives_itself(family)
+    if cycle.oil is not None:
+        return OilCurve.through(cycle, family, over.names, over.units)
+    tick = cycle.period / (2.0 * math.pi)
+    return MachineCurve(family, over.names, over.units, sequence_of(cycle), cycle.modes, tick)
+
+
 def follow_cycle(
     cycle: ValveCycle,
     over: Varied,
@@ -535,11 +546,7 @@ def follow_cycle(
     halt: Callable[[], bool] | None = None,
 ) -> Branch:
     """The branch of a cycle; see `percuss.explore.follow`."""
-    sequence = sequence_of(cycle)
-    family = over.family
-    assert drives_itself(family)
-    tick = cycle.period / (2.0 * math.pi)
-    curve = MachineCurve(family, over.names, over.units, sequence, cycle.modes, tick)
+    curve = curve_of(cycle, over)
     with halting(halt):
         x = curve.unknowns(cycle, *over.here)
         start = beginning(curve, x)
@@ -553,11 +560,7 @@ def follow_cycle(
 
 def doubled_cycles(cycle: ValveCycle, over: Varied) -> list[ValveCycle]:
     """The cycles at the value of a cycle on the branches that begin at the flips of its own."""
-    family, found = over.family, list[ValveCycle]()
-    assert drives_itself(family)
-    curve = MachineCurve(
-        family, over.names, over.units, sequence_of(cycle), cycle.modes, cycle.period / (2.0 * math.pi)
-    )
+    found, curve = list[ValveCycle](), curve_of(cycle, over)
     start = beginning(curve, curve.unknowns(cycle, *over.here))
     ways = () if start is None else both_ways(lambda point: MachineWalk(curve, point, over.bounds), start, _FEW)
     for one in (one for way in ways for one in way.happened if one.kind is BranchEvent.FLIP):

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -20,6 +21,8 @@ from percuss.halting import check_interrupted, halting
 from percuss.model import Machine
 from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.model.load.valve import Orders
+from percuss.mechanics.oil import OilMotion, oil_machine
+from percuss.steady.oil.oil_cycle import cycle_from, from_rebound, goes_on
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.cycle_times import CycleTimes, under, valve_after
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
@@ -33,6 +36,7 @@ RELEASED = "releases from rest"
 
 _MOST_MODES = 4096
 _MOST_TRIES = 10**7
+_EVERY, _LONG = 8, 60  # of so many random motions of oil that flows one is followed for so many blows
 _SETTLING = 6  # blows after a random rebound, at most, before the stretch that is tried
 _SAME = 1e-7  # of the period, and of the speed
 _REACH = 1.5  # random speeds, over what the valve could give at most
@@ -65,7 +69,7 @@ def valve_orbits(
     start = count("seed", seed, least=0, most=2**63 - 1)
     if machine.contact.is_lossless and machine.body.damping.is_zero:
         raise ParameterError("machine", str(machine), "a machine that loses energy", "give a restitution below 1")
-    search, interrupted = _ValveSearch(machine, p, n, kept), False
+    search, interrupted = (_OilSearch if machine.valve.flows else _ValveSearch)(machine, p, n, kept), False
     with halting(halt):
         try:
             for name, rhythms in (near or {}).items():
@@ -176,6 +180,54 @@ class _ValveSearch:
             cast("Any", self.machine), self.blows, self.valve_cycles, self.modes, cast("Any", good),
             cast("Any", others), tries, dropped, unseen, False, self.sources, ended, interrupted,
         )  # fmt: skip
+
+
+class _OilSearch(_ValveSearch):
+    """The same of a machine whose oil flows: from passages of motions, each of which is followed for a while.
+
+    With elastic modes each cycle of the rigid piston is followed on with them.
+    """
+
+    def drawn(self, random: np.random.Generator, wanted: int) -> Iterator[Any]:
+        machine, numbers = self.machine, oil_machine(self.machine, 0)
+        names = [name for name, _ in machine.valve.pairs]
+        for i in range(wanted):
+            pressure = None
+            if machine.valve.supply is not None:
+                pressure = float(np.exp(random.uniform(-_PRESSURES, _PRESSURES)))
+            state = names[int(random.integers(len(names)))]
+            start = Rebound(_REACH * _speed(machine) * float(random.uniform()), state, Orders(state), pressure)
+            motion = from_rebound(numbers, start)
+            blows = int(random.integers(_SETTLING + 1)) if i % _EVERY else _LONG
+            yield None if goes_on(motion, blows + self.blows) else motion
+
+    def _followed(self, rhythm: Any) -> int | None:
+        found = cycle_from(rhythm, self.blows) if isinstance(rhythm, OilMotion) else None
+        if found is None or (found.blows, found.valve_cycles) != (self.blows, self.valve_cycles):
+            return None
+        if self.modes:
+            found = self._elastic(found)
+            if found is None:
+                return None
+        for number, (other, reason) in enumerate(self.roots):
+            if _is_same(found, other):
+                self.dropped[reason or Drop.KNOWN] += 1
+                return number
+        self.roots.append((found, None))
+        return len(self.roots) - 1
+
+    def _elastic(self, rigid: ValveCycle) -> ValveCycle | None:
+        if (known := self._known.get(rigid.period)) is not None:
+            return known
+        motion = from_rebound(oil_machine(self.machine, self.modes), rigid.rebound)
+        found = None if goes_on(motion, 2 * self.blows) else cycle_from(motion, self.blows)
+        if found is not None:
+            self._known[rigid.period] = found
+        return found
+
+    @cached_property
+    def _known(self) -> dict[float, ValveCycle]:
+        return {}
 
 
 def _speed(machine: Machine) -> float:

@@ -156,7 +156,7 @@ def _searched(
     if isinstance(system, Machine):
         near: dict[str, Any] = (
             orbit_seeds(system, impacts, periods, modes=kept, motions=drawn, seed=seed, progress=progress)
-            if drawn
+            if drawn and not system.valve.flows  # whose own starts are followed until they have settled
             else {}
         )
         if flag("switch", switch) and impacts % 2 == periods % 2 == 0:
