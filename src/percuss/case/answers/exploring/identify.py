@@ -647,9 +647,8 @@ class DataSheetAnswer(ShortRepr):
             "lossless_energy_J": self.fit.lossless_energy * scale.energy_scale,
         }  # fmt: skip
 
-    @property
     def report(self) -> Report:
-        """Its report."""
+        """What `percuss identify` prints."""
         machine, cycle = self.fit.machine, self.fit.cycle
         told = [
             (f"{row['chamber']} chamber", row["to"], row["state"], f"{1e4 * row['area_m2']:.4g} cm²",
@@ -702,9 +701,16 @@ def data_sheet_answer(case: Case, pressure: float, flow: float, rate: float, ene
     nominal = machine.pressure
     if nominal is None:
         raise ParameterError("case", case.file, "a valve by areas, beside its pressure", "give load.pressure and areas")
-    fit = data_sheet(
-        machine, pressure / nominal, flow * nominal / machine.power_scale, rate * machine.time_scale,
-        energy / machine.energy_scale,
-    )  # fmt: skip
+    try:
+        fit = data_sheet(
+            machine, pressure / nominal, flow * nominal / machine.power_scale, rate * machine.time_scale,
+            energy / machine.energy_scale,
+        )  # fmt: skip
+    except ParameterError as error:
+        if error.name != "energy":
+            raise
+        most = pressure * flow / rate / (1.0 - machine.contact.velocity_factor**2)
+        raise ParameterError("energy", f"{energy:g} J", f"less than {most:.4g} J, which takes all of the input",
+                             error.remedy) from None  # fmt: skip
     given = {"pressure": pressure, "flow": flow, "rate": rate, "energy": energy}
     return DataSheetAnswer(case, given, fit)
