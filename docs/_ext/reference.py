@@ -20,7 +20,7 @@ from unittest import mock
 from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
-from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -60,6 +60,7 @@ ORBIT = [Fact(key, "", one.figure.meaning, "", lambda _: None) for key, one in R
 
 FACTS = {
     "machine": (*CYCLE, *POWER),
+    "oil": OIL,
     "blank": BLANK,
     "settled": SETTLED,
     "impact": IMPACT,
