@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from held_program import Held, repeated
 from percuss.blow import Feed, Joint, Rock, Rod, Wall
-from percuss.blow.periods import strike_repeatedly
+from percuss.blow.periods import run_by_waves, strike_repeatedly
 from percuss.blow.periods.repeated import Regime
 from percuss.errors import ParameterError
-from percuss.model import Bar, Section, SectionedBar
+from percuss.model import Bar, Kept, Load, Section, SectionedBar, System
 
 STEEL = {"youngs_modulus": 2e11, "density": 8e3}  # c = 5000 m/s, Z = 4e7 times the area
 BAR = Bar(0.5, area=1e-3, **STEEL)
@@ -181,7 +181,7 @@ def test_random_tools_are_those_of_a_plain_lattice(rod, new):
         ):
             error = abs(getattr(two, name) - getattr(one, name))
             best = 2.0 * getattr(two, name) - getattr(one, name)
-            assert abs(ours - best) < 3.0 * error + 1e-2 * size, name
+            assert abs(ours - best) < 4.0 * error + 2e-2 * size, name
 
 
 @settings(max_examples=40, deadline=None)
@@ -255,6 +255,26 @@ def test_the_mean_force_on_rock_is_that_of_feed_and_blows():
     assert train.regime.kind == "fixed point"
     mean = (train.mean("feed_impulse") + train.mean("impulse")) / 6e-3
     assert train.mean_rock_force == pytest.approx(mean, rel=1e-4)
+
+
+def test_a_machine_strikes_its_fed_tool_as_a_train_does():
+    """A clock drives the striker: its settled blow is that of a train at its speed, and so is what the rock keeps."""
+    system = System.from_si(BAR, Load.harmonic(1500.0, 5000.0, frequency=40.0), Kept(0.03))
+    sections = [Section(0.5, area=1e-3, **STEEL), Section(2.5, area=1e-3, **STEEL)]
+    feed, rock = Feed(1.2e4, damping=Z), Rock(4e8, 0.3)
+    rod = Rod(sections, "rock", bit_mass=1.0, attenuation=0.02, feed=feed, rock=rock)
+    motion = run_by_waves(system, rod, quiet=True, cells=100, estimate=False)
+    assert motion.label == "z=1/1"
+    assert motion.energy.error < 1e-12
+    assert motion.rhythm == (1.0, 0.0)
+    assert motion.left_bound < 0.01
+    assert motion.main.stands.all()
+    speed = float(motion.settled.velocity[0]) * system.speed_scale
+    train = strike_repeatedly(BAR, rod, speed, 1.0 / 40.0, 4, cells=200, estimate=False)
+    blow = train.blows[-1]
+    assert motion.settled.rock_work[0] * system.energy_scale == pytest.approx(blow.rock_dissipated, rel=5e-3)
+    assert motion.settled.impulse[0] * MASS * system.speed_scale == pytest.approx(blow.impulse, rel=5e-3)
+    assert motion.settled.fed[0] * system.length_scale == pytest.approx(blow.advance, rel=5e-3)
 
 
 # -- what is read from many blows

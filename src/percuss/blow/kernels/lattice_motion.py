@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.blow.kernels.lattice_records import LOAD, OFF, REBOUNDED
-from percuss.blow.kernels.tool_motion import bit_moved, carried_on, recoil, recoiled, rock_replaced
+from percuss.blow.kernels.tool_motion import bit_moved, carried_on, departure, recoil, recoiled, rock_replaced
 from percuss.compiled import entry, inlined, inner, summed
 
 # ---- A tool that is laid against fresh rock between blows
@@ -127,6 +127,7 @@ def open_contact(now, count, contacts, time, momentum, step):
     one.momentum_after, one.energy_after = momentum, now.energy
     one.averaged_before = one.averaged_after = now.averaged
     one.rock_before, one.advanced_before, one.blow = now.rock_work, now.advanced, count.blow
+    one.left, one.stood = 0.0, 0.0
 
 
 @inlined
@@ -303,9 +304,14 @@ def stepped(machine, now, count, contacts):
     work = load * speed * step
     given, moved = now.rod_work, now.moved
     through(bar, entering, load, machine.load_at)
+    struck = count.struck
     damped = held.active and held.at == 0 and held.stiffness + held.damping > 0.0
     back, ahead, touched = meeting(now, count, contacts, face, held, damped, load, time, step, f, f_next, g, g_next)
     bar.left[here] = back
+    if held.renews and struck == 0 and count.struck == 1:
+        one = contacts[count.contacts - 1]
+        one.left = departure(machine, now)
+        one.stood = 1.0 if held.tool[0].rock_force > 0.0 else 0.0
     if held.active:
         if held.at == 0 and not damped:
             held.tool[0].place += now.moved - moved

@@ -210,6 +210,8 @@ CONTACT = np.dtype(
         ("given", "f8"),  # ∫ N v dt at the rod's face
         ("rock_before", "f8"),
         ("advanced_before", "f8"),
+        ("left", "f8"),  # of a tool that is held: energy departing from its static state as a blow begins
+        ("stood", "f8"),  # and 1 if the bit was on the rock then
         ("blow", "i8"),
     ]
 )

@@ -333,6 +333,31 @@ def rock_replaced(bit, held, now, count):
     count.struck = 0
 
 
+@inner
+def departure(machine, now):
+    """Energy of what departs from the static state in the tool, its masses and the springs of its joints."""
+    rod, held = machine.rod, machine.held
+    total = 0.5 * machine.bit.mass * now.bit_velocity * now.bit_velocity
+    for i in range(rod.cells.size):
+        cells, sum_ = rod.cells[i], 0.0
+        fade = held.decay[i] ** (2.0 / cells)  # of the energy, in a cell
+        for wave in (rod.right, rod.left):
+            share = held.decay[i] ** (1.0 / cells)
+            for j in range(cells - 1, -1, -1):  # from the wave that has just entered on
+                at = rod.slot[i] + j
+                if at >= cells:
+                    at -= cells
+                sum_ += share * wave[rod.first[i] + at] * wave[rod.first[i] + at]
+                share *= fade
+        total += rod.impedance[i] * machine.step * sum_
+    for i in range(held.kind.size):
+        one = held.joint[i]
+        if held.kind[i] == ELASTIC:
+            total += 0.5 * held.spring[i] * one.place * one.place
+        total += 0.5 * held.mass[i] * one.velocity * one.velocity
+    return total
+
+
 # ---- One step of all waves in a tool that is held
 
 
