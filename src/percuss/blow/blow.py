@@ -386,7 +386,9 @@ class Blow(BlowBalance):
         back = 0 if course.endless(section) else course.transit[section] - delay
         z = float(rod.impedance[number]) * course.scales.velocity
         incident, reflected = course.trace(2 * section, delay), course.trace(2 * section + 1, back)
-        return GaugeWaves(incident.scaled(z, time), reflected.scaled(-z, time), float(rod.impedance[number]))
+        one, other = (z * float(course.fade(section, ticks * course.tick)) for ticks in (delay, back))
+        z, static = float(rod.impedance[number]), course.preload(section) * course.scales.force
+        return GaugeWaves(incident.scaled(one, time), reflected.scaled(-other, time), z, static)
 
     @cached_property
     def first_pulse(self) -> Pulse | None:
