@@ -323,6 +323,11 @@ class Blow(BlowBalance):
         return course.sums(2 * course.size + 2, 0, course.end).plain * course.scales.momentum
 
     @property
+    def penetration_before(self) -> float | None:
+        """The greatest before the blow, under the feed or of the crater; None without rock."""
+        return None if self.greatest_penetration is None else self._course.crater * self._course.scales.length
+
+    @property
     def tool_momentum_error(self) -> float | None:
         """By how much J + ∫ Q dt − ∫ F dt is not the momentum of the tool; relative to J, None without rock."""
         course = self._course
