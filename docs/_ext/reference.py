@@ -21,7 +21,7 @@ from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, 
 from percuss.case.answers.drilling_answer import BLOW, DRILLING, HELD, STATIC
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
-from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -61,6 +61,7 @@ ORBIT = [Fact(key, "", one.figure.meaning, "", lambda _: None) for key, one in R
 
 FACTS = {
     "machine": (*CYCLE, *POWER),
+    "oil": OIL,
     "blank": BLANK,
     "settled": SETTLED,
     "impact": IMPACT,

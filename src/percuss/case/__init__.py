@@ -17,7 +17,13 @@ if TYPE_CHECKING:
     from percuss.case.answers.exploring.design import DesignAnswer, DesignPlane, Limit, design
     from percuss.case.answers.exploring.diagram_answer import diagram_answer, diagram_job_of
     from percuss.case.answers.exploring.exploration import basins_job_of, experiment_job_of, sweep_job_of
-    from percuss.case.answers.exploring.identify import IdentifyAnswer, identify, parsed_unknown
+    from percuss.case.answers.exploring.identify import (
+        DataSheetAnswer,
+        IdentifyAnswer,
+        data_sheet_answer,
+        identify,
+        parsed_unknown,
+    )
     from percuss.case.answers.exploring.orbits_answer import branch_answer, orbits_answer, rest_cycles_answer
     from percuss.case.answers.exploring.point_curves_answer import point_curves_answer
     from percuss.case.answers.exploring.reach_answer import reach_answer

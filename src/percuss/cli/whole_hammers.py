@@ -25,9 +25,11 @@ from percuss.cli.arguments import (
     write_case,
 )
 from percuss.cli.long_commands import CARRYING, carried, watching
-from percuss.errors import Interrupted
+from percuss.errors import Interrupted, ParameterError
+from percuss.units import si
 
 if TYPE_CHECKING:
+    from percuss.case import Case
     from percuss.optimum import SearchProgress
 
 _HAMMERS = 1500
@@ -226,9 +228,14 @@ load that keeps time, its frequency.""",
   percuss identify valve-breaker --blows times.csv
   percuss identify breaker.toml --blows times.csv --vary contact.restitution --given bar.diameter=±0.5mm --plot fit.png
   percuss identify valve-breaker --blows times.csv --vary load.pressure=140..180bar --vary load.ports[0].behind \\
-      --given "load.states.return.front=±4 %" -o fitted.toml --report fit.html""",
+      --given "load.states.return.front=±4 %" -o fitted.toml --report fit.html
+  percuss identify valve-drifter --pressure "175 bar" --flow "123 l/min" --rate "68 Hz" --energy "277 J" -o as_built.toml""",
     CASE,
-    option("--blows FILE", "the measured blows: .csv and the like", required=True),
+    option("--blows FILE", "the measured blows: .csv and the like"),
+    option("--pressure P", "a data sheet in place of blows: the working pressure …"),
+    option("--flow Q", "… the flow of the oil …"),
+    option("--rate F", "… the blow rate …"),
+    option("--energy E", "… and the energy of a blow: what losses explain them"),
     option("--vary KEY", "a number to be found, KEY or KEY=LOW..HIGH; may be repeated", action="append", default=[]),
     option(
         "--given KEY=±HALF",
@@ -250,6 +257,8 @@ def identify(_: Parser, options: argparse.Namespace) -> int:
     from percuss.recordings import read_blows
 
     case = named_case(options.case)
+    if options.blows is None:
+        return _data_sheet(case, options)
     record = read_blows(options.blows)
     vary = [parsed_unknown(words, case) for words in options.vary]
     given = [parsed_tolerance(words, case) for words in options.given]
@@ -261,3 +270,27 @@ def identify(_: Parser, options: argparse.Namespace) -> int:
         options, answer.to_json_dict, answer.report, lambda: plot.identify(answer), indent=1,
         case=options.output, report=options.report,
     )  # fmt: skip
+
+
+_SHEET = {"pressure": "pressure", "flow": "flow", "rate": "frequency", "energy": "energy"}
+
+
+def _data_sheet(case: Case, options: argparse.Namespace) -> int:
+    """What losses explain a data sheet."""
+    from percuss.case import data_sheet_answer
+    from percuss.cli.report_printing import answered, filed
+
+    lacking = [name for name in _SHEET if getattr(options, name) is None]
+    if len(lacking) == len(_SHEET):
+        raise ParameterError("--blows", None, "a record of blows, or the figures of a data sheet",
+                             "give --blows FILE, or --pressure, --flow, --rate and --energy")  # fmt: skip
+    if lacking:
+        raise ParameterError(f"--{lacking[0]}", None, "all four of --pressure, --flow, --rate and --energy")
+    figures = {name: si(getattr(options, name), of, f"--{name}") for name, of in _SHEET.items()}
+    answer = data_sheet_answer(case, **figures)
+    if options.output is not None:
+        write_case(answer.best, options.output)
+    filed(options.report, options.paper, case, answer)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: None, indent=1, case=options.output, report=options.report
+    )

@@ -453,13 +453,15 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
                 left.append(one)
     for i, machine in left:
         try:
-            motion = self_excited_motion(machine, modes=job.multiplier_modes, room=family.room(machine))
+            modes = job.multiplier_modes if job.modes is not None or not machine.valve.flows else 0
+            motion = self_excited_motion(machine, modes=modes, room=family.room(machine))
             cycle = motion.cycle
             numbers: tuple[float, ...] | None = None
             if cycle is not None and cycle.blows == 1:
                 numbers = tuple(getattr(cycle, name) for name in _OF_CYCLES[:5])
                 numbers = (*numbers, cycle.blow_speed, cycle.main_energy, abs(cycle.multiplier))
-            _put(job, out, i, machine, motion.obstacle, "starts" in out and motion.starts_from_rest, numbers)
+            drawn = None if cycle is None or cycle.oil is None else cycle.drawn
+            _put(job, out, i, machine, motion.obstacle, "starts" in out and motion.starts_from_rest, numbers, drawn)
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = failure(error)
 
@@ -472,6 +474,7 @@ def _put(
     obstacle: Obstacle | None,
     starts: bool,
     cycle: tuple[float, ...] | None,
+    drawn: float | None = None,
 ) -> None:
     found: dict[str, float | None] = {"runs": obstacle is None, "starts": starts}
     found["stall"] = STALLS.index("runs" if obstacle is None else obstacle.value)
@@ -483,6 +486,7 @@ def _put(
             length, time, joule = machine.length_scale, machine.time_scale, machine.energy_scale
         supply, forces = machine.valve.supply, [force for _, force in machine.valve.pairs]
         volume, lasts = work if supply is None else supply.flow * period, period * time
+        volume = volume if drawn is None else drawn
         if machine.pressure is not None and job.is_si:
             found["flow"] = volume * joule / machine.pressure / lasts
         elif not job.is_si:

@@ -25,6 +25,7 @@ from percuss.simulate.stop import Stop
 _CODES = {"impact": IMPACT, "port": PORT, "valve": VALVE, "rest": REST, "leaves": RELEASE}
 _STRETCH = 4  # blows between two looks at the outside
 _IDLE = 400.0  # units of time without a blow after which a motion has ended
+_SHORTER = 1e5  # times the tolerance: a motion that nearly repeats may come to do so
 _MEMORY = 32  # blows that later ones are compared with
 _WANDERS, _NEAR = 64, 1e-3  # blows after which a motion that comes back to none of them is irregular
 _SNAPSHOT = ("now", "bar", "blend", "orders", "touched", "sums")
@@ -318,6 +319,8 @@ class FlowingOil:
         states = table[:, 5:] / scales
         for p in range(1, min(_MEMORY, (len(table) - 1) // 2) + 1):
             off = max(float(np.abs(states[-1 - i] - states[-1 - p - i]).max()) for i in range(p + 1))
+            if tolerance < off <= _SHORTER * tolerance:
+                return False  # it may come to repeat so, and a multiple of p be met before
             if off <= tolerance:
                 last, first = table[-1], table[-1 - p]
                 changes, rests = int(last[1] - first[1]), int(last[2] - first[2])

@@ -66,7 +66,7 @@ class OilCurve(MachineCurve):
         machine = self.system(*self.values(x))
         fresh = self.passage.of(machine)
         self.own.put(fresh.state, x[: self.own.size] * self.scales, self.own.values(fresh.state))
-        return replace(fresh, blows=self.sequence.blows)  # type: ignore[attr-defined]
+        return replace(fresh.of(machine), blows=self.sequence.blows)  # type: ignore[attr-defined]
 
     def _returned(self, x: Array, directions: int) -> tuple[Passage, OilMotion]:
         passage = self._passage(x)

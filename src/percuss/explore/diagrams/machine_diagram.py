@@ -17,6 +17,7 @@ from percuss.explore.orbit_starts import last_rhythm, orbit_seeds
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.steady import orbits
+from percuss.steady.oil.oil_cycle import cycle_from
 from percuss.steady.self_excited.settling import rest_cycles_of, solved
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def machine_branches(
 def _searched(
     machine: Machine, label: tuple[int, int], modes: int, tries: int, stopped: Callable[[], bool]
 ) -> list[ValveCycle]:
-    near = orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
+    near = {} if machine.valve.flows else orbit_seeds(machine, *label, modes=modes, motions=_STARTS)
     found = orbits(machine, *label, modes=modes, tries=tries, near=near, progress=lambda _: stopped())
     known: Sequence[Any] = found.orbits
     return [*known, *(rest_cycles_of(machine, modes) if label == (1, 1) else ())]
@@ -90,7 +91,12 @@ def _settled_on(machine: Machine, modes: int) -> list[ValveCycle]:
         motion = run(machine, start, modes=modes, stop=Stop(_IMPACTS))
         cycle = motion.cycle
         rests |= cycle is not None and cycle.kind > 0
-        if cycle is not None and cycle.impacts and not cycle.kind:
+        if machine.valve.flows:
+            if cycle is not None and cycle.impacts:
+                from percuss.simulate.oil import FlowingOil
+
+                found.append(cycle_from(FlowingOil.restored(machine, modes, motion.snapshot).motion, cycle.impacts))
+        elif cycle is not None and cycle.impacts and not cycle.kind:
             rhythm = last_rhythm(machine, start, motion, cycle.impacts)
             found.append(None if rhythm is None else solved(machine, modes, rhythm))
     return [*(one for one in found if one is not None), *(rest_cycles_of(machine, modes) if rests else ())]

@@ -18,6 +18,7 @@ from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFl
 
 _SETTLING, _LONGER, _MOST = 12, 160, 1200  # blows that are followed
 _NEWTON, _CLOSE, _LEADS = 24, 3e-14, 0.03  # steps, the last one, and the next one where derivatives are kept
+_SHORTER = 1e-7  # of the scales: a cycle that is one of fewer blows
 _ALIKE = 1e-3  # blows that differ by no more may repeat
 _MOST_BLOWS = 8  # in a cycle
 _LOOKS = 96  # times of a period in which a chamber's pressure is looked at
@@ -224,6 +225,18 @@ class Passage:
         ended = motion.run(until, section=self.port, since=float(self.blows), entering=[self.port], most=1 << 16)
         return motion if ended == kn.AT_SECTION and motion.blows == self.blows else None
 
+    @property
+    def is_shorter(self) -> bool:
+        """Whether its cycle is one of fewer blows, several times."""
+        unknowns = OilUnknowns.of(self.numbers, self.state)
+        scales, here = unknowns.scales(self.numbers), unknowns.values(self.state)
+        for blows in (part for part in range(1, self.blows) if self.blows % part == 0):
+            motion = replace(self, blows=blows).returned(self.state)
+            if motion is not None and OilUnknowns.of(self.numbers, motion.state) == unknowns:
+                if float(np.max(np.abs(unknowns.values(motion.state) - here) / scales)) < _SHORTER:
+                    return True
+        return False
+
     def solved(self) -> Passage | None:
         """The passage that repeats, by Newton's method; None where it does not converge."""
         state = _copied(self.state)
@@ -250,8 +263,10 @@ class Passage:
             if not (near or fresh_slope or size <= _LEADS * best):
                 slope = None
                 continue
-            fresh = OilMotion.again(self.numbers, state).state
+            again = OilMotion.again(self.numbers, state)
+            fresh = again.state
             unknowns.put(fresh, x + step, x)
+            kn.begun(self.numbers.law, fresh, again.work)
             if near:
                 last = self.returned(fresh, unknowns.size)
                 return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row)[0])
@@ -266,17 +281,23 @@ def _copied(state: kn.OilState) -> kn.OilState:
 def passage_of(motion: OilMotion) -> Passage | None:
     """A passage in which a motion now comes to a port: one at which nothing waits, where there is one."""
     numbers, found = motion.numbers, []
-    met = {e.detail for e in motion.events[-64:] if e.kind == "port"}
-    for port in sorted(met):
+    unit = float(numbers.law.numbers[kn.UNIT])
+    for port in range(len(numbers.machine.valve.ports)):
         if numbers.law.ports[port, kn.ON_IMPACT]:
             continue
         copy = OilMotion.again(numbers, _copied(motion.state))
-        unit = float(numbers.law.numbers[kn.UNIT])
-        if copy.run(_IDLE * unit, section=port, most=1 << 16) == kn.AT_SECTION:
+        if copy.run(_IDLE * unit, 64.0, section=port, most=1 << 16) == kn.AT_SECTION:
             state = _copied(copy.state)
             waits = int(state.now[kn.COUNT]) + 2 * bool(state.now[kn.STROKE] < math.inf)
             found.append((waits, port, Passage(numbers, port, state)))
     return min(found, key=lambda one: one[:2])[2] if found else None
+
+
+def cycle_from(motion: OilMotion, blows: int) -> ValveCycle | None:
+    """The cycle of so many blows to which Newton's method leads from where a motion is now."""
+    passage = passage_of(motion)
+    solved = None if passage is None else replace(passage, blows=blows).solved()
+    return None if solved is None or solved.is_shorter else cycle_at(solved)
 
 
 # ---- The cycle as other machines have it
@@ -376,7 +397,13 @@ def recorded_cycle(
         n = numbers.modes + 1
         order = [*np.arange(2 * n).reshape(2, n).T.reshape(-1), *range(2 * n, len(slope))]
         slope = slope[np.ix_(order, order)]
-    told = cycle_told(machine, numbers.modes, start.state, start.orders, tuple(flights), happened, slope)
+    blow, lying = 0, [blows - 1] if state.now[kn.RESTING] > 0.0 else []
+    for event in marks:
+        blow += event.kind == "impact"
+        lying += [blow - 1] if event.kind == "rest" and blow else []
+    told = cycle_told(
+        machine, numbers.modes, start.state, start.orders, tuple(flights), happened, slope, tuple(sorted(set(lying)))
+    )
     return replace(told, oil=motion.balance, passage=passage)
 
 
@@ -452,13 +479,10 @@ def _cycle_of(motion: OilMotion, starts: bool) -> OilSettled:
     """The cycle in which a motion that goes on settles."""
     followed = 0
     for more in (_SETTLING, _LONGER, _MOST):
-        passage = passage_of(motion)
-        if passage is not None:
-            for blows in _alike(motion):
-                solved = replace(passage, blows=blows).solved()
-                cycle = None if solved is None else cycle_at(solved)
-                if cycle is not None:
-                    return OilSettled(cycle, "", motion, starts)
+        for blows in _alike(motion):
+            cycle = cycle_from(motion, blows)
+            if cycle is not None:
+                return OilSettled(cycle, "", motion, starts)
         ending = goes_on(motion, more)
         followed += more
         if ending:

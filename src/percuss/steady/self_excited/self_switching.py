@@ -483,7 +483,7 @@ def rigid_cycles(
     from percuss.steady.self_excited import cycle_kernels as many  # only here is the compiler needed
 
     pistons = [Piston(machine) for machine in machines]
-    fed = np.array([machine.valve.supply is not None for machine in machines], dtype=bool)
+    fed = np.array([machine.valve.supply is not None or machine.valve.flows for machine in machines], dtype=bool)
     n = len(pistons)
     does, told = np.full(n, many.UNKNOWN, dtype=np.int64), np.full((n, many.TOLD), np.nan)
     derivatives, begun = np.zeros((n, many.NUMBERS, many.NUMBERS)), np.zeros(n, dtype=np.bool_)

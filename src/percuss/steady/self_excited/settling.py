@@ -318,6 +318,8 @@ def rest_cycles_of(machine: Machine, count: int, valve_cycles: int = 1) -> tuple
     It is followed the longer the more cycles of its valve one is looked for with.
     """
     found, valve = list[ValveCycle](), machine.valve
+    if valve.flows:  # whose cycles are found with their rests
+        return ()
     for state, _ in valve.pairs:
         if valve.force(state) > 0.0:
             continue

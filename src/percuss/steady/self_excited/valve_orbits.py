@@ -21,8 +21,8 @@ from percuss.halting import check_interrupted, halting
 from percuss.model import Machine
 from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.model.load.valve import Orders
-from percuss.mechanics.oil import oil_machine
-from percuss.steady.oil.oil_cycle import cycle_at, from_rebound, goes_on, passage_of
+from percuss.mechanics.oil import OilMotion, oil_machine
+from percuss.steady.oil.oil_cycle import cycle_from, from_rebound, goes_on
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.cycle_times import CycleTimes, under, valve_after
 from percuss.steady.self_excited.event_sequence import EventSequence, sequence_in
@@ -202,9 +202,7 @@ class _OilSearch(_ValveSearch):
             yield None if goes_on(motion, blows + self.blows) else motion
 
     def _followed(self, rhythm: Any) -> int | None:
-        passage = passage_of(rhythm)
-        solved = None if passage is None else replace(passage, blows=self.blows).solved()
-        found = None if solved is None else cycle_at(solved)
+        found = cycle_from(rhythm, self.blows) if isinstance(rhythm, OilMotion) else None
         if found is None or (found.blows, found.valve_cycles) != (self.blows, self.valve_cycles):
             return None
         if self.modes:
@@ -215,19 +213,14 @@ class _OilSearch(_ValveSearch):
             if _is_same(found, other):
                 self.dropped[reason or Drop.KNOWN] += 1
                 return number
-        reason = Drop.REPEAT if any(_is_same(found, found, i) for i in range(1, self.blows)) else None
-        self.roots.append((found, reason))
-        if reason is not None:
-            self.dropped[reason] += 1
+        self.roots.append((found, None))
         return len(self.roots) - 1
 
     def _elastic(self, rigid: ValveCycle) -> ValveCycle | None:
         if (known := self._known.get(rigid.period)) is not None:
             return known
         motion = from_rebound(oil_machine(self.machine, self.modes), rigid.rebound)
-        passage = None if goes_on(motion, 2 * self.blows) else passage_of(motion)
-        solved = None if passage is None else replace(passage, blows=self.blows).solved()
-        found = None if solved is None else cycle_at(solved)
+        found = None if goes_on(motion, 2 * self.blows) else cycle_from(motion, self.blows)
         if found is not None:
             self._known[rigid.period] = found
         return found

@@ -23,6 +23,8 @@ from percuss.errors import HistoryError, ParameterError, PercussError, extra_pac
 from percuss.model.checks import Array, count, instance, several, text
 from percuss.recordings import BlowRecord
 from percuss.short_repr import ShortRepr
+from percuss.steady.oil.data_sheet import DataSheetFit, data_sheet
+from percuss.steady.oil.oil_figures import path_losses
 
 if TYPE_CHECKING:
     from percuss.case.answers.whole_hammer import WholeFigure, WholeHammer
@@ -543,3 +545,172 @@ def identify(
         tuple(FittedFigure(name, was, x, mean, math.sqrt(spread)) for name, was, x, mean, spread in compared),
         chi_square, spare, agreement, "" if best is None else best.stopped,
     )  # fmt: skip
+
+
+# ---- What losses explain a data sheet
+
+
+@dataclass(frozen=True)
+class DataSheetAnswer(ShortRepr):
+    """What areas, places of ports and losses of its oil a hammer has that meets a data sheet.
+
+    Attributes
+    ----------
+    given
+        Pressure, flow, rate and energy of the sheet, in base units.
+    """
+
+    case: Case
+    given: Mapping[str, float]
+    fit: DataSheetFit
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Parts of the input, by name."""
+        return {name: loss / self.fit.cycle.work for name, loss in path_losses(self.fit.cycle).items()}
+
+    @property
+    def passages(self) -> list[dict[str, Any]]:
+        """Of each: chamber, line, state, area of the chamber (m²), and its drop (Pa) at the flow of the blow speed."""
+        machine, oil = self.fit.machine, self.fit.machine.valve.oil
+        assert oil is not None
+        known, pressure, rows = {one.name: one for one in oil.chambers}, self.given["pressure"], []
+        speed = self.fit.cycle.blow_speed
+        for state, joins in oil.pairs:
+            for join in joins:
+                area, zeta = known[join.chamber].area, max(join.inward, join.outward)
+                size = area * machine.force_scale / pressure
+                flow = area * speed
+                rows.append({
+                    "chamber": join.chamber, "to": join.to, "state": state, "area_m2": size,
+                    "drop_Pa": zeta * flow * flow * pressure, "at_m3_s": size * speed * machine.speed_scale,
+                })  # fmt: skip
+        return rows
+
+    @property
+    def lost(self) -> float:
+        """Part of the input that passages take."""
+        return math.fsum(share for name, share in self.shares.items() if name.startswith("orifice_"))
+
+    @property
+    def efficiency(self) -> float:
+        """Delivered over input."""
+        return self.shares["impact"]
+
+    @property
+    def best(self) -> Case:
+        """The case with these areas, places and passages, and the pressure and flow of the sheet."""
+        tables, oil = self.case.to_dict(), self.fit.machine.valve.oil
+        load = dict(tables["load"])
+        assert oil is not None
+        sizes = {row["chamber"]: row["area_m2"] for row in self.passages}
+        load["pressure"] = f"{self.given['pressure'] / 1e5:.6g} bar"
+        load["chambers"] = {
+            one.name: {"area": f"{1e4 * sizes[one.name]:.6g} cm^2", "side": one.side} for one in oil.chambers
+            if one.name in sizes
+        }  # fmt: skip
+        load["states"] = {name: {join.chamber: join.to for join in joins} for name, joins in oil.pairs}
+        load["orifices"] = [
+            {"chamber": row["chamber"], "to": row["to"], "state": row["state"],
+             "drop": f"{row['drop_Pa'] / 1e5:.6g} bar", "at": f"{6e4 * row['at_m3_s']:.6g} l/min"}
+            for row in self.passages if row["drop_Pa"] > 0.0
+        ]  # fmt: skip
+        scale = self.fit.machine.length_scale
+        ports = zip(load["ports"], self.fit.machine.valve.ports, strict=True)
+        load["ports"] = [
+            own if port.behind is None else {**own, "behind": f"{1e3 * port.behind * scale:.6g} mm"}
+            for own, port in ports
+        ]  # fmt: skip
+        if "supply" in load and "flow" in load["supply"]:
+            load["supply"] = {**load["supply"], "flow": f"{6e4 * self.given['flow']:.6g} l/min"}
+        return self.case._with({**tables, "load": load})
+
+    @property
+    def summary(self) -> str:
+        """What explains the sheet, in a sentence or two."""
+        worst = max(self.passages, key=lambda row: row["drop_Pa"] * row["at_m3_s"])
+        text = f"{percent(self.efficiency)} of the input reaches the steel; {percent(self.lost)} is lost in passages: "
+        text += f"{worst['drop_Pa'] / 1e5:.3g} bar at {6e4 * worst['at_m3_s']:.3g} l/min"
+        text += f" between the {worst['chamber']} chamber and the {worst['to']}."
+        free = self.fit.lossless_energy * self.fit.machine.energy_scale
+        return f"{text} Without losses the same pressure, flow and rate would give {quantity(free, 'J')} a blow."
+
+    def to_json_dict(self) -> dict[str, Any]:
+        """In plain values, as `percuss identify --energy … --json` prints it."""
+        scale = self.fit.machine
+        return {
+            "case": self.case.file, "title": self.case.title, "given": dict(self.given),
+            "areas": self.fit.areas, "places": self.fit.places, "passages_factor": self.fit.passages,
+            "passages": self.passages, "losses": self.shares, "efficiency": self.efficiency,
+            "stroke_m": self.fit.cycle.stroke * scale.length_scale,
+            "impact_velocity_m_s": self.fit.cycle.blow_speed * scale.speed_scale,
+            "lossless_energy_J": self.fit.lossless_energy * scale.energy_scale,
+        }  # fmt: skip
+
+    def report(self) -> Report:
+        """What `percuss identify` prints."""
+        machine, cycle = self.fit.machine, self.fit.cycle
+        told = [
+            (f"{row['chamber']} chamber", row["to"], row["state"], f"{1e4 * row['area_m2']:.4g} cm²",
+             f"{row['drop_Pa'] / 1e5:.4g} bar at {6e4 * row['at_m3_s']:.4g} l/min")
+            for row in self.passages
+        ]  # fmt: skip
+        rows = (
+            ("areas", f"{number(self.fit.areas)} times those of the case"),
+            ("ports", f"{number(self.fit.places)} times as far behind the tool"),
+            ("stroke", quantity(cycle.stroke * machine.length_scale, "m")),
+            ("speed", f"{number(cycle.blow_speed * machine.speed_scale)} m/s"),
+            ("losses", ", ".join(f"{name.replace('_', ' ')} {percent(share)}" for name, share in self.shares.items()
+                                 if share >= 5e-4)),
+            ("assumed", "a constant pressure; the mass, the delays and the ratio of the areas of the case; each passage "
+                        "takes the same pressure at the same speed of the piston, where the case has none"),
+        )  # fmt: skip
+        sections = (
+            ReportSection("What explains the data sheet", rows),
+            Grid("Passages", ("chamber", "to", "state", "area", "drop"), tuple(told)),
+        )
+        return Report(self.case.title, self.summary, GOOD, sections)
+
+
+def data_sheet_answer(case: Case, pressure: float, flow: float, rate: float, energy: float) -> DataSheetAnswer:
+    """What losses of its oil explain the data sheet of a hammer whose piston switches the valve.
+
+    Parameters
+    ----------
+    pressure, flow, rate, energy
+        Of the sheet, in Pa, m³/s, Hz and J; mass, delays and the ratio of areas are those of the case.
+
+    Raises
+    ------
+    ParameterError
+        For a case without units or valve, and figures that contradict each other.
+    ConvergenceError
+        Where no areas, places of ports and losses have these figures.
+
+    Examples
+    --------
+    >>> from percuss.case import data_sheet_answer, load_case
+    >>> found = data_sheet_answer(load_case("valve-drifter"), 175e5, 123 / 6e4, 68.0, 277.0)
+    >>> f"{found.efficiency:.3f} {found.lost:.3f}"
+    '0.504 0.464'
+    """
+    checked_case(case)
+    if not case.is_machine or not case.is_si:
+        raise ParameterError("case", case.file, "a case in SI whose piston switches the valve")
+    machine = case.machine()
+    nominal = machine.pressure
+    if nominal is None:
+        raise ParameterError("case", case.file, "a valve by areas, beside its pressure", "give load.pressure and areas")
+    try:
+        fit = data_sheet(
+            machine, pressure / nominal, flow * nominal / machine.power_scale, rate * machine.time_scale,
+            energy / machine.energy_scale,
+        )  # fmt: skip
+    except ParameterError as error:
+        if error.name != "energy":
+            raise
+        most = pressure * flow / rate / (1.0 - machine.contact.velocity_factor**2)
+        raise ParameterError("energy", f"{energy:g} J", f"less than {most:.4g} J, which takes all of the input",
+                             error.remedy) from None  # fmt: skip
+    given = {"pressure": pressure, "flow": flow, "rate": rate, "energy": energy}
+    return DataSheetAnswer(case, given, fit)
