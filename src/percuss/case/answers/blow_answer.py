@@ -34,7 +34,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
-from percuss.case.answers.transfer import ASSUMED, BlowFatigue, blow_fatigue
+from percuss.case.answers.transfer import BlowFatigue, assumed, blow_fatigue
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
@@ -253,6 +253,10 @@ def _incident(answer: BlowAnswer, tell: Teller) -> str:
     return f"{text}counted again; less the reflected wave it is {tell(passed - back, 'energy')}"
 
 
+def _preload(answer: BlowAnswer, tell: Teller) -> str | None:
+    return tell(answer.waves.preload, "force") if answer.waves and answer.waves.preload else None
+
+
 GAUGE: tuple[Fact[BlowAnswer], ...] = (
     Fact("place", "gauge", "from the struck face; in a dimensionless case the time that a wave takes from there", "",
          "gauge", "{gauge:length} from the face"),
@@ -265,7 +269,7 @@ GAUGE: tuple[Fact[BlowAnswer], ...] = (
          "energy", "waves.tool_energy",
          "{waves.tool_energy:energy}; the energy that passes only while nothing has come back"),
     Fact("preload", "preload", "static force there under the feed, which a gauge that is set to zero does not show",
-         "force", "waves.preload", lambda one, tell: tell(one.waves.preload, "force") if one.waves and one.waves.preload else None),
+         "force", "waves.preload", _preload),
     Fact("force_greatest", "", "the greatest force there, the preload with it", "",
          lambda one: None if one.gauge_force is None else one.gauge_force[0]),
     Fact("force_least", "", "the least, negative in tension", "",
@@ -297,7 +301,8 @@ ROCK: tuple[Fact[BlowAnswer], ...] = (
          "pulse and on elastic rock", "", "beta",
          "{beta} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
     Fact("efficiency", "efficiency", r"$\eta_1$, work on the rock over the energy before", "", "blow.efficiency",
-         lambda one, tell: said(f"{{blow.efficiency:percent}} of the energy before the blow; it assumes {ASSUMED}", one,
+         lambda one, tell: said(f"{{blow.efficiency:percent}} of the energy before the blow; it assumes "
+                                f"{assumed(one.blow.target)}", one,
                                 tell)),
     Fact("efficiency_with_rebound", "without rebound",
          r"$\eta_2$, the same with the energy of the rebounding striker taken off the energy before", "",
@@ -343,10 +348,12 @@ class Formula(NamedTuple):
 
 
 def _formulas(answer: BlowAnswer) -> tuple[Formula, ...]:
-    """The closed forms that apply to a blow; none under a load, or where sections have different speeds."""
+    """The closed forms that apply to a blow; none under a load, and of sections with different speeds or losses."""
     from percuss.blow.bodies import striker_sections
 
-    blow = answer.blow
+    blow, rod = answer.blow, answer.rod
+    if rod is not None and (rod.joint_at or any(rod.attenuation) or (rod.feed is not None and rod.feed.damping)):
+        return ()
     alike = blow.velocity is not None and bool((blow.velocity == blow.velocity[0]).all())
     if not alike or blow.load_work != 0.0 or not blow.contacts:
         return ()
@@ -402,9 +409,11 @@ def _on_rock(answer: BlowAnswer, z: float, tau: float) -> list[Formula]:
     rod, blow = answer.rod, answer.blow
     assert rod is not None and rod.rock is not None
     beta, gamma = 2.0 * tau * rod.rock.stiffness / z, rod.rock.unloading_ratio
-    one, best = matched_efficiency(beta, gamma), matched_efficiency(BEST_BETA, gamma)
+    phi = 0.0 if rod.feed is None else 2.0 * rod.feed.force / (z * blow.mean_velocity_before)
+    one, best = matched_efficiency(beta, gamma, phi), matched_efficiency(BEST_BETA, gamma, phi)
     wave, done = best_efficiency(beta, gamma), blow.rock_dissipated / blow.energy_before
-    said = f"2(1 − γ)(1 − e^−β)²/β = {percent(one, 4)} at β = {number(beta)}"
+    said = "2(1 − γ)(1 − e^−β)²/β" if phi == 0.0 else "2(1 − γ)[(1 − e^−β)² + φ(1 − e^−β)]/β"
+    said += f" = {percent(one, 4)} at β = {number(beta)}" + (f", φ = {number(phi)} of the feed" if phi else "")
     return [
         Formula("Lundberg 1973", f"{_beside(said, percent(done, 4))}, later waves included", one, done),
         Formula("best β", f"{number(BEST_BETA)} gives {percent(best, 4)} with a rectangular wave", best, done),
