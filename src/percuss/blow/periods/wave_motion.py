@@ -55,6 +55,15 @@ class LatticeRun:
         }
         for name, value in state.items():
             self.now[name] = value
+        if machine.held.active and machine.bit.stiffness > 0.0 and machine.held.preload[-1] > 0.0:
+            self._stand(machine.held.preload[-1])
+
+    def _stand(self, force: float) -> None:
+        """Let the bit stand on fresh rock under a force."""
+        bit = self.machine.bit
+        self.now["penetration"] = self.now["greatest"] = force / bit.stiffness
+        self.now["rock_work"] = -0.5 * (1.0 - bit.ratio) * force**2 / bit.stiffness
+        self.machine.held.tool["rock_force"] = force
 
     def period(self) -> Iterator[None]:
         """To the end of the load's present period; stops now and then on the way."""
@@ -106,6 +115,14 @@ class LatticeRun:
     def contacts(self) -> npt.NDArray[np.void]:
         """All contacts from the start, the one under way included."""
         return np.concatenate([*self._done, self._log[: int(self.count["contacts"][0])]])
+
+    def taken(self) -> npt.NDArray[np.void]:
+        """The contacts from the start, or from when they were last taken."""
+        found = self.contacts
+        self._gone += int(self.count["contacts"][0])
+        self._done.clear()
+        self.count["contacts"] = 0
+        return found
 
     def contacts_since(self, time: float) -> npt.NDArray[np.void]:
         """The contacts that have ended after a time."""
