@@ -18,6 +18,7 @@ from typing import Any
 from unittest import mock
 
 from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.drilling_answer import BLOW, DRILLING, HELD, STATIC
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
@@ -66,7 +67,9 @@ FACTS = {
     "impact": IMPACT,
     "ends": END,
     "event": EVENT,
-    "blow": (*STRIKER, *ROD, *ROCK),
+    "blow": (*STRIKER, *ROD, *ROCK, *HELD, *DRILLING),
+    "static": STATIC,
+    "perblow": BLOW,
     "pulse": PULSE,
     "gauge": GAUGE,
     "measured": MEASURED,
