@@ -22,6 +22,7 @@ from percuss.case.answers.drilling_answer import BLOW, DRILLING, HELD, STATIC
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
+from percuss.case.answers.repeated_answer import IN_TRAIN, REPEATED
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -71,6 +72,8 @@ FACTS = {
     "static": STATIC,
     "perblow": BLOW,
     "pulse": PULSE,
+    "repeated": REPEATED,
+    "intrain": IN_TRAIN,
     "gauge": GAUGE,
     "measured": MEASURED,
     "fatigue": FATIGUE,
