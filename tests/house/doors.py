@@ -398,6 +398,8 @@ class Arguments:
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
             "blow.strike_repeatedly": {"striker": Bar(0.3, 1e-3), "target": blow.Rod([Section(1.0, 1e-3)], "fixed")}
             | {"velocity": 5.0, "period": 1e-3, "number": 1},
+            "blow.run_valve_by_waves": {"machine": of["Machine"], "target": blow.Rod([Section(1.0, 1e-3)], "fixed")}
+            | {"gap": 0.01, "blows": 1},
             "blow.Regime.of": {"penetrations": [1.0, 2.0, 1.0]},
             "blow.RepeatedBlows.mean": {"name": "impulse"},
             "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
