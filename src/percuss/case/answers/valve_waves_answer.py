@@ -24,6 +24,7 @@ from percuss.case.answers.facts import (
     quantity,
     rows_of,
 )
+from percuss.case.answers.simulation_answer import last_of
 from percuss.case.case import checked_case
 from percuss.errors import CaseError, ParameterError
 from percuss.model.checks import callback, count
@@ -69,7 +70,7 @@ class ValveWavesAnswer(ShortRepr):
         """Striking speed of the law, m/s."""
         return None if self.law is None else float(np.max(self.law.speeds)) * self.motion.machine.speed_scale
 
-    def mean(self, name: str) -> float:
+    def _mean(self, name: str) -> float:
         """The mean of a number of a blow over the later half, in the units of the lattice."""
         own = getattr(self.motion.main, name)
         return float(np.mean(own)) if own.size else float("nan")
@@ -95,7 +96,7 @@ class ValveWavesAnswer(ShortRepr):
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
         """The answer in plain values, in SI, with the last blows of the later half."""
         main, units = self.motion.main, self.motion.units
-        shown = slice(None) if last is None else slice(main.size - min(last, main.size), None)
+        shown = last_of(main.size, last)
         blows = [
             {"start": start / units.rate, "speed": speed, "restitution": back, "impulse": j * units.force / units.rate,
              "rock_work": work * units.energy, "fed": fed * units.length, "energy_left": left * units.energy,
@@ -141,11 +142,11 @@ VALVE_WAVES: tuple[Fact[ValveWavesAnswer], ...] = (
     Fact("law_restitution", "", "restitution of the law", "", "motion.machine.contact.restitution"),
     Fact("energy_taken", "", "from the supply, all over the time followed, J", "", "motion.taken"),
     Fact("rock_power", "into the rock", "what the rock keeps, W", "",
-         lambda one: one.mean("rock_work") * one.motion.units.energy * one.motion.rate,
-         lambda one, _: f"{quantity(one.mean('rock_work') * one.motion.units.energy, 'J')} of a blow, "
-         f"{quantity(one.mean('rock_work') * one.motion.units.energy * one.motion.rate, 'W')}"),
+         lambda one: one._mean("rock_work") * one.motion.units.energy * one.motion.rate,
+         lambda one, _: f"{quantity(one._mean('rock_work') * one.motion.units.energy, 'J')} of a blow, "
+         f"{quantity(one._mean('rock_work') * one.motion.units.energy * one.motion.rate, 'W')}"),
     Fact("fed", "fed", "by which the tool advances in a blow, m", "length",
-         lambda one: one.mean("fed") * one.motion.units.length),
+         lambda one: one._mean("fed") * one.motion.units.length),
     Fact("stands", "bit", "whether it is on the rock at every blow; null without a feed", "", "motion.stands",
          lambda one, _: None if one.motion.stands is None else
          "on the rock at every blow" if one.motion.stands else "off the rock at a blow"),
