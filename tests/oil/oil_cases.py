@@ -54,7 +54,7 @@ def _toml(value: Any) -> str:
     return json.dumps(value)
 
 
-def case_of(system: System, si: bool = False, start: System | None = None, until: float | None = None) -> str:
+def case_text(system: System, si: bool = False, start: System | None = None, until: float | None = None) -> str:
     """The case file of a system."""
 
     def unit(value: float | None, name: str) -> float | str | None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from oil_cases import ORBITS, RUNS, case_of
+from oil_cases import ORBITS, RUNS, case_text
 
 CLOSE = 1e-9  # relative
 
@@ -16,7 +16,7 @@ def is_si(case):
 
 
 def put(case, percuss, **more):
-    Path("oil.toml").write_text(case_of(case["system"], is_si(case), **more), encoding="utf-8")
+    Path("oil.toml").write_text(case_text(case["system"], is_si(case), **more), encoding="utf-8")
 
 
 @pytest.mark.parametrize("case", ORBITS, ids=lambda case: case["name"][:60])
