@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from percuss.blow import Rock, Rod, strike
-from percuss.blow.periods import run_by_waves
+from percuss.blow import Feed, Joint, Rock, Rod, strike
+from percuss.blow.periods import run_by_waves, strike_repeatedly
 from percuss.model import Bar, Kept, Load, Ratio, Section, SectionedBar, System
 from percuss.simulate import Start, Stop
 from simulation import PEERS, ROOT, environment_of_peers
@@ -52,7 +52,7 @@ def piston(sections: tuple[tuple[float, float], ...]) -> SectionedBar:
 
 def blow() -> list[Row]:
     """The rows."""
-    return [*beside_lattice(), *with_rock(), *machines()]
+    return [*beside_lattice(), *with_rock(), *repeated(), *machines()]
 
 
 def beside_lattice() -> list[Row]:
@@ -123,6 +123,19 @@ def with_rock() -> list[Row]:
         (f"sweep of {SWEPT} blows: length of a hammer, stiffness of the rock", f"{whole:.1f} s", "60 s", beside)
     )
     return rows
+
+
+def repeated() -> list[Row]:
+    """60 blows of a drifter of 18 kW on two rods, each with the waves of those before."""
+    piston, rod = Bar(0.6, 1.03e-3), {"area": 1.03e-3}
+    tool = Rod(
+        [Section(0.5, **rod), Section(3.66, **rod), Section(3.66, **rod)], "rock", bit_mass=2.2,
+        joints=[Joint(2, mass=1.8)], attenuation=(0.0, 0.004, 0.004), rock=Rock(2.5e8, 0.2), feed=Feed(8e3),
+    )  # fmt: skip
+    taken = seconds(lambda: strike_repeatedly(piston, tool, 10.9, 1.0 / 60.0, 60, estimate=False), 3)
+    cells = strike_repeatedly(piston, tool, 10.9, 1.0 / 60.0, 1, estimate=False).lattice
+    beside = f"{cells.steps} steps a blow, {sum(cells.cells)} cells"
+    return [("60 blows of an 18 kW drifter with their waves", f"{taken:.1f} s", "5 s", beside)]
 
 
 def machines() -> list[Row]:

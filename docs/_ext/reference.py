@@ -18,9 +18,11 @@ from typing import Any
 from unittest import mock
 
 from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.drilling_answer import BLOW, DRILLING, HELD, STATIC
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
-from percuss.case.answers.machine_figures import BLANK, CYCLE, POWER
+from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
+from percuss.case.answers.repeated_answer import IN_TRAIN, REPEATED
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -60,13 +62,18 @@ ORBIT = [Fact(key, "", one.figure.meaning, "", lambda _: None) for key, one in R
 
 FACTS = {
     "machine": (*CYCLE, *POWER),
+    "oil": OIL,
     "blank": BLANK,
     "settled": SETTLED,
     "impact": IMPACT,
     "ends": END,
     "event": EVENT,
-    "blow": (*STRIKER, *ROD, *ROCK),
+    "blow": (*STRIKER, *ROD, *ROCK, *HELD, *DRILLING),
+    "static": STATIC,
+    "perblow": BLOW,
     "pulse": PULSE,
+    "repeated": REPEATED,
+    "intrain": IN_TRAIN,
     "gauge": GAUGE,
     "measured": MEASURED,
     "fatigue": FATIGUE,

@@ -375,8 +375,6 @@ ROCKY = {"end": "rock", "rock": Rock(1e8)}
     ("system", "target", "wrong", "says"),
     [
         (DRILL, Rod([ONE], "free"), {}, "nothing else brings back"),
-        (DRILL, Rod([ONE, ONE], **ROCKY, joint_masses=[(1, 2.0)]), {}, "short section"),
-        (DRILL, Rod([ONE, Section(None, area=1e-3)], joint_masses=[(1, 2.0)]), {}, "short section"),
         (PLAIN, Rod([ONE], **ROCKY), {}, "of_impedance"),
         (PLAIN, Rod([Section(None, area=1e-3)]), {}, "of_impedance"),
         (PLAIN, 3.0, {}, "target"),

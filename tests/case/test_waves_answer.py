@@ -7,7 +7,7 @@ import pytest
 from percuss.blow import Rod, Wall
 from percuss.blow.periods.wave_motion import rigid_state
 from percuss.case import Case, load_case, waves_answer
-from percuss.case.answers.waves_answer import stop_of, struck_by
+from percuss.case.answers.waves_answer import stop_of, struck_by, waves_report
 from percuss.simulate import Stop
 
 PLAIN = """
@@ -64,7 +64,8 @@ def test_the_tool_of_a_case_is_struck_and_pushed_back_as_it_says():
 
 def test_a_tool_on_rock_is_fed_and_one_with_a_free_end_pushed_back():
     case = load_case("hydraulic-drifter")
-    assert struck_by(case) == (case.tool(), False, "")
+    assert struck_by(case)[:2] == (case.tool(), False)
+    assert struck_by(case).note.startswith("no feed")
     assert case.tool().end == "rock"
     free = struck_by(case_of_steel('[tool]\nsections = [{length = "1 m", area = "20 cm^2"}]\nend = "free"'))
     assert free.target.end == "free"
@@ -135,3 +136,20 @@ def test_an_answer_says_when_the_blows_have_another_restitution_than_the_law():
     assert any(told in warning for warning in answer.warnings)
     answer = waves_answer(case_of(more="[tool]\nimpedance = 4.0\n[start]\nposition = -3.0"), cells=30)
     assert not any("the blows have R" in warning for warning in answer.warnings)
+
+
+def test_a_feed_and_a_damper_give_the_drifter_a_rhythm_and_say_whether_blows_may_be_taken_one_by_one():
+    more = {"feed.force": "4 kN", "feed.damping": "40 kN s/m", "tool.sections[0].attenuation": "0.01 1/m"}
+    answer = waves_answer(load_case("hydraulic-drifter").varied(more), quiet=True, cells=40)
+    motion = answer.motion
+    assert motion.label == "z=1/1"
+    assert motion.settled.restitution[0] == pytest.approx(0.142, abs=2e-3)
+    settled = answer.to_json_dict()["settled"]
+    assert settled["rhythm"] == [1.0, 0.0]
+    assert settled["left_bound"] < 0.05
+    assert settled["stands"] == [1.0]
+    report = waves_report(answer, 0)
+    rows = dict(next(section.rows for section in report.sections if section.heading == "Motion by waves"))
+    assert rows["bit"] == "on the rock at every blow"
+    assert "may be taken so" in rows["one by one"]
+    assert "recoil damper" in rows["struck"]

@@ -396,6 +396,10 @@ class Arguments:
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}
             | {"velocity": 1.0},
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
+            "blow.strike_repeatedly": {"striker": Bar(0.3, 1e-3), "target": blow.Rod([Section(1.0, 1e-3)], "fixed")}
+            | {"velocity": 5.0, "period": 1e-3, "number": 1},
+            "blow.Regime.of": {"penetrations": [1.0, 2.0, 1.0]},
+            "blow.RepeatedBlows.mean": {"name": "impulse"},
             "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
             "blow.Blow.waves_at": {"x": 0.1},
             "blow.Blow.force_turns": {"section": 0, "shares": [0.5]},

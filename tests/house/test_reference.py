@@ -353,6 +353,7 @@ ANSWERS = {
     "blow": (
         "blow laboratory-striker --fatigue",
         "blow struck.toml",
+        "blow craters.toml",
         "blow laboratory-striker --gauge 0.6m --measured gauge.csv",
     ),
     "blow --best": ("blow laboratory-striker --best efficiency --vary length=100:300mm --blows 20",),
@@ -418,6 +419,9 @@ TEXTS = {
         kind=VALVE_SWITCHED % (-0.4, ', {to = "return", on = "impact"}'),
     ),
     "stalling": plain_case("d = 0.0", kind=VALVE_SWITCHED % (0.4, ""), restitution=0.2),
+    "craters": si_case().partition("[load]")[0] + '[tool]\nsections = [{length = "1 m", diameter = "38 mm"}]\n'
+    '[rock]\nstiffness = "400 kN/mm"\nunloading_ratio = 0.3\ncrater = "same"\nblows_per_crater = 2\n'
+    '[blow]\nvelocity = "9 m/s"\n',
     "struck": plain_case("d = 0.0").partition("[load]")[0] + "[tool]\nimpedance = 80.0\n[blow]\nvelocity = 0.1\n",
 }  # fmt: skip
 

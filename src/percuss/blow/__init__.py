@@ -10,7 +10,7 @@ from percuss.mechanics.kernel_cache import ensure_cache
 if TYPE_CHECKING:
     from percuss.blow.blow import Blow, BlowBalance
     from percuss.blow.bodies import Feed, Joint, Rock, Rod, Target, Wall
-    from percuss.blow.drilling import Drilling
+    from percuss.blow.drilling import BlowsOneByOne, Drilling, JointTurns, bit_contacts, blows_one_by_one, joint_turns
     from percuss.blow.fields import AlongBody, CellsOverTime, EnergyOverTime, ForceEnvelope, StringState
     from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness, Peak, Pulse
     from percuss.blow.gauges import GaugeWaves

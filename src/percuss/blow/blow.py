@@ -323,6 +323,11 @@ class Blow(BlowBalance):
         return course.sums(2 * course.size + 2, 0, course.end).plain * course.scales.momentum
 
     @property
+    def penetration_before(self) -> float | None:
+        """The greatest before the blow, under the feed or of the crater; None without rock."""
+        return None if self.greatest_penetration is None else self._course.crater * self._course.scales.length
+
+    @property
     def tool_momentum_error(self) -> float | None:
         """By how much J + ∫ Q dt − ∫ F dt is not the momentum of the tool; relative to J, None without rock."""
         course = self._course
@@ -374,19 +379,35 @@ class Blow(BlowBalance):
 
         ParameterError for a place that is not on the rod, and for a wall.
         """
-        course, rod, x = self._course, self._course.held.rod, non_negative("x", x)
-        if rod is None:
-            raise ParameterError("x", x, "a place on a rod", "the target is a wall")
-        starts, time = np.append(0.0, np.cumsum(rod.length)), course.scales.time
-        if x > starts[-1]:
-            raise ParameterError("x", x, f"a place on the rod, from 0 to {starts[-1]:g}")
-        number = min(int(np.searchsorted(starts, x, side="right")) - 1, rod.length.size - 1)
-        section = course.striker + number
-        delay = round((x - starts[number]) / rod.speed[number] / (time * course.tick))
+        course, (rod, number, place) = self._course, self._section_at(x)
+        section, time = course.striker + number, course.scales.time
+        delay = round(place / rod.speed[number] / (time * course.tick))
         back = 0 if course.endless(section) else course.transit[section] - delay
         z = float(rod.impedance[number]) * course.scales.velocity
         incident, reflected = course.trace(2 * section, delay), course.trace(2 * section + 1, back)
-        return GaugeWaves(incident.scaled(z, time), reflected.scaled(-z, time), float(rod.impedance[number]))
+        one, other = (z * float(course.fade(section, ticks * course.tick)) for ticks in (delay, back))
+        z, static = float(rod.impedance[number]), course.preload(section) * course.scales.force
+        return GaugeWaves(incident.scaled(one, time), reflected.scaled(-other, time), z, static)
+
+    def _section_at(self, x: float) -> tuple[Sections, int, float]:
+        """The rod's sections, which of them has a place, and how far in it that is."""
+        rod, x = self._course.held.rod, non_negative("x", x)
+        if rod is None:
+            raise ParameterError("x", x, "a place on a rod", "the target is a wall")
+        starts = np.append(0.0, np.cumsum(rod.length))
+        if x > starts[-1]:
+            raise ParameterError("x", x, f"a place on the rod, from 0 to {starts[-1]:g}")
+        number = min(int(np.searchsorted(starts, x, side="right")) - 1, rod.length.size - 1)
+        return rod, number, float(x - starts[number])
+
+    def force_range_at(self, x: float) -> tuple[float, float]:
+        """The greatest and the least force at a place on the rod, as `waves_at` takes it, the preload with it."""
+        rod, number, place = self._section_at(x)
+        if self._course.endless(self._course.striker + number):
+            incident = self.waves_at(x).incident
+            return incident.peak, -incident.scaled(-1.0).peak
+        turns = self.force_turns(self._course.striker + number, np.array([place / rod.length[number]]))[0]
+        return float(turns.max()), float(turns.min())
 
     @cached_property
     def first_pulse(self) -> Pulse | None:

@@ -298,6 +298,11 @@ class Rod:
         """The joints by their steps, those of `joint_masses` among them."""
         return {joint.at: joint for joint in self._given_joints}
 
+    @property
+    def is_held(self) -> bool:
+        """Whether it has a feed, joints other than rigid ones, or steel that attenuates waves."""
+        return self.feed is not None or bool(self.joint_at) or any(self.attenuation)
+
     @cached_property
     def pieces(self) -> tuple[Piece, ...]:
         """Its sections from the struck face on; the last one of an endless rod ends at infinity."""

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from percuss.errors import ParameterError
-from percuss.model.checks import count, positive
+from percuss.model.checks import count, non_negative, positive
 
 BEST_BETA = 1.2564312086261697
 """β at which a rectangular wave does most work on rock: e^β = 1 + 2β."""
@@ -100,8 +100,11 @@ def two_section_restitution(rear: float, head: float) -> float:
     return 1.0 - 2.0 * rho * rho
 
 
-def matched_efficiency(beta: float, unloading_ratio: float) -> float:
+def matched_efficiency(beta: float, unloading_ratio: float, feed: float = 0.0) -> float:
     """Share of a rectangular wave's energy that becomes work on rock: 2 (1 − γ)(1 − e^{−β})²/β (Lundberg 1973).
+
+    Under a feed force F with φ (1 − e^{−β}) in the numerator beside the square, paid by the feed: φ = F/(Z v_i) of the
+    wave's particle velocity v_i (docs/feed.md, closed forms).
 
     β = K_1 T/Z, T the duration of the wave: 2 K_1 L/(AE) for a hammer of the rod's impedance; γ is the rock's unloading
     ratio.
@@ -111,7 +114,8 @@ def matched_efficiency(beta: float, unloading_ratio: float) -> float:
     >>> round(matched_efficiency(BEST_BETA, 1e-300), 10)
     0.8145287552
     """
-    return 2.0 * (1.0 - _ratio(unloading_ratio)) * math.expm1(-positive("beta", beta)) ** 2 / beta
+    done = -math.expm1(-positive("beta", beta))
+    return 2.0 * (1.0 - _ratio(unloading_ratio)) * (done**2 + non_negative("feed", feed) * done) / beta
 
 
 def best_efficiency(beta: float, unloading_ratio: float) -> float:

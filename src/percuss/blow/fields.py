@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 
 from percuss.blow.bodies import Sections
 from percuss.blow.figures import Peak
-from percuss.blow.kernels.extremes import BLOCK, greatest_pair, piece_bounds
+from percuss.blow.kernels.extremes import BLOCK, greatest_at, greatest_pair, piece_bounds
 from percuss.blow.kernels.wave_records import ROCK
 from percuss.blow.wave_history import Trace, WaveHistory, turning_points
 from percuss.model.checks import Array
@@ -67,12 +68,14 @@ def along(course: WaveHistory, first: int, sections: Sections, tick: int) -> Alo
         share = _POINTS if bent else _POINTS[[0, -1]]
         middle, half = 0.5 * (edges[:-1] + edges[1:])[:, None], 0.5 * np.diff(edges)[:, None]
         y = middle + half * (2.0 * share - 1.0) * (1.0 - 1e-9)  # each side of a jump has its own value
-        right = f.at(tick * course.tick - y)
+        right = f.at(tick * course.tick - y) * course.fade(i, y)
         left = np.zeros_like(right) if g is None else g.at((tick - span) * course.tick + y)
+        left = left * course.fade(i, span * course.tick - y)
         places = edges[:-1, None] + np.diff(edges)[:, None] * share
         z = course.impedance[i]
         scaled = start + length * places / (span * course.tick)
-        parts.append((scaled.ravel(), (z * (right - left)).ravel(), (right + left).ravel(), np.full(y.size, number)))
+        force = z * (right - left) + course.preload(i)
+        parts.append((scaled.ravel(), force.ravel(), (right + left).ravel(), np.full(y.size, number)))
         start += float(length)
     places, force, velocity, section = (
         [np.concatenate(column) for column in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 4
@@ -108,7 +111,7 @@ def cells(course: WaveHistory, first: int, sections: Sections, ticks: Array, siz
             delay = share * course.transit[i]
         right, left = _waves(course, i, ticks[:, None], delay)
         z = course.impedance[i]
-        force.append(scales.force * z * (right - left))
+        force.append(scales.force * (z * (right - left) + course.preload(i)))
         velocity.append(scales.velocity * (right + left))
     return CellsOverTime(edges, section, np.concatenate(force, axis=1), np.concatenate(velocity, axis=1))
 
@@ -130,10 +133,11 @@ def _waves(course: WaveHistory, section: int, ticks: Array, delay: Array) -> tup
     tick, rows = course.tick, _rows(course, section, float(ticks.max(initial=0.0)))
     if len(rows) == 1:
         begun = ticks - delay
-        right = np.where(begun >= 0.0, rows[0].at(begun * tick), 0.0)
+        right = np.where(begun >= 0.0, rows[0].at(begun * tick), 0.0) * course.fade(section, delay * tick)
         return right, np.zeros_like(right)
     back = course.transit[section] - delay
-    return rows[0].at((ticks - delay) * tick), rows[1].at((ticks - back) * tick)
+    right, left = rows[0].at((ticks - delay) * tick), rows[1].at((ticks - back) * tick)
+    return right * course.fade(section, delay * tick), left * course.fade(section, back * tick)
 
 
 def _rows(course: WaveHistory, section: int, tick: float) -> list[Trace]:
@@ -183,21 +187,26 @@ def _section_sums(course: WaveHistory, section: int, t: Array) -> tuple[Array, A
     if len(rows) == 1:
         plain, square = _cumulated(rows[0], t)
         return z * square, z * plain
-    back = course.transit[section] * course.tick
-    energy, momentum = np.zeros(t.size), np.zeros(t.size)
-    for row in rows:
-        plain, square = _cumulated(row, np.concatenate([t - back, t]))
-        energy += z * (square[t.size :] - square[: t.size])
-        momentum += z * (plain[t.size :] - plain[: t.size])
+    back, rate = course.transit[section] * course.tick, course.rate[section]
+    energy, momentum, left = np.full(t.size, course.static_energy(section)), np.zeros(t.size), course.fade(section, t)
+    for row, sign in zip(rows, (1.0, -1.0), strict=True):
+        plain, square = _cumulated(row, np.concatenate([t - back, t]), rate)
+        gone = left * (plain[t.size :] - plain[: t.size])
+        energy += z * left**2 * (square[t.size :] - square[: t.size]) + sign * course.preload(section) * gone
+        momentum += z * gone
     return energy, momentum
 
 
-def _cumulated(trace: Trace, times: Array) -> tuple[Array, Array]:
-    """∫ and ∫ of the square from the trace's beginning to each time, by Gauss's rule between breaks and times."""
+def _cumulated(trace: Trace, times: Array, rate: float = 0.0) -> tuple[Array, Array]:
+    """∫ and ∫ of the square from the trace's beginning to each time, by Gauss's rule between breaks and times.
+
+    With a rate, of the trace times e^{rate t}.
+    """
     edges = np.unique(np.concatenate([trace.times, np.clip(times, trace.times[0], trace.times[-1])]))
-    nodes, weights = np.polynomial.legendre.leggauss(trace.coefficients.shape[1])
+    nodes, weights = np.polynomial.legendre.leggauss(trace.coefficients.shape[1] + (8 if rate else 0))
     half = 0.5 * np.diff(edges)[:, None]
-    values = trace.at(edges[:-1, None] + half * (1.0 + nodes))
+    at = edges[:-1, None] + half * (1.0 + nodes)
+    values = trace.at(at) * np.exp(rate * at) if rate else trace.at(at)
     place = np.searchsorted(edges, np.clip(times, edges[0], edges[-1]))
     plain, square = (np.append(0.0, np.cumsum(np.sum(half * weights * v, axis=1))) for v in (values, values**2))
     return plain[place], square[place]
@@ -210,9 +219,9 @@ def _rock(course: WaveHistory, t: Array) -> tuple[Array, Array]:
         return np.zeros(t.size), np.zeros(t.size)
     depth, force = course.trace(2 * course.size + 1), course.trace(2 * course.size + 2)
     edges = np.sort(np.append(depth.times, t))
-    deepest = np.maximum.accumulate(np.maximum(depth.before(edges), 0.0))
+    deepest = np.maximum.accumulate(np.maximum(depth.before(edges), course.crater))
     greatest = deepest[np.searchsorted(edges, t)]
-    dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * greatest**2
+    dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * (greatest**2 - course.crater**2)
     return dissipated, 0.5 * force.before(t) ** 2 / problem.unloading
 
 
@@ -256,7 +265,8 @@ def _at_places(course: WaveHistory, section: int, delays: Array) -> Array:
         times = _instants(arrivals, end)
         if not others:
             times = times[times >= delay]  # before, nothing has come
-        force = f.at(times - delay) - sum(g.at(times - later) for g, later in arrivals[1:])
+        force = f.at(times - delay) * course.fade(section, delay) + course.preload(section) / course.impedance[section]
+        force -= sum(g.at(times - later) * course.fade(section, later) for g, later in arrivals[1:])
         if force.size:
             found[:, k] = force.max(), force.min()
     return found
@@ -281,10 +291,10 @@ def force_turns(course: WaveHistory, section: int, shares: Array) -> tuple[Array
     found = []
     for share in shares.tolist():
         arrivals = [
-            (wave, sign, later)
+            (wave, sign * float(course.fade(section, later)), later)
             for wave, sign, later in zip(rows, (factor, -factor), (share * back, back - share * back), strict=False)
         ]
-        found.append(_turns(arrivals, end))
+        found.append(_turns(arrivals, end) + course.preload(section) * course.scales.force)
     return tuple(found)
 
 
@@ -316,6 +326,8 @@ def _turns(arrivals: list[tuple[Trace, float, float]], end: float) -> Array:
 # ---- The greatest compression and tension in every section, over its whole length and the whole window, exactly
 
 _NOTHING = 1e-12  # share of the greatest force of all sections that is rounding
+_PLACES = np.linspace(0.0, 1.0, 65)
+"""Of a section that takes from its waves, at which its forces are looked at: off by α Δx of them at most."""
 _Extreme = tuple[float, float, float]
 """A greatest force, the time of a wave from the section's left end to where it is, and when."""
 
@@ -348,15 +360,25 @@ def _of_section(course: WaveHistory, section: int) -> tuple[_Extreme, _Extreme]:
         pieces = course.trace(2 * section)
         return _sent(pieces.times, pieces.piece_peaks, z), _sent(pieces.times, pieces.scaled(-1.0).piece_peaks, z)
     waves, transit = course.held.waves, course.transit[section]
-    work, row = course.held.state.work, 2 * section
+    work, row, near = course.held.state.work, 2 * section, course.held.problem.near
     found, pair = [], np.zeros(3)
     for sign in (1.0, -1.0):
         high, low = _bounds(course, row, sign), _bounds(course, row + 1, -sign)
-        highs, lows = (np.maximum.reduceat(one[0], np.arange(0, one[0].size, BLOCK)) for one in (high, low))
-        order, near = np.argsort(-highs, kind="stable"), course.held.problem.near
-        greatest_pair(waves, row, transit, course.end, near, sign, order, high, low, highs, lows, work, pair)
-        value, s, r = pair.tolist()
-        found.append((z * value, 0.5 * tick * (transit + r - s), 0.5 * tick * (transit + r + s)))
+        if course.rate[section] == 0.0:
+            highs, lows = (np.maximum.reduceat(one[0], np.arange(0, one[0].size, BLOCK)) for one in (high, low))
+            order = np.argsort(-highs, kind="stable")
+            greatest_pair(waves, row, transit, course.end, near, sign, order, high, low, highs, lows, work, pair)
+            value, s, r = pair.tolist()
+            place, when = 0.5 * tick * (transit + r - s), 0.5 * tick * (transit + r + s)
+        else:
+            value, place, when = -math.inf, 0.0, 0.0
+            for share in _PLACES.tolist():
+                back = round(share * transit)
+                left = [float(course.fade(section, tick * time)) for time in (back, transit - back)]
+                greatest_at(waves, row, back, transit - back, course.end, near, sign, *left, high, low, work, pair)
+                if pair[0] > value:
+                    value, place, when = float(pair[0]), tick * back, tick * float(pair[1])
+        found.append((z * value + sign * course.preload(section), place, when))
     return found[0], found[1]
 
 

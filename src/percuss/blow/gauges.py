@@ -17,15 +17,18 @@ _NOTHING = 1e-12  # share of the peak that counts as no force
 
 @dataclass(frozen=True, eq=False)
 class GaugeWaves:
-    """The forces in the two waves that pass a gauge; their sum is the force there, compression positive.
+    """The forces in the two waves that pass a gauge; their sum and the preload are the force there, compression
+    positive.
 
     `incident` is Z f of the wave from the struck face, N where nothing has come back yet; `reflected` −Z g of the wave
-    that comes back; `impedance` Z at the gauge.
+    that comes back; `impedance` Z at the gauge; `preload` the static force there under the feed, which a gauge that is
+    set to zero before the blow does not show.
     """
 
     incident: Trace
     reflected: Trace
     impedance: float
+    preload: float = 0.0
 
     @property
     def incident_energy(self) -> float:

@@ -348,9 +348,9 @@ class WaveHistory:
             found[self.striker :] = (losses * rod.speed * self.scales.time).tolist()
         return found
 
-    def fade(self, section: int, ticks: Array | float) -> Array:
+    def fade(self, section: int, time: Array | float) -> Array:
         """What is left of a departure after a time in a section."""
-        return np.exp(-self.rate[section] * self.tick * np.asarray(ticks))
+        return np.exp(-self.rate[section] * np.asarray(time))
 
     def sums(self, row: int, begin: int, end: int) -> Sums:
         """Of what leaves from one tick to another."""

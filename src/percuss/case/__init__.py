@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     )
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
+    from percuss.case.answers.repeated_answer import RepeatedAnswer, repeated_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import CaseReach, OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer

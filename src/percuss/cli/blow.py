@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from percuss.case import BlowAnswer, Case
     from percuss.optimum import SearchProgress
+    from percuss.simulate import Progress
 
 _BLOWS = 1500
 
@@ -55,6 +56,11 @@ stresses, where the energy goes, what comes back. The case describes what is str
     option("--velocity V", "speed of the striker, such as '9.5 m/s' (default: [blow], or steady motion)"),
     option("--from-motion", "start from all of the steady motion, with the strain in the bar"),
     option("--until T", "end of the window, such as '3 ms' (default: [blow], or until the blow is over)"),
+    option(
+        "--cells N",
+        "of blows that follow each other with their waves: cells of the bar, 16 or more (default 400)",
+        whole(16, 100_000),
+    ),
     option("--fatigue", "safety factors and hours to failure of bar and tool, with the steel of [steel]"),
     option("--gauge X", "place on the rod, from its struck face, such as 0.8m, where waves are told of"),
     option("--measured FILE", "a record of strain, stress or force at the gauge, laid over the computed one"),
@@ -96,6 +102,11 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         return _best(parser, options)
     _check(parser, options)
     case = named_case(options.case)
+    asked = getattr(case.tables, "blow", None)
+    if asked is not None and asked.between == "waves":
+        return _repeated(parser, options, case)
+    if options.cells is not None:
+        parser.error('argument --cells: only with between = "waves" in [blow]')
     answer = _answer(parser, options, case)
     if options.measured is not None:
         answer = _with_record(parser, answer, options)
@@ -110,6 +121,29 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
         options, answer.to_json_dict, lambda: blow_report(answer), lambda: plot.blow(answer),
         dataset=lambda: blow_dataset(answer), indent=1, waves=options.output, report=options.report,
     )  # fmt: skip
+
+
+def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
+    """Blows that follow each other, each with the waves of those before it; after Ctrl-C those so far."""
+    from percuss.case import repeated_answer
+    from percuss.case.answers.repeated_answer import repeated_report
+    from percuss.cli.long_commands import watching
+    from percuss.cli.report_printing import answered
+
+    for name in ("from_motion", "until", "fatigue", "gauge", "measured", "output", "csv", "plot", "report"):
+        if getattr(options, name):
+            told = name.replace("_", "-")
+            parser.error(f'argument --{told}: of one blow; [blow] has between = "waves"')
+    velocity = _value(parser, case, "--velocity", options.velocity, "velocity")
+    with watching(parser, _PATIENCE) as watch, of_file(case):
+
+        def progress(now: Progress) -> bool:
+            return watch.share(now.fraction, f"blow {now.impacts}")
+
+        answer = repeated_answer(case, velocity, cells=options.cells or 400, progress=progress)
+    asked = case.blow_question().number
+    cut = "" if len(answer.train.blows) == asked else f"{len(answer.train.blows)} of {asked} blows"
+    return answered(options, answer.to_json_dict, lambda: repeated_report(answer), indent=1, cut=cut)
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:

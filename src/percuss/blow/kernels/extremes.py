@@ -142,6 +142,38 @@ def greatest_pair(waves, row, transit, end, near, sign, order, high, low, highs,
     found[0] = best
 
 
+@entry
+def greatest_at(waves, row, before, after, end, near, sign, one, other, high, low, work, found):
+    """The greatest sign·(one f(t − before) − other g(t − after)) over the window, where both weights are positive.
+
+    `high`, `low` as `greatest_pair` has them, but looked for in no piece; found = value, t.
+    """
+    best, f, g, now = -1e300, work[6], work[7], 0
+    i, k = piece_at(waves, row, -before), piece_at(waves, row + 1, -after)
+    while now < end:
+        ends, others = piece_end(waves, row, i) + before, piece_end(waves, row + 1, k) + after
+        stop = min(ends, others, end)
+        if stop - now > near and one * high[0, i] + other * low[0, k] > best:
+            n = part(waves, row, i, now - before, stop - before, f, work)
+            m = part(waves, row + 1, k, now - after, stop - after, g, work)
+            for j in range(n + 1):
+                f[j] *= sign * one
+            for j in range(m + 1):
+                g[j] *= sign * other
+            most, x = _along(f, n, g, m, 0.0, 1.0, 0.0, 1.0, work)
+            if most > best:
+                best = most
+                found[1] = now + 0.5 * (1.0 + x) * (stop - now)
+        if ends <= stop:
+            i += 1
+        if others <= stop:
+            k += 1
+        if i >= waves.pieces[row] or k >= waves.pieces[row + 1]:
+            break
+        now = stop
+    found[0] = best
+
+
 @inner
 def _block(waves, row, i, b, transit, end, near, sign, high, low, best, work, found):
     """The greatest of a piece of f and a block of g, where it exceeds what was found before."""

@@ -4,106 +4,11 @@ from __future__ import annotations
 
 import math
 
-from percuss.blow.kernels.lattice_records import LOAD, OFF, REBOUNDED, UNLOAD
+from percuss.blow.kernels.lattice_records import LOAD, OFF, REBOUNDED
+from percuss.blow.kernels.tool_motion import bit_moved, carried_on, departure, recoil, recoiled, rock_replaced
 from percuss.compiled import entry, inlined, inner, summed
 
-# ---- The far end of a tool that is fed between blows: a bit, with or without a mass, on rock that yields
-#
-# m v' + Z v + F = 2 Z f, u' = v, g = v − f, with F = K u while the bit goes deeper than ever, K/γ (u − u_r) on the way
-# back and forward again, u_r = (1 − γ) u_m, and no force beyond (Lundberg 1973). f is its mean over a step.
-
-_MOST_TURNS = 8  # changes of branch within a step
-_HALVINGS = 60
-_CRITICAL = 1e-4  # |qt| below which a bit is as good as critically damped
-
-
-@inner
-def bit_after(z, m, k, f, w, v, t):
-    """Where the bit is a time t later, and its velocity; w counts from where the branch has no force."""
-    if m == 0.0:
-        velocity = 2.0 * f - k / z * w
-        moved = velocity * t if k == 0.0 else -velocity * z / k * math.expm1(-k / z * t)
-        return w + moved, velocity - k / z * moved
-    if k == 0.0:
-        fall = -math.expm1(-z / m * t)
-        return w + 2.0 * f * t + (v - 2.0 * f) * m / z * fall, v + (2.0 * f - v) * fall
-    a, square = 0.5 * z / m, (0.5 * z / m) ** 2 - k / m
-    q = math.sqrt(abs(square))
-    if q * t < _CRITICAL:
-        fade = math.exp(-a * t)
-        c, s = fade * (1.0 + 0.5 * square * t * t), fade * t * (1.0 + square * t * t / 6.0)
-    elif square > 0.0:
-        slow, fast = math.exp((q - a) * t), math.exp(-(q + a) * t)
-        c, s = 0.5 * (slow + fast), 0.5 * (slow - fast) / q
-    else:
-        fade = math.exp(-a * t)
-        c, s = fade * math.cos(q * t), fade * math.sin(q * t) / q
-    rest = 2.0 * z * f / k
-    off = w - rest
-    return rest + off * (c + a * s) + v * s, v * (c - a * s) - k / m * off * s
-
-
-@inner
-def leaves(branch, span, w, v):
-    """Whether a bit there, and so fast, has left its branch."""
-    if branch == LOAD:
-        return v < 0.0
-    if branch == OFF:
-        return w > 0.0
-    return w < 0.0 or w > span
-
-
-@inner
-def bit_moved(bit, now, count, f, step):
-    """Carry the bit on by a step in which the mean wave f arrives; returns by how much it moved."""
-    before, left = now.penetration, step
-    if f == 0.0 and now.bit_velocity == 0.0 and now.greatest == 0.0 and before <= 0.0:
-        return 0.0
-    for turn in range(_MOST_TURNS):
-        residual = (1.0 - bit.ratio) * now.greatest
-        zero = 0.0 if count.branch == LOAD else residual
-        k = bit.stiffness if count.branch == LOAD else bit.stiffness / bit.ratio if count.branch == UNLOAD else 0.0
-        span = bit.ratio * now.greatest
-        w, v = now.penetration - zero, now.bit_velocity
-        if bit.mass == 0.0:
-            v = 2.0 * f - k / bit.impedance * w
-        if count.branch == LOAD and v < 0.0 and k > 0.0:
-            count.branch = UNLOAD if now.greatest > 0.0 else OFF
-            continue
-        after, velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, left)
-        if turn == _MOST_TURNS - 1 or bit.stiffness == 0.0 or not leaves(count.branch, span, after, velocity):
-            now.penetration, now.bit_velocity = zero + after, velocity
-            break
-        low, high = 0.0, left
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            after, velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, middle)
-            if leaves(count.branch, span, after, velocity):
-                high = middle
-            else:
-                low = middle
-        after, now.bit_velocity = bit_after(bit.impedance, bit.mass, k, f, w, v, low)
-        left -= low
-        turned_over(now, count, zero + after, residual)
-    if count.branch == LOAD:
-        now.greatest = max(now.greatest, now.penetration)
-    return now.penetration - before
-
-
-@inner
-def turned_over(now, count, penetration, residual):
-    """The next branch, with the penetration where both meet."""
-    if count.branch == LOAD:
-        now.greatest = now.penetration = max(now.greatest, penetration)
-        now.bit_velocity = 0.0
-        count.branch = UNLOAD if now.greatest > 0.0 else OFF
-    elif count.branch == OFF:
-        now.penetration = residual
-        count.branch = UNLOAD if now.greatest > 0.0 else LOAD
-    elif 2.0 * penetration > residual + now.greatest:
-        now.penetration, count.branch = now.greatest, LOAD
-    else:
-        now.penetration, count.branch = residual, OFF
+# ---- A tool that is laid against fresh rock between blows
 
 
 @inner
@@ -125,6 +30,9 @@ def fed(machine, now, count, alone):
     count.struck = 0
     machine.rod.right[:] = 0.0
     machine.rod.left[:] = 0.0
+    for joint in range(machine.held.joint.size):
+        one = machine.held.joint[joint]
+        one.place, one.velocity, one.state = 0.0, 0.0, 0
 
 
 # ---- What damping takes from the velocities of the striker's cells; their strain stays
@@ -219,12 +127,13 @@ def open_contact(now, count, contacts, time, momentum, step):
     one.momentum_after, one.energy_after = momentum, now.energy
     one.averaged_before = one.averaged_after = now.averaged
     one.rock_before, one.advanced_before, one.blow = now.rock_work, now.advanced, count.blow
+    one.left, one.stood = 0.0, 0.0
 
 
 @inlined
-def pressed(now, count, contacts, face, f, g, start, length, momentum):
+def pressed(now, count, contacts, stiffness, rod, f, g, start, length, momentum):
     """A part of a cell in contact; returns the impulse."""
-    force = face.stiffness * (f - g)
+    force = stiffness * (f - g)
     one = contacts[count.contacts - 1]
     impulse = force * length
     one.impulse += impulse
@@ -232,7 +141,7 @@ def pressed(now, count, contacts, face, f, g, start, length, momentum):
     one.peak = max(one.peak, force)
     one.end = start + length
     one.momentum_after = momentum - impulse
-    work = impulse * (2.0 * g + force * face.rod)
+    work = impulse * (2.0 * g + force * rod)
     one.given += work
     now.rod_work += work
     now.impulse += impulse
@@ -248,10 +157,11 @@ def returned(now, face):
 
 
 @inlined
-def meeting(now, count, contacts, face, push, time, step, f, f_next, g, g_next):
+def meeting(now, count, contacts, face, held, damped, push, time, step, f, f_next, g, g_next):
     """One step of the face: the waves that leave it into the striker and into the rod, means over the cell."""
     # f and g arrive (theory: v = f + g, N = Z (f − g)); `push` is the force that the load gives the striker meanwhile.
-    if now.gap > 2.0 * step * (max(now.arrived, f, f_next) - min(now.met, g, g_next)):  # out of reach
+    near = 2.0 * step * (max(now.arrived, f, f_next) - min(now.met, g, g_next))
+    if now.gap > near and not damped:  # out of reach
         now.momentum += push * step
         now.gap -= 2.0 * (f - g) * step
         now.moved += 2.0 * g * step
@@ -270,31 +180,48 @@ def meeting(now, count, contacts, face, push, time, step, f, f_next, g, g_next):
             end = second
         a = f_left if at < first else f_right
         b = g_left if at < second else g_right
-        length, closing = (end - at) * step, a - b
+        length, stiffness, rod, open_, acting = (end - at) * step, face.stiffness, face.rod, b, False
+        if damped:
+            open_, rod, acting = recoil(
+                held, held.tool[0].place, 1.0 / face.rod, 2.0 * a, b, length, now.gap == 0.0, face.striker
+            )
+            stiffness = 2.0 / (face.striker + rod)
+        closing = a - open_
         start = time + at * step
         force = 0.0
         if now.gap > 0.0 and 2.0 * closing * length >= now.gap:
             free = now.gap / (2.0 * closing)
             now.gap, count.touching = 0.0, 0
             momentum += push * free
-            now.moved += 2.0 * b * free
+            now.moved += 2.0 * open_ * free
             back, ahead = back + a * free, ahead + b * free
+            if damped:
+                ahead += 2.0 * (open_ - b) * free
+                recoiled(held, held.tool[0], 2.0 * open_, free, acting)
             start, length = start + free, max(length - free, 0.0)
+            if damped:
+                open_, rod, acting = recoil(
+                    held, held.tool[0].place, 1.0 / face.rod, 2.0 * a, b, length, True, face.striker
+                )
+                stiffness = 2.0 / (face.striker + rod)
         if now.gap == 0.0 and closing > 0.0:
             if count.touching == 0:
                 open_contact(now, count, contacts, start, momentum, step)
             touched = True
-            impulse = pressed(now, count, contacts, face, a, b, start, length, momentum + push * length)
+            impulse = pressed(now, count, contacts, stiffness, rod, a, open_, start, length, momentum + push * length)
             momentum += push * length - impulse
             force = impulse / length if length > 0.0 else 0.0
         else:
             momentum += push * length
             now.gap = max(now.gap - 2.0 * closing * length, 0.0)
-            if now.gap > 0.0:
+            if now.gap > 0.0 or held.kept:  # a contact ends with its force
                 count.touching = 0
-        now.moved += (2.0 * b + force * face.rod) * length
+        now.moved += (2.0 * open_ + force * rod) * length
         back += (a - force * face.striker) * length
-        ahead += (b + force * face.rod) * length
+        ahead += (b + force * rod) * length
+        if damped:
+            ahead += 2.0 * (open_ - b) * length
+            recoiled(held, held.tool[0], 2.0 * open_ + force * rod, length, acting)
         at = end
     now.momentum = momentum
     now.arrived, now.met = f, g
@@ -366,16 +293,33 @@ def stepped(machine, now, count, contacts):
         za, zb = bar.impedance[at - 1], bar.impedance[at]
         speed = (2.0 * (za * bar.right[a] + zb * bar.left[b]) + load) / (za + zb)
     g, g_next = 0.0, 0.0
+    held = machine.held
     if rod.cells.size:
         g = rod.left[rod.first[0] + rod.slot[0]]
         after = rod.slot[0] + 1
         g_next = rod.left[rod.first[0] + (after if after < rod.cells[0] else 0)]
+        if held.active:
+            g *= held.decay[0]
+            g_next *= held.decay[0]
     work = load * speed * step
-    given = now.rod_work
+    given, moved = now.rod_work, now.moved
     through(bar, entering, load, machine.load_at)
-    back, ahead, touched = meeting(now, count, contacts, face, load, time, step, f, f_next, g, g_next)
+    struck = count.struck
+    damped = held.active and held.at == 0 and held.stiffness + held.damping > 0.0
+    back, ahead, touched = meeting(now, count, contacts, face, held, damped, load, time, step, f, f_next, g, g_next)
     bar.left[here] = back
-    if rod.cells.size:
+    if held.renews and struck == 0 and count.struck == 1:
+        one = contacts[count.contacts - 1]
+        one.left = departure(machine, now)
+        one.stood = 1.0 if held.tool[0].rock_force > 0.0 else 0.0
+    if held.active:
+        if held.at == 0 and not damped:
+            held.tool[0].place += now.moved - moved
+            held.tool[0].force_work += held.force * (now.moved - moved)
+            held.tool[0].feed_impulse += held.force * step
+        carried_on(machine, now, count, ahead, time)
+        turned(rod)
+    elif rod.cells.size:
         end = rod.first[rod.cells.size - 1] + rod.slot[rod.cells.size - 1]
         out = rod.right[end]
         through(rod, ahead, 0.0, 0)
@@ -392,7 +336,9 @@ def stepped(machine, now, count, contacts):
     elif machine.bit.fed and count.struck and not count.touching:
         if now.momentum < 0.0:
             count.struck = REBOUNDED
-        elif count.struck == REBOUNDED:
+        elif count.struck == REBOUNDED and held.renews:
+            rock_replaced(machine.bit, held, now, count)
+        elif count.struck == REBOUNDED and not held.kept:
             fed(machine, now, count, time + step - contacts[count.contacts - 1].end)
     count.step += 1
 
@@ -413,3 +359,29 @@ def follow(machine, now, count, contacts, steps):
             if not count.touching or time - contacts[count.contacts - 1].start > drag.patience:
                 slowed(machine.striker, drag, now)
     return steps
+
+
+@entry
+def struck_again(machine, now, count, velocity, new_rock):
+    """A fresh striker, free of stress, touches the face of the tool as it is; `new_rock`: in front of fresh rock."""
+    now, count = now[0], count[0]
+    bar, held, bit = machine.striker, machine.held, machine.bit
+    now.momentum, now.energy = 0.0, 0.0
+    for i in range(bar.cells.size):
+        for cell in range(bar.cells[i]):
+            bar.right[bar.first[i] + cell] = bar.left[bar.first[i] + cell] = 0.5 * velocity[i]
+        mass = bar.impedance[i] * bar.cells[i] * machine.step
+        now.momentum += mass * velocity[i]
+        now.energy += 0.5 * mass * velocity[i] * velocity[i]
+    now.arrived, now.gap = 0.5 * velocity[bar.cells.size - 1], 0.0
+    count.contacts, count.touching, count.struck = 0, 0, 0
+    if bit.fed and bit.stiffness > 0.0 and new_rock:
+        rock_replaced(bit, held, now, count)
+    tool = held.tool[0]
+    tool.bit_contacts, tool.rock_peak = 0, tool.rock_force
+    if tool.rock_force > 0.0:
+        one = held.bit_log[0]
+        one.start, one.end, one.impulse, one.peak = now.time, math.nan, 0.0, tool.rock_force
+        tool.bit_contacts = 1
+    for i in range(held.extreme.shape[0]):
+        held.extreme[i, 0] = held.extreme[i, 1] = held.preload[i]

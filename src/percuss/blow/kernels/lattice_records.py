@@ -83,6 +83,79 @@ class Bit(NamedTuple):
     wait: float
 
 
+class HeldTool(NamedTuple):
+    """What holds a tool: its feed, what joins its sections, what its steel takes; and what became of all that.
+
+    The rings hold departures from the static state, before the steel has taken its part. `active` is false of a tool
+    that needs none of this. `kept`: whether it stays as blows leave it; else it is laid against fresh rock after each.
+    `renews`: whether the rock is replaced when the striker turns forward again.
+
+    `force`, `at`, `stiffness` and `damping` are those of the feed Q = max(0, F − k_d y − c_d y′). Of each section:
+    `preload`, the static force N_0, and `decay`, e^{−αL}. Of each step: `kind` of the joint with `mass`, `spring`,
+    `dashpot` and `slack`, inf for no limit. `cell`, `fade_right` and `fade_left` say where in each section its force is
+    looked at, (sections, places); `extreme` keeps the least and the greatest, (sections, 2).
+    """
+
+    active: bool
+    kept: bool
+    renews: bool
+    force: float
+    at: int
+    stiffness: float
+    damping: float
+    preload: Floats
+    decay: Floats
+    kind: Wholes
+    mass: Floats
+    spring: Floats
+    dashpot: Floats
+    slack: Floats
+    cell: Wholes
+    fade_right: Floats
+    fade_left: Floats
+    extreme: Floats
+    joint: npt.NDArray[np.void]
+    tool: npt.NDArray[np.void]
+    bit_log: npt.NDArray[np.void]
+
+
+STEP, MASS, ELASTIC, CONTACT_JOINT = range(4)  # what joins two sections; a step that is fed is a mass, which may be 0
+SHUT, OPEN, CAUGHT = range(3)  # how the faces of a contact joint stand
+
+JOINT = np.dtype(
+    [
+        ("place", "f8"),  # of a mass; departure of a spring's compression; gap of a contact joint
+        ("velocity", "f8"),  # of a mass
+        ("loss", "f8"),  # in its dashpot
+        ("opened", "f8"),  # when it first opened, and shut again; -1 for never
+        ("closed", "f8"),
+        ("widest", "f8"),
+        ("state", "i8"),
+        ("openings", "i8"),
+    ]
+)
+
+TOOL = np.dtype(
+    [
+        ("place", "f8"),  # y of the fed node since the static state
+        ("force_work", "f8"),  # F ∫ v dt, −k_d ∫ y v dt and c_d ∫ v² dt while it acts
+        ("spring_work", "f8"),
+        ("damper_loss", "f8"),
+        ("feed_impulse", "f8"),  # ∫ Q dt
+        ("steel_loss", "f8"),  # of waves that have arrived
+        ("out", "f8"),  # through the end of an endless rod
+        ("rock_impulse", "f8"),
+        ("rock_force", "f8"),  # now
+        ("rock_peak", "f8"),
+        ("bit_contacts", "i8"),  # in the log
+        ("renewals", "i8"),
+        ("standing", "i8"),  # of those, with the bit on the rock
+    ]
+)
+
+BIT_CONTACT = np.dtype([("start", "f8"), ("end", "f8"), ("impulse", "f8"), ("peak", "f8")])
+
+
 LOAD, UNLOAD, OFF = range(3)  # how bit and rock meet: deeper than ever, back and again forward, apart
 
 REBOUNDED = 2
@@ -137,6 +210,8 @@ CONTACT = np.dtype(
         ("given", "f8"),  # ∫ N v dt at the rod's face
         ("rock_before", "f8"),
         ("advanced_before", "f8"),
+        ("left", "f8"),  # of a tool that is held: energy departing from its static state as a blow begins
+        ("stood", "f8"),  # and 1 if the bit was on the rock then
         ("blow", "i8"),
     ]
 )
@@ -153,3 +228,4 @@ class LatticeMachine(NamedTuple):
     load_at: int
     step: float
     drag: LatticeDrag
+    held: HeldTool

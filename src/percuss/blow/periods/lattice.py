@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from percuss.blow.bodies import Rod, Target, Wall, rod_sections, striker_sections
-from percuss.blow.kernels.lattice_records import Bit, Face, LatticeDrag, LatticeMachine, LatticeRow
+from percuss.blow.bodies import Rod, Sections, Target, Wall, rod_sections, striker_sections
+from percuss.blow.kernels.lattice_records import (
+    BIT_CONTACT,
+    CONTACT_JOINT,
+    ELASTIC,
+    JOINT,
+    MASS,
+    TOOL,
+    Bit,
+    Face,
+    HeldTool,
+    LatticeDrag,
+    LatticeMachine,
+    LatticeRow,
+)
 from percuss.errors import ParameterError
 from percuss.model import Load, System
 from percuss.model.body import Damping, External
@@ -181,41 +195,51 @@ def _modes(mass: Array, half: Array, step: float) -> tuple[Array, Array]:
 _WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its mass on the rock: then it may be fed
 
 
-def _struck(system: System, target: Target) -> tuple[Array, Array, float]:
+class Units(NamedTuple):
+    """What 1 is on the lattice: a mass, an angular frequency and a length, in the units of striker and rod."""
+
+    mass: float
+    rate: float
+    length: float
+
+    @property
+    def force(self) -> float:
+        """Of a force."""
+        return self.mass * self.rate**2 * self.length
+
+    @property
+    def energy(self) -> float:
+        """Of an energy."""
+        return self.force * self.length
+
+
+def _struck(target: Target, rod: Sections | None, units: Units) -> tuple[Array, Array, float]:
     """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless."""
-    none = np.zeros(0)
-    if isinstance(target, Wall):
-        return none, none, math.inf
-    if any(joint.kind != "mass" or joint.mass > 0.0 for joint in target.joint_at.values()):
-        raise ParameterError("joint_masses", target.joint_masses, "none", "give a short section instead")
-    if target.feed is not None or any(target.attenuation):
-        name = "attenuation" if target.feed is None else "feed"
-        raise ParameterError(name, getattr(target, name), "none: periods of waves do not know it", "leave it out")
-    rod, rate = rod_sections(target, system.bar or system.body), system.angular_frequency if system.is_si else 1.0
-    impedances = rod.impedance / (1.0 if system.bar is None else system.bar.mass * rate)
-    if target.end == "infinite":
-        return impedances[:-1], rod.transit[:-1] * rate, float(impedances[-1])
-    return impedances, rod.transit * rate, math.inf
+    if rod is None:
+        return np.zeros(0), np.zeros(0), math.inf
+    impedances, transit = rod.impedance / (units.mass * units.rate), rod.transit * units.rate
+    if isinstance(target, Rod) and target.end == "infinite":
+        return impedances[:-1], transit[:-1], float(impedances[-1])
+    return impedances, transit, math.inf
 
 
 _NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
 
 
-def _bit(system: System, target: Target, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
+def _bit(target: Target, units: Units, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
     """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
     if not isinstance(target, Rod) or target.end not in ("free", "rock"):
         return _NO_BIT
-    bar, rate, rock = system.bar, system.angular_frequency, target.rock
-    assert bar is not None  # a rod that is not endless is one in SI
+    rock = target.rock
     if rock is None and not pushed_back:
         raise ParameterError("pushed_back", False, "True for a rod with a free end, which nothing else brings back")
-    stiffness = 0.0 if rock is None else rock.stiffness / (bar.mass * rate**2)
-    ratio, gap = (1.0, 0.0) if rock is None else (rock.unloading_ratio, rock.gap / bar.length)
-    mass = target.bit_mass / bar.mass * scale
+    stiffness = 0.0 if rock is None else rock.stiffness / (units.mass * units.rate**2)
+    ratio, gap = (1.0, 0.0) if rock is None else (rock.unloading_ratio, rock.gap / units.length)
     wait = _WAYS * transit
     if stiffness:
         whole = sum(piece.mass for piece in target.pieces) + target.bit_mass
-        wait += math.pi * math.sqrt(whole / bar.mass / stiffness)
+        wait += math.pi * math.sqrt(whole / units.mass / stiffness)
+    mass = target.bit_mass / units.mass * scale
     return Bit(True, impedance, mass, stiffness * scale, ratio, gap, not pushed_back, wait)
 
 
@@ -223,22 +247,119 @@ def machine_record(
     system: System, target: Target, cells: int, *, pushed_back: bool, quiet: bool
 ) -> tuple[Lattice, LatticeMachine]:
     """The lattice of at least so many cells in the striker, and a machine at rest on it."""
-    own, (z, times, behind) = striker_sections(system.body), _struck(system, target)
-    k = own.impedance.size
-    lattice = lattice_of(np.concatenate([own.impedance, z]), np.concatenate([own.transit, times]), k, cells)
-    scaled = np.asarray(lattice.impedances)
-    bar = _chain(scaled[:k], lattice.cells[:k])
-    rod = _chain(scaled[k:], lattice.cells[k:])
-    scale = scaled[0] / own.impedance[0]
-    behind *= scale
-    struck = float(scaled[k]) if z.size else behind
-    striker = float(scaled[k - 1])
-    ends = {"impedance": float(scaled[-1]), "transit": sum(lattice.cells[k:]) * lattice.step}
-    bit = _bit(system, target, scale, pushed_back=pushed_back, **ends)
-    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, pushed_back and not bit.fed)
+    own, bar = striker_sections(system.body), system.bar
+    units = Units(1.0, 1.0, 1.0) if bar is None else Units(bar.mass, system.angular_frequency, bar.length)
+    rod = None if isinstance(target, Wall) else rod_sections(target, bar or system.body)
+    lattice = _lattice(own, _struck(target, rod, units), cells)
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
     load = load_means(system.load, lattice.steps)
-    return lattice, LatticeMachine(bar, rod, face, bit, load, system.load.at, lattice.step, drag)
+    return lattice, _record(
+        own, target, rod, units, lattice, drag, load, system.load.at, pushed_back=pushed_back, train=False
+    )[0]
+
+
+def train_record(
+    striker: Sections, target: Rod, rod: Sections, units: Units, cells: int
+) -> tuple[Lattice, LatticeMachine, Units]:
+    """A striker in SI before a tool that is struck again and again; a turn of the unit `rate` is the time between.
+
+    The last units are those of what is on the lattice, on which masses are rounded with the transit times.
+    """
+    z = units.mass * units.rate
+    own = Sections(striker.impedance / z, striker.transit * units.rate, striker.length, striker.speed, None)
+    lattice = _lattice(own, _struck(target, rod, units), cells)
+    drag, load = _drag(lattice, 0.0), np.zeros(lattice.steps)
+    machine, found = _record(own, target, rod, units, lattice, drag, load, 0, pushed_back=False, train=True)
+    return lattice, machine, found
+
+
+def _lattice(own: Sections, struck: tuple[Array, Array, float], cells: int) -> Lattice:
+    z, times, _ = struck
+    both = np.concatenate([own.impedance, z]), np.concatenate([own.transit, times])
+    return lattice_of(*both, own.impedance.size, cells)
+
+
+def _record(
+    own: Sections,
+    target: Target,
+    rod: Sections | None,
+    units: Units,
+    lattice: Lattice,
+    drag: LatticeDrag,
+    load: Array,
+    load_at: int,
+    *,
+    pushed_back: bool,
+    train: bool,
+) -> tuple[LatticeMachine, Units]:
+    z, _, behind = _struck(target, rod, units)
+    k = own.impedance.size
+    scaled, numbers = np.asarray(lattice.impedances), lattice.cells[k:]
+    scale = scaled[0] / own.impedance[0]
+    behind *= scale
+    held = isinstance(target, Rod) and (train or target.is_held)
+    struck, last = float(scaled[k]) if z.size else behind, float(scaled[-1])
+    impedances = scaled[k:]
+    if held and isinstance(target, Rod) and target.end == "infinite":  # its last section as one cell
+        impedances, numbers, last = np.append(impedances, behind), (*numbers, 1), behind
+    transit = sum(lattice.cells[k:]) * lattice.step
+    bit = _bit(target, units, scale, impedance=last, transit=transit, pushed_back=pushed_back)
+    units = units._replace(mass=units.mass / scale)
+    striker = float(scaled[k - 1])
+    face = Face(2.0 / (1.0 / striker + 1.0 / struck), 1.0 / striker, 1.0 / struck, behind, pushed_back and not bit.fed)
+    tool = _NOT_HELD
+    if held and isinstance(target, Rod) and rod is not None:
+        tool = _held(target, rod, np.asarray(numbers), units, train=train)
+    machine = LatticeMachine(
+        _chain(scaled[:k], lattice.cells[:k]), _chain(impedances, numbers), face, bit, load, load_at, lattice.step,
+        drag, tool,
+    )  # fmt: skip
+    return machine, units
+
+
+# ---- What holds a tool, on the lattice
+
+_PLACES = 9  # in each section, where its force is looked at
+_BIT_CONTACTS = 256  # in the log
+_KINDS = {"mass": MASS, "elastic": ELASTIC, "contact": CONTACT_JOINT}
+
+
+def _not_held() -> HeldTool:
+    none, whole, wide = np.zeros(0), np.zeros(0, np.int64), np.zeros((0, 0))
+    logs = np.zeros(0, JOINT), np.zeros(1, TOOL), np.zeros(0, BIT_CONTACT)
+    rest = none, whole, none, none, none, none, np.zeros((0, 0), np.int64), wide, wide, wide, *logs
+    return HeldTool(False, False, False, 0.0, -1, 0.0, 0.0, none, *rest)
+
+
+_NOT_HELD = _not_held()
+
+
+def _held(target: Rod, rod: Sections, cells: npt.NDArray[np.int64], units: Units, *, train: bool) -> HeldTool:
+    feed, n, stiff = target.feed, cells.size, units.mass * units.rate**2
+    at, force = (-1, 0.0) if feed is None else (feed.at, feed.force / units.force)
+    damper = (0.0, 0.0) if feed is None else (feed.stiffness / stiff, feed.damping / (units.mass * units.rate))
+    steps, alpha = max(n - 1, 0), np.asarray(target.attenuation[:n])
+    kind, mass, spring, dashpot = np.zeros(steps, np.int64), np.zeros(steps), np.zeros(steps), np.zeros(steps)
+    slack, joint = np.full(steps, math.inf), np.zeros(steps, JOINT)
+    joint["opened"] = joint["closed"] = -1.0
+    for step, one in target.joint_at.items():
+        i = step - 1
+        kind[i], mass[i] = _KINDS[one.kind], one.mass / units.mass
+        if (kind[i] == MASS and one.mass == 0.0) or one.slack == 0.0:  # a plain step
+            kind[i] = 0
+        spring[i], dashpot[i] = one.stiffness / stiff, one.damping / (units.mass * units.rate)
+        slack[i] = math.inf if one.slack is None else one.slack / units.length
+    if at > 0:
+        kind[at - 1] = MASS
+    length = np.where(np.isfinite(rod.length), rod.length, 0.0)
+    cell = np.minimum((np.linspace(0.0, 1.0, _PLACES) * cells[:, None]).astype(np.int64), cells[:, None] - 1)
+    way = (alpha * length / cells)[:, None]
+    fades = np.exp(-way * (cell + 0.5)), np.exp(-way * (cells[:, None] - cell - 0.5))
+    return HeldTool(
+        True, train or feed is not None, not train and feed is not None, force, at, *damper,
+        np.where(np.arange(n) >= at, force, 0.0), np.exp(-alpha * length), kind, mass, spring, dashpot, slack,
+        cell, *fades, np.zeros((n, 2)), joint, np.zeros(1, TOOL), np.zeros(_BIT_CONTACTS, BIT_CONTACT),
+    )  # fmt: skip
 
 
 def _chain(impedances: Array, cells: tuple[int, ...]) -> LatticeRow:

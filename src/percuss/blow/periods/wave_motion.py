@@ -13,7 +13,17 @@ import numpy.typing as npt
 
 from percuss.blow.bodies import Rod, Target, Wall
 from percuss.blow.kernels.lattice_motion import follow
-from percuss.blow.kernels.lattice_records import CONTACT, COUNT, LOAD, NOW, OFF, LatticeMachine, LatticeRow
+from percuss.blow.kernels.lattice_records import (
+    CONTACT,
+    COUNT,
+    ELASTIC,
+    LOAD,
+    MASS,
+    NOW,
+    OFF,
+    LatticeMachine,
+    LatticeRow,
+)  # fmt: skip
 from percuss.blow.periods.lattice import Lattice, machine_record
 from percuss.halting import check_interrupted
 from percuss.model import Load, System
@@ -55,6 +65,15 @@ class LatticeRun:
         }
         for name, value in state.items():
             self.now[name] = value
+        if machine.held.active and machine.bit.stiffness > 0.0 and machine.held.preload[-1] > 0.0:
+            self._stand(machine.held.preload[-1])
+
+    def _stand(self, force: float) -> None:
+        """Let the bit stand on fresh rock under a force."""
+        bit = self.machine.bit
+        self.now["penetration"] = self.now["greatest"] = force / bit.stiffness
+        self.now["rock_work"] = -0.5 * (1.0 - bit.ratio) * force**2 / bit.stiffness
+        self.machine.held.tool["rock_force"] = force
 
     def period(self) -> Iterator[None]:
         """To the end of the load's present period; stops now and then on the way."""
@@ -107,6 +126,14 @@ class LatticeRun:
         """All contacts from the start, the one under way included."""
         return np.concatenate([*self._done, self._log[: int(self.count["contacts"][0])]])
 
+    def taken(self) -> npt.NDArray[np.void]:
+        """The contacts from the start, or from when they were last taken."""
+        found = self.contacts
+        self._gone += int(self.count["contacts"][0])
+        self._done.clear()
+        self.count["contacts"] = 0
+        return found
+
     def contacts_since(self, time: float) -> npt.NDArray[np.void]:
         """The contacts that have ended after a time."""
         parts = [self._log[: int(self.count["contacts"][0])]]
@@ -126,7 +153,13 @@ class LatticeRun:
             math.sqrt(bit.mass) * float(now["bit_velocity"]),
             math.sqrt(bit.stiffness / bit.ratio) * max(force, 0.0),
         ]
-        return np.concatenate([*(_ordered(chain, machine.step) for chain in (machine.striker, machine.rod)), ends])
+        if machine.held.active:
+            joint, held = machine.held.joint, machine.held
+            stiff = np.where(held.kind == ELASTIC, held.spring, 1.0)
+            ends += [np.sqrt(held.mass) * joint["velocity"], np.sqrt(stiff) * joint["place"] * (held.kind > MASS)]
+            ends += [math.sqrt(held.stiffness) * float(held.tool["place"][0])]
+        rows = (_ordered(chain, machine.step) for chain in (machine.striker, machine.rod))
+        return np.concatenate([*rows, *(np.atleast_1d(end) for end in ends)])
 
     @property
     def energy(self) -> float:
@@ -182,6 +215,9 @@ class Impacts(ShortRepr):
         Work that the rock has kept by the next impact, ½ (1 − γ) K u_m²; 0 without rock.
     fed
         By how much the tool is fed after the impact; 0 of one that comes back to its place or is not fed.
+    energy_left, stands
+        Of a tool with a feed: the energy of what departs from its static state when the impact begins, and whether the
+        bit is on the rock then (1 or 0). 0 of others.
     """
 
     start: Array
@@ -197,6 +233,8 @@ class Impacts(ShortRepr):
     given: Array
     rock_work: Array
     fed: Array
+    energy_left: Array
+    stands: Array
 
     @property
     def size(self) -> int:
@@ -259,6 +297,8 @@ def impacts_of(
         given=_sums(kept["given"], at),
         rock_work=_between(kept["rock_before"], at, tool and tool[0]),
         fed=_between(kept["advanced_before"], at, tool and tool[1]),
+        energy_left=kept["left"][at],
+        stands=kept["stood"][at],
     )
     return found, int(np.count_nonzero(~real))
 
@@ -305,6 +345,7 @@ class Recurrence:
 # ---- The motion of a machine whose every contact is resolved by waves
 
 _LONG = 2  # load periods in contact from which on the bar is said to rest
+_MAIN = 0.5  # of the greatest impulse: what gives as much is a blow
 
 
 @dataclass(frozen=True)
@@ -417,6 +458,37 @@ class WaveMotion(ShortRepr):
         count = self.cycle.impacts if self.cycle is not None else (n + 1) // 2
         return self.impacts.part(slice(n - count, n))
 
+    @cached_property
+    def main(self) -> Impacts:
+        """Of the settled impacts the blows: those with half the greatest impulse or more."""
+        own = self.settled
+        return own.part(own.impulse >= _MAIN * own.impulse.max(initial=0.0))
+
+    @property
+    def rhythm(self) -> tuple[float, float]:
+        """Blows per load period, and by how much their impulses scatter, (max − min)/mean; NaN without blows."""
+        own = self.main
+        if not own.size:
+            return math.nan, math.nan
+        periods = self.cycle.periods if self.cycle is not None else math.nan
+        if self.cycle is None and own.size > 1:
+            periods = own.size * float(own.start[-1] - own.start[0]) / (own.size - 1) / _TURN
+        return own.size / periods, float(np.ptp(own.impulse) / np.mean(own.impulse))
+
+    @property
+    def left_bound(self) -> float | None:
+        """√(E_left/W_load): the most by which waves left in the tool change a blow; None without feed or rock.
+
+        The greatest of all blows; W_load = K_1 U²/2 with U = `fed`/(1 − γ), the penetration that a blow adds.
+        """
+        target, own = self.target, self.main
+        if not isinstance(target, Rod) or target.feed is None or target.rock is None or self.system.bar is None:
+            return None
+        stiffness = target.rock.stiffness / (self.system.bar.mass * self.system.angular_frequency**2)
+        deep = own.fed / max(1.0 - target.rock.unloading_ratio, 1e-9)
+        loads = 0.5 * stiffness * deep[deep > 0.0] ** 2
+        return float(np.sqrt(own.energy_left[deep > 0.0] / loads).max()) if loads.size else None
+
     @property
     def phases(self) -> Array:
         """Phases of the load at the force centroids of the cycle's impacts, in [0, 2π)."""
@@ -487,7 +559,9 @@ def run_by_waves(
     ----------
     system, target
         Striker, load and damping, which acts on the striker alone, in contact too; and a rigid wall, or a rod with any
-        end. Its own gap is not used: the start has one. A rod on rock or with a free end is fed between blows: when the
+        end. Its own gap is not used: the start has one. A rod with a `Feed` is held by it: waves and bit stay as a blow
+        leaves them, and when the striker turns forward again the rock is replaced at equal force on the bit, while the
+        machine follows. Without one, a rod on rock or with a free end is fed between blows: when the
         striker that has gone back turns forward again, and the rod has been without contact for four ways of a wave
         through it and half a swing of its mass on the rock, it is laid at rest against fresh rock.
     start
@@ -512,7 +586,7 @@ def run_by_waves(
     Raises
     ------
     ParameterError
-        For a rod with a free end that is not pushed back, masses between sections, and numbers out of range.
+        For a rod with a free end that is not pushed back, and numbers out of range.
     Interrupted
         When a block of `percuss.halting` was told to stop.
 

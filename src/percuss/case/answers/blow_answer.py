@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
+from percuss.case.answers.drilling_answer import Drilled, drilled_sections, said_first
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -33,7 +34,7 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
-from percuss.case.answers.transfer import ASSUMED, BlowFatigue, blow_fatigue
+from percuss.case.answers.transfer import BlowFatigue, assumed, blow_fatigue
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package
@@ -45,7 +46,7 @@ from percuss.short_repr import ShortRepr
 if TYPE_CHECKING:
     from xarray import Dataset
 
-    from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace
+    from percuss.blow import Blow, ContactInterval, GaugeWaves, Peak, Rod, Trace, Wall
     from percuss.blow.gauges import RecordFit
     from percuss.blow.striking import Field
     from percuss.case.case import Case
@@ -74,6 +75,8 @@ class BlowAnswer(ShortRepr):
         What a strain gauge measured there, laid over the blow; None without a record.
     fatigue
         Fatigue of striker and rod by blows like this one; None where it was not asked for.
+    drilled
+        What holds the tool, and blows that follow each other; None for a wall.
     """
 
     name: str
@@ -84,11 +87,17 @@ class BlowAnswer(ShortRepr):
     notes: tuple[str, ...] = ()
     measured: MeasuredGauge | None = None
     fatigue: BlowFatigue | None = None
+    drilled: Drilled | None = None
 
     @property
     def is_si(self) -> bool:
         """Whether the striker has sizes; else mass, length and angular frequency are 1."""
         return isinstance(self.blow.striker, SizedBody)
+
+    @property
+    def gauge_force(self) -> tuple[float, float] | None:
+        """The greatest and the least force at the gauge, the preload with it."""
+        return None if self.gauge is None else self.blow.force_range_at(self.gauge)
 
     @property
     def waves(self) -> GaugeWaves | None:
@@ -163,6 +172,7 @@ class BlowAnswer(ShortRepr):
             **plain_of(self, STRIKER),
             **(plain_of(self, ROD) if self.rod is not None else {}),
             **(plain_of(self, ROCK) if blow.penetration is not None else {}),
+            **({} if self.drilled is None else self.drilled.to_json_dict()),
         }
         if self.measured is not None:
             told["measured"] = self.measured.to_json_dict()
@@ -243,6 +253,10 @@ def _incident(answer: BlowAnswer, tell: Teller) -> str:
     return f"{text}counted again; less the reflected wave it is {tell(passed - back, 'energy')}"
 
 
+def _preload(answer: BlowAnswer, tell: Teller) -> str | None:
+    return tell(answer.waves.preload, "force") if answer.waves and answer.waves.preload else None
+
+
 GAUGE: tuple[Fact[BlowAnswer], ...] = (
     Fact("place", "gauge", "from the struck face; in a dimensionless case the time that a wave takes from there", "",
          "gauge", "{gauge:length} from the face"),
@@ -254,6 +268,12 @@ GAUGE: tuple[Fact[BlowAnswer], ...] = (
     Fact("tool_energy", "∫F²/Z dt", r"$\int F^2/Z\,dt$, the energy that passes only as long as nothing has come back",
          "energy", "waves.tool_energy",
          "{waves.tool_energy:energy}; the energy that passes only while nothing has come back"),
+    Fact("preload", "preload", "static force there under the feed, which a gauge that is set to zero does not show",
+         "force", "waves.preload", _preload),
+    Fact("force_greatest", "", "the greatest force there, the preload with it", "",
+         lambda one: None if one.gauge_force is None else one.gauge_force[0]),
+    Fact("force_least", "", "the least, negative in tension", "",
+         lambda one: None if one.gauge_force is None else one.gauge_force[1]),
 )  # fmt: skip
 ROD: tuple[Fact[BlowAnswer], ...] = (
     Fact("first_pulse", "first pulse", "only with a rod: see below; null if there was no contact", "",
@@ -281,7 +301,8 @@ ROCK: tuple[Fact[BlowAnswer], ...] = (
          "pulse and on elastic rock", "", "beta",
          "{beta} = K₁T/Z of the first pulse; a rectangular one does most at 1.256"),
     Fact("efficiency", "efficiency", r"$\eta_1$, work on the rock over the energy before", "", "blow.efficiency",
-         lambda one, tell: said(f"{{blow.efficiency:percent}} of the energy before the blow; it assumes {ASSUMED}", one,
+         lambda one, tell: said(f"{{blow.efficiency:percent}} of the energy before the blow; it assumes "
+                                f"{assumed(one.blow.target)}", one,
                                 tell)),
     Fact("efficiency_with_rebound", "without rebound",
          r"$\eta_2$, the same with the energy of the rebounding striker taken off the energy before", "",
@@ -327,10 +348,12 @@ class Formula(NamedTuple):
 
 
 def _formulas(answer: BlowAnswer) -> tuple[Formula, ...]:
-    """The closed forms that apply to a blow; none under a load, or where sections have different speeds."""
+    """The closed forms that apply to a blow; none under a load, and of sections with different speeds or losses."""
     from percuss.blow.bodies import striker_sections
 
-    blow = answer.blow
+    blow, rod = answer.blow, answer.rod
+    if rod is not None and (rod.joint_at or any(rod.attenuation) or (rod.feed is not None and rod.feed.damping)):
+        return ()
     alike = blow.velocity is not None and bool((blow.velocity == blow.velocity[0]).all())
     if not alike or blow.load_work != 0.0 or not blow.contacts:
         return ()
@@ -386,9 +409,11 @@ def _on_rock(answer: BlowAnswer, z: float, tau: float) -> list[Formula]:
     rod, blow = answer.rod, answer.blow
     assert rod is not None and rod.rock is not None
     beta, gamma = 2.0 * tau * rod.rock.stiffness / z, rod.rock.unloading_ratio
-    one, best = matched_efficiency(beta, gamma), matched_efficiency(BEST_BETA, gamma)
+    phi = 0.0 if rod.feed is None else 2.0 * rod.feed.force / (z * blow.mean_velocity_before)
+    one, best = matched_efficiency(beta, gamma, phi), matched_efficiency(BEST_BETA, gamma, phi)
     wave, done = best_efficiency(beta, gamma), blow.rock_dissipated / blow.energy_before
-    said = f"2(1 − γ)(1 − e^−β)²/β = {percent(one, 4)} at β = {number(beta)}"
+    said = "2(1 − γ)(1 − e^−β)²/β" if phi == 0.0 else "2(1 − γ)[(1 − e^−β)² + φ(1 − e^−β)]/β"
+    said += f" = {percent(one, 4)} at β = {number(beta)}" + (f", φ = {number(phi)} of the feed" if phi else "")
     return [
         Formula("Lundberg 1973", f"{_beside(said, percent(done, 4))}, later waves included", one, done),
         Formula("best β", f"{number(BEST_BETA)} gives {percent(best, 4)} with a rectangular wave", best, done),
@@ -540,15 +565,12 @@ def blow_answer(
     >>> answer.blow.energy_error < 1e-12
     True
     """
-    from percuss.blow import strike  # loads the compiler
+    from percuss.blow import Rod, strike  # loads the compiler
 
     checked_case(case)
     velocity, until = (None if x is None else positive(n, x) for n, x in (("velocity", velocity), ("until", until)))
     gauge = None if gauge is None else non_negative("gauge", gauge)
     question, steel = case.blow_question(), case.steel() if flag("fatigue", fatigue) else None
-    if question.number > 1:
-        remedy = "leave it out, and crater in [rock]"
-        raise CaseError(case.file, "blow.number", question.number, "1: one blow is followed", remedy)
     if velocity is not None:
         if flag("whole_field", whole_field):
             raise ParameterError("velocity", velocity, "either a velocity or the field of the steady motion, not both")
@@ -564,21 +586,45 @@ def blow_answer(
         orbit, which = _motion(case)
         speed = f"that of steady motion {which} just before its impact"
         field, given = (_field_of(orbit, question.striker), None) if whole_field else (None, _mean_speed(orbit))
-    found = strike(
-        question.striker,
-        question.target,
-        given,
-        until=question.until,
-        load=question.load,
-        load_at=question.load_at,
-        field=field,
-        **({} if most_pieces is None else {"most_pieces": most_pieces}),
-    )
-    answer = BlowAnswer(case.file, case.title, found, speed, _gauge(found, gauge), notes)
+    most = {} if most_pieces is None else {"most_pieces": most_pieces}
+    rod = question.target if isinstance(question.target, Rod) else None
+
+    def struck(target: Rod | Wall, crater: float = 0.0) -> Blow:
+        return strike(
+            question.striker, target, given, until=question.until, load=question.load, load_at=question.load_at,
+            field=field, crater=crater, **most,
+        )  # fmt: skip
+
+    drilled = None if rod is None else _drilled(case, question, rod, struck)
+    found = struck(question.target) if drilled is None else drilled.blow
+    answer = BlowAnswer(case.file, case.title, found, speed, _gauge(found, gauge), notes, drilled=drilled)
     if steel is None:
         return answer
     assumed = getattr(case.tables, "steel", None) is None
     return replace(answer, fatigue=blow_fatigue(found, steel, _own_rate(case), assumed))
+
+
+def _drilled(case: Case, question: BlowQuestion, rod: Rod, struck: Callable[..., Blow]) -> Drilled:
+    """The blows that the case asks for on its tool; refused by their keys."""
+    from percuss.blow import blows_one_by_one
+
+    if question.between == "waves" and question.number > 1:
+        remedy = 'write between = "static" for blows one by one, or follow one'
+        raise CaseError(case.file, "blow.between", "waves", 'expected "static": not followed yet', remedy)
+    if question.number > 1 and question.crater == "same" and rod.rock is None:
+        raise CaseError(case.file, "rock.crater", question.crater, 'expected "new" of a tool without rock')
+    try:
+        return Drilled(
+            blows_one_by_one(
+                struck, rod, number=question.number, crater=question.crater, rate=question.rate,
+                blows_per_crater=question.blows_per_crater, drilling=question.drilling,
+                of_machine=question.feed_of == "machine",
+            )
+        )  # fmt: skip
+    except ParameterError as error:
+        if error.name != "force":
+            raise
+        raise CaseError(case.file, "feed.force", error.value, f"expected {error.accepted}", error.remedy) from None
 
 
 def _gauge(blow: Blow, asked: float | None) -> float | None:
@@ -719,6 +765,8 @@ def blow_report(answer: BlowAnswer) -> Report:
         sections.append(ReportSection("Measured at the gauge", answer.measured.rows))
     if answer.blow.penetration is not None:
         sections.append(section("The rock", *ROCK))
+    if answer.drilled is not None:
+        sections += drilled_sections(answer.drilled, answer.tell)
     sections.append(_stresses(answer))
     if answer.fatigue is not None:
         sections += answer.fatigue.parts
@@ -738,6 +786,7 @@ def _question(answer: BlowAnswer) -> ReportSection:
         ("case", answer.name),
         ("striker", str(blow.striker)),
         ("it strikes", struck),
+        *([] if answer.drilled is None else said_first(answer.drilled, answer.tell)),
         ("speed", f"{answer.tell(blow.mean_velocity_before, 'speed')}, {answer.speed}"),
         ("window", f"{answer.tell(blow.until, 'time')}; {blow.outcome.value}"),
     ]

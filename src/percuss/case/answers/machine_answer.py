@@ -335,8 +335,9 @@ def machine_numbers(machine: Machine) -> dict[str, Any]:
         "d": json_number(machine.drag),
         "restitution": json_number(machine.contact.restitution),
         "states": {name: json_number(force) for name, force in valve.pairs},
-        "chamber": picked(valve.chamber, "force stiffness"),
+        "chamber": picked(valve.chamber, "force stiffness exponent"),
         "supply": None if valve.supply is None else plain(asdict(valve.supply)),
+        "oil": None if valve.oil is None else plain(asdict(valve.oil)),
         "ports": [picked(port, "to behind side delay reads on speed") for port in valve.ports],
         "start_state": valve.start,
     }

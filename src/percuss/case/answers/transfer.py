@@ -23,6 +23,7 @@ from percuss.case.answers.facts import (
     picked,
     plain_of,
     rows_of,
+    said,
 )
 from percuss.short_repr import ShortRepr
 
@@ -34,8 +35,20 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
-ASSUMED = "a tool that nothing holds against the rock (no feed), and steel that nothing damps"
-"""What a share of the energy that reaches the rock assumes."""
+def assumed(target: object) -> str:
+    """What a share of the energy that reaches the rock assumes of the tool, a rod.
+
+    >>> from percuss.blow import Feed, Rock, Rod
+    >>> from percuss.model import Section
+    >>> assumed(Rod([Section(1.0, 1e-3)], "rock", rock=Rock(1e8), feed=Feed(8e3)))
+    'steel that nothing damps'
+    """
+    missing = []
+    if getattr(target, "feed", None) is None:
+        missing.append("a tool that nothing holds against the rock (no feed)")
+    if not any(getattr(target, "attenuation", ())):
+        missing.append("steel that nothing damps")
+    return ", and ".join(missing) or "waves in one dimension"
 
 
 class PeakStress(NamedTuple):
@@ -121,8 +134,13 @@ class Transfer(ShortRepr):
 
     @property
     def steel_energy(self) -> float:
-        """What waves in the tool have left at the end of the blow, with that of its masses, or take away for ever."""
-        return self.blow.rod_energy + self.blow.bit_kinetic_energy_after
+        """What waves in the tool have left at the end of the blow, with that of its masses, or take away for ever.
+
+        What steel and joints take is in it, and what the feed brings is not.
+        """
+        blow = self.blow
+        taken = blow.steel_loss + blow.joint_loss - blow.feed_work - blow.tool_energy_before
+        return blow.rod_energy + blow.bit_kinetic_energy_after + taken
 
     @property
     def rock_energy(self) -> float | None:
@@ -193,12 +211,18 @@ def transfer_of(motion: Orbit | ValveCycle | None, question: BlowQuestion | None
     """The energy of a cycle; None without a rod or one blow that reaches it."""
     if motion is None or question is None or motion.impacts != 1 or not motion.rigid_velocity > 0.0:
         return None
-    from percuss.blow import BlowOutcome, strike
+    from percuss.blow import BlowOutcome, Rod, blows_one_by_one, strike
     from percuss.blow.striking import FEW_PIECES
 
     system, until = motion.system, question.until
     speed = motion.rigid_velocity * (system.speed_scale if system.is_si else 1.0)
-    blow = strike(question.striker, question.target, speed, until=until, few_pieces=FEW_PIECES)
+
+    def struck(rod: Rod, crater: float = 0.0) -> Blow:
+        return strike(question.striker, rod, speed, until=until, crater=crater, few_pieces=FEW_PIECES)
+
+    rod, of_machine = question.target, question.feed_of == "machine"
+    assert isinstance(rod, Rod)
+    blow = blows_one_by_one(struck, rod, rate=question.rate, of_machine=of_machine).first
     whole = blow.outcome is not BlowOutcome.TOO_MANY_PIECES and bool(blow.contacts)
     return Transfer(motion, blow) if whole else None
 
@@ -276,7 +300,8 @@ TRANSFER: tuple[Fact[Transfer], ...] = (
          "rock_power", "{rock_power:power}, {rock_energy:energy} a blow"),
     Fact("rock_energy", "", "work on the rock in one blow", "energy", "rock_energy"),
     Fact("overall_efficiency", "efficiency", "this work over `input`", "", "overall_efficiency",
-         f"{{overall_efficiency:percent}} of the input of {{input_power:power}}; it assumes {ASSUMED}"),
+         lambda one, tell: said("{overall_efficiency:percent} of the input of {input_power:power}; it assumes "
+                                f"{assumed(one.blow.target)}", one, tell)),
     Fact("input_power", "", "`input` over time", "power", "input_power"),
     Fact("input", "input", "what the load, the valve or the pump puts into a cycle", "energy", "input",
          "{input:energy} a cycle"),

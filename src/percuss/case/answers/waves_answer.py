@@ -65,6 +65,14 @@ SETTLED: tuple[Fact[WaveMotion], ...] = (
     Fact("given_J", "", "of each impact the work done on what is struck", "energy", "settled.given"),
     Fact("rock_work_J", "", "of each impact what the rock keeps", "energy", "settled.rock_work"),
     Fact("fed_m", "", "how far the tool is fed after each impact", "length", "settled.fed"),
+    Fact("energies_left_J", "", "with a feed, of each impact: energy that departs from the static state of the tool "
+         "as it begins", "energy", "settled.energy_left"),
+    Fact("stands", "", "with a feed, of each impact: 1 if the bit is on the rock as it begins, else 0", "",
+         "settled.stands"),
+    Fact("rhythm", "", "blows per load period, and by how much their impulses scatter, (max − min)/mean; a blow has "
+         "half the greatest impulse or more", "", "rhythm"),
+    Fact("left_bound", "", r"with a feed: $\sqrt{E_{left}/W_{load}}$, by which waves left in the tool by earlier blows "
+         "may change a penetration at most; null without", "", "left_bound"),
     Fact("blow_rate blow_rate_Hz", "", "impacts per load period, or per second", "cycles", "blow_rate"),
     Fact("impulse_per_period", "", "sum of the impulses per load period; null if not periodic", "",
          "impulse_per_period"),
@@ -121,6 +129,9 @@ def struck_by(case: Case) -> Struck:
     contact = getattr(tables, "contact", None) or getattr(tables, "system", None)
     tool = case.tool()
     pushed_back = getattr(contact, "advance", None) == "pushed back" or getattr(tool, "end", None) == "free"
+    if getattr(tool, "end", None) == "rock" and getattr(tool, "feed", None) is None:
+        laid = "no feed: after each blow the tool is laid against the rock; describe what presses it in [feed]"
+        return Struck(tool, pushed_back, laid)
     if isinstance(tool, Wall) and tables.tool is None and not system.contact.is_lossless:
         ratio, restitution = number(1.0 / system.contact.impedance_ratio), number(system.contact.restitution)
         note = (
@@ -164,9 +175,9 @@ def waves_warnings(motion: WaveMotion) -> list[str]:
     if motion.outcome == "interrupted":
         found.append("ended early: interrupted; the figures are those of the part that was computed")
     elif motion.cycle is None and motion.stop.periodic:
-        found.append("no periodic motion found: simulate for longer, or look at the ringing that blows leave behind")
+        found.append(_unsettled(motion))
     own = motion.settled
-    found += _restitution(motion)
+    found += _restitution(motion) + _together(motion)
     left = float(np.median(own.ringing_share)) if own.size else 0.0
     if left > _RINGING and motion.cycle is None and not motion.quiet:
         found.append(f"a blow leaves {percent(left)} of its energy as ringing (median), which damping must end in time")
@@ -175,6 +186,30 @@ def waves_warnings(motion: WaveMotion) -> list[str]:
         found.append(f"a lattice with half the cells settles on {unsure.label}: give more cells")
     elif unsure is not None and unsure.phase is not None and unsure.phase > _UNSURE:
         found.append(f"a lattice with half the cells has phases {unsure.phase:.2g} rad from these: give more cells")
+    return found
+
+
+_RHYTHM = 0.1  # scatter of impulses within which blows are alike
+
+
+def _unsettled(motion: WaveMotion) -> str:
+    """What there is in place of a periodic motion: blows that are nearly alike, or not."""
+    blows, scatter = motion.rhythm
+    if scatter <= _RHYTHM:
+        own = motion.main.restitution
+        near = f"blows per load period {number(blows, 3)}, R = {number(float(np.nanmean(own)), 3)} in the mean"
+        return f"no periodic motion found, but a rhythm: {near}; impulses scatter by {percent(scatter)}"
+    return "no periodic motion found: simulate for longer, or look at the ringing that blows leave behind"
+
+
+def _together(motion: WaveMotion) -> list[str]:
+    """Whether blows may be taken one by one, where a feed holds the tool."""
+    found, bound = [], motion.left_bound
+    if bound is not None and bound > _RINGING:
+        told = f"waves that blows leave in the tool may change a penetration by up to {percent(bound)}"
+        found.append(f"{told}: blows must not be taken one by one")
+    if bound is not None and not motion.main.stands.all():
+        found.append("the bit is off the rock when a blow comes: more feed, or a recoil damper")
     return found
 
 
@@ -411,6 +446,10 @@ def _waves_summary(answer: WavesAnswer) -> tuple[str, str]:
         return "By waves the hammer comes to rest on what it strikes (rest).", BAD
     if motion.label == "none":
         return "By waves the hammer strikes nothing (none).", BAD
+    if motion.cycle is None and motion.rhythm[1] <= _RHYTHM:
+        blows, scatter = motion.rhythm
+        text = f"By waves the hammer keeps a rhythm (blows per load period: {number(blows, 3)})"
+        return f"{text}; impulses scatter by {percent(scatter)} (irregular).", PLAIN
     if motion.cycle is None:
         return "By waves no periodic motion has been found (irregular).", PLAIN
     text = f"By waves the hammer settles on {rhythm(motion.label)} ({motion.label})"
@@ -436,6 +475,13 @@ def _waves_section(answer: WavesAnswer) -> ReportSection:
         rows.append(("contact", _contact(motion)))
         rows.append(("ringing", f"{percent(float(own.ringing_share.max()))} of the energy before the impact, at most"))
         rows.append(("blow rate", rates(answer.system, motion.blow_rate)))
+        if motion.left_bound is not None:
+            stands = "on the rock at every blow" if motion.main.stands.all() else "off the rock at a blow"
+            rows.append(("bit", stands))
+            told = f"waves left in the tool may change a penetration by up to {percent(motion.left_bound)}"
+            rows.append(
+                ("one by one", f"{told}: blows {'may' if motion.left_bound <= _RINGING else 'must not'} be taken so")
+            )
     if answer.system.is_si:
         rows.append(("given", _given(motion)))
     rows.append(("lattice", _lattice(motion)))
@@ -451,6 +497,9 @@ def _struck(motion: WaveMotion) -> str:
     end = motion.target.end
     stays = "is fed by what each blow leaves of the penetration" if end == "rock" else "stays where a blow has put it"
     how = "is pushed back after each blow" if motion.pushed_back else stays
+    if motion.target.feed is not None:
+        how = f"is pressed by {quantity(motion.target.feed.force, 'N')}"
+        how += " with a recoil damper" if motion.target.feed.damping or motion.target.feed.stiffness else ""
     ringing = "; all ringing is made to end between blows" if motion.quiet else ""
     return f"{_RODS[end]}, which {how}{ringing}"
 

@@ -64,8 +64,8 @@ MACHINES: tuple[SampleMachine, ...] = (
     SampleMachine("pneumatic-jackleg", "Pneumatic jackleg drill", 2.0, 33.0, 60.0),
     SampleMachine("pile-hammer", "Hydraulic pile hammer", 9000.0, 1.0, 106e3),
     SampleMachine("laboratory-striker", "Laboratory striker on a long bar", 0.6, 20.0, 7.5, from_rest="chatter/1"),
-    SampleMachine("valve-breaker", "Hydraulic breaker with its valve", 88.8, 9.45, 3750.0, valve=True),
-    SampleMachine("valve-drifter", "Hydraulic drifter with its valve", 5.05, 61.2, 301.0, valve=True),
+    SampleMachine("valve-breaker", "Hydraulic breaker with its valve, lossless oil", 88.8, 9.45, 3750.0, valve=True),
+    SampleMachine("valve-drifter", "Hydraulic drifter with its valve, lossless oil", 5.05, 61.2, 301.0, valve=True),
     SampleMachine("oil-drifter", "Hydraulic drifter with oil that flows", 5.05, 68.1, 277.0, valve=True),
     SampleMachine("oil-breaker", "Hydraulic breaker with oil that flows", 88.8, 8.99, 3292.0, valve=True),
 )

@@ -23,7 +23,7 @@ from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import steady_report
-from percuss.case.answers.transfer import ASSUMED
+from percuss.case.answers.transfer import assumed
 from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
 from percuss.plot.reports.bar_outline import bar_outline
 
@@ -227,7 +227,7 @@ def _assumed(answer: SteadyAnswer | MachineAnswer) -> list[str]:
     found.append("a rigid piston" if rigid else "waves in the piston, by its elastic modes")
     found.append("a bar that stays straight and centred, and faces that meet flat")
     if answer.transfer is not None:
-        found.append(ASSUMED)
+        found.append(assumed(answer.transfer.blow.target))
     return found
 
 

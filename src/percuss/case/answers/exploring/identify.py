@@ -628,7 +628,7 @@ class DataSheetAnswer(ShortRepr):
     @property
     def summary(self) -> str:
         """What explains the sheet, in a sentence or two."""
-        worst = max(self.passages, key=lambda row: row["drop_Pa"])
+        worst = max(self.passages, key=lambda row: row["drop_Pa"] * row["at_m3_s"])
         text = f"{percent(self.efficiency)} of the input reaches the steel; {percent(self.lost)} is lost in passages: "
         text += f"{worst['drop_Pa'] / 1e5:.3g} bar at {6e4 * worst['at_m3_s']:.3g} l/min"
         text += f" between the {worst['chamber']} chamber and the {worst['to']}."
