@@ -17,7 +17,7 @@ from percuss.blow.periods.wave_motion import Impacts, LatticeRun, impacts_of
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
 from percuss.model import Load, Machine
-from percuss.model.checks import Array, callback, count, instance
+from percuss.model.checks import Array, callback, count, instance, non_negative, positive
 from percuss.short_repr import ShortRepr, watched
 from percuss.simulate import Progress
 
@@ -26,8 +26,7 @@ _WAYS = 200.0  # transit times of the striker in a turn of the lattice
 _AT_ONCE = 1 << 18
 _MAIN = 0.5  # of the greatest impulse: what gives as much is a blow
 _ALIKE = 1e-3  # scatter of impulses and intervals within which blows are alike
-MOST_TURNS = 100_000
-"""Turns of the lattice after which a machine is followed no further, however few blows it gives."""
+_PATIENCE = 1000  # turns without a blow after which it is said to stall
 
 
 @dataclass(frozen=True)
@@ -152,7 +151,8 @@ def run_valve_by_waves(
         raise ParameterError("machine", "dimensionless", "a machine made from SI", "use Machine.from_si")
     if target.impedance is not None or target.end == "free":
         raise ParameterError("target", target.end, "a rod of sections that its end holds", "describe it in [tool]")
-    number, size = count("blows", blows, 1), count("cells", cells, least=16, most=100_000)
+    gap, most_time = non_negative("gap", gap), None if most_time is None else positive("most_time", most_time)
+    number, size = count("blows", blows, 1, 100_000), count("cells", cells, least=16, most=100_000)
     callback("progress", progress)
     own, rod, bar = striker_sections(machine.bar), rod_sections(target, machine.bar), machine.bar
     rate = _TURN / (_WAYS * float(own.transit.sum()))
@@ -168,7 +168,7 @@ def run_valve_by_waves(
     state["place"], state["pressure"] = -gap / units.length, 1.0 if supply is None else supply.start
     _begin(valve, state[0])
     with watched(progress) as watch:
-        outcome, last = "", 0.0
+        outcome, last, known = "", 0, 0
         while not outcome:
             while run.count["step"][0] < record.load.size:
                 check_interrupted()
@@ -179,13 +179,15 @@ def run_valve_by_waves(
             run.now["next_drag"] = 0.5 * record.drag.interval
             run.periods += 1
             done = int(run.count["blow"][0])
-            last = run.time if run.touching or not done else last
+            last, known = (run.periods, done) if done != known else (last, known)
             if watch is not None and watch(Progress(done, run.time, min(done / number, 1.0))):
                 outcome = "interrupted"
             elif done >= number:
                 outcome = "impacts"
-            elif run.periods >= MOST_TURNS or (most_time is not None and run.time / rate >= most_time):
+            elif most_time is not None and run.time / rate >= most_time:
                 outcome = "time"
+            elif run.periods - last >= _PATIENCE:
+                outcome = "stalls"
     tool = (run.rock_work, run.advanced) if record.bit.fed else None
     impacts, _ = impacts_of(run.contacts, Load.harmonic(0.0, 0.0), machine.body.transit_time, tool)
     impacts = impacts.part(slice(0, max(0, impacts.size - bool(run.count["struck"][0]))))

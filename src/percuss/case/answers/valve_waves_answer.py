@@ -119,7 +119,7 @@ class ValveWavesAnswer(ShortRepr):
 VALVE_WAVES: tuple[Fact[ValveWavesAnswer], ...] = (
     Fact("label", "settles on", '`"one blow in a cycle"` where blows scatter by less than 0.1 %, else `"irregular"` '
          'or `"none"`', "", "motion.label", lambda one, _: one.motion.label),
-    Fact("outcome", "", '`"impacts"`, `"time"` or `"interrupted"`: why it was followed no further', "",
+    Fact("outcome", "", '`"impacts"`, `"time"`, `"stalls"` or `"interrupted"`: why it was followed no further', "",
          "motion.outcome"),
     Fact("impacts", "followed", "all that have ended", "", "motion.impacts.size",
          lambda one, tell: f"{counted(one.motion.impacts.size, 'impact')} in {tell(one.motion.time, 'time')}; the "
