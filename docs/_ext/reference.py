@@ -38,6 +38,7 @@ from percuss.case.answers.steady_answer import (
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
 from percuss.case.answers.transfer import FATIGUE, SECTION, STEEL, TRANSFER
+from percuss.case.answers.valve_waves_answer import VALVE_WAVES
 from percuss.case.answers.waves_answer import IMPACT, SETTLED
 from percuss.case.answers.whole_hammer import UNCERTAIN
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
@@ -72,6 +73,7 @@ FACTS = {
     "static": STATIC,
     "perblow": BLOW,
     "pulse": PULSE,
+    "valvewaves": VALVE_WAVES,
     "repeated": REPEATED,
     "intrain": IN_TRAIN,
     "gauge": GAUGE,

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from held_program import Held, repeated
 from percuss.blow import Feed, Joint, Rock, Rod, Wall
 from percuss.blow.periods import run_by_waves, strike_repeatedly
-from percuss.blow.periods.repeated import Regime
+from percuss.blow.periods.repeated import regime_of
 from percuss.errors import ParameterError
 from percuss.model import Bar, Kept, Load, Section, SectionedBar, System
 
@@ -291,7 +291,7 @@ def test_a_machine_strikes_its_fed_tool_as_a_train_does():
     ],
 )
 def test_a_regime_is_read_from_the_penetrations(u, kind, multiplier):
-    found = Regime.of(u)
+    found = regime_of(u)
     assert found.kind == kind
     assert found.multiplier is None if multiplier is None else found.multiplier == pytest.approx(multiplier, abs=1e-6)
 

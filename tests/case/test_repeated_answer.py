@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from percuss.case import Case, repeated_answer
+from percuss.case import Case, load_case, repeated_answer
 from percuss.case.answers.repeated_answer import repeated_report
+from percuss.case.answers.transfer import tool_of
+from percuss.case.answers.whole_hammer import whole_system
 from percuss.cli import main
 from percuss.errors import CaseError
 
@@ -112,3 +114,17 @@ def test_options_of_one_blow_are_refused(tmp_path, capsys):
     file.write_text(text(), encoding="utf-8")
     assert main(["blow", str(file), "--gauge", "0.5m"]) == 2
     assert 'between = "waves"' in capsys.readouterr().err
+
+
+def test_a_whole_hammer_has_what_its_blow_is_worth_and_does_to_rod_and_joints():
+    more = {"feed.force": "4 kN", "drilling.bit_diameter": "64 mm", "drilling.crater_factor": 0.3}
+    case = load_case("stepped-drifter").varied(more)
+    one = whole_system(case.system(), tool_of(case))
+    blow, transfer = one.transfer.blow, one.transfer
+    rate = 0.3 * blow.residual_penetration / transfer.period
+    assert one.value("rate_of_penetration") == pytest.approx(rate)
+    assert one.value("rock_share") == pytest.approx(transfer.rock_energy / blow.energy_before)
+    assert one.value("steel_tension") == max(peak.tension for peak in transfer.sections[1])
+    assert one.value("joint_openings") == 0.0
+    bare = load_case("stepped-drifter")
+    assert whole_system(bare.system(), tool_of(bare)).value("rate_of_penetration") is None

@@ -250,6 +250,21 @@ NAMED: dict[str, Any] = {
 """Of parameters without a default, by their names."""
 
 
+REPEATED = """
+[bar]
+length = "0.3 m"
+area = "10 cm^2"
+[tool]
+sections = [{length = "1 m", area = "10 cm^2"}]
+end = "fixed"
+[blow]
+velocity = "9 m/s"
+number = 2
+rate = "500 Hz"
+between = "waves"
+"""
+
+
 class Arguments:
     """What every public callable takes, in one folder for the files among it."""
 
@@ -299,6 +314,8 @@ class Arguments:
             explore.sweep(SYSTEM, "restitution=0.2,0.6", quantities=["orbits"]),
             case, cases.CaseFamily(case, {}), cases.steady_answer(case), cases.simulation_answer(case),
             cases.waves_answer(case, cells=16), cases.machine_answer(drilling, modes=0),
+            cases.valve_waves_answer(drilling, cells=16), cases.repeated_answer(Case.from_text(REPEATED), cells=16),
+            cases.repeated_answer(Case.from_text(REPEATED), cells=16).train,
             cases.compare([drilling, drilling], modes=0),
             cases.tolerance(drilling, figures=["blow_energy"], samples=64, modes=0, workers=1),
             BLOWS, cases.identify(drilling, BLOWS, [cases.Span("load.pressure", 150.0, 190.0, "bar")], modes=0),
@@ -398,7 +415,8 @@ class Arguments:
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
             "blow.strike_repeatedly": {"striker": Bar(0.3, 1e-3), "target": blow.Rod([Section(1.0, 1e-3)], "fixed")}
             | {"velocity": 5.0, "period": 1e-3, "number": 1},
-            "blow.Regime.of": {"penetrations": [1.0, 2.0, 1.0]},
+            "blow.run_valve_by_waves": {"target": blow.Rod([Section(1.0, 1e-3)], "fixed"), "gap": 0.01, "blows": 1}
+            | {"machine": drilling.machine()},
             "blow.RepeatedBlows.mean": {"name": "impulse"},
             "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
             "blow.Blow.waves_at": {"x": 0.1},
@@ -469,6 +487,8 @@ class Arguments:
             "case.Limit": {"figure": "power", "low": 1.0, "high": 2.0},
             "case.Limit.parsed": {"words": "power=1 W", "sense": "above", "is_si": True},
             "case.machine_*": {"case": drilling},
+            "case.valve_waves_answer": {"case": drilling},
+            "case.repeated_answer": {"case": Case.from_text(REPEATED)},
             "case.recorded_answer": {"case": Case.from_text(SQUARE)},
             "case.steady_answer": {"periods": [1], "modes": 4, "starts": 0},
             "units.known_dimension": {"unit": "mm"},

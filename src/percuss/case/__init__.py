@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from percuss.case.answers.repeated_answer import RepeatedAnswer, repeated_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import CaseReach, OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
+    from percuss.case.answers.valve_waves_answer import ValveWavesAnswer, valve_waves_answer
     from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, SampleMachine, load_case

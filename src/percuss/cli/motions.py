@@ -426,7 +426,9 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
     last = None if options.events is None else options.events[0]
     shown = LAST if options.events is None else last
     report: Any = motion_report
-    if options.contact == "waves":
+    if options.contact == "waves" and case is not None and case.is_machine:
+        from percuss.case.answers.valve_waves_answer import valve_waves_report as report
+    elif options.contact == "waves":
         from percuss.case.answers.waves_answer import waves_report as report
 
     def drawn() -> Figure:
@@ -445,9 +447,11 @@ def _followed(options: argparse.Namespace, case: Case | None, progress: Callable
     with of_file(case):
         if options.contact != "waves":
             return simulation_answer(case, progress)
-        from percuss.case import waves_answer
+        from percuss.case import valve_waves_answer, waves_answer
 
         cells = {} if options.cells is None else {"cells": options.cells}
+        if case.is_machine:
+            return valve_waves_answer(case, progress, **cells)
         return waves_answer(case, progress, quiet=options.quiet, **cells)
 
 
@@ -472,7 +476,7 @@ def _check(parser: Parser, options: argparse.Namespace) -> None:
 
 def _asked(parser: Parser, options: argparse.Namespace) -> Case:
     case, start = named_case(options.case), options.start
-    if not case.is_machine or options.contact == "waves":
+    if not case.is_machine:
         case.system()  # the recording is read, and may be refused, before the options are looked at
     if options.seed is not None:
         given = case.to_dict().get("start") or {}

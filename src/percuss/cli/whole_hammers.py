@@ -43,8 +43,8 @@ The best hammer over any numbers of the case: the most, or the least, of one fig
 any others. Cycle, oil, blow and rock are computed anew for every hammer that is tried, and only those that run are
 looked for. The answer says which limits bind and what stands at the end of its range; where nothing keeps all limits,
 what comes nearest and which limit costs most. The figures are those of 'percuss compare': blow_energy, blow_rate,
-rock_power, rock_energy, overall_efficiency, flow, pressure, piston.stress, steel.stress, steel[0].stress, margin and
-others.""",
+rock_power, rock_energy, rock_share, rate_of_penetration, overall_efficiency, flow, pressure, piston.stress,
+steel.stress, steel[0].stress, steel_tension, joint_openings, margin and others.""",
     """\
   percuss design stepped-drifter --most rock_power --vary "bar.sections[2].diameter=34:48mm" --below steel.stress=350MPa
   percuss design valve-drifter --most rock_power --want blow_rate="45 Hz..60 Hz" --below steel.stress=400MPa \\

@@ -155,8 +155,10 @@ class SweepJob:
 
     @property
     def multiplier_modes(self) -> int:
-        """N of the exact multipliers."""
-        return DEFAULT_MODES if self.modes is None else self.modes
+        """N of the exact multipliers; without a number of a machine whose oil flows, 0."""
+        if self.modes is not None:
+            return self.modes
+        return 0 if drives_itself(self.family) and self.family.machine({}).valve.flows else DEFAULT_MODES
 
     @property
     def asks_hammers(self) -> bool:
@@ -438,8 +440,8 @@ _OF_CYCLES = ("period", "stroke", "work", "taken", "duty", "speed", "energy", "m
 
 def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Sequence[tuple[int, Machine]]) -> None:
     """What some machines do: rigid pistons all at once."""
-    left = there
-    if job.multiplier_modes == 0:
+    left, modes = there, job.multiplier_modes
+    if modes == 0:
         machines = [machine for _, machine in there]
         many = rigid_cycles(machines, [family.room(machine) for machine in machines], starts="starts" in out)
         cycles = zip(*(getattr(many, name).tolist() for name in _OF_CYCLES), strict=True)
@@ -453,7 +455,6 @@ def _machines(job: SweepJob, out: Columns, family: SwitchingFamily, there: Seque
                 left.append(one)
     for i, machine in left:
         try:
-            modes = job.multiplier_modes if job.modes is not None or not machine.valve.flows else 0
             motion = self_excited_motion(machine, modes=modes, room=family.room(machine))
             cycle = motion.cycle
             numbers: tuple[float, ...] | None = None

@@ -307,9 +307,8 @@ def _of_valves(states: tuple[str, ...], edges: tuple[str, ...], supply: bool) ->
 def _under(machine: Machine, factor: float) -> Machine:
     if not factor > 0.0:
         raise ParameterError(PRESSURE, factor, "a factor greater than 0")
-    states = tuple((name, factor * force) for name, force in machine.valve.pairs)
     pressure = None if machine.pressure is None else factor * machine.pressure
-    return replace(machine, valve=replace(machine.valve, states=states), pressure=pressure)
+    return replace(machine, valve=machine.valve.at_pressure(factor), pressure=pressure)
 
 
 def _at(name: str, label: str, meaning: str, *path: str | int) -> Parameter[Machine]:

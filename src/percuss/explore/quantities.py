@@ -86,6 +86,12 @@ _TRANSFER = {
     "overall_efficiency": single(
         "overall_efficiency", "transfer", "the same over what the load, the valve or the pump puts in"
     ),
+    "rock_share": single("rock_share", "transfer", "work on the rock over the energy of that blow"),
+    "rate_of_penetration": single(
+        "rate_of_penetration", "transfer", "advance of the hole by that blow, as `[drilling]` has it", unit="m/s"
+    ),
+    "steel_tension": single("steel_tension", "transfer", "the greatest tension in the tool in that blow", unit="Pa"),
+    "joint_openings": single("joint_openings", "transfer", "how often contact joints of the tool open in that blow"),
 }
 
 QUANTITIES: dict[str, Quantity] = {

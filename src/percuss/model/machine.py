@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from percuss.errors import ParameterError
+from percuss.errors import ParameterError, PercussError
 from percuss.halting import interruptible
 from percuss.model.body import Body, SizedBody
 from percuss.model.body.uniform import SIScales
@@ -197,6 +197,15 @@ class Machine(SIScales):
         law = f"R = {self.contact.restitution:.6g}"
         text = f"Machine: {self.body}, {law}; valve {states}; {len(self.valve.ports)} ports{chamber}"
         return text if self.bar is None else f"{text}; {self.bar}"
+
+
+def check_closed_form(machine: Machine) -> None:
+    """Refuse a machine whose oil flows, of which there is no closed form."""
+    if machine.valve.flows:
+        raise PercussError(
+            "this is not computed for a machine whose oil flows: there is no closed form of its motion",
+            "leave out passages, leakage, tank pressure and gas laws, or ask percuss machine, simulate, follow or sweep",
+        )
 
 
 # ---- Whether a load switches back and forth between two levels, as a valve does

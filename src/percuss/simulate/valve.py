@@ -14,7 +14,7 @@ import numpy.typing as npt
 from percuss.mechanics.flow import propagator, series
 from percuss.model import Machine, Supply
 from percuss.model.checks import Array
-from percuss.model.machine import MachineModes, machine_modes
+from percuss.model.machine import MachineModes, check_closed_form, machine_modes
 from percuss.simulate.engine import (
     NO_LOG,
     STRIDE,
@@ -355,6 +355,7 @@ class Mechanism:
 @lru_cache(maxsize=16)
 def mechanism(machine: Machine, modes: int) -> Mechanism:
     """The numbers of a machine, kept for the next motion of it."""
+    check_closed_form(machine)
     return Mechanism(machine, modes)
 
 

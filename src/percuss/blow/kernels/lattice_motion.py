@@ -385,3 +385,82 @@ def struck_again(machine, now, count, velocity, new_rock):
         tool.bit_contacts = 1
     for i in range(held.extreme.shape[0]):
         held.extreme[i, 0] = held.extreme[i, 1] = held.preload[i]
+
+
+# ---- A striker that switches its own valve: the load of each step by the state, the ports that it enters, the orders
+
+
+@inner
+def demanded(valve, own, port, time):
+    """A port demands its state: a demand like the last is ignored, others replace what would be due later."""
+    if valve.to[port] == own.last:
+        return
+    due = time + valve.delay[port] / (1.0 + valve.quickening * (own.pressure - 1.0))
+    kept = 0
+    while kept < own.orders and own.due[kept] < due:
+        kept += 1
+    if kept < own.due.size:
+        own.due[kept], own.to[kept] = due, valve.to[port]
+        own.orders = kept + 1
+    own.last = valve.to[port]
+
+
+@inner
+def pushing(valve, own, time, step):
+    """The mean force of the states over a step, at the pressure 1; orders that fall due in it are carried out."""
+    at, mean = time, 0.0
+    while own.orders > 0 and own.due[0] < time + step:
+        due = max(own.due[0], at)
+        mean += valve.force[own.state] * (due - at)
+        at, own.state = due, own.to[0]
+        own.orders -= 1
+        for i in range(own.orders):
+            own.due[i], own.to[i] = own.due[i + 1], own.to[i + 1]
+    return (mean + valve.force[own.state] * (time + step - at)) / step
+
+
+@entry
+def follow_valve(machine, valve, own, now, count, contacts, steps):
+    """Go on for at most so many steps, to the end of a turn of the lattice or until the log is full; returns those."""
+    own, now, count = own[0], now[0], count[0]
+    step, drag = machine.step, machine.drag
+    for done in range(steps):
+        if count.contacts >= contacts.size - 2 or count.step >= machine.load.size:
+            return done
+        time = now.time + count.step * step
+        area = pushing(valve, own, time, step)
+        place, speed, struck, fed_by = own.place, now.momentum, count.struck, now.advanced
+        middle = place + 0.5 * step * speed
+        machine.load[count.step] = own.pressure * area + valve.gas - valve.stiffness * middle
+        stepped(machine, now, count, contacts)
+        moved = 0.5 * step * (speed + now.momentum)
+        own.place += moved
+        if now.advanced != fed_by:  # the housing follows the tool
+            own.place -= now.advanced - fed_by
+            place = own.place - moved
+        own.taken += own.pressure * area * moved
+        if valve.compliance > 0.0:
+            own.pressure += (valve.flow * step - area * moved) / valve.compliance
+        if drag.interval > 0.0 and count.step >= now.next_drag:
+            now.next_drag += drag.interval
+            if not count.touching:
+                slowed(machine.striker, drag, now)
+        if struck == 0 and count.struck == 1:
+            # places count from where the faces touch: steel that attenuates has crept a little since the last blow
+            own.touched = 1
+            own.place = (time + step - contacts[count.contacts - 1].start) * now.momentum
+            place = own.place - moved
+        blow = own.touched == 1 and not count.touching
+        for port in range(valve.to.size):
+            if valve.sign[port] == 0.0:
+                if blow:
+                    demanded(valve, own, port, time + step)
+                continue
+            before = valve.sign[port] * ((speed if valve.speed[port] else place) - valve.level[port])
+            after = valve.sign[port] * ((now.momentum if valve.speed[port] else own.place) - valve.level[port])
+            jumps = valve.speed[port] and (count.touching == 1 or own.touched == 1)
+            if before <= 0.0 < after and not jumps:
+                demanded(valve, own, port, time + step * before / (before - after))
+        if blow:
+            own.touched = 0
+    return steps

@@ -229,3 +229,42 @@ class LatticeMachine(NamedTuple):
     step: float
     drag: LatticeDrag
     held: HeldTool
+
+
+class LatticeValve(NamedTuple):
+    """What drives a striker that switches its own valve, in the units of the lattice.
+
+    Of each state: `force` at the pressure 1, without the gas. Of each port: the state it demands, `to`, whether it
+    reads a `speed`, where its region begins, `level`, on which side of it, `sign` (0: it is the blow that demands), and
+    the `delay`. `gas` and `stiffness` are those of the chamber. A pump of `flow` feeds an accumulator of `compliance`,
+    0 for a constant pressure; delays are divided by 1 + `quickening` (π − 1).
+    """
+
+    force: Floats
+    to: Wholes
+    speed: npt.NDArray[np.bool_]
+    level: Floats
+    sign: Floats
+    delay: Floats
+    gas: float
+    stiffness: float
+    flow: float
+    compliance: float
+    quickening: float
+
+
+MOST_ORDERS = 64
+
+VALVE = np.dtype(
+    [
+        ("state", "i8"),
+        ("last", "i8"),  # demanded
+        ("orders", "i8"),  # that wait
+        ("due", "f8", (MOST_ORDERS,)),
+        ("to", "i8", (MOST_ORDERS,)),
+        ("place", "f8"),  # of the centre of the striker, 0 where its end touches the tool at rest
+        ("pressure", "f8"),
+        ("taken", "f8"),  # from the supply, ∫ π p_k u′ dt
+        ("touched", "i8"),  # whether the blow that began last has not demanded yet
+    ]
+)

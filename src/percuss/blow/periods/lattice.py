@@ -259,17 +259,20 @@ def machine_record(
 
 
 def train_record(
-    striker: Sections, target: Rod, rod: Sections, units: Units, cells: int
+    striker: Sections, target: Rod, rod: Sections, units: Units, cells: int, damping: Damping | None = None
 ) -> tuple[Lattice, LatticeMachine, Units]:
     """A striker in SI before a tool that is struck again and again; a turn of the unit `rate` is the time between.
+
+    With a `damping`, that of a machine of its own, whose tool is laid against fresh rock where it has no feed.
 
     The last units are those of what is on the lattice, on which masses are rounded with the transit times.
     """
     z = units.mass * units.rate
     own = Sections(striker.impedance / z, striker.transit * units.rate, striker.length, striker.speed, None)
     lattice = _lattice(own, _struck(target, rod, units), cells)
-    drag, load = _drag(lattice, 0.0), np.zeros(lattice.steps)
-    machine, found = _record(own, target, rod, units, lattice, drag, load, 0, pushed_back=False, train=True)
+    train, load = damping is None, np.zeros(lattice.steps)
+    drag = _drag(lattice, 0.0) if damping is None else drag_of(lattice, damping)
+    machine, found = _record(own, target, rod, units, lattice, drag, load, 0, pushed_back=False, train=train)
     return lattice, machine, found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
@@ -20,7 +20,7 @@ from percuss.blow.periods.wave_motion import LatticeRun
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
 from percuss.model import SizedBody
-from percuss.model.checks import Array, callback, count, flag, instance, numbers, positive
+from percuss.model.checks import Array, callback, choice, count, flag, instance, numbers, positive
 from percuss.short_repr import ShortRepr, watched
 from percuss.simulate import Progress
 
@@ -113,6 +113,11 @@ class BlowInTrain(ShortRepr):
         return (before - after) / self.energy_before
 
 
+_NUMBERS = (
+    *(one.name for one in fields(BlowInTrain) if one.type in ("float", "bool")), "feed_work", "energy_error",
+)  # fmt: skip
+
+
 class _Ledger(NamedTuple):
     """What has been summed up to a moment, and what is in the tool then; dimensionless."""
 
@@ -198,28 +203,20 @@ class Regime(ShortRepr):
     multiplier: float | None
     scatter: float
 
-    @classmethod
-    def of(cls, penetrations: Array) -> Regime:
-        """That of a row of u_m.
 
-        Examples
-        --------
-        >>> regime = Regime.of(1.0 + 0.1 * (-0.5) ** np.arange(20))
-        >>> regime.kind, round(regime.multiplier, 6)
-        ('fixed point', -0.5)
-        """
-        u = np.asarray(penetrations, dtype=float)
-        n, mean = u.size, float(np.abs(u).mean()) if u.size else 0.0
-        if n < _FEW or mean == 0.0:
-            return cls("too few blows", n, None, _spread(u))
-        change = np.diff(u)
-        multiplier = _multiplier(change / mean)
-        if abs(change[-1]) < _SETTLED * mean:
-            return cls("fixed point", 1, multiplier, _spread(u[-2:]))
-        if np.abs(u[-2:] - u[-4:-2]).max() < _SETTLED * mean:
-            return cls("2-cycle", 2, None, _spread(u[-2:]))
-        later = (n + 1) // 2
-        return cls("no periodic régime", later, None, _spread(u[-later:]))
+def regime_of(penetrations: Array) -> Regime:
+    """That of a row of greatest penetrations."""
+    u = np.asarray(penetrations, dtype=float)
+    n, mean = u.size, float(np.abs(u).mean()) if u.size else 0.0
+    if n < _FEW or mean == 0.0:
+        return Regime("too few blows", n, None, _spread(u))
+    change = np.diff(u)
+    if abs(change[-1]) < _SETTLED * mean:
+        return Regime("fixed point", 1, _multiplier(change / mean), _spread(u[-2:]))
+    if np.abs(u[-2:] - u[-4:-2]).max() < _SETTLED * mean:
+        return Regime("2-cycle", 2, None, _spread(u[-2:]))
+    later = (n + 1) // 2
+    return Regime("no periodic régime", later, None, _spread(u[-later:]))
 
 
 def _spread(u: Array) -> float:
@@ -268,7 +265,7 @@ class RepeatedBlows(ShortRepr):
     @cached_property
     def regime(self) -> Regime:
         """What they come to."""
-        return Regime.of(np.array([one.greatest_penetration for one in self.blows]))
+        return regime_of(np.array([one.greatest_penetration for one in self.blows]))
 
     @property
     def settled(self) -> tuple[BlowInTrain, ...]:
@@ -276,7 +273,8 @@ class RepeatedBlows(ShortRepr):
         return self.blows[-self.regime.cycle :]
 
     def mean(self, name: str) -> float:
-        """The mean of a number of a blow over the régime."""
+        """The mean of a number of a blow over the régime, by its name; ParameterError for another name."""
+        choice("name", name, *_NUMBERS)
         return float(np.mean([getattr(one, name) for one in self.settled]))
 
     @property
@@ -366,12 +364,15 @@ def strike_repeatedly(
         remedy = 'for example end="rock" with its rock'
         raise ParameterError("target", target.end, "a rod of sections whose end holds it", remedy)
     own = striker_sections(striker)
-    speeds = np.broadcast_to(np.atleast_1d(numbers("velocity", velocity)), own.impedance.shape)
+    given = np.atleast_1d(numbers("velocity", velocity))
+    if given.ndim != 1 or given.size not in (1, own.impedance.size):
+        raise ParameterError("velocity", velocity, f"a number, or one for each of {own.impedance.size} sections")
+    speeds = np.broadcast_to(given, own.impedance.shape)
     period, number = positive("period", period), count("number", number, 1, 100_000)
     if period < 2.0 * float(own.transit.sum()):
         wanted = f"a time of at least {2.0 * float(own.transit.sum()):.3g} s, in which a wave runs through the striker"
         raise ParameterError("period", period, wanted + " and back")
-    same = count("blows_per_crater", blows_per_crater, 0)
+    same = count("blows_per_crater", blows_per_crater, 0, 100_000)
     number_of_cells = count("cells", cells, least=16, most=100_000)
     flag("estimate", estimate)
     callback("progress", progress)

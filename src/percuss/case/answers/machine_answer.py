@@ -250,6 +250,10 @@ def _warnings(answer: MachineAnswer) -> list[str]:
     latest = max(port_at(machine.valve, i, pressure).delay for i in range(len(machine.valve.ports)))
     if latest > cycle.period:
         found.append("a delay is longer than the cycle: orders of several cycles are under way at a time")
+    gas, mean = None if machine.valve.supply is None else machine.valve.supply.gas, cycle.mean_pressure
+    if gas is not None and gas.precharge >= mean:
+        precharge, told = supply_pressure(machine, gas.precharge), supply_pressure(machine, mean)
+        found.append(f"the precharge of the accumulator, {precharge}, is above the mean pressure, {told}")
     used = {uncovering.port for uncovering in cycle.uncoverings}
     idle = [i for i, port in enumerate(machine.valve.ports) if port.on != "impact" and i not in used]
     if idle and answer.runs:
@@ -412,9 +416,13 @@ def headline(answer: MachineAnswer) -> str:
 
 
 def _not_lifted(answer: MachineAnswer) -> str:
-    """What pressure would lift the piston off the wall, where that of its supply does not."""
+    """What pressure would lift the piston off the wall, where that of its supply does not; where a gas has no oil."""
     obstacle, machine = answer.motion.obstacle, answer.machine
-    lift = lift_of(machine) if machine.valve.flows else None
+    lift, supply = lift_of(machine) if machine.valve.flows else None, machine.valve.supply
+    if obstacle is not None and obstacle.value == "no pressure" and supply is not None and supply.gas is not None:
+        empty = supply_pressure(machine, supply.gas.precharge)
+        line = "" if supply.compliance else ", and there is no line (supply.line) whose oil it could fall with"
+        return f" The accumulator is empty below its precharge, {empty}{line}."
     if lift is None or obstacle is None or obstacle.value != "stays on the wall" or lift.lifts:
         return ""
     reached, needed = supply_pressure(machine, lift.reached), supply_pressure(machine, lift.needed)

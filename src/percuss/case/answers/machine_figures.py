@@ -30,6 +30,7 @@ from percuss.steady.oil.oil_figures import (
     ChamberPressure,
     chamber_pressures,
     duty_of,
+    lift_of,
     oil_checks,
     path_losses,
     precharge_margin,
@@ -241,6 +242,11 @@ def _limits_text(one: OilReport, _: Teller) -> str | None:
     return "; ".join(told) or None
 
 
+def _scaled(one: OilReport, *pressures: float) -> list[float | None]:
+    scale = Teller.of(one.machine).scale("pressure")
+    return [pressure * scale if math.isfinite(pressure) else None for pressure in pressures]
+
+
 def _assumed_text(one: OilReport, _: Teller) -> str:
     weighty = [name for name, share in one.shares.items() if name != "impact" and share >= 0.02]
     named = [_LOST.get(name) or in_passage(name) for name in weighty]
@@ -286,6 +292,13 @@ OIL: tuple[Fact[OilReport], ...] = (
     Fact("checks", "checks", "numbers of the cycle, and what closed forms give: name, found, expected", "",
          lambda one: [list(check) for check in oil_checks(one.cycle)],
          lambda one, _: "; ".join(f"{check.name} to {check.off:.0e}" for check in oil_checks(one.cycle)) or None),
+    Fact("lift", "lifts off",
+         "the pressure that lifts the piston off the wall, the one that the supply comes to while it lies there, and what "
+         "limits that; or null", "",
+         lambda one: None if (lift := lift_of(one.machine)) is None else [*_scaled(one, lift.needed, lift.reached),
+                                                                         lift.limited_by],
+         lambda one, tell: None if (lift := lift_of(one.machine)) is None else
+         f"above {_press(tell, lift.needed)}; at rest the supply comes to {_press(tell, lift.reached)}, by {lift.limited_by}"),
     Fact("", "rests on", "which losses carry the figures", "", "efficiency", _assumed_text),
 )  # fmt: skip
 """Where the energy of oil that flows goes."""

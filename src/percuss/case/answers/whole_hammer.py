@@ -207,6 +207,29 @@ def _stress(body: int, section: int | None = None) -> Callable[[WholeHammer], fl
     return value
 
 
+def _penetration(one: WholeHammer) -> float | None:
+    """Advance of the hole in a second, as the table [drilling] says what a blow is worth."""
+    if one.transfer is None or one.tool is None or one.tool.drilling is None:
+        return None
+    blow, drilling = one.transfer.blow, one.tool.drilling
+    if blow.greatest_penetration is None:
+        return None
+    if drilling.specific_energy is not None:
+        return blow.rock_dissipated / (drilling.area * drilling.specific_energy) / one.transfer.period
+    return (drilling.crater_factor or 0.0) * (blow.residual_penetration or 0.0) / one.transfer.period
+
+
+def _tension(one: WholeHammer) -> float | None:
+    return None if one.transfer is None else max((peak.tension for peak in one.transfer.sections[1]), default=None)
+
+
+def _openings(one: WholeHammer) -> float | None:
+    """How often the joints of the tool that only push have opened in the blow."""
+    from percuss.blow.drilling import joint_turns
+
+    return None if one.transfer is None else float(sum(len(joint.opens) for joint in joint_turns(one.transfer.blow)))
+
+
 WHOLE_FIGURES: dict[str, WholeFigure] = {
     **{name: _of_cycle(name) for name in FIGURES},
     "rebound_velocity": WholeFigure("rebound speed", "velocity", "m/s", _rebound),
@@ -216,6 +239,15 @@ WHOLE_FIGURES: dict[str, WholeFigure] = {
     "rock_power": WholeFigure("power into the rock", "power", "W", _of_transfer("rock_power")),
     "rock_energy": WholeFigure("energy into the rock", "energy", "J", _of_transfer("rock_energy")),
     "overall_efficiency": WholeFigure("overall efficiency", "", "", _of_transfer("overall_efficiency")),
+    "rock_share": WholeFigure(
+        "share of a blow into the rock",
+        "",
+        "",
+        lambda one: None if one.transfer is None else one.transfer.blow.efficiency,
+    ),
+    "rate_of_penetration": WholeFigure("rate of penetration", "velocity", "m/s", _penetration),
+    "steel_tension": WholeFigure("greatest tension in the steel", "pressure", "Pa", _tension),
+    "joint_openings": WholeFigure("openings of joints in a blow", "", "", _openings),
     "piston.stress": WholeFigure("peak stress in the piston", "pressure", "Pa", _stress(0)),
     "steel.stress": WholeFigure("peak stress in the steel", "pressure", "Pa", _stress(1)),
     "margin": WholeFigure("margin", "", "", _margin),

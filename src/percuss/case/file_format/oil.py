@@ -181,6 +181,8 @@ def _from_zero(key: str, given: Any, dimension: str) -> float:
 def passage_of(table: PassageTable, key: str, density: float) -> float | None:
     """ζ = Δp/q² of a passage; None where nothing of it is given."""
     by_area, by_drop = table.area is not None, table.drop is not None or table.at is not None
+    if table.discharge is not None and not by_area:
+        raise ParameterError(f"{key}.discharge", table.discharge, "nothing without an area", "give the area")
     if by_area and by_drop:
         raise ParameterError(f"{key}.area", table.area, "nothing beside drop and at", "leave out one of the two")
     if by_area:
@@ -190,8 +192,6 @@ def passage_of(table: PassageTable, key: str, density: float) -> float | None:
             raise ParameterError(f"{key}.discharge", given, "a number greater than 0")
         return density / (2.0 * (given * area) ** 2)
     if not by_drop:
-        if table.discharge is not None:
-            raise ParameterError(f"{key}.discharge", table.discharge, "nothing without an area", "give the area")
         return None
     for name in ("drop", "at"):
         if getattr(table, name) is None:
@@ -246,7 +246,12 @@ def joined(name: str, state: Any) -> Mapping[str, Literal["supply", "tank"]]:
     """What a state joins its chambers to; areas are chambers of their own on the supply."""
     if isinstance(state, Mapping):
         return state
-    return {f"{side} of {name}": "supply" for side in ("front", "rear") if getattr(state, side, None) is not None}
+    return {f"{side} of {name}": "supply" for side in ("front", "rear") if _side(name, state, side) > 0.0}
+
+
+def _side(name: str, state: Any, side: str) -> float:
+    area = getattr(state, side, None)
+    return 0.0 if area is None else number_of(f"states.{name}.{side}", area, "area")
 
 
 def _chambers(load: Any, pressure: float) -> tuple[OilChamber, ...]:
@@ -256,10 +261,8 @@ def _chambers(load: Any, pressure: float) -> tuple[OilChamber, ...]:
     for name, state in load.states.items():
         if not isinstance(state, Mapping):
             for side in ("front", "rear"):
-                area = getattr(state, side, None)
-                if area is not None and number_of(f"states.{name}.{side}", area, "area") > 0.0:
-                    size = number_of(f"states.{name}.{side}", area, "area") * pressure
-                    found.append(OilChamber(f"{side} of {name}", size, side))
+                if (area := _side(name, state, side)) > 0.0:
+                    found.append(OilChamber(f"{side} of {name}", area * pressure, side))
     return tuple(found)
 
 
@@ -292,15 +295,15 @@ def slope_of(table: FlowAtTable, key: str) -> float:
 def relief_of(given: Any, pressure: float) -> Relief:
     """The relief valve of a supply, in multiples of a pressure."""
     if not isinstance(given, ReliefTable):
-        return Relief(_positive("supply.relief", given, "pressure") / pressure)
-    opens = _positive("supply.relief.opens", given.opens, "pressure")
+        return Relief(_positive("relief", given, "pressure") / pressure)
+    opens = _positive("relief.opens", given.opens, "pressure")
     if (given.flow is None) != (given.over is None):
         missing = "flow" if given.flow is None else "over"
-        raise ParameterError(f"supply.relief.{missing}", None, "both flow and over, or neither")
+        raise ParameterError(f"relief.{missing}", None, "both flow and over, or neither")
     if given.flow is None:
         return Relief(opens / pressure)
-    over = _positive("supply.relief.over", given.over, "pressure")
-    return Relief(opens / pressure, _positive("supply.relief.flow", given.flow, "flow") / over * pressure**2)
+    over = _positive("relief.over", given.over, "pressure")
+    return Relief(opens / pressure, _positive("relief.flow", given.flow, "flow") / over * pressure**2)
 
 
 def gas_of(given: GasAccumulatorTable, pressure: float) -> GasAccumulator:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import UnionType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import Tag
+from pydantic import Field, Tag
 
 from percuss.case.file_format.bodies import BodyTable, SystemTable
 from percuss.case.file_format.contact import BlowTable, ToolTable
@@ -77,7 +77,9 @@ def plain_form(table: type[CaseTable]) -> type[CaseTable]:
             _PLAIN[table] = table
             return table
         fields = table.model_fields
-        content = {name: fields[name].default for name in kept if not fields[name].is_required()}
+        content: dict[str, Any] = {
+            name: Field(own.default, alias=own.alias) for name in kept if not (own := fields[name]).is_required()
+        }
         about = (table.__doc__ or "").partition("\n")[0].removesuffix(".")
         content |= {"__annotations__": kept | gone, "__module__": table.__module__, "is_plain": True}
         content |= {"__doc__": f"{about}, in plain numbers.", "__reduce__": _reduced, **dict.fromkeys(gone)}

@@ -250,8 +250,8 @@ def without_blow(file: str, table: str) -> CaseError:
     return CaseError(file, table, None, "missing", remedy)
 
 
-_OF_ITS_KIND = re.compile(r"\[\d+\]|(?<=^load\.states)\..*")
-"""What is taken off the name of a table in a list, or of a state: it has the keys of every other."""
+_OF_ITS_KIND = re.compile(r"\[\d+\]|(?<=^load\.states)\..*|(?<=^load\.chambers)\..*")
+"""What is taken off the name of a table in a list, of a state, or of a chamber of oil: it has the keys of every other."""
 
 
 def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:

@@ -77,7 +77,7 @@ def table_fields(form: type[CaseTable], kind: str | None) -> dict[str, list[str]
             found[place] = ["kind"]
         for table in tables:
             found[place] = keys_of(table)
-            for key, inner in hints_of(table).items():
+            for key, inner in zip(found[place], hints_of(table).values(), strict=True):
                 add(f"{place}.{key}", inner)
 
     for name, hint in hints_of(form).items():

@@ -40,15 +40,37 @@ def valve_keys(table: ValveLoad) -> list[str]:
     given_pressure = table.pressure is not None and table.supply is None
     keys = [LOAD_PRESSURE] if given_pressure else []
     for name, given in table.states.items():
-        if _NAME.fullmatch(name):
+        if _NAME.fullmatch(name) and not isinstance(given, dict):
             areas = [side for side in ("front", "rear") if getattr(given, side, None) is not None]
             keys += [f"load.states.{name}.{side}" for side in areas] or [f"load.states.{name}"]
-    keys += ["load.chamber.force", "load.chamber.stiffness"]
-    keys += [f"load.supply.{name}" for name in ("flow", "accumulator", "quickening") if table.supply is not None]
+    gas = table.chamber is not None and table.chamber.volume is not None
+    keys += ["load.chamber.force", "load.chamber.volume" if gas else "load.chamber.stiffness", *_oil_keys(table)]
     for i, port in enumerate(table.ports):
         edge = [] if port.on is not None else ["behind" if port.speed is None else "speed"]
         keys += [f"load.ports[{i}].{name}" for name in (*edge, "delay")]
     return keys
+
+
+def _oil_keys(table: ValveLoad) -> list[str]:
+    """Those of the pump, and of oil that flows: numbers that the case has."""
+    keys, supply = [f"load.chambers.{name}.area" for name in table.chambers or () if _NAME.fullmatch(name)], table.supply
+    for i, own in enumerate(table.orifices or ()):
+        keys += [f"load.orifices[{i}].{name}" for name in ("area", "drop") if getattr(own, name) is not None]
+    keys += ["load.oil.tank"] if table.oil is not None and table.oil.tank is not None else []
+    keys += [f"load.{name}" for name in ("spool", "force") if getattr(table, name) is not None]
+    if supply is None:
+        return keys
+    for name in ("leakage", "slip"):
+        keys += [f"load.supply.{name}.flow"] if getattr(supply, name) is not None else []
+    if supply.flow is None:
+        return keys
+    keys += ["load.supply.flow", "load.supply.quickening"]
+    for name, inside in (("accumulator", ("precharge", "volume")), ("relief", ("opens",))):
+        given = getattr(supply, name)
+        if given is not None:
+            plain = isinstance(given, str | float | int)
+            keys += [f"load.supply.{name}"] if plain else [f"load.supply.{name}.{own}" for own in inside]
+    return keys + [f"load.supply.{name}" for name in ("power", "line") if getattr(supply, name) is not None]
 
 
 def valve_label(table: object, key: str) -> str:
@@ -67,9 +89,10 @@ def valve_label(table: object, key: str) -> str:
     return key
 
 
-def is_of_machine(key: str) -> bool:
+def is_of_machine(key: str, table: object) -> bool:
     """Whether a key is put on the machine, which is quicker than another case: all of the load but its areas."""
-    return _OF_MACHINE.fullmatch(key) is not None
+    gas = isinstance(table, ValveLoad) and table.chamber is not None and table.chamber.volume is not None
+    return _OF_MACHINE.fullmatch(key) is not None and not (gas and key.startswith("load.chamber."))
 
 
 def of_machine(case: Case, keys: Mapping[str, tuple[float, str]]) -> dict[str, float]:
@@ -156,6 +179,12 @@ KEYS: dict[str, Key] = {
     "load.supply.flow": Key("flow of the pump"),
     "load.supply.accumulator": Key("accumulator", "volume that it gives up per pressure"),
     "load.supply.quickening": Key("quickening", "of the spool under a higher pressure"),
+    "load.supply.leakage.flow": Key("leakage", "from the supply to the tank"),
+    "load.supply.relief.opens": Key("relief pressure"),
+    "load.supply.accumulator.precharge": Key("precharge", "of the accumulator"),
+    "load.supply.accumulator.volume": Key("volume of the accumulator"),
+    "load.oil.tank": Key("pressure of the tank line"),
+    "load.spool": Key("time of the spool", "from one state to the next"),
     "tool.bit_mass": Key("mass of the bit"),
     "tool.impedance": Key("impedance of the tool", "of an endless rod, divided by that of the bar's last section"),
     "tool.gap": Key("gap in front of the tool"),

@@ -27,7 +27,7 @@ from percuss.model.body import HeldBody, Mounted
 
 if TYPE_CHECKING:
     from percuss.case.case import Case
-    from percuss.model import Load, SizedBody, System
+    from percuss.model import Load, Oil, SizedBody, Supply, System
     from percuss.model.body import Body
     from percuss.model.parameter import Parameter
 
@@ -233,14 +233,47 @@ def _plain_load(case: Case, load: Load) -> dict[str, Any]:
     return {"kind": "fourier", "coefficients": fourier_table(load)["coefficients"]}
 
 
+def _plain_supply(supply: Supply) -> dict[str, Any]:
+    table: dict[str, Any] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
+    table |= {"quickening": supply.quickening} if supply.quickening else {}
+    table |= {"slip": {"flow": supply.slip, "at": 1.0}} if supply.slip else {}
+    table |= {} if supply.power is None else {"power": supply.power}
+    if supply.gas is not None:
+        table |= {"accumulator": asdict(supply.gas)} | ({"line": supply.compliance} if supply.compliance else {})
+    if supply.relief is not None:
+        pressure, slope = supply.relief.pressure, supply.relief.slope
+        table["relief"] = pressure if slope is None else {"opens": pressure, "flow": slope, "over": 1.0}
+    return table
+
+
+def _plain_oil(oil: Oil) -> dict[str, Any]:
+    table: dict[str, Any] = {
+        "chambers": {one.name: {"area": one.area, "side": one.side} for one in oil.chambers},
+        "states": {name: {join.chamber: join.to for join in joins} for name, joins in oil.pairs},
+    }  # fmt: skip
+    passages = [
+        {"chamber": join.chamber, "to": join.to, "state": name,
+         "in": {"drop": join.inward, "at": 1.0}, "out": {"drop": join.outward, "at": 1.0}}
+        for name, joins in oil.pairs for join in joins if join.inward or join.outward
+    ]  # fmt: skip
+    table |= {"orifices": passages} if passages else {}
+    table |= {"oil": {"tank": oil.tank}} if oil.tank else {}
+    return table | {name: value for name in ("spool", "force") if (value := getattr(oil, name))}
+
+
 def _plain_valve(case: Case, machine: Machine) -> dict[str, Any]:
     valve, gas, room = machine.valve, machine.valve.chamber, case.room()
     ports = [{f.name: v for f in fields(one) if (v := getattr(one, f.name)) != f.default} for one in valve.ports]
     table: dict[str, Any] = {"kind": "valve", "states": dict(valve.pairs), "ports": ports, "start_state": valve.start}
-    table |= {"chamber": {"force": gas.force, "stiffness": gas.stiffness}} if gas.force or gas.stiffness else {}
+    if gas.exponent is not None:  # of an area of 1
+        table["chamber"] = {"force": gas.force, "area": 1.0, "volume": gas.column, "exponent": gas.exponent}
+    elif gas.force or gas.stiffness:
+        table["chamber"] = {"force": gas.force, "stiffness": gas.stiffness}
     if valve.supply is not None:
-        supply = valve.supply
-        table["supply"] = {"flow": supply.flow, "accumulator": supply.compliance, "start": supply.start}
-        table["supply"] |= {"quickening": supply.quickening} if supply.quickening else {}
+        table["supply"] = _plain_supply(valve.supply)
+    if valve.oil is not None:
+        table |= _plain_oil(valve.oil)
+        if valve.oil.leakage:
+            table.setdefault("supply", {})["leakage"] = {"flow": valve.oil.leakage, "at": 1.0}
     table |= {} if room is None else {"room": room}
     return table | ({"at": machine.at} if machine.at else {})

@@ -15,6 +15,7 @@ import numpy as np
 from percuss.errors import ParameterError
 from percuss.model import Cushion
 from percuss.model.checks import instance
+from percuss.model.machine import check_closed_form
 from percuss.short_repr import ShortRepr
 from percuss.steady.self_excited.cycle_times import Switching, valve_after
 from percuss.steady.self_excited.piston import Piston
@@ -130,6 +131,7 @@ def blank_blow(motion: SelfExcited, *, cushion: Cushion | None = None) -> BlankB
     cycle = instance("motion", motion, SelfExcited).cycle
     if cycle is None or cycle.modes:
         raise ParameterError("motion", str(motion), "a machine with a cycle, with modes=0")
+    check_closed_form(motion.machine)
     machine, strongest = motion.machine, int(np.argmax(cycle.blow_speeds))
     given = machine.valve.cushion if cushion is None else instance("cushion", cushion, Cushion)
     pressure = cycle.mean_pressure

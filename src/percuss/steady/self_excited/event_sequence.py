@@ -33,6 +33,7 @@ from percuss.mechanics.flow import ModalFlight, StateFlow, state_flows
 from percuss.model import Machine, MachineModes, Valve
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders, port_at
+from percuss.model.machine import check_closed_form
 from percuss.steady.self_excited.cycle_times import CycleTimes, followed, valve_after
 from percuss.steady.self_excited.valve_cycle import (
     ValveCycle,
@@ -446,6 +447,7 @@ def sequence_of(cycle: ValveCycle) -> EventSequence:
     ParameterError
         When the end of a chatter lets go of the bar, or the valve is not at the end of the cycle what it was.
     """
+    check_closed_form(cycle.machine)
     found = sequence_in(cycle.machine.valve, cycle.rhythm)
     if found is None and cycle.rests:
         raise ParameterError(

@@ -174,7 +174,7 @@ def _chamber_limits(motion: SelfExcited) -> tuple[float | None, float | None]:
         return None, None
 
     def filled(factor: float) -> Valve:
-        gas = Chamber(factor * chamber.force, factor * chamber.stiffness, chamber.exponent)
+        gas = Chamber(factor * chamber.force, factor * chamber.stiffness, chamber.exponent if factor else None)
         return replace(motion.machine.valve, chamber=gas)
 
     def starts(factor: float) -> bool:

@@ -17,6 +17,7 @@ from percuss.mechanics.flow import StateFlow, state_flows
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders
+from percuss.model.machine import check_closed_form
 from percuss.steady.self_excited.cycle_times import CycleTimes, Switching, rhythm_of, under
 from percuss.steady.self_excited.event_sequence import chatter_left, first_met, hold_after_release, sequence_in
 from percuss.steady.self_excited.piston import Piston, continued, settled
@@ -51,6 +52,7 @@ class Following:
     """
 
     def __init__(self, machine: Machine, count: int, start: Rebound, period: float, *, from_rest: bool = False) -> None:
+        check_closed_form(machine)
         self.machine, self.count, self.start = machine, count, start
         self.flows = state_flows(machine, count)
         self.valve, self.time = Switching(machine.valve, start.state, start.orders), 0.0

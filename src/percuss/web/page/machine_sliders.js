@@ -29,7 +29,8 @@ function keysOf(tables) {
   const found = [];
   const number = (key) => quantity(valueAt(tables, key));
   const add = (key, words, range = [0.25, 2]) => number(key)?.value > 0 && found.push([key, words, range]);
-  if (number("load.pressure")) add("load.pressure", "Pressure");
+  if (number("load.supply.flow")) add("load.supply.flow", "Flow of the pump");
+  else if (number("load.pressure")) add("load.pressure", "Pressure");
   else found.push([FORCES, "Forces of the valve", { low: 0.25, high: 2, unit: "×" }]);
   const ports = Array.isArray(load.ports) ? load.ports.slice(0, 4) : [];
   ports.forEach((port, i) => {
@@ -41,10 +42,15 @@ function keysOf(tables) {
     const high = delay?.value > 0 ? 4 * delay.value : tables.bar ? (unit === "s" ? 0.01 : 10) : 1;
     found.push([`load.ports[${i}].delay`, `${name}: delay`, { low: 0, high, unit }]);
   });
+  for (const name of Object.keys(load.chambers ?? {})) add(`load.chambers.${name}.area`, `Chamber ${name}: area`, [0.5, 1.5]);
+  (Array.isArray(load.orifices) ? load.orifices.slice(0, 4) : []).forEach((passage, i) => {
+    add(`load.orifices[${i}].drop`, `Passage ${passage?.chamber} – ${passage?.to}: drop`, [0, 3]);
+  });
   const table = contact ? "contact" : "system";
   if (number(`${table}.restitution`) && !(contact ?? system).law) found.push([`${table}.restitution`, "Restitution R", { low: 0, high: 0.95, unit: "" }]);
   add("load.chamber.force", "Gas: force at the tool");
   add("load.chamber.stiffness", "Gas: stiffness");
+  add("load.chamber.volume", "Gas: volume", [0.5, 2]);
   return found;
 }
 

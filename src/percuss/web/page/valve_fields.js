@@ -5,6 +5,7 @@ import { field, problemOf } from "./form_fields.js";
 import { h } from "./dom.js";
 import { plainNumber } from "./format.js";
 import { steps } from "./moves.js";
+import { data } from "./state.js";
 
 const HINTS = {
   pressure: ["Pressure", "of the supply, as 160 bar; without it states are forces"],
@@ -19,6 +20,7 @@ const HINTS = {
   side: ["side", "back or front: where it is uncovered"],
   to: ["demands", "a state by its name"],
   delay: ["delay", "from the demand to the change; 0 when empty"],
+  volume: ["volume of the gas", "behind the piston, with the bar at the wall"],
   reads: ["reads", "centre, or a place on the bar from 0 to 1"],
   on: ["on", "impact: each blow demands"],
 };
@@ -30,14 +32,19 @@ export function valveKeys(load) {
   const found = load.pressure === undefined ? [] : ["load.pressure"];
   for (const [name, given] of Object.entries(load.states ?? {})) {
     const areas = given !== null && typeof given === "object";
-    for (const side of areas ? ["front", "rear"] : [""]) found.push(`load.states.${name}${side && `.${side}`}`);
+    const sides = load.chambers ? Object.keys(load.chambers) : ["front", "rear"];
+    for (const side of areas ? sides : [""]) found.push(`load.states.${name}${side && `.${side}`}`);
   }
   (Array.isArray(load.ports) ? load.ports : []).forEach((port, i) => {
     const edge = port?.speed === undefined ? "behind" : "speed";
     const own = port?.on ? ["on", "to", "delay"] : [edge, ...OF_PORTS, ...(port?.reads === undefined ? [] : ["reads"])];
     for (const name of own) found.push(`load.ports[${i}].${name}`);
   });
-  return [...found, "load.chamber.force", "load.chamber.stiffness", ...ALWAYS];
+  const oil = Object.keys(load.chambers ?? {}).map((name) => `load.chambers.${name}.area`);
+  (Array.isArray(load.orifices) ? load.orifices : []).forEach((_, i) => oil.push(`load.orifices[${i}].drop`, `load.orifices[${i}].at`));
+  if (load.supply?.flow !== undefined) oil.push("load.supply.flow");
+  const gas = load.chamber?.volume === undefined ? "stiffness" : "volume";
+  return [...found, ...oil, "load.chamber.force", `load.chamber.${gas}`, ...ALWAYS];
 }
 
 export function valveFields(load) {
@@ -52,7 +59,14 @@ function words(key) {
   const [, first, second, third] = steps(key);
   const own = HINTS[third ?? second ?? first];
   if (first === "ports") return [`Port ${Number(second) + 1}: ${own[0]}`, own[1]];
+  if (first === "chambers") return [`Chamber ${second}: area`, "on which its pressure acts"];
+  if (first === "orifices") {
+    const { chamber, to } = data.tables.load.orifices[Number(second)];
+    return [`Passage ${chamber} – ${to}: ${third}`, third === "at" ? "the flow that takes this drop" : "of the pressure, at a flow"];
+  }
+  if (first === "supply") return ["Flow of the pump", "the pressure is what results"];
   if (first !== "states") return own;
+  if (third && data.tables.load.chambers) return [`State ${second}: chamber ${third}`, "supply or tank"];
   return third ? [`State ${second}: ${own[0]}`, own[1]] : [`State ${second}`, "its force, positive toward the wall"];
 }
 

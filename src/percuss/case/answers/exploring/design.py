@@ -422,7 +422,8 @@ def design(
         own_value(case, key, span.unit) for key, span in zip(ranged_keys(family, spans), spans, strict=True)
     )
     modes = None if modes is None else count("modes", modes, least=0)
-    coarse = _COARSE if modes is None else min(_COARSE, modes)
+    rigid = case.is_machine and case.machine().valve.flows  # whose steps each mode shortens
+    coarse = (0 if rigid else _COARSE) if modes is None else min(_COARSE, modes)
     own = family.whole({}, modes=coarse)
     for name, one in tried.asked.items():
         if own.motion is not None and one.value(own) is None:

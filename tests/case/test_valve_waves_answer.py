@@ -1,0 +1,41 @@
+"""A machine with a valve by waves, as `percuss simulate --contact waves` has it."""
+
+import json
+
+import pytest
+
+from percuss.case import Case, load_case, valve_waves_answer
+from percuss.case.answers.valve_waves_answer import valve_waves_report
+from percuss.cli import main
+from percuss.errors import CaseError
+
+FED = {"feed.force": "12 kN", "feed.damping": "600 kN s/m", "tool.sections[0].attenuation": "0.01 1/m"}
+
+
+def test_the_breaker_settles_with_a_feed_and_a_damper(tmp_path, capsys):
+    file = tmp_path / "breaker.toml"
+    file.write_text(load_case("valve-breaker").varied(FED).to_toml(), encoding="utf-8")
+    assert main(["simulate", str(file), "--contact", "waves", "--cells", "40", "--impacts", "60", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["label"] == "one blow in a cycle"
+    assert found["rate"] == pytest.approx(found["law_rate"], rel=0.01)
+    assert found["speed"] == pytest.approx(found["law_speed"], rel=0.02)
+    assert found["restitution"] == pytest.approx(0.156, abs=2e-3)
+    assert found["stands"]
+    assert found["left_bound"] < 0.05
+    assert found["blows"][-1]["stands"]
+
+
+def test_without_a_feed_the_answer_says_so():
+    answer = valve_waves_answer(load_case("valve-breaker").varied({"simulation.impacts": 20}), cells=40)
+    assert any(text.startswith("no feed") for text in answer.warnings)
+    report = valve_waves_report(answer, 3)
+    assert "blow rate" in dict(report.sections[0].rows)
+    assert len(report.sections[1].rows) == 3
+
+
+def test_a_machine_without_a_tool_is_refused():
+    text = load_case("valve-breaker").to_toml()
+    bare = text[: text.index("[tool]")].rstrip() + "\n"
+    with pytest.raises(CaseError):
+        valve_waves_answer(Case.from_text(bare), cells=40)
