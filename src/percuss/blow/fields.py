@@ -326,8 +326,10 @@ def _turns(arrivals: list[tuple[Trace, float, float]], end: float) -> Array:
 # ---- The greatest compression and tension in every section, over its whole length and the whole window, exactly
 
 _NOTHING = 1e-12  # share of the greatest force of all sections that is rounding
-_PLACES = np.linspace(0.0, 1.0, 65)
-"""Of a section that takes from its waves, at which its forces are looked at: off by α Δx of them at most."""
+_ENDS = np.array([1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 4e-3, 8e-3])  # next to them short waves meet
+_PLACES = np.concatenate([np.linspace(0.0, 1.0, 65), _ENDS, 1.0 - _ENDS])
+"""Of a section that takes from its waves, at which its forces are looked at, besides where they would be greatest if it
+took nothing: so a peak that is shorter than the distance between places may be missed."""
 _Extreme = tuple[float, float, float]
 """A greatest force, the time of a wave from the section's left end to where it is, and when."""
 
@@ -364,16 +366,15 @@ def _of_section(course: WaveHistory, section: int) -> tuple[_Extreme, _Extreme]:
     found, pair = [], np.zeros(3)
     for sign in (1.0, -1.0):
         high, low = _bounds(course, row, sign), _bounds(course, row + 1, -sign)
-        if course.rate[section] == 0.0:
-            highs, lows = (np.maximum.reduceat(one[0], np.arange(0, one[0].size, BLOCK)) for one in (high, low))
-            order = np.argsort(-highs, kind="stable")
-            greatest_pair(waves, row, transit, course.end, near, sign, order, high, low, highs, lows, work, pair)
-            value, s, r = pair.tolist()
-            place, when = 0.5 * tick * (transit + r - s), 0.5 * tick * (transit + r + s)
-        else:
-            value, place, when = -math.inf, 0.0, 0.0
-            for share in _PLACES.tolist():
-                back = round(share * transit)
+        highs, lows = (np.maximum.reduceat(one[0], np.arange(0, one[0].size, BLOCK)) for one in (high, low))
+        order = np.argsort(-highs, kind="stable")
+        greatest_pair(waves, row, transit, course.end, near, sign, order, high, low, highs, lows, work, pair)
+        value, s, r = pair.tolist()
+        place, when = 0.5 * tick * (transit + r - s), 0.5 * tick * (transit + r + s)
+        if course.rate[section] != 0.0:
+            alike, value = 0.5 * (transit + r - s) / transit, -math.inf
+            for share in (alike, *_PLACES.tolist()):
+                back = min(max(round(share * transit), 0), transit)
                 left = [float(course.fade(section, tick * time)) for time in (back, transit - back)]
                 greatest_at(waves, row, back, transit - back, course.end, near, sign, *left, high, low, work, pair)
                 if pair[0] > value:

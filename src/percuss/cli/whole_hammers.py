@@ -229,7 +229,7 @@ load that keeps time, its frequency.""",
   percuss identify breaker.toml --blows times.csv --vary contact.restitution --given bar.diameter=±0.5mm --plot fit.png
   percuss identify valve-breaker --blows times.csv --vary load.pressure=140..180bar --vary load.ports[0].behind \\
       --given "load.states.return.front=±4 %" -o fitted.toml --report fit.html
-  percuss identify valve-drifter --pressure "175 bar" --flow "123 l/min" --rate "68 Hz" --energy "277 J" -o as_built.toml""",
+  percuss identify valve-drifter --pressure 175bar --flow "123 l/min" --rate 68Hz --energy 277J -o built.toml""",
     CASE,
     option("--blows FILE", "the measured blows: .csv and the like"),
     option("--pressure P", "a data sheet in place of blows: the working pressure …"),
@@ -291,6 +291,4 @@ def _data_sheet(case: Case, options: argparse.Namespace) -> int:
     if options.output is not None:
         write_case(answer.best, options.output)
     filed(options.report, options.paper, case, answer)
-    return answered(
-        options, answer.to_json_dict, answer.report, lambda: None, indent=1, case=options.output, report=options.report
-    )
+    return answered(options, answer.to_json_dict, answer.report, indent=1, case=options.output, report=options.report)

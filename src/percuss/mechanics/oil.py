@@ -21,7 +21,8 @@ import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.halting import check_interrupted
-from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics import oil_kernels
+from percuss.mechanics import oil_series as kn
 from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
@@ -134,7 +135,8 @@ class OilMachine:
         g[kn.WAVE] = (1.0 + 0.5 / max(self.modes, 1)) * self.machine.body.transit_time if self.modes else 0.0
         modes = np.array([own.omega**2, own.damping, own.driven, own.end])
         reads = np.array([
-            own.at(self.machine.body, np.array([port.reads]))[0] if self.modes and port.reads != "centre" else own.centre
+            own.centre if port.reads == "centre" or not self.modes
+            else own.at(self.machine.body, np.array([port.reads]))[0]
             for port in ports
         ])  # fmt: skip
         table = np.array([
@@ -245,7 +247,7 @@ class OilMotion:
         steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
         log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))
         motion = cls(numbers, made, work, log)
-        kn.begun(law, made, work)
+        oil_kernels.begun(law, made, work)
         if struck and not resting:
             now[kn.WALL] = 1.0 if float(numbers.own.end @ np.asarray(bar)[:, 1]) < 0.0 else 2.0
         return motion
@@ -288,7 +290,7 @@ class OilMotion:
         done, first = 0, np.array(entering, dtype=np.int64)
         while done < most:
             check_interrupted()
-            ended = kn.followed(
+            ended = oil_kernels.followed(
                 self.numbers.law, self.state, self.work, self.log, until, exact, blows, _STEPS, section, since, first
             )
             first = first[:0]
@@ -324,7 +326,7 @@ class OilMotion:
     # -- its state as a row: what it is between two events, but for the orders that wait --
 
     def row(self) -> Array:
-        """The state now, as `from_row` takes it up: a recorded step, with what is left of a stroke as its length, −1 of none."""
+        """The state now, as `from_row` takes it up: a step, its length what is left of a stroke, −1 of none."""
         state = self.state
         now = state.now
         kept = [now[i] for i in (kn.PRESSURE, kn.SIGN, kn.OPEN, kn.FILLED, kn.LIMITED, kn.RESTING)]
@@ -333,7 +335,7 @@ class OilMotion:
 
     @classmethod
     def from_row(cls, numbers: OilMachine, row: Array, state: int, *, recorded: bool = False) -> OilMotion:
-        """A motion at time 0 in the state of a row and of the valve, without orders; what was just met is met no more."""
+        """A motion at time 0 in the state of a row and of the valve, without orders; nothing is met again at once."""
         made = cls.begun(
             numbers, np.zeros((numbers.modes + 1, 2)), 1.0, numbers.names[0], Orders(numbers.names[0]),
             recorded=recorded,
@@ -395,21 +397,19 @@ class OilMotion:
         s = self.state.sums.tolist()
         fed = s[kn.PUMPED_ENERGY] if self.numbers.fed else s[kn.DRAWN] * self.pressure + s[kn.LEAK_LOSS]
         volume = s[kn.PUMPED] if self.numbers.fed else s[kn.DRAWN] + s[kn.LEAKED]
-        return OilBalance(
-            fed, tuple(s[kn.ORIFICES :]), *s[kn.LEAK_LOSS : kn.IMPACT_LOSS + 1], volume,
-            *s[kn.LEAKED : kn.FARTHEST + 1],
-        )  # fmt: skip
+        losses, volumes = s[kn.LEAK_LOSS : kn.IMPACT_LOSS + 1], s[kn.LEAKED : kn.FARTHEST + 1]
+        return OilBalance._make([fed, tuple(s[kn.ORIFICES :]), *losses, volume, *volumes])
 
     @property
     def force(self) -> float:
         """On the driven place now."""
-        return float(kn.rates_at(self.numbers.law, self.state, np.zeros(2 * self.numbers.modes + 3)))
+        return float(oil_kernels.rates_at(self.numbers.law, self.state, np.zeros(2 * self.numbers.modes + 3)))
 
     @property
     def rates(self) -> Array:
         """Of displacements, velocities and the pressure, (2 N + 3,)."""
         found = np.zeros(2 * self.numbers.modes + 3)
-        kn.rates_at(self.numbers.law, self.state, found)
+        oil_kernels.rates_at(self.numbers.law, self.state, found)
         return found
 
 
@@ -418,14 +418,14 @@ def held_energy(numbers: OilMachine, place: Array, pressure: Array) -> Array:
     valve = numbers.machine.valve
     gas, oil, supply = valve.chamber, valve.oil, valve.supply
     found = np.zeros_like(place) - (0.0 if oil is None else oil.force) * place
-    if gas.exponent is None:
+    if gas.exponent is None or gas.column is None:
         found += 0.5 * gas.stiffness * place**2 - gas.force * place
     else:
         z, e = 1.0 + place / gas.column, 1.0 - gas.exponent
         found -= gas.force * gas.column * (np.log(z) if e == 0.0 else np.expm1(e * np.log(z)) / e)
     if supply is None:
         return found
-    found += 0.5 * supply.compliance * pressure**2
+    found = np.asarray(found + 0.5 * supply.compliance * pressure**2)
     if supply.gas is not None:
         P, n, air = supply.gas.precharge + supply.gas.atmosphere, supply.gas.exponent, supply.gas.atmosphere
         ratio = np.maximum(pressure + air, P) / P
@@ -442,5 +442,5 @@ def states_at(
     n = numbers.modes + 1
     at_rest = OilMotion.begun(numbers, np.zeros((n, 2)), 1.0, numbers.names[0], Orders(numbers.names[0]))
     found = np.zeros((times.size, 2 * n + 2))
-    kn.at_times(numbers.law, at_rest.state, at_rest.work, np.array(steps), times, of_step, found)
+    oil_kernels.at_times(numbers.law, at_rest.state, at_rest.work, np.array(steps), times, of_step, found)
     return found[:, : 2 * n].T.reshape(2, n, -1), found[:, 2 * n], found[:, 2 * n + 1]

@@ -1,640 +1,97 @@
-"""A machine whose oil flows, from event to event, compiled: Taylor steps of its equations with events as first roots.
-
-The oil has no closed form: what an orifice takes grows with the square of the speed, gas is polytropic, an accumulator
-empties. So every step is a power series of all coordinates and of the pressure, by recurrence, and a guard is a
-polynomial of the step, whose first root is isolated by its Bernstein coefficients: nothing is looked for by samples.
-Derivatives by the numbers at the start are carried along by the same series of the linearised equations, with a
-saltation at each event. `percuss.mechanics.oil` makes the tables, and says what they hold.
-"""
+"""A machine whose oil flows, from event to event, compiled; the steps are those of `oil_series`."""
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 from percuss.compiled import entry, inner
-
-ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
-ACCURACY = 1e-17  # what the last two terms may add, of the scales
-ROOM = 48  # of the series that bound a step
-
-# numbers of the law; the tables of the states hold a, t, b for v > 0, b for v < 0, then each chamber's part of the b's
-FORCE, KAPPA, GAS, COLUMN, EXPONENT, FLOW, SLIP, POWER, LEAK, RELIEF, SLOPE, COMPLIANCE, VOLUME, PRECHARGE = range(14)
-ATMOSPHERE, POLYTROPIC, TANK, SPOOL, FACTOR, STRAIN, FED, QUICKENING, SPEED, UNIT, CORNER, CORNER_TO = range(14, 26)
-WAVE, LAW = 26, 27
-AREA, TANKED, DRAG_OUT, DRAG_BACK, CHAMBERS = range(5)
-OMEGA2, DAMPING, DRIVEN, END = range(4)
-TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT, PORT = range(7)
-BY_PLACE, BY_RATE, BY_PRESSURE = range(3)
-# of the state of a motion
-TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, HELD, WALL, TURNED = range(15)
-AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, ENDED, HOLD, NOW = range(15, 22)
-CLOSED, OPENED, KEPT = 0.0, 1.0, 2.0
-# of the sums
-(PUMPED_ENERGY, LEAK_LOSS, RELIEF_LOSS, RETURN_LOSS, DRAG_LOSS, IMPACT_LOSS, PUMPED, LEAKED, RELIEVED, DRAWN, PRESSED,
- LEAST, GREATEST, FARTHEST, ORIFICES) = range(15)  # fmt: skip
-# events, and how a call ends
-IMPACT, PORT_MET, VALVE, REST, LEAVES, OPENS, CLOSES, EMPTIES, FILLS, LIMITS, FULL_FLOW, DRY = range(1, 13)
-BY_TIME, BY_BLOWS, AT_SECTION, NO_PRESSURE, LOG_FULL, STEPS_FULL, AT_REST, NO_STEP, CROWDED, EMPTY_LINE = range(1, 11)
-EVENT = 5  # time, kind, detail, pressure, number of the step that begins there; then the bar
-STEP = 8  # time, length, pressure, sign, open, filled, limited, resting; then the blend and the bar
-
-# rows of the series of a step
-(U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, GU, GV, PV, PP, DC, DF, DG, SOURCE, CUBE, SQUARE,
- ROWS) = range(27)  # fmt: skip
-
-
-class OilLaw(NamedTuple):
-    """What does not change: numbers, modes (4, n), what ports read (p, n), joins of the states and ports."""
-
-    numbers: Any
-    modes: Any
-    reads: Any
-    joins: Any
-    ports: Any
-
-
-class OilState(NamedTuple):
-    """A motion on its way: numbers, bar (2, n), blend of the joins and its slope, orders (q, 2), port flags, sums.
-
-    `bars`, (2 n + 1, D), `dues`, (q, D), `blends`, (2, 4, D), and `shift`, (D,) are its derivatives in D directions.
-    """
-
-    now: Any
-    bar: Any
-    blend: Any
-    orders: Any
-    touched: Any
-    sums: Any
-    bars: Any
-    dues: Any
-    blends: Any
-    shift: Any
-
-
-class OilWork(NamedTuple):
-    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event.
-
-    Of the derivatives: of the modes (K + 2, n, D) each, of the driven end and of the pressure (3, K + 2, D).
-    """
-
-    series: Any
-    places: Any
-    rates: Any
-    stack: Any
-    ends: Any
-    before: Any
-    after: Any
-    times: Any
-    moved: Any
-    spun: Any
-    turned: Any
-    pushed: Any
-    drawn: Any
-
-
-class OilLog(NamedTuple):
-    """Events, (m, EVENT + 2 n), steps, (k, STEP + 2 w + 2 n), and how many of each there are."""
-
-    events: Any
-    steps: Any
-    filled: Any
-
-
-# ---- Series
-
-
-@inner
-def product(a, b, k):
-    """Coefficient k of the product of two series."""
-    found = 0.0
-    for j in range(k + 1):
-        found += a[j] * b[k - j]
-    return found
-
-
-@inner
-def power(z, y, exponent, k):
-    """Coefficient k ≥ 1 of y = z^exponent, from those before."""
-    found = 0.0
-    for j in range(1, k + 1):
-        found += (exponent * j - (k - j)) * z[j] * y[k - j]
-    return found / (k * z[0])
-
-
-@inner
-def quotient(top, y, bottom, k):
-    """Coefficient k of y = numerator/bottom, with coefficient `top` of the numerator."""
-    found = top
-    for j in range(1, k + 1):
-        found -= bottom[j] * y[k - j]
-    return found / bottom[0]
-
-
-@inner
-def value(c, t, order):
-    """A polynomial at t."""
-    found = c[order]
-    for k in range(order - 1, -1, -1):
-        found = found * t + c[k]
-    return found
-
-
-@inner
-def integral(c, t, order):
-    """∫ of a polynomial from 0 to t."""
-    found = c[order] / (order + 1.0)
-    for k in range(order - 1, -1, -1):
-        found = found * t + c[k] / (k + 1.0)
-    return found * t
-
-
-@inner
-def moment(c, t, order):
-    """∫ of t times a polynomial from 0 to t."""
-    found = c[order] / (order + 2.0)
-    for k in range(order - 1, -1, -1):
-        found = found * t + c[k] / (k + 2.0)
-    return found * t * t
-
-
-# ---- The first root of a polynomial on (0, 1]
-
-
-@inner
-def first_root(a, order, way, stack, ends):
-    """The first root at which a polynomial rises (`way` 1), falls (−1) or does either (0); 2 where there is none."""
-    rest = 0.0
-    for j in range(1, order + 1):
-        rest += abs(a[j])
-    if abs(a[0]) > rest * (1.0 + 1e-12):
-        return 2.0
-    for i in range(order + 1):  # Bernstein coefficients Σ_j C(i, j)/C(order, j) a_j
-        found, weight = 0.0, 1.0
-        for j in range(i + 1):
-            found += weight * a[j]
-            weight *= (i - j) / (order - j) if j < order else 0.0
-        stack[0, i] = found
-    ends[0, 0], ends[0, 1] = 0.0, 1.0
-    depth = 0
-    while depth >= 0:
-        lo, hi = ends[depth, 0], ends[depth, 1]
-        row = stack[depth]
-        changes, last = 0, 0.0
-        for i in range(order + 1):
-            if row[i] != 0.0:
-                if row[i] * last < 0.0:
-                    changes += 1
-                last = row[i]
-        if changes == 0 and not (row[order] == 0.0 and last != 0.0):
-            depth -= 1
-            continue
-        if row[order] == 0.0 and changes == 0:
-            if last * way <= 0.0 and lo < hi:
-                return hi
-            depth -= 1
-            continue
-        if (changes == 1 and row[0] * row[order] < 0.0) or hi - lo < 1e-13:
-            depth -= 1
-            if row[0] * row[order] >= 0.0 or row[0] * way > 0.0:
-                continue
-            return polished(a, order, lo, hi, row[0])
-        if depth + 1 >= stack.shape[0]:
-            depth -= 1
-            continue
-        middle = 0.5 * (lo + hi)
-        upper = stack[depth + 1]  # the left half, looked at first
-        for i in range(order + 1):
-            upper[i] = row[0]
-            for j in range(order - i):
-                row[j] = 0.5 * (row[j] + row[j + 1])
-        # `row` now holds the right half from its end on
-        ends[depth, 0], ends[depth, 1] = middle, hi
-        ends[depth + 1, 0], ends[depth + 1, 1] = lo, middle
-        depth += 1
-    return 2.0
-
-
-@inner
-def polished(a, order, lo, hi, low):
-    """The root between two places of different signs: Newton's method within the bracket, else halving."""
-    x = 0.5 * (lo + hi)
-    for _ in range(200):
-        y, slope = a[order], 0.0
-        for k in range(order - 1, -1, -1):
-            slope = slope * x + y
-            y = y * x + a[k]
-        if y == 0.0:
-            return x
-        if y * low > 0.0:
-            lo = x
-        else:
-            hi = x
-        new = x - y / slope if slope != 0.0 else lo
-        if not lo < new < hi:
-            new = 0.5 * (lo + hi)
-        if new == x or hi - lo <= 2e-16 * hi:
-            return new
-        x = new
-    return x
-
-
-@inner
-def met(c, level, h, way, dropped, work):
-    """When a series of the step meets a level in a way, over h; the first `dropped` coefficients are 0."""
-    poly, scale, order = work.series[POLY], 1.0, work.series.shape[1] - 2 - dropped
-    for _ in range(dropped):
-        scale *= h
-    for k in range(order + 1):
-        poly[k] = c[k + dropped] * scale
-        scale *= h
-    if dropped == 0:
-        poly[0] -= level
-    return first_root(poly, order, way, work.stack, work.ends)
-
-
-# ---- The series of a step, and how long it may be
-
-
-@inner
-def of_gas(law, u):
-    """Force of the gas behind the piston."""
-    if law[GAS] == 0.0:
-        return 0.0
-    return law[GAS] * (1.0 + u / law[COLUMN]) ** (-law[EXPONENT])
-
-
-@inner
-def held_by(law, u):
-    """What gas and constant force hold of energy at a place of the driven end."""
-    found = 0.5 * law[KAPPA] * u * u - law[FORCE] * u
-    if law[GAS] == 0.0:
-        return found
-    e, z = 1.0 - law[EXPONENT], 1.0 + u / law[COLUMN]
-    return found - law[GAS] * law[COLUMN] * (math.log(z) if e == 0.0 else math.expm1(e * math.log(z)) / e)
-
-
-@inner
-def gas_capacity(law):
-    """C − C_l of the accumulator's gas is this times (P + p_a)^(−1/n − 1)."""
-    n = law[POLYTROPIC]
-    return law[VOLUME] / n * (law[PRECHARGE] + law[ATMOSPHERE]) ** (1.0 / n)
-
-
-@inner
-def expanded(law, state, work):
-    """All series of a step from the present state."""
-    order = work.series.shape[1] - 2
-    g, s, now = law.numbers, work.series, state.now
-    modes, blend = law.modes, state.blend
-    sign, resting = now[SIGN], now[RESTING] > 0.0
-    a0, a1 = blend[0, AREA], blend[1, AREA]
-    drag = DRAG_OUT if sign > 0.0 else DRAG_BACK
-    b0, b1 = blend[0, drag], blend[1, drag]
-    gas, kept = g[GAS] != 0.0, now[OPEN] == KEPT
-    fed, filled = g[FED] > 0.0, now[FILLED] > 0.0 and g[VOLUME] > 0.0
-    limited = now[LIMITED] > 0.0
-    n = modes.shape[1]
-    u = v = 0.0
-    for i in range(n):
-        work.places[i, 0], work.rates[i, 0] = state.bar[0, i], state.bar[1, i]
-        u += modes[DRIVEN, i] * state.bar[0, i]
-        v += modes[DRIVEN, i] * state.bar[1, i]
-    s[U, 0], s[V, 0], s[P, 0] = u, v, now[PRESSURE]
-    slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
-    capacity = gas_capacity(g) if filled else 0.0
-    for k in range(order + 1):
-        s[W, k] = product(s[V], s[V], k)
-        s[A, k] = a0 * s[P, k] + (a1 * s[P, k - 1] if k else 0.0)
-        f = s[A, k] - sign * (b0 * s[W, k] + (b1 * s[W, k - 1] if k else 0.0)) - g[KAPPA] * s[U, k]
-        if k == 0:
-            f += g[FORCE] + g[TANK] * blend[0, TANKED]
-        elif k == 1:
-            f += g[TANK] * blend[1, TANKED]
-        if gas:
-            s[Z, k] = s[U, k] / g[COLUMN] + (1.0 if k == 0 else 0.0)
-            s[Y, k] = power(s[Z], s[Y], -g[EXPONENT], k) if k else s[Z, 0] ** (-g[EXPONENT])
-            f += g[GAS] * s[Y, k]
-        s[F, k] = f
-        u = v = 0.0
-        for i in range(n):
-            if resting:
-                work.places[i, k + 1] = work.rates[i, k + 1] = 0.0
-                continue
-            pull = modes[DRIVEN, i] * f - modes[OMEGA2, i] * work.places[i, k] - modes[DAMPING, i] * work.rates[i, k]
-            work.places[i, k + 1] = work.rates[i, k] / (k + 1.0)
-            work.rates[i, k + 1] = pull / (k + 1.0)
-            u += modes[DRIVEN, i] * work.places[i, k + 1]
-            v += modes[DRIVEN, i] * work.rates[i, k + 1]
-        s[U, k + 1], s[V, k + 1] = u, v
-        if not fed:
-            s[P, k + 1] = s[N, k] = s[Q, k] = 0.0
-            continue
-        if limited:
-            s[Q, k] = quotient(g[POWER] if k == 0 else 0.0, s[Q], s[P], k)
-        else:
-            s[Q, k] = -g[SLIP] * s[P, k] + (g[FLOW] if k == 0 else 0.0)
-        drawn = a0 * s[V, k] + (a1 * s[V, k - 1] if k else 0.0)
-        s[N, k] = s[Q, k] - drawn - g[LEAK] * s[P, k] - slope * (s[P, k] - (g[RELIEF] if k == 0 else 0.0))
-        if slope == 0.0 and k == 0:
-            s[N, k] = s[Q, k] - drawn - g[LEAK] * s[P, k]
-        if kept:
-            s[P, k + 1] = 0.0
-            continue
-        if filled:
-            s[S, k] = s[P, k] + (g[ATMOSPHERE] if k == 0 else 0.0)
-            e = -1.0 / g[POLYTROPIC] - 1.0
-            s[SPIN, k] = power(s[S], s[SPIN], e, k) if k else s[S, 0] ** e
-            s[C, k] = capacity * s[SPIN, k] + (g[COMPLIANCE] if k == 0 else 0.0)
-            s[RISE, k] = quotient(s[N, k], s[RISE], s[C], k)
-        else:
-            s[C, k] = g[COMPLIANCE] if k == 0 else 0.0
-            s[RISE, k] = s[N, k] / g[COMPLIANCE]
-        s[P, k + 1] = s[RISE, k] / (k + 1.0)
-
-
-@inner
-def step_length(law, state, work):
-    """For which the last terms of the series are nothing."""
-    order = work.series.shape[1] - 2
-    g, s = law.numbers, work.series
-    h = math.inf
-    for k in (order - 1, order):
-        big = 0.0
-        for i in range(law.modes.shape[1]):
-            big += abs(work.rates[i, k])
-        if big > 0.0:
-            h = min(h, (ACCURACY * g[SPEED] / big) ** (1.0 / k))
-        pressure = abs(s[P, k])
-        if pressure > 0.0:
-            h = min(h, (ACCURACY * max(abs(s[P, 0]), 0.01) / pressure) ** (1.0 / k))
-    return min(h, 4.0 * g[UNIT])
-
-
-# ---- What the state is at a time of the step
-
-
-@inner
-def moved_by(law, state, work, t):
-    """The state a time after the beginning of the step, with its sums; derivatives are moved before."""
-    order = work.series.shape[1] - 2
-    g, s, now, sums = law.numbers, work.series, state.now, state.sums
-    blend = state.blend
-    n, width = law.modes.shape[1], blend.shape[1]
-    sign = now[SIGN]
-    if now[RESTING] == 0.0:
-        for k in range(order + 1):
-            s[CUBE, k] = product(s[V], s[W], k)
-        cube, later = sign * integral(s[CUBE], t, order), sign * moment(s[CUBE], t, order)
-        for i in range((width - CHAMBERS) // 2):
-            j = CHAMBERS + 2 * i + (0 if sign > 0.0 else 1)
-            sums[ORIFICES + i] += blend[0, j] * cube + blend[1, j] * later
-        way, swept = value(s[U], t, order) - s[U, 0], moment(s[V], t, order)
-        sums[RETURN_LOSS] -= g[TANK] * (blend[0, TANKED] * way + blend[1, TANKED] * swept)
-        sums[DRAWN] += blend[0, AREA] * way + blend[1, AREA] * swept
-        if n == 1 and law.modes[DAMPING, 0] > 0.0:
-            sums[DRAG_LOSS] += law.modes[DAMPING, 0] * integral(s[W], t, order)
-        elif n > 1:  # of many modes what the force has put into them, less what they have
-            for k in range(order + 1):
-                s[BEND, k] = product(s[F], s[V], k)
-            sums[DRAG_LOSS] += integral(s[BEND], t, order) + energy_of(law, state.bar)
-    pressed = integral(s[P], t, order)
-    sums[PRESSED] += pressed
-    if g[FED] > 0.0:
-        for k in range(order + 1):
-            s[SQUARE, k] = product(s[P], s[P], k)
-        square = integral(s[SQUARE], t, order)
-        volume = integral(s[Q], t, order)
-        sums[PUMPED] += volume
-        sums[PUMPED_ENERGY] += g[POWER] * t if now[LIMITED] > 0.0 else g[FLOW] * pressed - g[SLIP] * square
-        sums[LEAK_LOSS] += g[LEAK] * square
-        sums[LEAKED] += g[LEAK] * pressed
-        if now[OPEN] == OPENED:
-            sums[RELIEVED] += g[SLOPE] * (pressed - g[RELIEF] * t)
-            sums[RELIEF_LOSS] += g[SLOPE] * (square - g[RELIEF] * pressed)
-        elif now[OPEN] == KEPT:
-            gone = integral(s[N], t, order)
-            sums[RELIEVED] += gone
-            sums[RELIEF_LOSS] += g[RELIEF] * gone
-    else:
-        sums[LEAK_LOSS] += g[LEAK] * s[P, 0] * s[P, 0] * t
-        sums[LEAKED] += g[LEAK] * s[P, 0] * t
-    extremes(law, state, work, t)
-    for i in range(n):
-        state.bar[0, i], state.bar[1, i] = value(work.places[i], t, order), value(work.rates[i], t, order)
-    if n > 1 and now[RESTING] == 0.0:
-        sums[DRAG_LOSS] -= energy_of(law, state.bar)
-    now[PRESSURE] = value(s[P], t, order)
-    for j in range(width):
-        blend[0, j] += blend[1, j] * t
-    now[TIME] += t
-    now[WALL] = now[TURNED] = now[AT_RELIEF] = now[AT_CHARGE] = now[AT_CORNER] = now[AT_ZERO] = 0.0
-    for i in range(state.touched.size):
-        state.touched[i] = 0.0
-
-
-@inner
-def energy_of(law, bar):
-    """Kinetic and elastic energy of the modes."""
-    found = 0.0
-    for i in range(law.modes.shape[1]):
-        found += 0.5 * (bar[1, i] ** 2 + law.modes[OMEGA2, i] * bar[0, i] ** 2)
-    return found
-
-
-@inner
-def extremes(law, state, work, t):
-    """Least and greatest pressure, and the farthest place of the striking end, within the step."""
-    order = work.series.shape[1] - 2
-    s, sums = work.series, state.sums
-    poly = s[POLY]
-    for quantity in range(2):
-        c = s[BEND]
-        for k in range(order + 1):
-            if quantity == 0:
-                c[k] = s[P, k]
-            else:
-                c[k] = 0.0
-                for i in range(law.modes.shape[1]):
-                    c[k] += law.modes[END, i] * work.places[i, k]
-        scale = 1.0
-        for k in range(order):
-            poly[k] = (k + 1.0) * c[k + 1] * scale
-            scale *= t
-        at = t * min(first_root(poly, order - 1, 0.0, work.stack, work.ends), 1.0)
-        for time in (at, t):
-            found = value(c, time, order)
-            if quantity == 0:
-                sums[LEAST], sums[GREATEST] = min(sums[LEAST], found), max(sums[GREATEST], found)
-            else:
-                sums[FARTHEST] = max(sums[FARTHEST], -found)
-
-
-# ---- Derivatives by the numbers at the start
-
-
-@inner
-def linearised(law, state, work, t):
-    """The derivatives of the state a time after the beginning of the step, all directions."""
-    order = work.series.shape[1] - 2
-    g, s, now = law.numbers, work.series, state.now
-    modes, blend, bars = law.modes, state.blend, state.bars
-    n, sign = modes.shape[1], now[SIGN]
-    if now[RESTING] > 0.0:
-        sign = 0.0
-    drag = DRAG_OUT if sign > 0.0 else DRAG_BACK
-    flows = g[FED] > 0.0 and now[OPEN] != KEPT
-    filled, limited = now[FILLED] > 0.0 and g[VOLUME] > 0.0, now[LIMITED] > 0.0
-    slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
-    # gu and gv: of the force by place and speed of the driven end; pv and pp: of P′ by that speed and by the pressure
-    for k in range(order + 1):
-        s[GU, k] = -g[KAPPA] if k == 0 else 0.0
-        if g[GAS] != 0.0:
-            e = -g[EXPONENT] - 1.0
-            s[DF, k] = power(s[Z], s[DF], e, k) if k else s[Z, 0] ** e
-            s[GU, k] -= g[EXPONENT] * g[GAS] / g[COLUMN] * s[DF, k]
-        s[GV, k] = -2.0 * sign * (blend[0, drag] * s[V, k] + (blend[1, drag] * s[V, k - 1] if k else 0.0))
-        if not flows:
-            continue
-        top = -blend[0, AREA] if k == 0 else -blend[1, AREA] if k == 1 else 0.0
-        s[PV, k] = quotient(top, s[PV], s[C], k)
-        if limited:
-            s[DC, k] = quotient(-s[Q, k], s[DC], s[P], k)
-            held = s[DC, k] - (g[LEAK] + slope if k == 0 else 0.0)
-        else:
-            held = -(g[SLIP] + g[LEAK] + slope) if k == 0 else 0.0
-        s[SOURCE, k] = held
-        if filled:
-            e = -1.0 / g[POLYTROPIC] - 2.0
-            s[DG, k] = power(s[S], s[DG], e, k) if k else s[S, 0] ** e
-            s[SOURCE, k] -= gas_capacity(g) * (e + 1.0) * product(s[DG], s[RISE], k)
-            s[PP, k] = quotient(s[SOURCE, k], s[PP], s[C], k)
-        else:
-            s[PP, k] = s[SOURCE, k] / g[COMPLIANCE]
-    count, blends = bars.shape[1], state.blends
-    for i in range(n):
-        for d in range(count):
-            work.moved[0, i, d], work.spun[0, i, d] = bars[i, d], bars[n + i, d]
-    for d in range(count):
-        work.turned[BY_PRESSURE, 0, d] = bars[2 * n, d]
-    for k in range(order + 1):
-        place, rate, rise, push = work.turned[BY_PLACE, k], work.turned[BY_RATE, k], work.turned[BY_PRESSURE], work.pushed
-        for d in range(count):
-            place[d] = rate[d] = 0.0
-        for i in range(n):
-            driven = modes[DRIVEN, i]
-            for d in range(count):
-                place[d] += driven * work.moved[k, i, d]
-                rate[d] += driven * work.spun[k, i, d]
-        for d in range(count):
-            push[d] = blend[0, AREA] * rise[k, d]
-        if k > 0 and blend[1, AREA] != 0.0:
-            for d in range(count):
-                push[d] += blend[1, AREA] * rise[k - 1, d]
-        for j in range(k + 1):
-            gu, gv = s[GU, k - j], s[GV, k - j]
-            for d in range(count):
-                push[d] += gu * work.turned[BY_PLACE, j, d] + gv * work.turned[BY_RATE, j, d]
-        for d in range(count):
-            rise[k + 1, d] = 0.0
-        if flows:
-            for j in range(k + 1):
-                pv, pp = s[PV, k - j], s[PP, k - j]
-                for d in range(count):
-                    rise[k + 1, d] += pv * work.turned[BY_RATE, j, d] + pp * rise[j, d]
-        for d in range(count):
-            if blends[0, AREA, d] == 0.0 and blends[0, drag, d] == 0.0 and blends[1, AREA, d] == 0.0 \
-                    and blends[1, drag, d] == 0.0 and blends[0, TANKED, d] == 0.0 and blends[1, TANKED, d] == 0.0:
-                continue  # fmt: skip
-            push[d] += blends[0, AREA, d] * s[P, k] + (blends[1, AREA, d] * s[P, k - 1] if k else 0.0)
-            push[d] -= sign * (blends[0, drag, d] * s[W, k] + (blends[1, drag, d] * s[W, k - 1] if k else 0.0))
-            if k < 2:
-                push[d] += g[TANK] * blends[k, TANKED, d]
-            if flows:  # −δa v/C by its own recurrence, as C is the same of all directions
-                drawn = blends[0, AREA, d] * s[V, k] + (blends[1, AREA, d] * s[V, k - 1] if k else 0.0)
-                drawn += product(s[C, 1:], work.drawn[d], k - 1) if k else 0.0
-                work.drawn[d, k] = -drawn / s[C, 0]
-                rise[k + 1, d] += work.drawn[d, k]
-        for d in range(count):
-            rise[k + 1, d] /= k + 1.0
-        pace = 1.0 / (k + 1.0)
-        for i in range(n):
-            driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
-            if now[RESTING] > 0.0:
-                driven = omega2 = damping = 0.0
-            for d in range(count):
-                pull = driven * push[d] - omega2 * work.moved[k, i, d] - damping * work.spun[k, i, d]
-                work.moved[k + 1, i, d] = pace * work.spun[k, i, d]
-                work.spun[k + 1, i, d] = pace * pull
-    for i in range(n):
-        for d in range(count):
-            bars[i, d], bars[n + i, d] = work.moved[order, i, d], work.spun[order, i, d]
-    for d in range(count):
-        bars[2 * n, d] = work.turned[BY_PRESSURE, order, d]
-    for k in range(order - 1, -1, -1):
-        for i in range(n):
-            for d in range(count):
-                bars[i, d] = bars[i, d] * t + work.moved[k, i, d]
-                bars[n + i, d] = bars[n + i, d] * t + work.spun[k, i, d]
-        for d in range(count):
-            bars[2 * n, d] = bars[2 * n, d] * t + work.turned[BY_PRESSURE, k, d]
-    for d in range(count):
-        for j in range(4):
-            blends[0, j, d] += blends[1, j, d] * t
-
-
-@inner
-def rates_of(law, state, rates):
-    """The rates of the bar's displacements and velocities and of the pressure, (2 n + 1,); returns the force."""
-    g, now, modes, bar, blend = law.numbers, state.now, law.modes, state.bar, state.blend
-    n, u, v = modes.shape[1], 0.0, 0.0
-    for i in range(n):
-        u += modes[DRIVEN, i] * bar[0, i]
-        v += modes[DRIVEN, i] * bar[1, i]
-    drag = blend[0, DRAG_OUT] if v > 0.0 else -blend[0, DRAG_BACK]
-    pressure = now[PRESSURE]
-    force = g[FORCE] + g[TANK] * blend[0, TANKED] + blend[0, AREA] * pressure - drag * v * v - g[KAPPA] * u
-    force += of_gas(g, u)
-    for i in range(n):
-        rates[i] = bar[1, i]
-        rates[n + i] = modes[DRIVEN, i] * force - modes[OMEGA2, i] * bar[0, i] - modes[DAMPING, i] * bar[1, i]
-        if now[RESTING] > 0.0:
-            rates[n + i] = 0.0
-    rates[2 * n] = 0.0
-    if g[FED] > 0.0 and now[OPEN] != KEPT:
-        rise = g[POWER] / pressure if now[LIMITED] > 0.0 else g[FLOW] - g[SLIP] * pressure
-        rise -= blend[0, AREA] * v + g[LEAK] * pressure
-        if now[OPEN] == OPENED:
-            rise -= g[SLOPE] * (pressure - g[RELIEF])
-        capacity = g[COMPLIANCE]
-        if now[FILLED] > 0.0 and g[VOLUME] > 0.0:
-            capacity += gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** (-1.0 / g[POLYTROPIC] - 1.0)
-        rates[2 * n] = rise / capacity
-    return force
-
-
-@inner
-def jumped(state, work):
-    """Derivatives of the state behind an event whose time moves by `times`, between rates before and after it."""
-    bars = state.bars
-    for d in range(bars.shape[1]):
-        for i in range(bars.shape[0]):
-            bars[i, d] += (work.before[i] - work.after[i]) * work.times[d]
-
-
-@inner
-def timed(law, state, work, row, of_speed):
-    """By how much the time moves at which a row of the bar meets its level."""
-    n, bars = law.modes.shape[1], state.bars
-    first, rate = (n if of_speed else 0), 0.0
-    for i in range(n):
-        rate += row[i] * work.before[first + i]
-    for d in range(bars.shape[1]):
-        found = 0.0
-        for i in range(n):
-            found += row[i] * bars[first + i, d]
-        work.times[d] = -found / rate
-
+from percuss.mechanics.oil_series import (
+    AT_CHARGE,
+    AT_CORNER,
+    AT_RELIEF,
+    AT_SECTION,
+    AT_ZERO,
+    BEND,
+    BLOWS,
+    BY_BLOWS,
+    BY_TIME,
+    CLOSED,
+    CLOSES,
+    COMPLIANCE,
+    CORNER,
+    CORNER_TO,
+    COUNT,
+    CROWDED,
+    DELAY,
+    DRIVEN,
+    DRY,
+    EMPTIES,
+    EMPTY_LINE,
+    END,
+    EVENT,
+    FACTOR,
+    FED,
+    FILLED,
+    FILLS,
+    FULL_FLOW,
+    HOLD,
+    IMPACT,
+    IMPACT_LOSS,
+    KEPT,
+    LAST,
+    LEAVES,
+    LEVEL,
+    LIMITED,
+    LIMITS,
+    LOG_FULL,
+    NO_PRESSURE,
+    NO_STEP,
+    OF_SPEED,
+    OMEGA2,
+    ON_IMPACT,
+    OPEN,
+    OPENED,
+    OPENS,
+    PORT_MET,
+    PRECHARGE,
+    PRESSURE,
+    QUICKENING,
+    RELIEF,
+    REST,
+    RESTING,
+    SIDE,
+    SIGN,
+    SLOPE,
+    SPEED,
+    SPOOL,
+    STATE,
+    STEP,
+    STEPS_FULL,
+    STRAIN,
+    STROKE,
+    TIME,
+    TO,
+    TURNED,
+    UNIT,
+    VALVE,
+    VOLUME,
+    WALL,
+    WAVE,
+    F,
+    N,
+    P,
+    V,
+    expanded,
+    held_by,
+    jumped,
+    linearised,
+    met,
+    moved_by,
+    rates_of,
+    step_length,
+    timed,
+    value,
+)
 
 # ---- Events
 
@@ -868,7 +325,9 @@ def sighted(law, state, work, h):
             for k in range(order + 1):
                 row[k] = 0.0
                 for i in range(n):
-                    row[k] += law.reads[j, i] * (work.rates[i, k] if law.ports[j, OF_SPEED] > 0.0 else work.places[i, k])
+                    row[k] += law.reads[j, i] * (
+                        work.rates[i, k] if law.ports[j, OF_SPEED] > 0.0 else work.places[i, k]
+                    )
             time = met(row, law.ports[j, LEVEL], h, law.ports[j, SIDE], int(state.touched[j]), work)
             if time < best:
                 best, what = time, 100 + j
@@ -934,10 +393,9 @@ def pressure_event(law, state, work, log, what):
 def followed(law, state, work, log, until, exact, blows, steps, section, since, entering):
     """A motion until a time, so many blows in all, so many steps, or a port is met.
 
-    Where the time is not asked for exactly the motion ends at the beginning of the step that would go beyond it, so that
-    it goes on with the same bits.
-    `section` is the number of a port, −1 for none, met after `since` blows and not demanded yet; `entering` those of the
-    ports, and of the blow, that demand first. How it ended.
+    Where the time is not asked for exactly the motion ends at the beginning of the step that would go beyond it, so
+    that it goes on with the same bits. `section` is the number of a port, −1 for none, met after `since` blows and not
+    demanded yet; `entering` those of the ports, and of the blow, that demand first. How it ended.
     """
     now, log_events, n = state.now, log.events.shape[0], law.modes.shape[1]
     for j in entering:
@@ -1033,7 +491,7 @@ def kept_step(law, state, log, taken):
 
 @entry
 def at_times(law, state, work, steps, times, numbers, found):
-    """Of steps, and of times after their beginnings: places and rates of the modes, pressure and force, (t, 2 n + 2)."""
+    """Of steps, and times after their beginnings: places and rates of the modes, pressure and force, (t, 2 n + 2)."""
     order = work.series.shape[1] - 2
     now, n, width = state.now, law.modes.shape[1], state.blend.shape[1]
     before = -1

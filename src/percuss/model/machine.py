@@ -204,7 +204,7 @@ def check_closed_form(machine: Machine) -> None:
     if machine.valve.flows:
         raise PercussError(
             "this is not computed for a machine whose oil flows: there is no closed form of its motion",
-            "leave out passages, leakage, tank pressure and gas laws, or ask percuss machine, simulate, follow or sweep",
+            "leave out what its oil loses; percuss machine, simulate, follow and sweep take it",
         )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics import oil_series as kn
 from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, held_energy, oil_machine, states_at
 from percuss.model import Machine
 from percuss.model.checks import Array
@@ -60,7 +60,7 @@ class OilFlights:
     @property
     def width(self) -> int:
         """Numbers of a state between two events."""
-        return kn.STEP + 2 * self.numbers.law.joins.shape[1] + 2 * (self.modes + 1)
+        return int(kn.STEP + 2 * self.numbers.law.joins.shape[1] + 2 * (self.modes + 1))
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -200,7 +200,9 @@ class FlowingOil:
             self._taken_up(events, rows)
             if not ended and stop.periodic:
                 ended = "periodic" if self._repeats(stop.tolerance) else ""
-            gone = Progress(self.motion.blows, self.motion.time, min(self.motion.blows / max(stop.most_impacts, 1), 1.0))
+            gone = Progress(
+                self.motion.blows, self.motion.time, min(self.motion.blows / max(stop.most_impacts, 1), 1.0)
+            )
             if not ended and progress is not None and progress(gone):
                 ended = "interrupted"
         told = _columns(events, begin_time, tuple(self.flights.names))
@@ -249,13 +251,12 @@ class FlowingOil:
         if ended == kn.STEPS_FULL:
             return "work"
         resting, waits = motion.state.now[kn.RESTING] > 0.0, motion.state.now[kn.COUNT] > 0.0
-        if ended == kn.BY_TIME and not waits and (resting or not any(e.kind == "valve" for e in motion.events)):
-            if min(end, motion.time + idle) - motion.time >= 0.5 * idle or end < math.inf:
-                held = self.flights.machine.valve.chamber.stiffness > 0.0
-                if resting:
-                    return "on the tool"
-                if end == math.inf:
-                    return "in the chamber" if held else "leaves"
+        quiet = resting or not any(e.kind == "valve" for e in motion.events)
+        if ended == kn.BY_TIME and not waits and quiet:
+            if resting:
+                return "on the tool"
+            if end == math.inf:
+                return "in the chamber" if self.flights.machine.valve.chamber.stiffness > 0.0 else "leaves"
         return "time" if end < math.inf else ""
 
     def _taken_up(self, events: list[list[float]] | None, rows: list[Array] | None) -> None:
@@ -314,7 +315,9 @@ class FlowingOil:
         if len(table) < 3:
             return False
         own, n = self.flights.numbers.own, self.modes + 1
-        scales = np.concatenate([[1.0], np.full(n, math.inf), np.full(n, max(float(np.abs(table[:, 4]).max()), 1e-300))])
+        scales = np.concatenate(
+            [[1.0], np.full(n, math.inf), np.full(n, max(float(np.abs(table[:, 4]).max()), 1e-300))]
+        )
         scales[1 : n + 1] = scales[-1] / np.maximum(own.omega, 1.0 / float(self.motion.numbers.law.numbers[kn.UNIT]))
         states = table[:, 5:] / scales
         for p in range(1, min(_MEMORY, (len(table) - 1) // 2) + 1):
@@ -364,4 +367,3 @@ def _columns(rows: list[list[float]], begin_time: float, states: tuple[str, ...]
         rebound_velocity=table[:, 3], energy_lost=table[:, 4], kinetic_energy=table[:, 5], resolved=none.copy(),
         piece=whole[:, 1], port=whole[:, 2], states=states,
     )  # fmt: skip
-

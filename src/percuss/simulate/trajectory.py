@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -170,6 +170,13 @@ class Trajectory(ShortRepr):
         if isinstance(self.hammer, System):
             return ClockedFlights(self.spectrum)
         return self._oil or self.mechanism
+
+    @property
+    def _closed(self) -> ClockedFlights | Mechanism:
+        """The flights of what has a closed form."""
+        found = self._flights
+        assert self._oil is None
+        return cast("ClockedFlights | Mechanism", found)
 
     @cached_property
     def _oil(self) -> OilFlights | None:
@@ -401,7 +408,7 @@ class Trajectory(ShortRepr):
         times = array("t", t, -np.inf, np.inf)
         if self._oil is not None:
             return self._looked(times)[1]
-        return self._flights.force(self._moment(times))
+        return self._closed.force(self._moment(times))
 
     def energy(self, t: npt.ArrayLike, side: Side = "right") -> Array:
         """Kinetic and elastic energy ½ ∫ u_t² dx + ½ s² ∫ u_x² dx of the bar; shape (len(t),).
@@ -630,8 +637,8 @@ class Trajectory(ShortRepr):
                 continue
             t, w = panels(a, b, *flights.rates)
             at = self._moment(t)
-            put_in += float(w @ flights.put_in(at))
-            lost += float(w @ flights.lost(at))
+            put_in += float(w @ self._closed.put_in(at))
+            lost += float(w @ self._closed.lost(at))
         lost_at = self.events.energy_lost
         lying = inside & np.isin(self.events.code, (CHATTER, REST))
         stored = self.energy(np.array([begin, end]))

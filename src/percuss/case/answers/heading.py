@@ -311,7 +311,8 @@ def _pump_text(machine: Machine, supply: Supply) -> str:
     if gas is not None:
         litres = 1e3 * gas.volume * machine.energy_scale / unit
         held = f"{number(litres)} l at {number(gas.precharge * unit / 1e5)} bar, n = {number(gas.exponent)}"
-    text = f"{number(6e4 * flow)} l/min into an accumulator of {held}; {number(supply.start * unit / 1e5)} bar at the start"
+    text = f"{number(6e4 * flow)} l/min into an accumulator of {held}"
+    text += f"; {number(supply.start * unit / 1e5)} bar at the start"
     if supply.power is not None:
         text += f"; at most {quantity(supply.power * machine.power_scale, 'W')}"
     if supply.slip:

@@ -28,6 +28,7 @@ from percuss.steady import blank_blow, self_excited_motion, slow_pressure
 from percuss.steady.oil.oil_cycle import OilFlight
 from percuss.steady.oil.oil_figures import (
     ChamberPressure,
+    Lift,
     chamber_pressures,
     duty_of,
     lift_of,
@@ -122,9 +123,9 @@ POWER: tuple[Fact[Running], ...] = (
     Fact("si.efficiency", "efficiency",
          "delivered over input; the energy of the rebound comes back and is in neither", "",
          "efficiency", lambda one, tell: None if one.cycle.oil is not None else said(
-             "{efficiency:percent} of the input is delivered, drag and damping take the rest; the energy of the rebound "
-             "comes back and is in neither. The oil is lossless here: passages, leaks and the line to the tank take a "
-             "third to a half of the input of a real hammer, and need their keys (oil-drifter has them)", one, tell)),
+             "{efficiency:percent} of the input is delivered, drag and damping take the rest; the energy of the "
+             "rebound comes back and is in neither. The oil is lossless here: passages, leaks and the tank line take "
+             "a third to a half of the input of a real hammer, and need their keys (oil-drifter has them)", one, tell)),
     Fact("blank_energy_J", "", "when the tool is not there: what the piston brings to where the blow would be",
          "energy", "cycle.main_energy"),
     Fact("blank_distance_m", "", "how far the force that then acts would let it go; null when nothing stops it",
@@ -181,6 +182,11 @@ class OilReport(ShortRepr):
     def chambers(self) -> tuple[ChamberPressure, ...]:
         """Their pressures."""
         return chamber_pressures(self.cycle)
+
+    @property
+    def lift(self) -> Lift | None:
+        """What lifts the piston off the wall."""
+        return lift_of(self.machine)
 
     @property
     def cavitates(self) -> tuple[str, ...]:
@@ -250,7 +256,9 @@ def _scaled(one: OilReport, *pressures: float) -> list[float | None]:
 def _assumed_text(one: OilReport, _: Teller) -> str:
     weighty = [name for name, share in one.shares.items() if name != "impact" and share >= 0.02]
     named = [_LOST.get(name) or in_passage(name) for name in weighty]
-    return f"of what is assumed or measured, that {', '.join(named)} carries these figures" if named else "little is lost"
+    return (
+        f"of what is assumed or measured, that {', '.join(named)} carries these figures" if named else "little is lost"
+    )
 
 
 OIL: tuple[Fact[OilReport], ...] = (
@@ -263,7 +271,8 @@ OIL: tuple[Fact[OilReport], ...] = (
     Fact("input_power input_power_W", "input", "of the pump, or from a constant supply", "power", "input_power",
          "{input_power:kW}, {pump_flow:l_per_min}"),
     Fact("blow_power blow_power_W", "blows", "blow energy times rate", "power", "blow_power", "{blow_power:kW}"),
-    Fact("input_energy input_energy_J", "", "of the pump, or from a constant supply, in a cycle", "energy", "oil.input"),
+    Fact("input_energy input_energy_J", "", "of the pump, or from a constant supply, in a cycle", "energy",
+         "oil.input"),
     Fact("loss_energies", "", "what each loss takes in a cycle, by name (J)", "",
          lambda one: {name: loss * Teller.of(one.machine).scale("energy")
                       for name, loss in path_losses(one.cycle).items()}),
@@ -293,12 +302,13 @@ OIL: tuple[Fact[OilReport], ...] = (
          lambda one: [list(check) for check in oil_checks(one.cycle)],
          lambda one, _: "; ".join(f"{check.name} to {check.off:.0e}" for check in oil_checks(one.cycle)) or None),
     Fact("lift", "lifts off",
-         "the pressure that lifts the piston off the wall, the one that the supply comes to while it lies there, and what "
-         "limits that; or null", "",
-         lambda one: None if (lift := lift_of(one.machine)) is None else [*_scaled(one, lift.needed, lift.reached),
-                                                                         lift.limited_by],
-         lambda one, tell: None if (lift := lift_of(one.machine)) is None else
-         f"above {_press(tell, lift.needed)}; at rest the supply comes to {_press(tell, lift.reached)}, by {lift.limited_by}"),
+         "the pressure that lifts the piston off the wall, the one that the supply comes to while it lies there, and "
+         "what limits that; or null", "",
+         lambda one: None if one.lift is None else [*_scaled(one, one.lift.needed, one.lift.reached),
+                                                    one.lift.limited_by],
+         lambda one, tell: None if one.lift is None else
+         f"above {_press(tell, one.lift.needed)}; at rest the supply comes to {_press(tell, one.lift.reached)}, by "
+         f"{one.lift.limited_by}"),
     Fact("", "rests on", "which losses carry the figures", "", "efficiency", _assumed_text),
 )  # fmt: skip
 """Where the energy of oil that flows goes."""

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
+
 def assumed(target: object) -> str:
     """What a share of the energy that reaches the rock assumes of the tool, a rod.
 
@@ -164,7 +165,13 @@ class Transfer(ShortRepr):
     @property
     def imbalance(self) -> float:
         """By how much the balance does not close, over the input."""
-        losses = (self.oil_loss, self.drag_loss, self.ringing_before, self.rebound_difference, self.blow.vibration_energy_after)
+        losses = (
+            self.oil_loss,
+            self.drag_loss,
+            self.ringing_before,
+            self.rebound_difference,
+            self.blow.vibration_energy_after,
+        )
         return abs(self.input - sum(losses) - self.steel_energy - self.blow.rock_work) / max(self.input, 1e-300)
 
     @property

@@ -471,7 +471,9 @@ def _state_force(name: str, given: Any, pressure: float | None, oil: Oil | None)
         assert oil is not None
         sides = {one.name: one for one in oil.chambers}
         front, rear = (
-            sum(sides[own].area for own, to in joined(name, given).items() if to == "supply" and sides[own].side == side)
+            sum(
+                sides[own].area for own, to in joined(name, given).items() if to == "supply" and sides[own].side == side
+            )
             for side in ("front", "rear")
         )
         return float(rear - front)

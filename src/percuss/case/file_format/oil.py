@@ -1,4 +1,4 @@
-"""The oil of a table [load]: chambers, passages, pump, relief and accumulator as a case gives them, and what is made."""
+"""The oil of a table [load]: chambers, passages, pump, relief and accumulator of a case, and what is made of them."""
 
 from __future__ import annotations
 
@@ -117,8 +117,6 @@ def _is_table(value: Any) -> str:
     return "table" if isinstance(value, dict | CaseTable) else "text"
 
 
-
-
 Joins = dict[str, Literal["supply", "tank"]]
 Chambers = Annotated[
     dict[str, OilChamberTable],
@@ -220,7 +218,7 @@ def oil_of(load: Any, pressure: float, spool: float, force: float) -> Oil:
     chambers, joins = _chambers(load, pressure), dict[str, tuple[Join, ...]]()
     known = {one.name for one in chambers}
     losses = _losses(load, density, known)
-    used = set()
+    used = set[tuple[str, str, str | None]]()
     for name, state in load.states.items():
         own = []
         for chamber, to in joined(name, state).items():

@@ -251,7 +251,7 @@ def without_blow(file: str, table: str) -> CaseError:
 
 
 _OF_ITS_KIND = re.compile(r"\[\d+\]|(?<=^load\.states)\..*|(?<=^load\.chambers)\..*")
-"""What is taken off the name of a table in a list, of a state, or of a chamber of oil: it has the keys of every other."""
+"""What is taken off the name of a table in a list, of a state, or of a chamber of oil: all have the same keys."""
 
 
 def _key(loc: tuple[int | str, ...], data: Mapping[str, Any]) -> str:

@@ -142,7 +142,9 @@ class CaseFamily:
     def machine(self, values: Mapping[str, float]) -> Machine:
         """The machine of the case with these values."""
         keys, plain = self._split(values)
-        case = self._varied({key: value for key, value in keys.items() if not is_of_machine(key, self.case.tables.load)})
+        case = self._varied(
+            {key: value for key, value in keys.items() if not is_of_machine(key, self.case.tables.load)}
+        )
         put = of_machine(case, {key: value for key, value in keys.items() if is_of_machine(key, self.case.tables.load)})
         return vary(case.machine(), put | plain)
 

@@ -53,7 +53,10 @@ def valve_keys(table: ValveLoad) -> list[str]:
 
 def _oil_keys(table: ValveLoad) -> list[str]:
     """Those of the pump, and of oil that flows: numbers that the case has."""
-    keys, supply = [f"load.chambers.{name}.area" for name in table.chambers or () if _NAME.fullmatch(name)], table.supply
+    keys, supply = (
+        [f"load.chambers.{name}.area" for name in table.chambers or () if _NAME.fullmatch(name)],
+        table.supply,
+    )
     for i, own in enumerate(table.orifices or ()):
         keys += [f"load.orifices[{i}].{name}" for name in ("area", "drop") if getattr(own, name) is not None]
     keys += ["load.oil.tank"] if table.oil is not None and table.oil.tank is not None else []

@@ -14,8 +14,8 @@ from percuss.errors import ParameterError
 from percuss.explore.continuation.branch import Branch, BranchEvent, BranchPoint
 from percuss.explore.continuation.branch_events import Side, in_words, outside, side_told
 from percuss.explore.continuation.machine_cycles import OF_FAULTS, MachineCurve, kind_of
-from percuss.explore.continuation.oil_curve import OilCurve
 from percuss.explore.continuation.missed_events import dying_impact, nearest, sheet_jump
+from percuss.explore.continuation.oil_curve import OilCurve
 from percuss.explore.continuation.walk import (
     FIRST,
     CorrectorFailed,

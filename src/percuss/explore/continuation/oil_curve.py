@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -66,7 +66,7 @@ class OilCurve(MachineCurve):
         machine = self.system(*self.values(x))
         fresh = self.passage.of(machine)
         self.own.put(fresh.state, x[: self.own.size] * self.scales, self.own.values(fresh.state))
-        return replace(fresh.of(machine), blows=self.sequence.blows)  # type: ignore[attr-defined]
+        return replace(fresh.of(machine), blows=self.passage.blows)
 
     def _returned(self, x: Array, directions: int) -> tuple[Passage, OilMotion]:
         passage = self._passage(x)
@@ -131,7 +131,7 @@ class OilCurve(MachineCurve):
         m = self.own.size
         blows, cycles = self.sequence.label.split("/")
         twice = PassageOf(self.passage.port, 2 * self.passage.blows, f"{2 * int(blows)}/{2 * int(cycles)}")
-        wide = replace(self, sequence=twice, passage=replace(self.passage, blows=2 * self.passage.blows))
+        wide = replace(self, sequence=cast("Any", twice), passage=replace(self.passage, blows=2 * self.passage.blows))
         return wide, np.concatenate([x[:m], [2.0 * x[m]], x[m + 1 :]])
 
     def halves(self, x: Array) -> tuple[Array, Array] | None:
@@ -151,7 +151,7 @@ class OilCurve(MachineCurve):
         blows, cycles = self.sequence.label.split("/")
         label = f"{int(blows) // 2}/{max(int(cycles) // 2, 1)}"
         half = PassageOf(self.passage.port, self.passage.blows // 2, label)
-        return replace(self, sequence=half, passage=replace(self.passage, blows=half.blows))
+        return replace(self, sequence=cast("Any", half), passage=replace(self.passage, blows=half.blows))
 
     # -- whatever is found is a motion: nothing has to be looked at besides --
 
@@ -173,4 +173,3 @@ class OilCurve(MachineCurve):
     def tests(self, x: Array, within: tuple[int, ...] | None = None) -> dict[str, float]:
         """None: see `fault`."""
         return {}
-

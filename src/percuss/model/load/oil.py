@@ -96,7 +96,9 @@ class GasAccumulator:
         object.__setattr__(self, "volume", positive("volume", self.volume))
         exponent = finite("exponent", self.exponent, "a number from 1 on")
         if exponent < 1.0:
-            raise ParameterError("exponent", self.exponent, "a number from 1 on", "1.4 is that of nitrogen, 1 isothermal")
+            raise ParameterError(
+                "exponent", self.exponent, "a number from 1 on", "1.4 is that of nitrogen, 1 isothermal"
+            )
         object.__setattr__(self, "exponent", exponent)
         object.__setattr__(self, "atmosphere", non_negative("atmosphere", self.atmosphere))
 
@@ -106,7 +108,7 @@ class GasAccumulator:
             return 0.0
         absolute = pressure + self.atmosphere
         ratio = (self.precharge + self.atmosphere) / absolute
-        return self.volume * ratio ** (1.0 / self.exponent) / (self.exponent * absolute)
+        return float(self.volume * ratio ** (1.0 / self.exponent) / (self.exponent * absolute))
 
 
 @dataclass(frozen=True)
@@ -228,6 +230,4 @@ class Oil:
             )
             for name, own in self.pairs
         }  # fmt: skip
-        return replace(
-            self, chambers=chambers, joins=joins, tank=self.tank / factor, leakage=self.leakage * factor**2
-        )
+        return replace(self, chambers=chambers, joins=joins, tank=self.tank / factor, leakage=self.leakage * factor**2)

@@ -15,10 +15,10 @@ from percuss.blow import Rod
 from percuss.case.answers.blow_answer import BlowAnswer, blow_report
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
-from percuss.case.answers.exploring.identify import IdentifyAnswer
+from percuss.case.answers.exploring.identify import DataSheetAnswer, IdentifyAnswer
 from percuss.case.answers.exploring.tolerance import ToleranceAnswer
 from percuss.case.answers.facts import Grid, Report, ReportSection, number
-from percuss.case.answers.machine_answer import MachineAnswer, machine_report
+from percuss.case.answers.machine_answer import MachineAnswer, machine_answer, machine_report
 from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import SteadyAnswer
@@ -42,6 +42,7 @@ Answer = (
     | DesignAnswer
     | ToleranceAnswer
     | IdentifyAnswer
+    | DataSheetAnswer
 )
 
 
@@ -170,6 +171,9 @@ def answer_told(answer: Answer) -> tuple[Report, Figure, str]:
         return answer.report(), plot.tolerance(answer), "What dominates, and the figures of all hammers drawn"
     if isinstance(answer, IdentifyAnswer):
         return answer.report(), plot.identify(answer), "The blows that were measured, and those of the hammer that fits"
+    if isinstance(answer, DataSheetAnswer):
+        found = machine_answer(answer.best, modes=0)
+        return answer.report(), plot.machine(found), "The cycle of the machine that the data sheet tells of"
     if isinstance(answer, DesignAnswer):
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
     if isinstance(answer, BlowAnswer):

@@ -87,7 +87,9 @@ def data_sheet(machine: Machine, pressure: float, flow: float, rate: float, ener
     factor = machine.contact.velocity_factor
     if (1.0 - factor * factor) * energy * rate > flow * pressure:
         wanted = f"at most {flow * pressure / rate / (1.0 - factor * factor):.6g}: all of the input"
-        raise ParameterError("energy", energy, wanted, "check pressure, flow and rate: this hammer gives more than it gets")
+        raise ParameterError(
+            "energy", energy, wanted, "check pressure, flow and rate: this hammer gives more than it gets"
+        )
     base = with_chambers(replace(machine.valve, supply=None))
     has_own = any(join.inward or join.outward for _, own in _oil(base).pairs for join in own)
     speed, known = math.sqrt(2.0 * energy), dict[bytes, ValveCycle | None]()
@@ -119,18 +121,23 @@ def data_sheet(machine: Machine, pressure: float, flow: float, rate: float, ener
             found = found or settled_oil(there).cycle
             known[key] = found if found is not None and found.blows == 1 and found.oil is not None else None
             if known[key] is not None:
-                last[:] = [known[key]]
+                last[:] = [found]  # type: ignore[list-item]  # it is one
         return known[key]
 
     def off(x: Array) -> Array:
         cycle = cycle_of(x)
         if cycle is None or cycle.oil is None:
             return np.full(3, 3.0)
-        found = (cycle.oil.pumped / cycle.period / (flow * pressure), 1.0 / (cycle.period * rate), cycle.main_energy / energy)
+        found = (
+            cycle.oil.pumped / cycle.period / (flow * pressure),
+            1.0 / (cycle.period * rate),
+            cycle.main_energy / energy,
+        )
         return np.log(found)
 
     def solved(passages: float) -> Array:
         """Areas and places with the flow and the rate, at these losses."""
+
         def of_two(y: Array) -> Array:
             return off(np.append(y, passages))[:2]
 
@@ -145,7 +152,9 @@ def data_sheet(machine: Machine, pressure: float, flow: float, rate: float, ener
         )
     lossless = float(energy * math.exp(off(free)[2]))
     if lossless < energy:
-        told = f"the lossless machine of this pressure, flow and rate strikes with {lossless / energy:.4g} of that energy"
+        told = (
+            f"the lossless machine of this pressure, flow and rate strikes with {lossless / energy:.4g} of that energy"
+        )
         raise ParameterError("energy", energy, "an energy that losses leave", f"{told}: check the figures")
     start = np.append(free[:2], 1.0 if has_own else _START)
     found = optimize.least_squares(

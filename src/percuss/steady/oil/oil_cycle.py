@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics import oil_kernels
+from percuss.mechanics import oil_series as kn
 from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, oil_machine, states_at
 from percuss.model import Machine
 from percuss.model.checks import Array
@@ -86,12 +87,14 @@ def from_rest(numbers: OilMachine, recorded: bool = False) -> OilMotion:
     return motion
 
 
-def from_rebound(numbers: OilMachine, start: Rebound, *, recorded: bool = False, undeformed: Array | None = None) -> OilMotion:
+def from_rebound(
+    numbers: OilMachine, start: Rebound, *, recorded: bool = False, undeformed: Array | None = None
+) -> OilMotion:
     """Just after a blow, which demands; the bar is undeformed, or moves as it is given, (N + 1, 2)."""
     own = numbers.own
     bar = np.stack([0.0 * own.centre, -start.speed * own.centre], axis=1) if undeformed is None else undeformed
     pressure = 1.0 if start.pressure is None else start.pressure
-    motion = OilMotion.begun(numbers, bar, pressure, start.state, start.orders, struck=True, recorded=recorded)
+    motion = OilMotion.begun(numbers, bar, pressure, start.state, start.orders, struck=True)
     motion.run(0.0, entering=_of_blow(numbers.machine))
     return motion
 
@@ -124,7 +127,7 @@ def goes_on(motion: OilMotion, blows: int) -> str:
 
 
 class OilUnknowns(NamedTuple):
-    """What may change at the passage of a port: coordinates, velocities, pressure, orders that wait, a running stroke."""
+    """What may change at the passage of a port: bar, pressure, orders that wait, and a running stroke."""
 
     fed: bool
     coordinates: int
@@ -212,7 +215,7 @@ class Passage:
         if state.now[kn.STROKE] == math.inf:
             state.blend[0] = numbers.law.joins[int(state.now[kn.STATE])]
         again = OilMotion.again(numbers, state)
-        kn.begun(numbers.law, again.state, again.work)
+        oil_kernels.begun(numbers.law, again.state, again.work)
         return Passage(numbers, self.port, again.state, self.blows)
 
     def returned(self, state: kn.OilState, directions: int = 0) -> OilMotion | None:
@@ -232,9 +235,10 @@ class Passage:
         scales, here = unknowns.scales(self.numbers), unknowns.values(self.state)
         for blows in (part for part in range(1, self.blows) if self.blows % part == 0):
             motion = replace(self, blows=blows).returned(self.state)
-            if motion is not None and OilUnknowns.of(self.numbers, motion.state) == unknowns:
-                if float(np.max(np.abs(unknowns.values(motion.state) - here) / scales)) < _SHORTER:
-                    return True
+            if motion is None or OilUnknowns.of(self.numbers, motion.state) != unknowns:
+                continue
+            if float(np.max(np.abs(unknowns.values(motion.state) - here) / scales)) < _SHORTER:
+                return True
         return False
 
     def solved(self) -> Passage | None:
@@ -266,7 +270,7 @@ class Passage:
             again = OilMotion.again(self.numbers, state)
             fresh = again.state
             unknowns.put(fresh, x + step, x)
-            kn.begun(self.numbers.law, fresh, again.work)
+            oil_kernels.begun(self.numbers.law, fresh, again.work)
             if near:
                 last = self.returned(fresh, unknowns.size)
                 return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row)[0])
@@ -305,12 +309,14 @@ def cycle_from(motion: OilMotion, blows: int) -> ValveCycle | None:
 
 def cycle_at(passage: Passage) -> ValveCycle | None:
     """The cycle of a passage that repeats, from the strongest blow on."""
-    numbers, machine = passage.numbers, passage.numbers.machine
+    numbers = passage.numbers
     motion = OilMotion.again(numbers, passage.state, recorded=True)
     names = numbers.names
     state = names[int(passage.state.now[kn.STATE])]
     orders = motion.orders
-    motion.run(_IDLE * float(numbers.law.numbers[kn.UNIT]) * passage.blows, float(passage.blows), entering=[passage.port])
+    motion.run(
+        _IDLE * float(numbers.law.numbers[kn.UNIT]) * passage.blows, float(passage.blows), entering=[passage.port]
+    )
     struck = [e for e in motion.events if e.kind == "impact"]
     if len(struck) < passage.blows:
         return None
@@ -385,7 +391,8 @@ def recorded_cycle(
         elif event.kind == "rest":
             before = 0.0 * before
     happened = [
-        (e.time, e.kind, numbers.names[e.detail] if e.kind == "valve" else e.detail, e.state, e.pressure) for e in marks
+        (e.time, e.kind, numbers.names[e.detail] if e.kind == "valve" else e.detail, e.state, e.pressure)
+        for e in marks
         if e.kind in ("impact", "port", "valve")
     ]
     assert passage.slope is not None
@@ -438,8 +445,8 @@ def starts_oil(machine: Machine) -> bool:
 def settled_oil(machine: Machine, modes: int = 0, near: ValveCycle | None = None) -> OilSettled:
     """The cycle in which a machine settles whose oil flows: near another, from rest, or else pushed off the wall."""
     numbers = oil_machine(machine, modes)
-    if near is not None and near.modes == modes and (found := near_oil(machine, near)) is not None:
-        return OilSettled(found)
+    if near is not None and near.modes == modes and (beside := near_oil(machine, near)) is not None:
+        return OilSettled(beside)
     if modes:
         rigid = settled_oil(machine, 0)
         if rigid.cycle is None:

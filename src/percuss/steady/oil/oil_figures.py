@@ -1,4 +1,4 @@
-"""What the cycle of a machine tells whose oil flows: chamber pressures, checks by closed forms, what lifts the piston."""
+"""What the cycle of a machine tells whose oil flows: chamber pressures, closed forms, what lifts the piston."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics import oil_kernels as kn
+from percuss.mechanics import oil_series as kn
 from percuss.mechanics.oil import oil_machine
 from percuss.model import Machine
 from percuss.steady.oil.oil_cycle import OilFlight
@@ -190,7 +190,7 @@ class Lift(NamedTuple):
 
 
 def lift_of(machine: Machine) -> Lift | None:
-    """P_min of the state that returns, and the pressure at which leakage, slip and relief take the pump's whole flow."""
+    """P_min of the state that returns, and the pressure at which leakage, slip and relief take all that is pumped."""
     valve, oil = machine.valve, machine.valve.oil
     pull, back = min((force, name) for name, force in valve.pairs)
     if pull >= 0.0:
@@ -264,4 +264,3 @@ def precharge_margin(cycle: ValveCycle) -> float | None:
     if supply is None or supply.gas is None or cycle.oil is None:
         return None
     return cycle.oil.least / supply.gas.precharge - 1.0
-

@@ -18,10 +18,10 @@ import numpy as np
 
 from percuss.errors import Interrupted, ParameterError
 from percuss.halting import check_interrupted, halting
+from percuss.mechanics.oil import OilMotion, oil_machine
 from percuss.model import Machine
 from percuss.model.checks import DEFAULT_MODES, Array, count, instance
 from percuss.model.load.valve import Orders
-from percuss.mechanics.oil import OilMotion, oil_machine
 from percuss.steady.oil.oil_cycle import cycle_from, from_rebound, goes_on
 from percuss.steady.periodic.found_orbits import MOST_IMPACTS, MOST_PERIODS, Drop, FoundOrbits, Tally
 from percuss.steady.self_excited.cycle_times import CycleTimes, under, valve_after

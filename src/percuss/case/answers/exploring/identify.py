@@ -662,8 +662,8 @@ class DataSheetAnswer(ShortRepr):
             ("speed", f"{number(cycle.blow_speed * machine.speed_scale)} m/s"),
             ("losses", ", ".join(f"{name.replace('_', ' ')} {percent(share)}" for name, share in self.shares.items()
                                  if share >= 5e-4)),
-            ("assumed", "a constant pressure; the mass, the delays and the ratio of the areas of the case; each passage "
-                        "takes the same pressure at the same speed of the piston, where the case has none"),
+            ("assumed", "a constant pressure; the mass, the delays and the ratio of the areas of the case; each "
+                        "passage takes the same pressure at the same speed of the piston, where the case has none"),
         )  # fmt: skip
         sections = (
             ReportSection("What explains the data sheet", rows),
