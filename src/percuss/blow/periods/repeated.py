@@ -20,7 +20,7 @@ from percuss.blow.periods.wave_motion import LatticeRun
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
 from percuss.model import SizedBody
-from percuss.model.checks import Array, callback, choice, count, flag, instance, numbers, positive
+from percuss.model.checks import Array, callback, count, flag, instance, numbers, positive
 from percuss.short_repr import ShortRepr, watched
 from percuss.simulate import Progress
 
@@ -274,7 +274,8 @@ class RepeatedBlows(ShortRepr):
 
     def mean(self, name: str) -> float:
         """The mean of a number of a blow over the régime, by its name; ParameterError for another name."""
-        choice("name", name, *_NUMBERS)
+        if not isinstance(name, str) or name not in _NUMBERS:
+            raise ParameterError("name", name, "the name of a number of a BlowInTrain, such as 'rock_work'")
         return float(np.mean([getattr(one, name) for one in self.settled]))
 
     @property
