@@ -388,14 +388,21 @@ def _enlarged(held: BlowTables) -> BlowTables:
 # ---- The blow carried on to the end of its window
 
 _AT_ONCE = 1 << 14  # steps between two looks whether anybody still waits
+_IDLE = 20  # looks without a new piece after which nothing but rounding goes on
 
 
 def _carried_to(held: BlowTables, target: int, most_pieces: int) -> tuple[BlowTables, bool]:
     """The blow with every node at least at the tick `target`; whether it got there."""
+    idle, before = 0, -1
     while True:
         code = go_on(held.problem, held.waves, held.state, target, _AT_ONCE)
         if code == kn.REACHED:
             return held, True
+        pieces = int(held.waves.pieces.sum())
+        idle, before = (idle + 1 if code == kn.PAUSED and pieces == before else 0), pieces
+        if idle > _IDLE:
+            remedy = "give the feed a force, or the joint another slack"
+            raise ConvergenceError("faces of a joint without preload rattle within the rounding of numbers", remedy)
         if held.waves.pieces.sum() > most_pieces:
             return held, False
         if code == kn.FULL:
