@@ -417,7 +417,7 @@ class Arguments:
             | {"velocity": 5.0, "period": 1e-3, "number": 1},
             "blow.run_valve_by_waves": {"target": blow.Rod([Section(1.0, 1e-3)], "fixed"), "gap": 0.01, "blows": 1}
             | {"machine": drilling.machine()},
-            "blow.RepeatedBlows.mean": {"name": "impulse"},
+            "blow.RepeatedBlows.mean": {"figure": "impulse"},
             "blow.run_by_waves": {"target": blow.Wall(), "stop": Stop(time=1.0)},
             "blow.Blow.waves_at": {"x": 0.1},
             "blow.Blow.force_turns": {"section": 0, "shares": [0.5]},

@@ -272,11 +272,11 @@ class RepeatedBlows(ShortRepr):
         """The blows of the régime: one, two, or the later half."""
         return self.blows[-self.regime.cycle :]
 
-    def mean(self, name: str) -> float:
+    def mean(self, figure: str) -> float:
         """The mean of a number of a blow over the régime, by its name; ParameterError for another name."""
-        if not isinstance(name, str) or name not in _NUMBERS:
-            raise ParameterError("name", name, "the name of a number of a BlowInTrain, such as 'rock_work'")
-        return float(np.mean([getattr(one, name) for one in self.settled]))
+        if not isinstance(figure, str) or figure not in _NUMBERS:
+            raise ParameterError("figure", figure, "the name of a number of a BlowInTrain, such as 'rock_work'")
+        return float(np.mean([getattr(one, figure) for one in self.settled]))
 
     @property
     def mean_rock_force(self) -> float:
