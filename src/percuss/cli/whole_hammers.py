@@ -291,4 +291,7 @@ def _data_sheet(case: Case, options: argparse.Namespace) -> int:
     if options.output is not None:
         write_case(answer.best, options.output)
     filed(options.report, options.paper, case, answer)
-    return answered(options, answer.to_json_dict, answer.report, indent=1, case=options.output, report=options.report)
+    return answered(
+        options, answer.to_json_dict, answer.report, lambda: plot.machine(machine_answer(answer.best, modes=0)),
+        indent=1, case=options.output, report=options.report,
+    )  # fmt: skip

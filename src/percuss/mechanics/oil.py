@@ -382,7 +382,7 @@ class OilMotion:
     @property
     def bar(self) -> Array:
         """Displacement and velocity of every coordinate, (N + 1, 2)."""
-        return self.state.bar.T.copy()
+        return np.array(self.state.bar.T)
 
     @property
     def orders(self) -> Orders:

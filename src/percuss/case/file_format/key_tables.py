@@ -145,6 +145,7 @@ def _words(hint: Any) -> str:
         kind = next((part for part in parts if isinstance(part, Kind)), None)
         if kind is not None:
             return kind.words
-        least = next(part.ge for info in parts[1:] for part in info.metadata if hasattr(part, "ge"))
-        return f"{_words(parts[0])}, {least} or greater"
+        infos = [part for info in parts[1:] for part in getattr(info, "metadata", ())]
+        least = next((f", {part.ge} or greater" for part in infos if hasattr(part, "ge")), "")
+        return f"{_words(parts[0])}{least}"
     raise LookupError(f"no words for the values of {hint}")
