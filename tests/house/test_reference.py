@@ -64,6 +64,13 @@ TABLES = {
     "CushionTable": ("si", "load.cushion"),
     "SupplyTable": ("si", "load.supply"),
     "AreasTable": ("si", "load.states"),
+    "OilChamberTable": ("si", "load.chambers"),
+    "OrificeTable": ("si", "load.orifices"),
+    "PassageTable": ("si", "load.orifices.in"),
+    "OilTable": ("si", "load.oil"),
+    "FlowAtTable": ("si", "load.supply.leakage"),
+    "ReliefTable": ("si", "load.supply.relief"),
+    "GasAccumulatorTable": ("si", "load.supply.accumulator"),
     "SystemTable": ("plain", "system"),
     "PlainHarmonicLoad": ("plain", "load"),
     "PlainSquareLoad": ("plain", "load"),
@@ -115,6 +122,8 @@ def test_the_page_has_every_key_of_a_case(form, kind):
     found["system.damping"] = found["bar.damping"]
     found["tool.sections"] |= found["bar.sections"]
     found["steel"] |= found["steel.tool"]
+    found["load.supply.slip"] = found["load.supply.leakage"]
+    found["load.orifices.out"] = found["load.orifices.in"]
     for table, keys in schema.table_fields(form, kind).items():
         assert set(keys) <= found[table]
 
@@ -177,7 +186,24 @@ BESIDE = {
     ("StepsLoad", "area"): {"unit": '"bar"'},
     **{
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
-        for key in ("flow", "accumulator", "start", "quickening")
+        for key in ("flow", "accumulator", "start", "quickening", "power", "slip", "leakage", "relief", "line")
+    },
+    ("ValveLoad", "spool"): {
+        "pressure": '"160 bar"',
+        "states": '{return = {front = "8.2 cm^2"}, power = {front = "8.2 cm^2", rear = "16 cm^2"}}',
+    },
+    ("PlainValveLoad", "spool"): {
+        "chambers": '{front = {area = 0.4, side = "front"}, rear = {area = 2.2, side = "rear"}}',
+        "states": '{return = {front = "supply"}, power = {front = "supply", rear = "supply"}}',
+    },
+    **{(table, "area"): {"drop": None, "at": None} for table in ("OrificeTable", "PassageTable")},
+    **{
+        (table, "discharge"): {"drop": None, "at": None, "area": '"1 cm^2"'}
+        for table in ("OrificeTable", "PassageTable")
+    },
+    **{
+        ("ChamberTable", key): {"force": '"9 kN"', "area": '"60 cm^2"', "volume": '"3.7 l"', "exponent": "1.3"}
+        for key in ("area", "volume", "exponent")
     },
     ("JointTable", "stiffness"): {"kind": '"elastic"', "mass": None},
     ("JointTable", "damping"): {"kind": '"elastic"', "mass": None, "stiffness": '"1 N/m"'},
@@ -210,7 +236,36 @@ UNITS = {
     "compliance": "cm^3/bar",
     "attenuation": "1/m",
     "specific energy": "MJ/m^3",
+    "volume": "l",
+    "power": "kW",
 }
+
+
+JOINED = '{return = {front = "supply", rear = "tank"}, power = {front = "supply", rear = "supply"}}'
+OIL_LOAD = {
+    "chambers": '{front = {area = "8.2 cm^2", side = "front"}, rear = {area = "16 cm^2", side = "rear"}}',
+    "supply": '{flow = "133 l/min", accumulator = "2.5 cm^3/bar"}',
+}
+PASSAGE = {"chamber": '"rear"', "to": '"tank"', "drop": '"5 bar"', "at": '"100 l/min"'}
+FED = {"load.supply": {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}}
+OIL = {
+    "OilChamberTable": {
+        "load.chambers.front": {"area": '"8.2 cm^2"', "side": '"front"'},
+        "load.chambers.rear": {"area": '"16 cm^2"', "side": '"rear"'},
+    },
+    "OrificeTable": {"load.orifices": PASSAGE},
+    "PassageTable": {"load.orifices": PASSAGE, "load.orifices.in": {"drop": '"4 bar"', "at": '"100 l/min"'}},
+    "OilTable": {"load.orifices": {"chamber": '"rear"', "to": '"tank"', "area": '"1 cm^2"'}, "load.oil": {}},
+    "FlowAtTable": {**FED, "load.supply.leakage": {"flow": '"8 l/min"', "at": '"160 bar"'}},
+    "ReliefTable": {
+        **FED, "load.supply.relief": {"opens": '"200 bar"', "flow": '"20 l/min"', "over": '"10 bar"'}
+    },
+    "GasAccumulatorTable": {
+        "load.supply": {"flow": '"133 l/min"'},
+        "load.supply.accumulator": {"precharge": '"80 bar"', "volume": '"0.4 l"'},
+    },
+}  # fmt: skip
+"""The tables of oil that flows, the one that is looked at last."""
 
 
 def case_with(table: str, key: str, value: str | None) -> Case:
@@ -237,6 +292,12 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables["load"] |= {"pressure": '"160 bar"'}
         tables["load.states"] = {"power": '"9 kN"'}
         name = "load.states.return"
+    if table in OIL:
+        tables["load"] |= {"pressure": '"160 bar"', "states": JOINED, **OIL_LOAD}
+        tables["load"] = {part: held for part, held in tables["load"].items() if part != name.split(".")[1]}
+        for place, content in OIL[table].items():
+            tables[place] = dict(content)
+        name = list(OIL[table])[-1]
     if table == "SupplyTable":
         areas = '{return = {front = "8.2 cm^2"}, power = {front = "8.2 cm^2", rear = "16 cm^2"}}'
         tables["load"] |= {"pressure": '"160 bar"', "states": areas}
@@ -245,7 +306,7 @@ def case_with(table: str, key: str, value: str | None) -> Case:
     lines = []
     for part, content in tables.items():
         lines += [
-            f"[[{part}]]" if part.endswith((".sections", ".ports", ".joints")) else f"[{part}]",
+            f"[[{part}]]" if part.endswith((".sections", ".ports", ".joints", ".orifices")) else f"[{part}]",
             *(f"{k} = {v}" for k, v in content.items() if v is not None),
         ]
     return Case.from_text("\n".join(lines))
@@ -338,6 +399,7 @@ ANSWERS = {
         "machine stalling.toml",
         "machine fed.toml --modes 0",
         "machine valve-drifter --modes 0",
+        "machine oil-breaker --modes 0",
     ),
     "machine --blow": ("machine switching.toml --modes 1",),
     "steady": (
@@ -496,9 +558,9 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
             wanted = {
                 **described["machine"],
                 **wanted,
-                "": (described["machine"][""] | wanted[""]) - {"transfer", "uncertainty"},
+                "": (described["machine"][""] | wanted[""]) - {"transfer", "uncertainty", "oil"},
             }
-            for path in ("failed_condition", "supply", "machine.supply"):
+            for path in ("failed_condition", "supply", "machine.supply", "oil", "oil.si"):
                 del wanted[path]
             none = ("transfer", "uncertainty")  # it has no tool, and no number within ±
             wanted = {path: keys - set(none) for path, keys in wanted.items() if not path.startswith(none)}

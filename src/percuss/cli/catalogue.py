@@ -141,7 +141,7 @@ def keys(_: Parser, options: argparse.Namespace) -> int:
     if options.table is None:
         for name in TABLES:
             about = (table_class(name).__doc__ or "").partition("\n")[0]
-            print(f"{name:<21}{about}")
+            print(f"{name:<25}{about}")
         return 0
     told = []
     for row in rows_of(table_class(options.table)):

@@ -73,9 +73,9 @@ class OilTable(CaseTable):
     """The oil, and the line to the tank."""
 
     density: NumberOrDensity | None = None
-    """Density, for orifices by their area. Allowed: greater than 0. When left out: 870 kg/m³."""
+    """Density, for orifices by their area. Allowed: greater than 0. When left out: that of mineral oil, 870 kg/m³."""
     tank: Stress | None = None
-    """Pressure of the line to the tank. Allowed: 0 or greater. When left out: 0."""
+    """Pressure of the line to the tank. Allowed: 0 or greater. When left out: none."""
 
 
 class FlowAtTable(CaseTable):
@@ -109,8 +109,8 @@ class GasAccumulatorTable(CaseTable):
     """Exponent n of the gas. Allowed: 1 or greater. When left out: 1.4, of nitrogen that has no time to exchange
     heat."""
     atmosphere: Stress | None = None
-    """Pressure of the atmosphere, which gauge pressures lack. Allowed: 0 or greater. When left out: 1.013 bar; 0 in a
-    dimensionless case."""
+    """Pressure of the atmosphere, which gauge pressures lack. Allowed: 0 or greater. When left out: that at sea
+    level, 1.013 bar; none in a dimensionless case."""
 
 
 def _is_table(value: Any) -> str:
