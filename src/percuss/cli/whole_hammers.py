@@ -277,7 +277,8 @@ _SHEET = {"pressure": "pressure", "flow": "flow", "rate": "frequency", "energy":
 
 def _data_sheet(case: Case, options: argparse.Namespace) -> int:
     """What losses explain a data sheet."""
-    from percuss.case import data_sheet_answer
+    from percuss import plot
+    from percuss.case import data_sheet_answer, machine_answer
     from percuss.cli.report_printing import answered, filed
 
     lacking = [name for name in _SHEET if getattr(options, name) is None]
