@@ -24,10 +24,14 @@ from percuss.model import (
     Chamber,
     Cushion,
     External,
+    GasAccumulator,
     Machine,
     ModalBody,
     Mounted,
+    Oil,
+    OilChamber,
     Port,
+    Relief,
     Section,
     SectionedBar,
     SizedModes,
@@ -70,6 +74,7 @@ NO_DOORS = {
     "refuses whatever it is given: a system is no machine that switches itself": "explore.SystemFamily.machine",
     "asked of a motion of a machine alone": "simulate.Trajectory.force simulate.Trajectory.pressure "
     "simulate.Trajectory.state",
+    "takes the blow as a function of the rod: tests/blow/test_held_tool.py": "blow.blows_one_by_one",
     "takes readings of records in SI alone: tests/steady/test_recorded_valve.py": "steady.recorded_together",
     "takes arrays and counts that other floors have checked, millions of times": "steady.Orbit.end_motion "
     "steady.Orbit.forced_elastic steady.Orbit.rigid_motion steady.TimedOrbit.rigid_motion steady.Orbit.transient "
@@ -85,7 +90,9 @@ NO_DOORS = {
     "explore.BranchPoint.from_json explore.Boundaries.from_json explore.Diagram.from_json explore.Shares.from_json "
     "explore.Branch.recording explore.PointCurve.recording explore.PointCurve.releases_at "
     "explore.PointCurve.save",
-    "asked by the package, of a result or a part of one": "model.Section.piece steady.RecordedSwitch.port "
+    "asked by the package, of a result or a part of one": "model.Section.piece model.Oil.areas model.Oil.losses "
+    "model.Oil.drag model.Oil.joined model.Oil.scaled model.Oil.at_pressure model.Supply.capacity "
+    "model.GasAccumulator.compliance steady.RecordedSwitch.port "
     "steady.ValveCycle.position blow.Impacts.part blow.Trace.around blow.Trace.degrees_at "
     "blow.Steel.damage blow.Steel.equivalent "
     "blow.Trace.product_integral blow.Trace.scaled explore.Branch.at explore.PointCurve.at "
@@ -109,7 +116,9 @@ MEANT = (
         """
         case.CaseFamily.key.name case.load_case.name units.unit_scale.unit recordings.read_recording.unit
         blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
-        model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity simulate.Starts.displacement
+        model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity
+        case.repeated_answer.velocity blow.bit_contacts.blow
+        blow.joint_turns.blow simulate.Starts.displacement
         simulate.Starts.velocity simulate.Starts.time simulate.Stop.time model.Load.history.time
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
@@ -157,6 +166,11 @@ MEANT = (
     ("-1, complex", "*.xi"),
     ("inf", "model.Mounted.s"),
     ("class", "*.progress"),
+    ("-1", "model.Oil.force"),
+    ("empty, dict", "model.Oil.joins"),
+    ("empty", "model.Oil.chambers"),
+    ("None", "model.Relief.slope"),
+    ("text, number in quotes", "model.OilChamber.name model.Join.chamber"),
 )
 """Wrong objects, and the parameters that take them: the first line that names one; None, True and {} by their types."""
 
@@ -182,6 +196,7 @@ SHORT = Stop(impacts=3)
 VALVE = Valve(
     {"return": -0.4, "power": 1.8}, (Port("power", behind=1.0, side="back"), Port("return", on="impact", delay=0.01))
 )
+OIL = Oil([OilChamber("rear", 2.2, "rear"), OilChamber("front", 0.4, "front")], {})
 MACHINE = Machine(UniformBar(20.0), VALVE, Kept(0.2))
 BLOWS = BlowRecord(np.arange(40) / 61.2 + 1e-5 * (np.arange(40) % 3))
 MODES: dict[str, Any] = {"omega": (1.5,), "delta": (0.1,), "contact": (1.0,), "drive": (1.0,)}
@@ -294,6 +309,7 @@ class Arguments:
             Bar(0.3, 1e-3), Section(0.1, 1e-3), SectionedBar([Section(0.1, 1e-3)]), External(0.1), UniformBar(1.0),
             Mounted(1.0), ModalBody(**MODES), SizedModes(**MODES), SteppedBar(1.0, (1.0, 2.0), (1.0, 1.0)), Kept(0.5),
             Reversed(0.5), timed, SYSTEM.load, SYSTEM, Chamber(), Cushion(force=1.0), VALVE.ports[0], Supply(0.7, 9.0),
+            Relief(2.0, 0.5), GasAccumulator(0.5, 1.7), OIL, OIL.chambers[0],
             VALVE, VALVE.orders, MACHINE, MACHINE.modes(2), states, states.orbits[1],
             steady.PeriodicOrbit(SYSTEM, 1, (0.8, 2.5), 2), steady.timed_states(SYSTEM, timed),
             steady.timed_states(SYSTEM, timed).orbits[1], rests, rests.orbits[0],
@@ -366,6 +382,13 @@ class Arguments:
             "model.SectionedBar": {"sections": [Section(0.1, 1e-3)]},
             "model.Timed": {"duration": 0.1, "force_centroid": 0.04, "advance_per_impulse": 0.01},
             "model.Supply": {"start": 1.0},
+            "model.GasAccumulator": {"precharge": 0.5, "volume": 1.7},
+            "model.OilChamber": {"area": 2.2, "side": "rear"},
+            "model.Join": {"chamber": "rear", "to": "tank"},
+            "model.Oil": {"chambers": OIL.chambers, "joins": {}},
+            "case.data_sheet_answer": {
+                "case": drilling, "pressure": 170e5, "flow": 1e-3, "rate": 61.0, "energy": 250.0,
+            },
             "model.*.natural_frequencies": {"modes": 1},
             "stability.stability_of": {"orbit": of["Orbit"]},
             "stability.floquet_multipliers": {"orbit": of["Orbit"]},

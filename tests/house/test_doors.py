@@ -73,7 +73,7 @@ def test_wrong_objects_give_errors_of_the_package(
             except PercussError as error:
                 if wrong in takes and wrong != "class":
                     told.append(f"{parameter}={wrong}: refused: {error}")
-                elif len(str(error)) > 600:
+                elif len(str(error)) > 700:
                     told.append(f"{parameter}={wrong}: told at length: {len(str(error))}")
                 elif not is_named(name, parameter, str(error), given if wrong in ("empty", "-1") else ()):
                     told.append(f"{parameter}={wrong}: told without its name: {error}")

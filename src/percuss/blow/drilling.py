@@ -15,7 +15,7 @@ from percuss.blow.bodies import Rod
 from percuss.blow.figures import ContactInterval
 from percuss.blow.kernels.wave_records import CONTACT, ELASTIC
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.checks import positive
+from percuss.model.checks import instance, positive
 
 # ---- How far the hole gets with a blow: by the crater that it leaves, or by the work that the rock takes per volume
 
@@ -65,7 +65,7 @@ _NOTHING = 1e-12  # share of the greatest impulse of all contacts that is roundi
 
 def bit_contacts(blow: Blow) -> tuple[ContactInterval, ...]:
     """When the bit pressed on the rock, as a `ContactInterval` each; the first from 0 on where the tool is fed."""
-    force = blow.bit_force
+    force = instance("blow", blow, Blow).bit_force
     if force is None:
         return ()
     presses = np.append(np.append(0, (force.coefficients != 0.0).any(axis=1)), 0)
@@ -88,7 +88,7 @@ class JointTurns(NamedTuple):
 
 def joint_turns(blow: Blow) -> tuple[JointTurns, ...]:
     """What the joints that open do in a blow; one that bears no force before it begins to open when that does."""
-    course = blow._course
+    course = instance("blow", blow, Blow)._course
     problem, unit = course.held.problem, course.scales.time * course.tick
     found = []
     for node in np.flatnonzero(problem.kind == CONTACT).tolist():

@@ -111,6 +111,18 @@ class GasAccumulator:
         return float(self.volume * ratio ** (1.0 / self.exponent) / (self.exponent * absolute))
 
 
+def _pairs(given: Any) -> list[tuple[Any, Any]]:
+    """The states with what they join."""
+    accepted = "the joins of each state by its name"
+    pairs = [
+        several("joins", pair, accepted)
+        for pair in several("joins", given.items() if isinstance(given, Mapping) else given, accepted)
+    ]
+    if any(len(pair) != 2 for pair in pairs):
+        raise ParameterError("joins", given, accepted)
+    return [(name, own) for name, own in pairs]
+
+
 @dataclass(frozen=True)
 class Oil:
     """The oil between valve and piston, with what it loses on its way.
@@ -154,8 +166,10 @@ class Oil:
         for i, chamber in enumerate(chambers):
             instance(f"chambers[{i}]", chamber, OilChamber)
         object.__setattr__(self, "chambers", chambers)
-        given: Any = self.joins.items() if isinstance(self.joins, Mapping) else self.joins
-        joins = tuple((text("joins", name, "names of states"), several("joins", own, "joins")) for name, own in given)
+        joins = tuple(
+            (text("joins", name, "names of states"), several("joins", own, "objects of the class Join"))
+            for name, own in _pairs(self.joins)
+        )
         known, used = {chamber.name for chamber in chambers}, set()
         for name, own in joins:
             for one in own:

@@ -20,7 +20,7 @@ from percuss.case.parameters.case_keys import FREQUENCY, LOAD_PRESSURE, LOAD_SCA
 from percuss.case.parameters.moves import number_held, placed
 from percuss.case.parameters.spans import Span, check_ends, own_value, parsed_tolerance, rounded, uncertain_spans
 from percuss.errors import HistoryError, ParameterError, PercussError, extra_package
-from percuss.model.checks import Array, count, instance, several, text
+from percuss.model.checks import Array, count, instance, positive, several, text
 from percuss.recordings import BlowRecord
 from percuss.short_repr import ShortRepr
 from percuss.steady.oil.data_sheet import DataSheetFit, data_sheet
@@ -695,6 +695,8 @@ def data_sheet_answer(case: Case, pressure: float, flow: float, rate: float, ene
     '0.504 0.464'
     """
     checked_case(case)
+    pressure, flow = positive("pressure", pressure), positive("flow", flow)
+    rate, energy = positive("rate", rate), positive("energy", energy)
     if not case.is_machine or not case.is_si:
         raise ParameterError("case", case.file, "a case in SI whose piston switches the valve")
     machine = case.machine()
