@@ -152,7 +152,9 @@ def machine_of(system: System, s: float = 20.0) -> Machine:
             0.0,
             pump.get("slip", 0.0),
             pump.get("power"),
-            None if relief is None else Relief(relief["pressure"], None if relief["slope"] == "ideal" else relief["slope"]),
+            None
+            if relief is None
+            else Relief(relief["pressure"], None if relief["slope"] == "ideal" else relief["slope"]),
             None if linear else GasAccumulator(*(held[k] for k in ("precharge", "volume", "exponent", "atmosphere"))),
         )
     ports = [
@@ -208,7 +210,12 @@ def random_system(seed: int) -> System:
         "spool": near(0.01, 0.15) if some(0.4) else 0.0,
     }  # fmt: skip
     if some(0.5):
-        system["gas"] = {"force": near(0.02, 0.15), "area": near(0.3, 0.6), "volume": near(1.5, 3.0), "exponent": near(1.0, 1.6)}
+        system["gas"] = {
+            "force": near(0.02, 0.15),
+            "area": near(0.3, 0.6),
+            "volume": near(1.5, 3.0),
+            "exponent": near(1.0, 1.6),
+        }
     leak = near(0.005, 0.06) if some(0.6) else 0.0
     if some(0.2):
         system["supply"] = {"pressure": 1.0, "leak": leak}
@@ -225,7 +232,13 @@ def random_system(seed: int) -> System:
             "precharge": near(0.2, 0.9), "volume": near(0.6, 6.0), "exponent": near(1.0, 1.5),
             "atmosphere": near(0.0, 0.02) if some(0.5) else 0.0,
         }  # fmt: skip
-    system["supply"] = {"pump": pump, "accumulator": held, "line": near(0.02, 0.2), "start": near(0.6, 1.2), "leak": leak}
+    system["supply"] = {
+        "pump": pump,
+        "accumulator": held,
+        "line": near(0.02, 0.2),
+        "start": near(0.6, 1.2),
+        "leak": leak,
+    }
     if some(0.5):
         slope = "ideal" if some(0.4) else near(0.2, 1.0)
         system["supply"]["relief"] = {"pressure": near(0.7, 1.6), "slope": slope}

@@ -183,7 +183,9 @@ class Flow:
                 if event:
                     self.fired = event
                     if event == "wall":
-                        self.blows.append((self.time, float(self.end @ self.y[self.n : 2 * self.n]), float(self.y[2 * self.n])))
+                        self.blows.append(
+                            (self.time, float(self.end @ self.y[self.n : 2 * self.n]), float(self.y[2 * self.n]))
+                        )
                         self._rebounds()
                         if len(self.blows) == blows:
                             return
@@ -298,7 +300,10 @@ class Flow:
             slope = (guard(t + eps, at + eps * rate) - guard(t - eps, at - eps * rate)) / (2.0 * eps)
             late = -here / slope if slope else 0.0
             if abs(late) < 1e-9:
-                self.time, self.y = t + late, at + late * rate + 0.5 * late**2 * (self.rates(t + late, at + late * rate) - rate) / (late or 1.0)
+                self.time, self.y = (
+                    t + late,
+                    at + late * rate + 0.5 * late**2 * (self.rates(t + late, at + late * rate) - rate) / (late or 1.0),
+                )
                 return
             t += late
         self.time, self.y = t, at

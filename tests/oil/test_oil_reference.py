@@ -27,7 +27,7 @@ def test_cycles(case, percuss):
     period, speed = float(expect["period"]), float(expect["blow_speed"])
     energy = case["system"]["mass"]  # an energy of the answer is one of mass 1
     assert told["period"] == pytest.approx(period, rel=CLOSE)
-    assert told["blows"][-1]["speed"]  == pytest.approx(speed, rel=CLOSE)
+    assert told["blows"][-1]["speed"] == pytest.approx(speed, rel=CLOSE)
     assert told["blows"][-1]["energy"] * energy == pytest.approx(expect["blow_energy"], rel=CLOSE)
     assert told["stroke"] == pytest.approx(float(expect["stroke"]), rel=CLOSE)
     found, expected = (
@@ -43,7 +43,9 @@ def test_cycles(case, percuss):
     ]  # fmt: skip
     changes = [(e["to"], float(e["time"])) for e in events if e["kind"] == "valve" and 0.0 < float(e["time"]) < period]
     assert [(e["port"], pytest.approx(e["time"], abs=CLOSE * period)) for e in told["ports"] if e["time"]] == ports
-    assert [(e["to"], pytest.approx(e["time"], abs=CLOSE * period)) for e in told["valve"] if e["time"] > 0.0] == changes
+    assert [
+        (e["to"], pytest.approx(e["time"], abs=CLOSE * period)) for e in told["valve"] if e["time"] > 0.0
+    ] == changes
     oil = told.get("oil")
     if oil is None:  # it loses nothing, and a closed form answers
         assert expect["losses"]["impact"] == pytest.approx(expect["input_energy"], rel=CLOSE)
@@ -66,7 +68,12 @@ def test_cycles(case, percuss):
         size = expect["pumped_volume"] if key.endswith("volume") else abs(wanted)
         assert value == pytest.approx(wanted, abs=CLOSE * size), key
     if told.get("supply"):
-        names = {"mean": "mean_pressure", "at_blow": "pressure_at_blow", "least": "pressure_min", "greatest": "pressure_max"}
+        names = {
+            "mean": "mean_pressure",
+            "at_blow": "pressure_at_blow",
+            "least": "pressure_min",
+            "greatest": "pressure_max",
+        }
         assert {key: told["supply"][key] for key in names} == pytest.approx(
             {key: float(expect[name]) for key, name in names.items()}, rel=CLOSE
         )
@@ -93,7 +100,11 @@ def test_runs(case, percuss):
             assert here["speed"] == pytest.approx(float(there["speed"]), abs=CLOSE * fastest)
         elif kind == "valve":
             assert here["to"] == there["to"]
-    ends = {"runs": ("time", None), "rest": ("stalls", "stalls (on the tool)"), "no pressure": ("stalls", "stalls (without pressure)")}
+    ends = {
+        "runs": ("time", None),
+        "rest": ("stalls", "stalls (on the tool)"),
+        "no pressure": ("stalls", "stalls (without pressure)"),
+    }
     outcome, label = ends[expect["outcome"]]
     assert told["outcome"] == outcome
     assert label is None or told["label"] == label

@@ -544,7 +544,7 @@ def rigid_speed(machine: Machine, room: float | None) -> float:
     return float(cycle.blow_speed * (machine.speed_scale if machine.is_si else 1.0))
 
 
-_LEAST, _MOST = 1e-9, 1e12
+_LEAST, _MOST, _MOST_DRAG = 1e-9, 1e12, 1e4
 """Of dimensionless sizes: no machine is beyond, where a flight of no end would be followed for long."""
 
 
@@ -555,11 +555,26 @@ def _check_scale(machine: Machine, file: str) -> None:
     sizes["load.chamber.stiffness"] = valve.chamber.stiffness
     if valve.supply is not None:
         sizes |= {"load.supply.flow": valve.supply.flow, "load.supply.accumulator": valve.supply.compliance}
+        gas, relief = valve.supply.gas, valve.supply.relief
+        sizes |= {"load.supply.power": valve.supply.power or 0.0, "load.supply.start": valve.supply.start}
+        sizes |= {} if relief is None else {"load.supply.relief": relief.pressure}
+        sizes |= (
+            {} if gas is None else {f"load.supply.accumulator.{k}": getattr(gas, k) for k in ("precharge", "volume")}
+        )
+    if valve.oil is not None:
+        for key in ("tank", "spool", "leakage", "force"):
+            sizes[{"tank": "load.oil.tank", "leakage": "load.supply.leakage"}.get(key, f"load.{key}")] = abs(
+                getattr(valve.oil, key)
+            )
+        most = max(max(valve.oil.drag(name)) for name, _ in valve.pairs)
+        if most > _MOST_DRAG:
+            told = f"expected passages that take less: {most:.4g} of the motion in a bar length, at most {_MOST_DRAG:g}"
+            raise CaseError(file, "load.orifices", None, told, "check drop, flow and area, and their units")
     for i, port in enumerate(valve.ports):
         given = {"behind": port.behind, "speed": port.speed, "delay": port.delay}
         sizes |= {f"load.ports[{i}].{name}": size or 0.0 for name, size in given.items()}
     for key, size in sizes.items():
-        if size > _MOST or (0.0 < size < _LEAST and not key.endswith("delay")):
+        if size > _MOST or (0.0 < size < _LEAST and not key.endswith(("delay", "spool", "leakage", "force", "tank"))):
             what = "a size with a bar length, its mass and the unit of time as 1"
             accepted = f"expected {what}, from {_LEAST:g} to {_MOST:g}; it is {size:.4g}"
             raise CaseError(file, key, None, accepted, "check the units of length, force and time")
