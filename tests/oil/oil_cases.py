@@ -91,10 +91,13 @@ def case_text(system: System, si: bool = False, start: System | None = None, unt
     load = {
         "kind": "valve",
         "pressure": unit(PRESSURE, "Pa") if si else None,
-        "chambers": {one["name"]: {"area": unit(one["area"], "m^2"), "side": one["side"]} for one in system["chambers"]},
+        "chambers": {
+            one["name"]: {"area": unit(one["area"], "m^2"), "side": one["side"]} for one in system["chambers"]
+        },
         "states": {name: {own: join["to"] for own, join in state.items()} for name, state in system["states"].items()},
         "orifices": [
-            {"chamber": own, "to": join["to"], "state": name, "in": drop(join["zeta_in"]), "out": drop(join["zeta_out"])}
+            {"chamber": own, "to": join["to"], "state": name}
+            | {"in": drop(join["zeta_in"]), "out": drop(join["zeta_out"])}
             for name, state in system["states"].items() for own, join in state.items()
         ],
         "oil": {"tank": unit(system["tank"], "Pa")},
@@ -113,7 +116,8 @@ def case_text(system: System, si: bool = False, start: System | None = None, unt
     }  # fmt: skip
     drag = system["drag"]
     if si:
-        body = f'[bar]\nlength = "1 m"\narea = "10 cm^2"\nyoungs_modulus = "200 GPa"\ndensity = "{system["mass"] / 1e-3!r} kg/m^3"\n'
+        body = '[bar]\nlength = "1 m"\narea = "10 cm^2"\nyoungs_modulus = "200 GPa"\n'
+        body += f'density = "{system["mass"] / 1e-3!r} kg/m^3"\n'
         body += f'damping = {{kind = "external", value = {drag!r}}}\n' if drag else ""
         contact = f"[contact]\nrestitution = {system['restitution']}\n"
     else:

@@ -155,7 +155,8 @@ class Flow:
             "turns": lambda t, y: self.sign * float(self.driven @ y[n : 2 * n]),
         }
         for i, inside in enumerate(self.inside):
-            found[f"port {i}"] = lambda t, y, i=i, way=1.0 if inside else -1.0: way * self._into(i, y)
+            way = 1.0 if inside else -1.0
+            found[f"port {i}"] = lambda t, y, i=i, way=way: way * self._into(i, y)
         if not self.fed:
             return found
         found["dry"] = lambda t, y: float(y[2 * n])
