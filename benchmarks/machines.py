@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from percuss import Load, Start, Stop, System, run
-from percuss.case import Limit, Span, design, load_case, tolerance
+from percuss.case import CaseFamily, Limit, Span, design, load_case, tolerance
 from percuss.explore import diagram, follow, sweep
 from percuss.explore.continuation.machine_cycles import MachineCurve
 from percuss.explore.continuation.walk import CurvePoint
@@ -99,6 +99,30 @@ def cycles() -> list[Row]:
         text = f"middle half {1e3 * np.quantile(times, 0.25):.1f} to {1e3 * np.quantile(times, 0.75):.1f} ms"
         goal = "–" if "after following" in what else "20 ms"
         rows.append((f"{what}, N = 32", f"{1e3 * np.median(times):.1f} ms", goal, text))
+    return rows
+
+
+def flowing() -> list[Row]:
+    """Cycles of machines whose oil flows: settled from rest, and solved for beside one that is known; a map."""
+    rows: list[Row] = []
+    for name in ("oil-drifter", "oil-breaker"):
+        one = load_case(name).machine()
+        for modes, goal in ((0, "2 ms"), (16, "100 ms")):
+            cycle = self_excited_motion(one, modes=modes).cycle
+            assert cycle is not None
+            times = 20 if modes == 0 else 2
+            settled = spent(lambda n=modes, m=one: self_excited_motion(m, modes=n), times)
+            beside = spent(lambda n=modes, m=one, c=cycle: self_excited_motion(m, modes=n, near=c), times)
+            told = f"{1e3 * settled:.1f} ms from rest"
+            rows.append((f"a cycle with all losses, {name}, N = {modes}", f"{1e3 * beside:.1f} ms", goal, told))
+    family = CaseFamily(load_case("oil-breaker"), {"load.supply.flow": "l/min", "contact.restitution": ""})
+    cells = 20
+    axes = (f"load.supply.flow=100:150 l/min:{cells}", f"contact.restitution=0.05:0.3:{cells}")
+    taken = spent(lambda: sweep(family, *axes, quantities=["blow_energy"], modes=0, workers=1), 1)
+    told = f"{cells}² cells in {taken:.1f} s, one process"
+    rows.append(
+        ("a map of 100² machines whose oil flows, two cores", f"{taken * 1e4 / cells**2 / 2:.0f} s", "60 s", told)
+    )
     return rows
 
 
@@ -228,4 +252,14 @@ def tolerances() -> list[Row]:
 
 def machines() -> list[Row]:
     """All rows of machines."""
-    return [*motions(), *cycles(), *followed(), *diagrams(), *maps(), *designs(), *tolerances(), *first_use()]
+    return [
+        *motions(),
+        *cycles(),
+        *flowing(),
+        *followed(),
+        *diagrams(),
+        *maps(),
+        *designs(),
+        *tolerances(),
+        *first_use(),
+    ]
