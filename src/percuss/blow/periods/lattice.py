@@ -195,7 +195,7 @@ def _modes(mass: Array, half: Array, step: float) -> tuple[Array, Array]:
 _WAYS = 4.0  # of a wave through a tool without contact, and half a swing of its mass on the rock: then it may be fed
 
 
-class Units(NamedTuple):
+class LatticeUnits(NamedTuple):
     """What 1 is on the lattice: a mass, an angular frequency and a length, in the units of striker and rod."""
 
     mass: float
@@ -213,7 +213,7 @@ class Units(NamedTuple):
         return self.force * self.length
 
 
-def _struck(target: Target, rod: Sections | None, units: Units) -> tuple[Array, Array, float]:
+def _struck(target: Target, rod: Sections | None, units: LatticeUnits) -> tuple[Array, Array, float]:
     """Impedances and transit times of the sections before the far end, and the impedance there; dimensionless."""
     if rod is None:
         return np.zeros(0), np.zeros(0), math.inf
@@ -226,7 +226,9 @@ def _struck(target: Target, rod: Sections | None, units: Units) -> tuple[Array, 
 _NO_BIT = Bit(False, 1.0, 0.0, 0.0, 1.0, 0.0, False, 0.0)
 
 
-def _bit(target: Target, units: Units, scale: float, *, impedance: float, transit: float, pushed_back: bool) -> Bit:
+def _bit(
+    target: Target, units: LatticeUnits, scale: float, *, impedance: float, transit: float, pushed_back: bool
+) -> Bit:
     """The far end of a tool that is fed; `scale` is that of the masses on the lattice, `transit` that of the tool."""
     if not isinstance(target, Rod) or target.end not in ("free", "rock"):
         return _NO_BIT
@@ -248,7 +250,7 @@ def machine_record(
 ) -> tuple[Lattice, LatticeMachine]:
     """The lattice of at least so many cells in the striker, and a machine at rest on it."""
     own, bar = striker_sections(system.body), system.bar
-    units = Units(1.0, 1.0, 1.0) if bar is None else Units(bar.mass, system.angular_frequency, bar.length)
+    units = LatticeUnits(1.0, 1.0, 1.0) if bar is None else LatticeUnits(bar.mass, system.angular_frequency, bar.length)
     rod = None if isinstance(target, Wall) else rod_sections(target, bar or system.body)
     lattice = _lattice(own, _struck(target, rod, units), cells)
     drag = quiet_drag(lattice) if quiet else drag_of(lattice, system.body.damping)
@@ -259,8 +261,8 @@ def machine_record(
 
 
 def train_record(
-    striker: Sections, target: Rod, rod: Sections, units: Units, cells: int, damping: Damping | None = None
-) -> tuple[Lattice, LatticeMachine, Units]:
+    striker: Sections, target: Rod, rod: Sections, units: LatticeUnits, cells: int, damping: Damping | None = None
+) -> tuple[Lattice, LatticeMachine, LatticeUnits]:
     """A striker in SI before a tool that is struck again and again; a turn of the unit `rate` is the time between.
 
     With a `damping`, that of a machine of its own, whose tool is laid against fresh rock where it has no feed.
@@ -286,7 +288,7 @@ def _record(
     own: Sections,
     target: Target,
     rod: Sections | None,
-    units: Units,
+    units: LatticeUnits,
     lattice: Lattice,
     drag: LatticeDrag,
     load: Array,
@@ -294,7 +296,7 @@ def _record(
     *,
     pushed_back: bool,
     train: bool,
-) -> tuple[LatticeMachine, Units]:
+) -> tuple[LatticeMachine, LatticeUnits]:
     z, _, behind = _struck(target, rod, units)
     k = own.impedance.size
     scaled, numbers = np.asarray(lattice.impedances), lattice.cells[k:]
@@ -337,7 +339,7 @@ def _not_held() -> HeldTool:
 _NOT_HELD = _not_held()
 
 
-def _held(target: Rod, rod: Sections, cells: npt.NDArray[np.int64], units: Units, *, train: bool) -> HeldTool:
+def _held(target: Rod, rod: Sections, cells: npt.NDArray[np.int64], units: LatticeUnits, *, train: bool) -> HeldTool:
     feed, n, stiff = target.feed, cells.size, units.mass * units.rate**2
     at, force = (-1, 0.0) if feed is None else (feed.at, feed.force / units.force)
     damper = (0.0, 0.0) if feed is None else (feed.stiffness / stiff, feed.damping / (units.mass * units.rate))

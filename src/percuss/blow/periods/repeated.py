@@ -15,7 +15,7 @@ from percuss.blow.bodies import Rod, rod_sections, striker_sections
 from percuss.blow.figures import ContactInterval
 from percuss.blow.kernels.lattice_motion import struck_again
 from percuss.blow.kernels.lattice_records import ELASTIC, LatticeMachine
-from percuss.blow.periods.lattice import Lattice, Units, train_record
+from percuss.blow.periods.lattice import Lattice, LatticeUnits, train_record
 from percuss.blow.periods.wave_motion import LatticeRun
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
@@ -402,7 +402,7 @@ def _followed(
     mass = float(own.impedance @ own.transit)
     speed = float(speeds @ (own.impedance * own.transit)) / mass or 1.0
     rate = _TURN / period
-    lattice, machine, units = train_record(own, target, rod, Units(mass, rate, abs(speed) / rate), cells)
+    lattice, machine, units = train_record(own, target, rod, LatticeUnits(mass, rate, abs(speed) / rate), cells)
     run = LatticeRun(machine, 0.0)
     lengths = np.where(np.isfinite(rod.length), rod.length, 0.0)
     tool = _Tool(machine, np.asarray(target.attenuation) * lengths / machine.rod.cells)
@@ -421,7 +421,7 @@ def _followed(
     )
 
 
-def _openings(run: LatticeRun, units: Units) -> tuple[tuple[int, float | None, float | None, float], ...]:
+def _openings(run: LatticeRun, units: LatticeUnits) -> tuple[tuple[int, float | None, float | None, float], ...]:
     def moment(value: float) -> float | None:
         return value / units.rate if value >= 0.0 else None
 
@@ -431,7 +431,7 @@ def _openings(run: LatticeRun, units: Units) -> tuple[tuple[int, float | None, f
     )
 
 
-def _intervals(log: npt.NDArray[np.void], begun: float, units: Units) -> tuple[ContactInterval, ...]:
+def _intervals(log: npt.NDArray[np.void], begun: float, units: LatticeUnits) -> tuple[ContactInterval, ...]:
     least, impulse = _GRAZE * log["impulse"].max(initial=0.0), units.force / units.rate
     return tuple(
         ContactInterval(
@@ -446,7 +446,7 @@ def _intervals(log: npt.NDArray[np.void], begun: float, units: Units) -> tuple[C
 
 
 def _told(
-    run: LatticeRun, before: _Ledger, after: _Ledger, energy: float, begun: float, units: Units, target: Rod
+    run: LatticeRun, before: _Ledger, after: _Ledger, energy: float, begun: float, units: LatticeUnits, target: Rod
 ) -> BlowInTrain:
     """What a blow has done, in SI."""
     machine, held = run.machine, run.machine.held

@@ -12,7 +12,7 @@ import numpy as np
 from percuss.blow.bodies import Rod, rod_sections, striker_sections
 from percuss.blow.kernels.lattice_motion import follow_valve
 from percuss.blow.kernels.lattice_records import VALVE, LatticeValve
-from percuss.blow.periods.lattice import Lattice, Units, train_record
+from percuss.blow.periods.lattice import Lattice, LatticeUnits, train_record
 from percuss.blow.periods.wave_motion import Impacts, LatticeRun, impacts_of
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
@@ -50,7 +50,7 @@ class ValveWaves(ShortRepr):
     machine: Machine
     target: Rod
     lattice: Lattice
-    units: Units
+    units: LatticeUnits
     impacts: Impacts
     time: float
     outcome: str
@@ -156,7 +156,7 @@ def run_valve_by_waves(
     callback("progress", progress)
     own, rod, bar = striker_sections(machine.bar), rod_sections(target, machine.bar), machine.bar
     rate = _TURN / (_WAYS * float(own.transit.sum()))
-    asked = Units(bar.mass, rate, bar.length)
+    asked = LatticeUnits(bar.mass, rate, bar.length)
     lattice, record, units = train_record(own, target, rod, asked, size, bar.body(rate).damping)
     record = record._replace(load_at=machine.at)
     valve = _valve(machine, asked, units)
@@ -195,7 +195,7 @@ def run_valve_by_waves(
     return ValveWaves(machine, target, lattice, units, impacts, run.time / rate, outcome, taken)
 
 
-def _valve(machine: Machine, asked: Units, units: Units) -> LatticeValve:
+def _valve(machine: Machine, asked: LatticeUnits, units: LatticeUnits) -> LatticeValve:
     """The valve in the units of the lattice; a machine in SI has the bar's mass and length, and the second."""
     own = machine.valve
     if own.flows:

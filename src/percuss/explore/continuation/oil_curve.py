@@ -14,7 +14,7 @@ from percuss.explore.continuation.machine_cycles import MachineCurve
 from percuss.explore.continuation.walk import CorrectorFailed, CurvePoint, Problem
 from percuss.mechanics.oil import OilMotion
 from percuss.model.checks import Array
-from percuss.steady.oil.oil_cycle import OilUnknowns, Passage, cycle_at
+from percuss.steady.oil.oil_cycle import OilUnknowns, PortPassage, cycle_at
 from percuss.steady.self_excited.event_sequence import Fault
 from percuss.steady.self_excited.valve_cycle import ValveCycle
 
@@ -37,7 +37,7 @@ class OilCurve(MachineCurve):
     machine meets, so that whatever is found is a motion.
     """
 
-    passage: Passage = None  # type: ignore[assignment]
+    passage: PortPassage = None  # type: ignore[assignment]
     difference = 1e-6
 
     @classmethod
@@ -62,13 +62,13 @@ class OilCurve(MachineCurve):
         """Of the unknowns at the passage."""
         return self.own.scales(self.passage.numbers)
 
-    def _passage(self, x: Array) -> Passage:
+    def _passage(self, x: Array) -> PortPassage:
         machine = self.system(*self.values(x))
         fresh = self.passage.of(machine)
         self.own.put(fresh.state, x[: self.own.size] * self.scales, self.own.values(fresh.state))
         return replace(fresh.of(machine), blows=self.passage.blows)
 
-    def _returned(self, x: Array, directions: int) -> tuple[Passage, OilMotion]:
+    def _returned(self, x: Array, directions: int) -> tuple[PortPassage, OilMotion]:
         passage = self._passage(x)
         motion = passage.returned(passage.state, directions)
         if motion is None or OilUnknowns.of(passage.numbers, motion.state) != self.own:

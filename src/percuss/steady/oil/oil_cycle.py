@@ -190,7 +190,7 @@ class OilUnknowns(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Passage:
+class PortPassage:
     """The state at the passage of a port, not demanded yet, and of a cycle of so many blows the map of it."""
 
     numbers: OilMachine
@@ -208,7 +208,7 @@ class Passage:
         row[first : first + n] = law.reads[self.port]
         return row
 
-    def of(self, machine: Machine) -> Passage:
+    def of(self, machine: Machine) -> PortPassage:
         """The same for a machine that differs little: with its passages, and on the side of its limits."""
         numbers = oil_machine(machine, self.numbers.modes)
         state = _copied(self.state)
@@ -216,7 +216,7 @@ class Passage:
             state.blend[0] = numbers.law.joins[int(state.now[kn.STATE])]
         again = OilMotion.again(numbers, state)
         oil_kernels.begun(numbers.law, again.state, again.work)
-        return Passage(numbers, self.port, again.state, self.blows)
+        return PortPassage(numbers, self.port, again.state, self.blows)
 
     def returned(self, state: kn.OilState, directions: int = 0) -> OilMotion | None:
         """A motion from a state there until the port is met again after the blows; None where it is not."""
@@ -241,7 +241,7 @@ class Passage:
                 return True
         return False
 
-    def solved(self) -> Passage | None:
+    def solved(self) -> PortPassage | None:
         """The passage that repeats, by Newton's method; None where it does not converge."""
         state = _copied(self.state)
         unknowns = OilUnknowns.of(self.numbers, state)
@@ -282,7 +282,7 @@ def _copied(state: kn.OilState) -> kn.OilState:
     return kn.OilState(*(np.array(one) for one in state))
 
 
-def passage_of(motion: OilMotion) -> Passage | None:
+def passage_of(motion: OilMotion) -> PortPassage | None:
     """A passage in which a motion now comes to a port: one at which nothing waits, where there is one."""
     numbers, found = motion.numbers, []
     unit = float(numbers.law.numbers[kn.UNIT])
@@ -293,7 +293,7 @@ def passage_of(motion: OilMotion) -> Passage | None:
         if copy.run(_IDLE * unit, 64.0, section=port, most=1 << 16) == kn.AT_SECTION:
             state = _copied(copy.state)
             waits = int(state.now[kn.COUNT]) + 2 * bool(state.now[kn.STROKE] < math.inf)
-            found.append((waits, port, Passage(numbers, port, state)))
+            found.append((waits, port, PortPassage(numbers, port, state)))
     return min(found, key=lambda one: one[:2])[2] if found else None
 
 
@@ -307,7 +307,7 @@ def cycle_from(motion: OilMotion, blows: int) -> ValveCycle | None:
 # ---- The cycle as other machines have it
 
 
-def cycle_at(passage: Passage) -> ValveCycle | None:
+def cycle_at(passage: PortPassage) -> ValveCycle | None:
     """The cycle of a passage that repeats, from the strongest blow on."""
     numbers = passage.numbers
     motion = OilMotion.again(numbers, passage.state, recorded=True)
@@ -327,7 +327,7 @@ def cycle_at(passage: Passage) -> ValveCycle | None:
     return recorded_cycle(numbers, start, bar, passage, kernel)
 
 
-def _state_at(passage: Passage, blow: int) -> kn.OilState:
+def _state_at(passage: PortPassage, blow: int) -> kn.OilState:
     """The state just after a blow, its demands carried out."""
     motion = OilMotion.again(passage.numbers, passage.state)
     motion.run(blows=float(blow + 1), entering=[passage.port])
@@ -359,7 +359,7 @@ def _rebound_at(
 
 
 def recorded_cycle(
-    numbers: OilMachine, start: Rebound, bar: Array, passage: Passage, state: kn.OilState
+    numbers: OilMachine, start: Rebound, bar: Array, passage: PortPassage, state: kn.OilState
 ) -> ValveCycle | None:
     """The cycle from a rebound on, with its flights and its balance."""
     machine, blows = numbers.machine, passage.blows
@@ -432,7 +432,7 @@ def _demands(numbers: OilMachine, start: Rebound, bar: Array) -> Iterator[OilEve
 
 def near_oil(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
     """The cycle of a machine that differs little from that of a cycle."""
-    passage: Passage | None = cycle.passage
+    passage: PortPassage | None = cycle.passage
     solved = None if passage is None else passage.of(machine).solved()
     return None if solved is None else cycle_at(solved)
 
