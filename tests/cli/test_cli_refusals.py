@@ -68,7 +68,6 @@ simulate case.toml -o x.nc --contact waves              | --output cannot be use
 simulate case.toml --cells 200                          | --cells is for --contact waves
 simulate case.toml --quiet                              | --quiet is for --contact waves
 simulate case.toml --cells 3 --contact waves            | from 16 to 100000
-simulate valve-breaker --contact waves                  | 'percuss machine' answers for a valve
 simulate valve-drifter --start orbit:1                  | start.orbit = 1: expected a start by position and velocity
 sweep case.toml                                         | --x
 sweep case.toml --x friction=0:1:3                      | restitution, load_factor

@@ -14,15 +14,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from percuss.errors import PercussError
 from percuss.halting import check_interrupted
-from percuss.mechanics import oil_kernels
-from percuss.mechanics import oil_series as kn
+from percuss.mechanics import oil_records as kn
 from percuss.mechanics.kernel_cache import ensure_cache
 from percuss.model import Machine, MachineModes
 from percuss.model.checks import Array
@@ -38,6 +37,13 @@ KINDS = {
     kn.LIMITS: "power limit", kn.FULL_FLOW: "full flow", kn.DRY: "no pressure",
 }  # fmt: skip
 """What the events are called."""
+
+
+def oil_kernels() -> Any:
+    """The compiled functions, which are loaded only when a motion is asked for."""
+    from percuss.mechanics import oil_kernels as kernels  # the compiler
+
+    return kernels
 
 
 class OilEvent(NamedTuple):
@@ -247,7 +253,7 @@ class OilMotion:
         steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
         log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))
         motion = cls(numbers, made, work, log)
-        oil_kernels.begun(law, made, work)
+        oil_kernels().begun(law, made, work)
         if struck and not resting:
             now[kn.WALL] = 1.0 if float(numbers.own.end @ np.asarray(bar)[:, 1]) < 0.0 else 2.0
         return motion
@@ -290,7 +296,7 @@ class OilMotion:
         done, first = 0, np.array(entering, dtype=np.int64)
         while done < most:
             check_interrupted()
-            ended = oil_kernels.followed(
+            ended = oil_kernels().followed(
                 self.numbers.law, self.state, self.work, self.log, until, exact, blows, _STEPS, section, since, first
             )
             first = first[:0]
@@ -403,13 +409,13 @@ class OilMotion:
     @property
     def force(self) -> float:
         """On the driven place now."""
-        return float(oil_kernels.rates_at(self.numbers.law, self.state, np.zeros(2 * self.numbers.modes + 3)))
+        return float(oil_kernels().rates_at(self.numbers.law, self.state, np.zeros(2 * self.numbers.modes + 3)))
 
     @property
     def rates(self) -> Array:
         """Of displacements, velocities and the pressure, (2 N + 3,)."""
         found = np.zeros(2 * self.numbers.modes + 3)
-        oil_kernels.rates_at(self.numbers.law, self.state, found)
+        oil_kernels().rates_at(self.numbers.law, self.state, found)
         return found
 
 
@@ -442,5 +448,5 @@ def states_at(
     n = numbers.modes + 1
     at_rest = OilMotion.begun(numbers, np.zeros((n, 2)), 1.0, numbers.names[0], Orders(numbers.names[0]))
     found = np.zeros((times.size, 2 * n + 2))
-    oil_kernels.at_times(numbers.law, at_rest.state, at_rest.work, np.array(steps), times, of_step, found)
+    oil_kernels().at_times(numbers.law, at_rest.state, at_rest.work, np.array(steps), times, of_step, found)
     return found[:, : 2 * n].T.reshape(2, n, -1), found[:, 2 * n], found[:, 2 * n + 1]

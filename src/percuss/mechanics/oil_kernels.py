@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from percuss.compiled import entry, inner
-from percuss.mechanics.oil_series import (
+from percuss.mechanics.oil_records import (
     AT_CHARGE,
     AT_CORNER,
     AT_RELIEF,
@@ -81,6 +81,8 @@ from percuss.mechanics.oil_series import (
     N,
     P,
     V,
+)
+from percuss.mechanics.oil_series import (
     expanded,
     held_by,
     jumped,

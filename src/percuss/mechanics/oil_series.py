@@ -10,96 +10,98 @@ saltation at each event. `percuss.mechanics.oil` makes the tables, and says what
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
 
 from percuss.compiled import inner
-
-ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
-ACCURACY = 1e-17  # what the last two terms may add, of the scales
-ROOM = 48  # of the series that bound a step
-
-# numbers of the law; the tables of the states hold a, t, b for v > 0, b for v < 0, then each chamber's part of the b's
-FORCE, KAPPA, GAS, COLUMN, EXPONENT, FLOW, SLIP, POWER, LEAK, RELIEF, SLOPE, COMPLIANCE, VOLUME, PRECHARGE = range(14)
-ATMOSPHERE, POLYTROPIC, TANK, SPOOL, FACTOR, STRAIN, FED, QUICKENING, SPEED, UNIT, CORNER, CORNER_TO = range(14, 26)
-WAVE, LAW = 26, 27
-AREA, TANKED, DRAG_OUT, DRAG_BACK, CHAMBERS = range(5)
-OMEGA2, DAMPING, DRIVEN, END = range(4)
-TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT, PORT = range(7)
-BY_PLACE, BY_RATE, BY_PRESSURE = range(3)
-# of the state of a motion
-TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, HELD, WALL, TURNED = range(15)
-AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, ENDED, HOLD, NOW = range(15, 22)
-CLOSED, OPENED, KEPT = 0.0, 1.0, 2.0
-# of the sums
-(PUMPED_ENERGY, LEAK_LOSS, RELIEF_LOSS, RETURN_LOSS, DRAG_LOSS, IMPACT_LOSS, PUMPED, LEAKED, RELIEVED, DRAWN, PRESSED,
- LEAST, GREATEST, FARTHEST, ORIFICES) = range(15)  # fmt: skip
-# events, and how a call ends
-IMPACT, PORT_MET, VALVE, REST, LEAVES, OPENS, CLOSES, EMPTIES, FILLS, LIMITS, FULL_FLOW, DRY = range(1, 13)
-BY_TIME, BY_BLOWS, AT_SECTION, NO_PRESSURE, LOG_FULL, STEPS_FULL, AT_REST, NO_STEP, CROWDED, EMPTY_LINE = range(1, 11)
-EVENT = 5  # time, kind, detail, pressure, number of the step that begins there; then the bar
-STEP = 8  # time, length, pressure, sign, open, filled, limited, resting; then the blend and the bar
-
-# rows of the series of a step
-(U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, GU, GV, PV, PP, DC, DF, DG, SOURCE, CUBE, SQUARE,
- ROWS) = range(27)  # fmt: skip
-
-
-class OilLaw(NamedTuple):
-    """What does not change: numbers, modes (4, n), what ports read (p, n), joins of the states and ports."""
-
-    numbers: Any
-    modes: Any
-    reads: Any
-    joins: Any
-    ports: Any
-
-
-class OilState(NamedTuple):
-    """A motion on its way: numbers, bar (2, n), blend of the joins and its slope, orders (q, 2), port flags, sums.
-
-    `bars`, (2 n + 1, D), `dues`, (q, D), `blends`, (2, 4, D), and `shift`, (D,) are its derivatives in D directions.
-    """
-
-    now: Any
-    bar: Any
-    blend: Any
-    orders: Any
-    touched: Any
-    sums: Any
-    bars: Any
-    dues: Any
-    blends: Any
-    shift: Any
-
-
-class OilWork(NamedTuple):
-    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event.
-
-    Of the derivatives: of the modes (K + 2, n, D) each, of the driven end and of the pressure (3, K + 2, D).
-    """
-
-    series: Any
-    places: Any
-    rates: Any
-    stack: Any
-    ends: Any
-    before: Any
-    after: Any
-    times: Any
-    moved: Any
-    spun: Any
-    turned: Any
-    pushed: Any
-    drawn: Any
-
-
-class OilLog(NamedTuple):
-    """Events, (m, EVENT + 2 n), steps, (k, STEP + 2 w + 2 n), and how many of each there are."""
-
-    events: Any
-    steps: Any
-    filled: Any
-
+from percuss.mechanics.oil_records import (
+    ACCURACY,
+    AREA,
+    AT_CHARGE,
+    AT_CORNER,
+    AT_RELIEF,
+    AT_ZERO,
+    ATMOSPHERE,
+    BEND,
+    BY_PLACE,
+    BY_PRESSURE,
+    BY_RATE,
+    CHAMBERS,
+    COLUMN,
+    COMPLIANCE,
+    CUBE,
+    DAMPING,
+    DC,
+    DF,
+    DG,
+    DRAG_BACK,
+    DRAG_LOSS,
+    DRAG_OUT,
+    DRAWN,
+    DRIVEN,
+    END,
+    EXPONENT,
+    FARTHEST,
+    FED,
+    FILLED,
+    FLOW,
+    FORCE,
+    GAS,
+    GREATEST,
+    GU,
+    GV,
+    KAPPA,
+    KEPT,
+    LEAK,
+    LEAK_LOSS,
+    LEAKED,
+    LEAST,
+    LIMITED,
+    OMEGA2,
+    OPEN,
+    OPENED,
+    ORIFICES,
+    POLY,
+    POLYTROPIC,
+    POWER,
+    PP,
+    PRECHARGE,
+    PRESSED,
+    PRESSURE,
+    PUMPED,
+    PUMPED_ENERGY,
+    PV,
+    RELIEF,
+    RELIEF_LOSS,
+    RELIEVED,
+    RESTING,
+    RETURN_LOSS,
+    RISE,
+    SIGN,
+    SLIP,
+    SLOPE,
+    SOURCE,
+    SPEED,
+    SPIN,
+    SQUARE,
+    TANK,
+    TANKED,
+    TIME,
+    TURNED,
+    UNIT,
+    VOLUME,
+    WALL,
+    A,
+    C,
+    F,
+    N,
+    P,
+    Q,
+    S,
+    U,
+    V,
+    W,
+    Y,
+    Z,
+)
 
 # ---- Series
 

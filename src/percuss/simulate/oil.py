@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from percuss.mechanics import oil_series as kn
+from percuss.mechanics import oil_records as kn
 from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, held_energy, oil_machine, states_at
 from percuss.model import Machine
 from percuss.model.checks import Array

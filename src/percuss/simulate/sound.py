@@ -367,7 +367,7 @@ def kept_valve(motion: Motion) -> None:
 
 
 def _kept_oil(motion: Motion) -> None:
-    from percuss.mechanics import oil_series as kn  # the compiler
+    from percuss.mechanics import oil_records as kn  # the compiler
     from percuss.simulate.oil import OilFlights
 
     snapshot, shapes = motion.snapshot, OilFlights(motion.machine, motion.modes).shapes

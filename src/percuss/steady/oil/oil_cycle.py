@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics import oil_kernels
-from percuss.mechanics import oil_series as kn
-from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, oil_machine, states_at
+from percuss.mechanics import oil_records as kn
+from percuss.mechanics.oil import OilEvent, OilMachine, OilMotion, oil_kernels, oil_machine, states_at
 from percuss.model import Machine
 from percuss.model.checks import Array
 from percuss.model.load.valve import Orders, port_at
@@ -215,7 +214,7 @@ class PortPassage:
         if state.now[kn.STROKE] == math.inf:
             state.blend[0] = numbers.law.joins[int(state.now[kn.STATE])]
         again = OilMotion.again(numbers, state)
-        oil_kernels.begun(numbers.law, again.state, again.work)
+        oil_kernels().begun(numbers.law, again.state, again.work)
         return PortPassage(numbers, self.port, again.state, self.blows)
 
     def returned(self, state: kn.OilState, directions: int = 0) -> OilMotion | None:
@@ -270,7 +269,7 @@ class PortPassage:
             again = OilMotion.again(self.numbers, state)
             fresh = again.state
             unknowns.put(fresh, x + step, x)
-            oil_kernels.begun(self.numbers.law, fresh, again.work)
+            oil_kernels().begun(self.numbers.law, fresh, again.work)
             if near:
                 last = self.returned(fresh, unknowns.size)
                 return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row)[0])

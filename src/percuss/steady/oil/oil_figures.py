@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from percuss.mechanics import oil_series as kn
+from percuss.mechanics import oil_records as kn
 from percuss.mechanics.oil import oil_machine
 from percuss.model import Machine
 from percuss.steady.oil.oil_cycle import OilFlight
