@@ -286,13 +286,13 @@ def released(law, state, work, log, still):
 def limits_of(law, state):
     """What the pressure tells of accumulator, relief and pump at a start."""
     g, now = law.numbers, state.now
-    pressure = now[PRESSURE]
-    now[FILLED] = 1.0 if g[VOLUME] > 0.0 and pressure > g[PRECHARGE] else 0.0
     now[OPEN] = CLOSED
-    if g[FED] > 0.0 and pressure >= g[RELIEF]:
+    if g[FED] > 0.0 and now[PRESSURE] >= g[RELIEF]:
         now[OPEN] = OPENED if g[SLOPE] < math.inf else KEPT
         if g[SLOPE] == math.inf:
             now[PRESSURE] = g[RELIEF]
+    pressure = now[PRESSURE]  # what an ideal relief valve leaves of it
+    now[FILLED] = 1.0 if g[VOLUME] > 0.0 and pressure > g[PRECHARGE] else 0.0
     now[LIMITED] = 1.0 if g[CORNER] < pressure < g[CORNER_TO] else 0.0
 
 
