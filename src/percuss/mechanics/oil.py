@@ -31,6 +31,7 @@ from percuss.model.machine import machine_modes
 _STEPS = 1 << 12  # of a call
 _EVENTS = 1 << 10
 _QUEUE = 64
+_IDLE = 400.0  # units of time without a blow after which a motion has ended
 KINDS = {
     kn.IMPACT: "impact", kn.PORT_MET: "port", kn.VALVE: "valve", kn.REST: "rest", kn.LEAVES: "leaves",
     kn.OPENS: "relief opens", kn.CLOSES: "relief closes", kn.EMPTIES: "empty", kn.FILLS: "filled",
@@ -167,6 +168,11 @@ class OilMachine:
         return rows
 
     @property
+    def idle(self) -> float:
+        """How long a motion at a steady pressure may go without a blow."""
+        return _IDLE * self.machine.valve.time_unit
+
+    @property
     def chambers(self) -> list[str]:
         """Names of the chambers of oil."""
         oil = self.machine.valve.oil
@@ -206,7 +212,6 @@ class OilMotion:
     log: kn.OilLog
     events: list[OilEvent] = field(default_factory=list)
     steps: list[Array] = field(default_factory=list)
-    ended: int = 0
 
     @classmethod
     def begun(
@@ -305,12 +310,10 @@ class OilMotion:
             if ended == kn.CROWDED:
                 self._grown()
             elif ended not in (kn.LOG_FULL, kn.STEPS_FULL):
-                self.ended = int(ended)
                 if ended == kn.NO_STEP:
                     raise PercussError("the oil of this machine has no step", remedy="check the units of its figures")
-                return self.ended
-        self.ended = kn.STEPS_FULL
-        return self.ended
+                return int(ended)
+        return kn.STEPS_FULL
 
     def _drained(self) -> None:
         n, taken = self.numbers.modes + 1, len(self.steps)
@@ -374,6 +377,13 @@ class OilMotion:
     def time(self) -> float:
         """Since its start."""
         return float(self.state.now[kn.TIME])
+
+    @property
+    def idle(self) -> float:
+        """How long a motion may go without a blow: as long as a pump needs to fill the accumulator, twenty times."""
+        supply = self.numbers.machine.valve.supply
+        filling = 0.0 if supply is None else 20.0 * supply.capacity(max(1.0, self.pressure)) / supply.flow
+        return max(self.numbers.idle, filling)
 
     @property
     def pressure(self) -> float:

@@ -225,15 +225,14 @@ def struck(law, state, work, log):
         bar[0, i], bar[1, i] = strain * bar[0, i], factor * bar[1, i]
     if n == 1:
         bar[0, 0] = 0.0
-    force = rates_of(law, state, work.after)
+    rates_of(law, state, work.after)
     for d in range(bars.shape[1]):
         for i in range(2 * n + 1):
             bars[i, d] -= work.after[i] * work.times[d]
     now[BLOWS] += 1.0
-    speed, push = 0.0, 0.0
+    speed = push = 0.0
     for i in range(n):
         speed -= law.modes[END, i] * bar[1, i]
-        push += law.modes[END, i] * work.after[n + i]
     now[WALL] = 1.0 if speed > 0.0 else 2.0
     work.before[2 * n] = work.after[2 * n]  # what a delay that follows the pressure asks for
     for i in range(law.ports.shape[0]):
@@ -242,7 +241,6 @@ def struck(law, state, work, log):
     while now[COUNT] > 0.0 and state.orders[0, 0] <= now[TIME]:
         carried_out(law, state, work, log)
     force = rates_of(law, state, work.after)
-    push = 0.0
     for i in range(n):
         push += law.modes[END, i] * work.after[n + i]
     # what is left of a chatter by a constant push: it is completed when so little of it is left
@@ -298,7 +296,7 @@ def limits_of(law, state):
 
 # ---- From event to event
 
-_NOTHING, _WALL, _PORTS, _TURN, _LEAVE, _DRY, _CHARGE, _RELIEF, _CORNER, _CLOSE = range(10)
+_NOTHING, _WALL, _TURN, _LEAVE, _DRY, _CHARGE, _RELIEF, _CORNER, _CLOSE = range(9)
 
 
 @inner

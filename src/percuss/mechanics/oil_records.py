@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
 ACCURACY = 1e-17  # what the last two terms may add, of the scales
-ROOM = 48  # of the series that bound a step
 
 # numbers of the law; the tables of the states hold a, t, b for v > 0, b for v < 0, then each chamber's part of the b's
 FORCE, KAPPA, GAS, COLUMN, EXPONENT, FLOW, SLIP, POWER, LEAK, RELIEF, SLOPE, COMPLIANCE, VOLUME, PRECHARGE = range(14)
@@ -14,18 +13,18 @@ ATMOSPHERE, POLYTROPIC, TANK, SPOOL, FACTOR, STRAIN, FED, QUICKENING, SPEED, UNI
 WAVE, LAW = 26, 27
 AREA, TANKED, DRAG_OUT, DRAG_BACK, CHAMBERS = range(5)
 OMEGA2, DAMPING, DRIVEN, END = range(4)
-TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT, PORT = range(7)
+TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT = range(6)
 BY_PLACE, BY_RATE, BY_PRESSURE = range(3)
 # of the state of a motion
-TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, HELD, WALL, TURNED = range(15)
-AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, ENDED, HOLD, NOW = range(15, 22)
+TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, WALL, TURNED = range(14)
+AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, HOLD, NOW = range(14, 20)
 CLOSED, OPENED, KEPT = 0.0, 1.0, 2.0
 # of the sums
 (PUMPED_ENERGY, LEAK_LOSS, RELIEF_LOSS, RETURN_LOSS, DRAG_LOSS, IMPACT_LOSS, PUMPED, LEAKED, RELIEVED, DRAWN, PRESSED,
  LEAST, GREATEST, FARTHEST, ORIFICES) = range(15)  # fmt: skip
 # events, and how a call ends
 IMPACT, PORT_MET, VALVE, REST, LEAVES, OPENS, CLOSES, EMPTIES, FILLS, LIMITS, FULL_FLOW, DRY = range(1, 13)
-BY_TIME, BY_BLOWS, AT_SECTION, NO_PRESSURE, LOG_FULL, STEPS_FULL, AT_REST, NO_STEP, CROWDED, EMPTY_LINE = range(1, 11)
+BY_TIME, BY_BLOWS, AT_SECTION, NO_PRESSURE, LOG_FULL, STEPS_FULL, NO_STEP, CROWDED, EMPTY_LINE = range(1, 10)
 EVENT = 5  # time, kind, detail, pressure, number of the step that begins there; then the bar
 STEP = 8  # time, length, pressure, sign, open, filled, limited, resting; then the blend and the bar
 

@@ -24,7 +24,6 @@ from percuss.simulate.stop import Stop
 
 _CODES = {"impact": IMPACT, "port": PORT, "valve": VALVE, "rest": REST, "leaves": RELEASE}
 _STRETCH = 4  # blows between two looks at the outside
-_IDLE = 400.0  # units of time without a blow after which a motion has ended
 _SHORTER = 1e5  # times the tolerance: a motion that nearly repeats may come to do so
 _MEMORY = 32  # blows that later ones are compared with
 _WANDERS, _NEAR = 64, 1e-3  # blows after which a motion that comes back to none of them is irregular
@@ -235,15 +234,12 @@ class FlowingOil:
 
     def _on(self, stop: Stop) -> str:
         """Some blows on: how the motion ended, or nothing."""
-        motion, supply = self.motion, self.flights.machine.valve.supply
-        idle = _IDLE * float(motion.numbers.law.numbers[kn.UNIT])
-        if supply is not None:
-            idle = max(idle, 20.0 * supply.capacity(max(1.0, motion.pressure)) / supply.flow)
-        end = math.inf if stop.time is None else stop.time
+        motion, end = self.motion, math.inf if stop.time is None else stop.time
         before = motion.blows
         if before >= stop.most_impacts:
             return "impacts"
-        ended = motion.run(min(end, motion.time + idle), float(min(before + _STRETCH, stop.most_impacts)), most=1 << 20)
+        until, blows = min(end, motion.time + motion.idle), min(before + _STRETCH, stop.most_impacts)
+        ended = motion.run(until, float(blows), most=1 << 20)
         if ended in (kn.NO_PRESSURE, kn.EMPTY_LINE):
             return "without pressure"
         if motion.blows > before:

@@ -22,7 +22,6 @@ _SHORTER = 1e-7  # of the scales: a cycle that is one of fewer blows
 _ALIKE = 1e-3  # blows that differ by no more may repeat
 _MOST_BLOWS = 8  # in a cycle
 _LOOKS = 96  # times of a period in which a chamber's pressure is looked at
-_IDLE = 400.0  # units of time without a blow
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,41 +75,31 @@ class OilSettled(NamedTuple):
 # ---- A motion from a start
 
 
-def from_rest(numbers: OilMachine, recorded: bool = False) -> OilMotion:
+def from_rest(numbers: OilMachine) -> OilMotion:
     """At rest on the wall, under the pressure at the start; the ports whose regions are occupied demand."""
     valve, n = numbers.machine.valve, numbers.modes + 1
     orders, supply = valve.orders, valve.supply
     pressure = 1.0 if supply is None else supply.start
-    motion = OilMotion.begun(numbers, np.zeros((n, 2)), pressure, orders.last, orders, resting=True, recorded=recorded)
+    motion = OilMotion.begun(numbers, np.zeros((n, 2)), pressure, orders.last, orders, resting=True)
     motion.run(0.0, entering=[i for i, port in enumerate(valve.ports) if port.sign * port.level < 0.0])
     return motion
 
 
-def from_rebound(
-    numbers: OilMachine, start: Rebound, *, recorded: bool = False, undeformed: Array | None = None
-) -> OilMotion:
-    """Just after a blow, which demands; the bar is undeformed, or moves as it is given, (N + 1, 2)."""
+def from_rebound(numbers: OilMachine, start: Rebound) -> OilMotion:
+    """Just after a blow, which demands; the bar is undeformed."""
     own = numbers.own
-    bar = np.stack([0.0 * own.centre, -start.speed * own.centre], axis=1) if undeformed is None else undeformed
+    bar = np.stack([0.0 * own.centre, -start.speed * own.centre], axis=1)
     pressure = 1.0 if start.pressure is None else start.pressure
     motion = OilMotion.begun(numbers, bar, pressure, start.state, start.orders, struck=True)
-    motion.run(0.0, entering=_of_blow(numbers.machine))
+    motion.run(0.0, entering=[i for i, port in enumerate(numbers.machine.valve.ports) if port.on == "impact"])
     return motion
-
-
-def _of_blow(machine: Machine) -> list[int]:
-    return [i for i, port in enumerate(machine.valve.ports) if port.on == "impact"]
 
 
 def goes_on(motion: OilMotion, blows: int) -> str:
     """So many blows more, or why not."""
-    unit = float(motion.numbers.law.numbers[kn.UNIT])
-    supply, idle = motion.numbers.machine.valve.supply, _IDLE * unit
-    if supply is not None:
-        idle = max(idle, 20.0 * supply.capacity(max(1.0, motion.pressure)) / supply.flow)
     wanted = motion.blows + blows
     while motion.blows < wanted:
-        before = motion.blows
+        before, idle = motion.blows, motion.idle
         ended = motion.run(motion.time + idle, motion.blows + 1, most=1 << 18)
         if ended == kn.NO_PRESSURE or ended == kn.EMPTY_LINE:
             return "no pressure"
@@ -222,8 +211,7 @@ class PortPassage:
         motion = OilMotion.again(self.numbers, state, directions)
         if directions:
             OilUnknowns.of(self.numbers, state).seeded(motion.state)
-        unit = float(self.numbers.law.numbers[kn.UNIT])
-        until = _IDLE * unit * self.blows
+        until = self.numbers.idle * self.blows
         ended = motion.run(until, section=self.port, since=float(self.blows), entering=[self.port], most=1 << 16)
         return motion if ended == kn.AT_SECTION and motion.blows == self.blows else None
 
@@ -284,12 +272,11 @@ def _copied(state: kn.OilState) -> kn.OilState:
 def passage_of(motion: OilMotion) -> PortPassage | None:
     """A passage in which a motion now comes to a port: one at which nothing waits, where there is one."""
     numbers, found = motion.numbers, []
-    unit = float(numbers.law.numbers[kn.UNIT])
     for port in range(len(numbers.machine.valve.ports)):
         if numbers.law.ports[port, kn.ON_IMPACT]:
             continue
         copy = OilMotion.again(numbers, _copied(motion.state))
-        if copy.run(_IDLE * unit, 64.0, section=port, most=1 << 16) == kn.AT_SECTION:
+        if copy.run(numbers.idle, 64.0, section=port, most=1 << 16) == kn.AT_SECTION:
             state = _copied(copy.state)
             waits = int(state.now[kn.COUNT]) + 2 * bool(state.now[kn.STROKE] < math.inf)
             found.append((waits, port, PortPassage(numbers, port, state)))
@@ -309,28 +296,18 @@ def cycle_from(motion: OilMotion, blows: int) -> ValveCycle | None:
 def cycle_at(passage: PortPassage) -> ValveCycle | None:
     """The cycle of a passage that repeats, from the strongest blow on."""
     numbers = passage.numbers
-    motion = OilMotion.again(numbers, passage.state, recorded=True)
-    names = numbers.names
-    state = names[int(passage.state.now[kn.STATE])]
-    orders = motion.orders
-    motion.run(
-        _IDLE * float(numbers.law.numbers[kn.UNIT]) * passage.blows, float(passage.blows), entering=[passage.port]
-    )
+    motion = OilMotion.again(numbers, passage.state)
+    state, orders = numbers.names[int(passage.state.now[kn.STATE])], motion.orders
+    motion.run(numbers.idle * passage.blows, float(passage.blows), entering=[passage.port])
     struck = [e for e in motion.events if e.kind == "impact"]
     if len(struck) < passage.blows:
         return None
     ends = numbers.own.end
     strongest = max(range(len(struck)), key=lambda i: float(ends @ struck[i].state[:, 1]))
     start, bar = _rebound_at(numbers, motion.events, strongest, state, orders)
-    kernel = _state_at(passage, strongest)
-    return recorded_cycle(numbers, start, bar, passage, kernel)
-
-
-def _state_at(passage: PortPassage, blow: int) -> kn.OilState:
-    """The state just after a blow, its demands carried out."""
-    motion = OilMotion.again(passage.numbers, passage.state)
-    motion.run(blows=float(blow + 1), entering=[passage.port])
-    return motion.state
+    after = OilMotion.again(numbers, passage.state)
+    after.run(blows=float(strongest + 1), entering=[passage.port])
+    return _recorded(start, bar, passage, after.state)
 
 
 def _rebound_at(
@@ -357,14 +334,12 @@ def _rebound_at(
     raise AssertionError("no such blow")
 
 
-def recorded_cycle(
-    numbers: OilMachine, start: Rebound, bar: Array, passage: PortPassage, state: kn.OilState
-) -> ValveCycle | None:
+def _recorded(start: Rebound, bar: Array, passage: PortPassage, state: kn.OilState) -> ValveCycle | None:
     """The cycle from a rebound on, with its flights and its balance."""
-    machine, blows = numbers.machine, passage.blows
+    numbers, blows = passage.numbers, passage.blows
     motion = OilMotion.again(numbers, state, recorded=True)
     motion.state.now[kn.WALL] = 1.0 if float(numbers.own.end @ motion.state.bar[1]) < 0.0 else 2.0
-    motion.run(_IDLE * float(numbers.law.numbers[kn.UNIT]) * blows, float(blows))
+    motion.run(numbers.idle * blows, float(blows))
     events = [*_demands(numbers, start, bar), *motion.events]
     last = max((i for i, e in enumerate(events) if e.kind == "impact"), default=-1)
     if motion.blows < blows:
@@ -382,7 +357,7 @@ def recorded_cycle(
             ))  # fmt: skip
         begun, step, before, pressure = event.time, event.step, event.state, event.pressure
         if event.kind == "port":
-            orders = orders.after(event.time, port_at(machine.valve, event.detail, event.pressure))
+            orders = orders.after(event.time, port_at(numbers.machine.valve, event.detail, event.pressure))
         elif event.kind == "valve":
             now, orders = numbers.names[event.detail], Orders(orders.last, orders.pending[1:])
         elif event.kind == "impact":
@@ -408,7 +383,14 @@ def recorded_cycle(
         blow += event.kind == "impact"
         lying += [blow - 1] if event.kind == "rest" and blow else []
     told = cycle_told(
-        machine, numbers.modes, start.state, start.orders, tuple(flights), happened, slope, tuple(sorted(set(lying)))
+        numbers.machine,
+        numbers.modes,
+        start.state,
+        start.orders,
+        tuple(flights),
+        happened,
+        slope,
+        tuple(sorted(set(lying))),
     )
     return replace(told, oil=motion.balance, passage=passage)
 
@@ -417,8 +399,8 @@ def _demands(numbers: OilMachine, start: Rebound, bar: Array) -> Iterator[OilEve
     """What the blow at time 0 demands, and carries out at once."""
     valve, orders = numbers.machine.valve, start.orders
     pressure = 1.0 if start.pressure is None else start.pressure
-    for port in _of_blow(numbers.machine):
-        if valve.ports[port].to != orders.last:
+    for port, own in enumerate(valve.ports):
+        if own.on == "impact" and own.to != orders.last:
             yield OilEvent(0.0, "port", port, bar, pressure, 0)
             orders = orders.after(0.0, port_at(valve, port, pressure))
     while orders.pending and orders.pending[0][0] <= 0.0:
@@ -483,14 +465,12 @@ def _pushes(numbers: OilMachine) -> Iterator[Rebound]:
 
 def _cycle_of(motion: OilMotion, starts: bool) -> OilSettled:
     """The cycle in which a motion that goes on settles."""
-    followed = 0
     for more in (_SETTLING, _LONGER, _MOST):
         for blows in _alike(motion):
             cycle = cycle_from(motion, blows)
             if cycle is not None:
                 return OilSettled(cycle, "", motion, starts)
         ending = goes_on(motion, more)
-        followed += more
         if ending:
             return OilSettled(None, ending, motion, starts)
     return OilSettled(None, "irregular", motion, starts)
