@@ -64,6 +64,7 @@ def without(key):
         (DRIFTER, (r"relief = \{[^}]*\}", 'relief = "0 bar"'), "load.supply.relief = '0 bar': expected a pressure greater than 0"),
         (DRIFTER, (', over = "[^"]*"', ""), "load.supply.relief.over: expected both flow and over, or neither"),
         (DRIFTER, ('line = "[^"]*"', 'line = "-1 l"'), "load.supply.line = '-1 l': .*0 or greater"),
+        (DRIFTER, (r"accumulator = \{[^}]*\}", 'accumulator = "2.5 cm^3/bar"'), "load.supply.line = .*with gas beside it"),
         (BREAKER, (r'area = "[^"]*", volume = "[^"]*", exponent = 1.3\}', "exponent = 1.3}"), "load.chamber.area: expected area, volume"),
         (BREAKER, (r"exponent = 1.3\}", 'exponent = 1.3, stiffness = "1 N/m"}'), "load.chamber.stiffness = '1 N/m': expected nothing"),
         (PLAIN, ("tank = [0-9.]*", "tank = nan"), "load.oil.tank = nan"),

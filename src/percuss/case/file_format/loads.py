@@ -507,13 +507,18 @@ def _supply(table: ValveLoad, own: SupplyTable, pressure: float | None) -> Suppl
     if not table.is_plain and pressure is None:
         raise ParameterError("pressure", None, "the pressure for which the states hold, beside a supply", _PRESSURE)
     unit = 1.0 if pressure is None else pressure
-    line = 0.0
-    if own.line is not None:
-        line = number_of("supply.line", own.line, "volume") / (1.0 if table.is_plain else BULK_MODULUS)
+    gas = None
+    if isinstance(own.accumulator, GasAccumulatorTable):
+        gas = gas_of(own.accumulator, unit)
+        line = 0.0 if own.line is None else number_of("supply.line", own.line, "volume")
         if line < 0.0:
             raise ParameterError("supply.line", own.line, "a volume, 0 or greater")
-    gas = gas_of(own.accumulator, unit) if isinstance(own.accumulator, GasAccumulatorTable) else None
-    compliance = line if gas else above_zero("supply.accumulator", own.accumulator, "compliance")  # type: ignore[arg-type]
+        compliance = line / (1.0 if table.is_plain else BULK_MODULUS)
+    elif own.line is None:
+        compliance = above_zero("supply.accumulator", own.accumulator, "compliance")
+    else:
+        remedy = "give the accumulator by its gas, or its volume per pressure with that of the line in it"
+        raise ParameterError("supply.line", own.line, "an accumulator with gas beside it", remedy)
     with keyed("supply."):
         return Supply(
             flow * unit,

@@ -159,7 +159,7 @@ class SupplyTable(CaseTable):
     """The pressure that a relief valve holds, or a table, see below. When left out: there is none."""
     line: Volume | None = None
     """Volume of oil in the line, by which an accumulator with gas is not stiff when it is empty; at 1.4 GPa. In a
-    dimensionless case its volume per pressure. When left out: none."""
+    dimensionless case its volume per pressure. Allowed: 0 or greater, beside gas. When left out: none."""
 
 
 # ---- From these tables to the oil of a valve
