@@ -39,7 +39,7 @@ from percuss.web.shared_by_routes import MOST_MODES
 from web_client import Client, events
 
 NAMES = [machine.name for machine in MACHINES if not machine.valve]
-VALVES = ["valve-breaker", "valve-drifter"]
+VALVES = ["valve-breaker", "valve-drifter", "oil-drifter", "oil-breaker"]
 MINI: dict[str, Any] = {"machine": "mini-breaker"}
 PLAIN = {
     "system": {"s": 20, "d": 0.0048, "restitution": 0.6},

@@ -35,8 +35,8 @@ class Drilling:
 
     Examples
     --------
-    >>> Drilling(0.064, specific_energy=220e6).area
-    0.0032169908772759484
+    >>> f"{Drilling(0.064, specific_energy=220e6).area:.6f}"
+    '0.003217'
     """
 
     bit_diameter: float

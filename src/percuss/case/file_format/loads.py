@@ -21,7 +21,6 @@ from percuss.case.file_format.oil import (
     Orifices,
     SupplyTable,
     gas_of,
-    joined,
     oil_of,
     relief_of,
     slope_of,
@@ -469,14 +468,7 @@ def _state_force(name: str, given: Any, pressure: float | None, oil: Oil | None)
     key = f"states.{name}"
     if isinstance(given, dict):
         assert oil is not None
-        sides = {one.name: one for one in oil.chambers}
-        front, rear = (
-            sum(
-                sides[own].area for own, to in joined(name, given).items() if to == "supply" and sides[own].side == side
-            )
-            for side in ("front", "rear")
-        )
-        return float(rear - front)
+        return float(oil.areas(name, "supply"))
     if not isinstance(given, AreasTable):
         return number_of(key, given, "force")
     if pressure is None:

@@ -150,8 +150,8 @@ class Oil:
     >>> chambers = [OilChamber("rear", 2.2, "rear"), OilChamber("front", 0.4, "front")]
     >>> joins = {"return": [Join("rear", "tank"), Join("front", "supply")],
     ...          "power": [Join("rear", "supply", 0.03, 0.03), Join("front", "supply")]}
-    >>> Oil(chambers, joins).drag("power")
-    (0.31944000000000006, 0.31944000000000006)
+    >>> tuple(round(one, 9) for one in Oil(chambers, joins).drag("power"))
+    (0.31944, 0.31944)
     """
 
     chambers: tuple[OilChamber, ...]

@@ -452,7 +452,11 @@ class Valve:
         cushion = None if self.cushion is None else self.cushion.scaled(force, length)
         supply = None if self.supply is None else self.supply.scaled(force * length / time, force * length)
         oil = None if self.oil is None else self.oil.scaled(force, length, time)
-        states = {name: value * force for name, value in self.pairs}
+        by_oil = set() if oil is None else {name for name, own in oil.pairs if own}
+        states = {
+            name: oil.areas(name, "supply") if oil is not None and name in by_oil else value * force
+            for name, value in self.pairs
+        }
         return Valve(states, ports, self.start, chamber, cushion, supply, oil)
 
     def at_pressure(self, pressure: float) -> Valve:

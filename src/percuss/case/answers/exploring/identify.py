@@ -692,7 +692,7 @@ def data_sheet_answer(case: Case, pressure: float, flow: float, rate: float, ene
     >>> from percuss.case import data_sheet_answer, load_case
     >>> found = data_sheet_answer(load_case("valve-drifter"), 175e5, 123 / 6e4, 68.0, 277.0)
     >>> f"{found.efficiency:.3f} {found.lost:.3f}"
-    '0.504 0.464'
+    '0.504 0.473'
     """
     checked_case(case)
     pressure, flow = positive("pressure", pressure), positive("flow", flow)
