@@ -41,6 +41,7 @@ SAMPLES = {
             "hydraulic-drifter",
             "heavy-drifter",
             "stepped-drifter",
+            "drill-string",
             "mini-breaker",
             "heavy-breaker",
             "dth-4-inch",

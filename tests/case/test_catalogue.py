@@ -107,7 +107,7 @@ def test_history_is_averaged() -> None:
     assert report.cycles == 40
     assert report.frequency == pytest.approx(60.0, rel=1e-3)
     assert not report.frequency_given
-    assert [uses_history(name) for name in NAMES] == [True] + 9 * [False]
+    assert [uses_history(name) for name in NAMES] == [True] + 10 * [False]
 
 
 @pytest.mark.parametrize("name", sample_names())

@@ -324,7 +324,7 @@ def test_a_sample_comes_as_a_case_of_the_same_hammer(client: Client, name: str) 
     t = np.linspace(0.0, 6.0, 25)
     np.testing.assert_allclose(plain.load.value(t), system.load.value(t), rtol=1e-13)
     uniform = system.s * system.frequency * math.pi
-    if "sections" in found["tables"]["bar"]:  # a heavy land between lighter ends holds a mode of higher frequency
+    if len(found["tables"]["bar"].get("sections", ())) > 1:  # a heavy land holds a mode of higher frequency
         assert 1.1 * uniform < found["bar"]["first_mode_Hz"] < 1.5 * uniform
     else:
         assert found["bar"]["first_mode_Hz"] == pytest.approx(uniform, rel=1e-12)

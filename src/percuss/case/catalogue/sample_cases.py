@@ -57,6 +57,7 @@ MACHINES: tuple[SampleMachine, ...] = (
     SampleMachine("hydraulic-drifter", "Hydraulic drifter, measured history", 5.0, 60.0, 310.0),
     SampleMachine("heavy-drifter", "Heavy hydraulic drifter", 6.5, 42.0, 271.0),
     SampleMachine("stepped-drifter", "Hydraulic drifter with a stepped piston", 6.5, 50.0, 300.0),
+    SampleMachine("drill-string", "Drill string under its feed: drifter, two rods, bit", 4.85, 60.0, 300.0),
     SampleMachine("mini-breaker", "Hydraulic breaker for a mini excavator", 4.0, 17.5, 180.0),
     SampleMachine("heavy-breaker", "Heavy hydraulic breaker", 140.0, 6.7, 5700.0),
     SampleMachine("dth-4-inch", "4-inch down-the-hole hammer", 7.4, 27.0, 300.0),
