@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,8 +40,10 @@ KINDS = {
 """What the events are called."""
 
 
+@cache
 def oil_kernels() -> Any:
     """The compiled functions, which are loaded only when a motion is asked for."""
+    ensure_cache()
     from percuss.mechanics import oil_kernels as kernels  # the compiler
 
     return kernels
@@ -198,7 +200,6 @@ def _corners(flow: float, slip: float, power: float) -> tuple[float, float]:
 @lru_cache(maxsize=64)
 def oil_machine(machine: Machine, modes: int) -> OilMachine:
     """The numbers of a machine, kept for its next motion."""
-    ensure_cache()
     return OilMachine(machine, modes)
 
 
@@ -251,7 +252,7 @@ class OilMotion:
         )  # fmt: skip
         order, size = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2, 2 * n + 1
         work = kn.OilWork(
-            np.zeros((kn.ROWS, order)), np.zeros((n, order)), np.zeros((n, order)), np.zeros((64, order)),
+            np.zeros((kn.ROWS, order)), np.zeros((order, n)), np.zeros((order, n)), np.zeros((64, order)),
             np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), np.zeros((order, n, D)),
             np.zeros((order, n, D)), np.zeros((3, order, D)), np.zeros(D), np.zeros((D, order)),
         )  # fmt: skip

@@ -62,7 +62,7 @@ class OilState(NamedTuple):
 
 
 class OilWork(NamedTuple):
-    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event.
+    """Room: series (ROWS, K + 2), of modes and rates (K + 2, n) each, polynomials, rates before and after an event.
 
     Of the derivatives: of the modes (K + 2, n, D) each, of the driven end and of the pressure (3, K + 2, D).
     """

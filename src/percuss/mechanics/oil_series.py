@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from percuss.compiled import inner
+from percuss.compiled import inner, summed
 from percuss.mechanics.oil_records import (
     ACCURACY,
     AREA,
@@ -106,7 +106,7 @@ from percuss.mechanics.oil_records import (
 # ---- Series
 
 
-@inner
+@summed
 def product(a, b, k):
     """Coefficient k of the product of two series."""
     found = 0.0
@@ -115,7 +115,7 @@ def product(a, b, k):
     return found
 
 
-@inner
+@summed
 def power(z, y, exponent, k):
     """Coefficient k ≥ 1 of y = z^exponent, from those before."""
     found = 0.0
@@ -124,7 +124,7 @@ def power(z, y, exponent, k):
     return found / (k * z[0])
 
 
-@inner
+@summed
 def quotient(top, y, bottom, k):
     """Coefficient k of y = numerator/bottom, with coefficient `top` of the numerator."""
     found = top
@@ -283,7 +283,7 @@ def gas_capacity(law):
     return law[VOLUME] / n * (law[PRECHARGE] + law[ATMOSPHERE]) ** (1.0 / n)
 
 
-@inner
+@summed
 def expanded(law, state, work):
     """All series of a step from the present state."""
     order = work.series.shape[1] - 2
@@ -299,7 +299,7 @@ def expanded(law, state, work):
     n = modes.shape[1]
     u = v = 0.0
     for i in range(n):
-        work.places[i, 0], work.rates[i, 0] = state.bar[0, i], state.bar[1, i]
+        work.places[0, i], work.rates[0, i] = state.bar[0, i], state.bar[1, i]
         u += modes[DRIVEN, i] * state.bar[0, i]
         v += modes[DRIVEN, i] * state.bar[1, i]
     s[U, 0], s[V, 0], s[P, 0] = u, v, now[PRESSURE]
@@ -318,16 +318,13 @@ def expanded(law, state, work):
             s[Y, k] = power(s[Z], s[Y], -g[EXPONENT], k) if k else s[Z, 0] ** (-g[EXPONENT])
             f += g[GAS] * s[Y, k]
         s[F, k] = f
-        u = v = 0.0
+        u, v, pace = 0.0, 0.0, 0.0 if resting else 1.0 / (k + 1.0)
+        place, rate, places, rates = work.places[k], work.rates[k], work.places[k + 1], work.rates[k + 1]
         for i in range(n):
-            if resting:
-                work.places[i, k + 1] = work.rates[i, k + 1] = 0.0
-                continue
-            pull = modes[DRIVEN, i] * f - modes[OMEGA2, i] * work.places[i, k] - modes[DAMPING, i] * work.rates[i, k]
-            work.places[i, k + 1] = work.rates[i, k] / (k + 1.0)
-            work.rates[i, k + 1] = pull / (k + 1.0)
-            u += modes[DRIVEN, i] * work.places[i, k + 1]
-            v += modes[DRIVEN, i] * work.rates[i, k + 1]
+            places[i] = pace * rate[i]
+            rates[i] = pace * (modes[DRIVEN, i] * f - modes[OMEGA2, i] * place[i] - modes[DAMPING, i] * rate[i])
+            u += modes[DRIVEN, i] * places[i]
+            v += modes[DRIVEN, i] * rates[i]
         s[U, k + 1], s[V, k + 1] = u, v
         if not fed:
             s[P, k + 1] = s[N, k] = s[Q, k] = 0.0
@@ -364,7 +361,7 @@ def step_length(law, state, work):
     for k in (order - 1, order):
         big = 0.0
         for i in range(law.modes.shape[1]):
-            big += abs(work.rates[i, k])
+            big += abs(work.rates[k, i])
         if big > 0.0:
             h = min(h, (ACCURACY * g[SPEED] / big) ** (1.0 / k))
         pressure = abs(s[P, k])
@@ -376,9 +373,49 @@ def step_length(law, state, work):
 # ---- What the state is at a time of the step
 
 
+@summed
+def read(row, modes, c, order):
+    """The series of what a row reads of those of the modes."""
+    for k in range(order + 1):
+        found = 0.0
+        for i in range(row.size):
+            found += row[i] * modes[k, i]
+        c[k] = found
+
+
 @inner
-def moved_by(law, state, work, t):
-    """The state a time after the beginning of the step, with its sums; derivatives are moved before."""
+def modes_at(law, work, t, places, rates):
+    """Places and rates of the modes at a time of the step."""
+    order, n = work.series.shape[1] - 2, law.modes.shape[1]
+    for i in range(n):
+        places[i], rates[i] = work.places[order, i], work.rates[order, i]
+    for k in range(order - 1, -1, -1):
+        for i in range(n):
+            places[i] = places[i] * t + work.places[k, i]
+            rates[i] = rates[i] * t + work.rates[k, i]
+
+
+@inner
+def moved_by(law, state, work, t, counted):
+    """The state a time after the beginning of the step, its sums where they are counted; derivatives move before."""
+    now, blend = state.now, state.blend
+    if counted:
+        counted_up(law, state, work, t)
+    modes_at(law, work, t, state.bar[0], state.bar[1])
+    if counted and law.modes.shape[1] > 1 and now[RESTING] == 0.0:
+        state.sums[DRAG_LOSS] -= energy_of(law, state.bar)
+    now[PRESSURE] = value(work.series[P], t, work.series.shape[1] - 2)
+    for j in range(blend.shape[1]):
+        blend[0, j] += blend[1, j] * t
+    now[TIME] += t
+    now[WALL] = now[TURNED] = now[AT_RELIEF] = now[AT_CHARGE] = now[AT_CORNER] = now[AT_ZERO] = 0.0
+    for i in range(state.touched.size):
+        state.touched[i] = 0.0
+
+
+@inner
+def counted_up(law, state, work, t):
+    """The sums a time after the beginning of the step."""
     order = work.series.shape[1] - 2
     g, s, now, sums = law.numbers, work.series, state.now, state.sums
     blend = state.blend
@@ -422,17 +459,6 @@ def moved_by(law, state, work, t):
         sums[LEAK_LOSS] += g[LEAK] * s[P, 0] * s[P, 0] * t
         sums[LEAKED] += g[LEAK] * s[P, 0] * t
     extremes(law, state, work, t)
-    for i in range(n):
-        state.bar[0, i], state.bar[1, i] = value(work.places[i], t, order), value(work.rates[i], t, order)
-    if n > 1 and now[RESTING] == 0.0:
-        sums[DRAG_LOSS] -= energy_of(law, state.bar)
-    now[PRESSURE] = value(s[P], t, order)
-    for j in range(width):
-        blend[0, j] += blend[1, j] * t
-    now[TIME] += t
-    now[WALL] = now[TURNED] = now[AT_RELIEF] = now[AT_CHARGE] = now[AT_CORNER] = now[AT_ZERO] = 0.0
-    for i in range(state.touched.size):
-        state.touched[i] = 0.0
 
 
 @inner
@@ -451,14 +477,9 @@ def extremes(law, state, work, t):
     s, sums = work.series, state.sums
     poly = s[POLY]
     for quantity in range(2):
-        c = s[BEND]
-        for k in range(order + 1):
-            if quantity == 0:
-                c[k] = s[P, k]
-            else:
-                c[k] = 0.0
-                for i in range(law.modes.shape[1]):
-                    c[k] += law.modes[END, i] * work.places[i, k]
+        c = s[P] if quantity == 0 else s[BEND]
+        if quantity == 1:
+            read(law.modes[END], work.places, c, order)
         scale = 1.0
         for k in range(order):
             poly[k] = (k + 1.0) * c[k + 1] * scale
