@@ -382,6 +382,9 @@ def pressure_event(law, state, work, log, what):
     jumped(state, work)
 
 
+_WIDER = 1.25  # steps that might be so much longer
+
+
 @entry
 def followed(law, state, work, log, until, exact, blows, steps, section, since, entering):
     """A motion until a time, so many blows in all, so many steps, or a port is met.
@@ -417,6 +420,10 @@ def followed(law, state, work, log, until, exact, blows, steps, section, since, 
             return EMPTY_LINE
         expanded(law, state, work)
         h, ends = step_length(law, state, work), until if exact else math.inf
+        if n > 1 and state.bars.shape[1] > 0:  # equal steps, whose tables stand
+            if not work.span[0] <= h <= _WIDER * work.span[0]:
+                work.span[0] = h / math.sqrt(_WIDER)
+            h = work.span[0]
         if now[COUNT] > 0.0:
             ends = min(ends, state.orders[0, 0])
         ends = min(ends, now[STROKE])

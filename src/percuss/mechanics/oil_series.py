@@ -21,17 +21,11 @@ from percuss.mechanics.oil_records import (
     AT_ZERO,
     ATMOSPHERE,
     BEND,
-    BY_PLACE,
-    BY_PRESSURE,
-    BY_RATE,
     CHAMBERS,
     COLUMN,
     COMPLIANCE,
     CUBE,
     DAMPING,
-    DC,
-    DF,
-    DG,
     DRAG_BACK,
     DRAG_LOSS,
     DRAG_OUT,
@@ -46,8 +40,6 @@ from percuss.mechanics.oil_records import (
     FORCE,
     GAS,
     GREATEST,
-    GU,
-    GV,
     KAPPA,
     KEPT,
     LEAK,
@@ -62,13 +54,11 @@ from percuss.mechanics.oil_records import (
     POLY,
     POLYTROPIC,
     POWER,
-    PP,
     PRECHARGE,
     PRESSED,
     PRESSURE,
     PUMPED,
     PUMPED_ENERGY,
-    PV,
     RELIEF,
     RELIEF_LOSS,
     RELIEVED,
@@ -78,7 +68,6 @@ from percuss.mechanics.oil_records import (
     SIGN,
     SLIP,
     SLOPE,
-    SOURCE,
     SPEED,
     SPIN,
     SQUARE,
@@ -497,121 +486,164 @@ def extremes(law, state, work, t):
 
 
 @inner
+def answer(omega2, damping, t):
+    """What a push of 1 at time 0 makes of a mode: its place and its rate."""
+    half = 0.5 * damping
+    root, fades = omega2 - half * half, math.exp(-half * t)
+    w, place, rate = math.sqrt(abs(root)), t, 1.0
+    if root > 0.0:
+        place, rate = math.sin(w * t) / w, math.cos(w * t)
+    elif root < 0.0:
+        place, rate = math.sinh(w * t) / w, math.cosh(w * t)
+    return fades * place, fades * (rate - half * place)
+
+
+@inner
+def tabulated(law, work, t):
+    """For a step: what the driven end does at its nodes by the modes, and by the force at others; how it ends."""
+    modes, c, w = law.modes, work.nodes[0], work.nodes[1]
+    n = modes.shape[1]
+    seen, pulled, turned, answers = work.seen, work.pulled, work.turned, work.answers
+    work.span[1] = t
+    for m in range(c.size):
+        for j in range(c.size):
+            pulled[0, m, j] = pulled[1, m, j] = 0.0
+        for p in range(c.size):
+            place = rate = 0.0
+            for i in range(n):
+                k, r = answer(modes[OMEGA2, i], modes[DAMPING, i], t * c[m] * (1.0 - c[p]))
+                place += modes[DRIVEN, i] ** 2 * k
+                rate += modes[DRIVEN, i] ** 2 * r
+            for j in range(c.size):
+                part = t * c[m] * w[p] * work.parts[m, p, j]
+                pulled[0, m, j] += place * part
+                pulled[1, m, j] += rate * part
+    for i in range(n):
+        driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
+        k, r = answer(omega2, damping, t)
+        turned[0, i], turned[1, i], turned[2, i], turned[3, i] = r + damping * k, k, -omega2 * k, r
+        for m in range(c.size):
+            k, r = answer(omega2, damping, t * c[m])
+            seen[0, m, i], seen[0, m, n + i] = driven * (r + damping * k), driven * k
+            seen[1, m, i], seen[1, m, n + i] = -driven * omega2 * k, driven * r
+            k, r = answer(omega2, damping, t * (1.0 - c[m]))
+            answers[0, i, m], answers[1, i, m] = driven * t * w[m] * k, driven * t * w[m] * r
+
+
+@inner
+def solved(system, size):
+    """The columns behind a square matrix, solved for in place: elimination with a choice of the row."""
+    width = system.shape[1]
+    for k in range(size):
+        best = k
+        for m in range(k + 1, size):
+            if abs(system[m, k]) > abs(system[best, k]):
+                best = m
+        if best != k:
+            for j in range(k, width):
+                system[k, j], system[best, j] = system[best, j], system[k, j]
+        for m in range(k + 1, size):
+            share = system[m, k] / system[k, k]
+            for j in range(k + 1, width):
+                system[m, j] -= share * system[k, j]
+    for k in range(size - 1, -1, -1):
+        for j in range(size, width):
+            system[k, j] /= system[k, k]
+        for m in range(k):
+            share = system[m, k]
+            for j in range(size, width):
+                system[m, j] -= share * system[k, j]
+
+
+@inner
 def linearised(law, state, work, t):
-    """The derivatives of the state a time after the beginning of the step, all directions."""
-    order = work.series.shape[1] - 2
+    """The derivatives of the state a time after the beginning of the step, all directions.
+
+    The modes answer the derivatives of the force exactly; these, and those of P′, are polynomials through Gauss's
+    nodes of the step (collocation), where they are as the linearised equations say.
+    """
+    order, c = work.series.shape[1] - 2, work.nodes[0]
     g, s, now = law.numbers, work.series, state.now
-    modes, blend, bars = law.modes, state.blend, state.bars
-    n, sign = modes.shape[1], now[SIGN]
-    if now[RESTING] > 0.0:
-        sign = 0.0
+    blend, bars, blends = state.blend, state.bars, state.blends
+    n, count, q, resting = law.modes.shape[1], bars.shape[1], c.size, now[RESTING] > 0.0
+    sign = 0.0 if resting else now[SIGN]
     drag = DRAG_OUT if sign > 0.0 else DRAG_BACK
     flows = g[FED] > 0.0 and now[OPEN] != KEPT
-    filled, limited = now[FILLED] > 0.0 and g[VOLUME] > 0.0, now[LIMITED] > 0.0
-    slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
-    # gu and gv: of the force by place and speed of the driven end; pv and pp: of P′ by that speed and by the pressure
-    for k in range(order + 1):
-        s[GU, k] = -g[KAPPA] if k == 0 else 0.0
+    size = 2 * q if flows else q
+    if work.span[1] != t:
+        tabulated(law, work, t)
+    # of the force by place and speed of the driven end and by the pressure, of P′ by that speed and the pressure
+    gain = work.system[:size, : size + count]
+    for m in range(q):
+        x = t * c[m]
+        a, b = blend[0, AREA] + blend[1, AREA] * x, blend[0, drag] + blend[1, drag] * x
+        u, v, pressure = value(s[U], x, order), value(s[V], x, order), value(s[P], x, order)
+        gu, gv, pv, pp, capacity = -g[KAPPA], -2.0 * sign * b * v, 0.0, 0.0, 1.0
         if g[GAS] != 0.0:
-            e = -g[EXPONENT] - 1.0
-            s[DF, k] = power(s[Z], s[DF], e, k) if k else s[Z, 0] ** e
-            s[GU, k] -= g[EXPONENT] * g[GAS] / g[COLUMN] * s[DF, k]
-        s[GV, k] = -2.0 * sign * (blend[0, drag] * s[V, k] + (blend[1, drag] * s[V, k - 1] if k else 0.0))
-        if not flows:
-            continue
-        top = -blend[0, AREA] if k == 0 else -blend[1, AREA] if k == 1 else 0.0
-        s[PV, k] = quotient(top, s[PV], s[C], k)
-        if limited:
-            s[DC, k] = quotient(-s[Q, k], s[DC], s[P], k)
-            held = s[DC, k] - (g[LEAK] + slope if k == 0 else 0.0)
-        else:
-            held = -(g[SLIP] + g[LEAK] + slope) if k == 0 else 0.0
-        s[SOURCE, k] = held
-        if filled:
-            e = -1.0 / g[POLYTROPIC] - 2.0
-            s[DG, k] = power(s[S], s[DG], e, k) if k else s[S, 0] ** e
-            s[SOURCE, k] -= gas_capacity(g) * (e + 1.0) * product(s[DG], s[RISE], k)
-            s[PP, k] = quotient(s[SOURCE, k], s[PP], s[C], k)
-        else:
-            s[PP, k] = s[SOURCE, k] / g[COMPLIANCE]
-    count, blends = bars.shape[1], state.blends
-    for i in range(n):
-        for d in range(count):
-            work.moved[0, i, d], work.spun[0, i, d] = bars[i, d], bars[n + i, d]
-    for d in range(count):
-        work.turned[BY_PRESSURE, 0, d] = bars[2 * n, d]
-    for k in range(order + 1):
-        place, rate, rise, push = (
-            work.turned[BY_PLACE, k],
-            work.turned[BY_RATE, k],
-            work.turned[BY_PRESSURE],
-            work.pushed,
-        )
-        for d in range(count):
-            place[d] = rate[d] = 0.0
-        for i in range(n):
-            driven = modes[DRIVEN, i]
-            for d in range(count):
-                place[d] += driven * work.moved[k, i, d]
-                rate[d] += driven * work.spun[k, i, d]
-        for d in range(count):
-            push[d] = blend[0, AREA] * rise[k, d]
-        if k > 0 and blend[1, AREA] != 0.0:
-            for d in range(count):
-                push[d] += blend[1, AREA] * rise[k - 1, d]
-        for j in range(k + 1):
-            gu, gv = s[GU, k - j], s[GV, k - j]
-            for d in range(count):
-                push[d] += gu * work.turned[BY_PLACE, j, d] + gv * work.turned[BY_RATE, j, d]
-        for d in range(count):
-            rise[k + 1, d] = 0.0
+            gu -= g[EXPONENT] * g[GAS] / g[COLUMN] * (1.0 + u / g[COLUMN]) ** (-g[EXPONENT] - 1.0)
+        if resting:
+            gu = gv = 0.0
         if flows:
-            for j in range(k + 1):
-                pv, pp = s[PV, k - j], s[PP, k - j]
+            slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
+            capacity, bends = g[COMPLIANCE], 0.0
+            if now[FILLED] > 0.0 and g[VOLUME] > 0.0:
+                e = -1.0 / g[POLYTROPIC] - 1.0
+                gas = gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** e
+                capacity, bends = capacity + gas, e * gas / (pressure + g[ATMOSPHERE])
+            rise, pp = g[FLOW] - g[SLIP] * pressure, -g[SLIP]
+            if now[LIMITED] > 0.0:
+                rise, pp = g[POWER] / pressure, -g[POWER] / (pressure * pressure)
+            rise -= a * v + g[LEAK] * pressure + slope * (pressure - g[RELIEF] if slope > 0.0 else 0.0)
+            pv, pp = -a / capacity, (pp - g[LEAK] - slope - bends * rise / capacity) / capacity
+        for j in range(q):
+            gain[m, j] = -gu * work.pulled[0, m, j] - gv * work.pulled[1, m, j]
+            if flows:
+                part = 0.0
+                for p in range(q):
+                    part += work.nodes[1, p] * work.parts[m, p, j]
+                gain[m, q + j], gain[q + m, j] = -a * x * part, -pv * work.pulled[1, m, j]
+                gain[q + m, q + j] = -pp * x * part
+                gain[q + m, q + j] += 1.0 if j == m else 0.0
+        gain[m, m] += 1.0
+        push = gain[m, size:]
+        for d in range(count):
+            push[d] = a * bars[2 * n, d]
+        for i in range(2 * n):
+            by = gu * work.seen[0, m, i] + gv * work.seen[1, m, i]
+            for d in range(count):
+                push[d] += by * bars[i, d]
+        if flows:
+            rises = gain[q + m, size:]
+            for d in range(count):
+                rises[d] = pp * bars[2 * n, d]
+            for i in range(2 * n):
+                by = pv * work.seen[1, m, i]
                 for d in range(count):
-                    rise[k + 1, d] += pv * work.turned[BY_RATE, j, d] + pp * rise[j, d]
+                    rises[d] += by * bars[i, d]
         for d in range(count):
-            if (
-                blends[0, AREA, d] == 0.0
-                and blends[0, drag, d] == 0.0
-                and blends[1, AREA, d] == 0.0
-                and blends[1, drag, d] == 0.0
-                and blends[0, TANKED, d] == 0.0
-                and blends[1, TANKED, d] == 0.0
-            ):
-                continue  # fmt: skip
-            push[d] += blends[0, AREA, d] * s[P, k] + (blends[1, AREA, d] * s[P, k - 1] if k else 0.0)
-            push[d] -= sign * (blends[0, drag, d] * s[W, k] + (blends[1, drag, d] * s[W, k - 1] if k else 0.0))
-            if k < 2:
-                push[d] += g[TANK] * blends[k, TANKED, d]
-            if flows:  # −δa v/C by its own recurrence, as C is the same of all directions
-                drawn = blends[0, AREA, d] * s[V, k] + (blends[1, AREA, d] * s[V, k - 1] if k else 0.0)
-                drawn += product(s[C, 1:], work.drawn[d], k - 1) if k else 0.0
-                work.drawn[d, k] = -drawn / s[C, 0]
-                rise[k + 1, d] += work.drawn[d, k]
-        for d in range(count):
-            rise[k + 1, d] /= k + 1.0
-        pace = 1.0 / (k + 1.0)
-        for i in range(n):
-            driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
-            if now[RESTING] > 0.0:
-                driven = omega2 = damping = 0.0
-            for d in range(count):
-                pull = driven * push[d] - omega2 * work.moved[k, i, d] - damping * work.spun[k, i, d]
-                work.moved[k + 1, i, d] = pace * work.spun[k, i, d]
-                work.spun[k + 1, i, d] = pace * pull
+            wide = blends[0, AREA, d] + blends[1, AREA, d] * x
+            push[d] += wide * pressure + g[TANK] * (blends[0, TANKED, d] + blends[1, TANKED, d] * x)
+            push[d] -= sign * (blends[0, drag, d] + blends[1, drag, d] * x) * v * v
+            if flows:
+                gain[q + m, size + d] -= wide * v / capacity
+    solved(gain, size)
     for i in range(n):
+        if resting:
+            break
+        place, rate = bars[i], bars[n + i]
         for d in range(count):
-            bars[i, d], bars[n + i, d] = work.moved[order, i, d], work.spun[order, i, d]
-    for d in range(count):
-        bars[2 * n, d] = work.turned[BY_PRESSURE, order, d]
-    for k in range(order - 1, -1, -1):
-        for i in range(n):
+            p, r = place[d], rate[d]
+            place[d] = work.turned[0, i] * p + work.turned[1, i] * r
+            rate[d] = work.turned[2, i] * p + work.turned[3, i] * r
+        for m in range(q):
+            k, r = work.answers[0, i, m], work.answers[1, i, m]
             for d in range(count):
-                bars[i, d] = bars[i, d] * t + work.moved[k, i, d]
-                bars[n + i, d] = bars[n + i, d] * t + work.spun[k, i, d]
-        for d in range(count):
-            bars[2 * n, d] = bars[2 * n, d] * t + work.turned[BY_PRESSURE, k, d]
+                place[d] += k * gain[m, size + d]
+                rate[d] += r * gain[m, size + d]
+    if flows:
+        for m in range(q):
+            for d in range(count):
+                bars[2 * n, d] += t * work.nodes[1, m] * gain[q + m, size + d]
     for d in range(count):
         for j in range(4):
             blends[0, j, d] += blends[1, j, d] * t
