@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -204,15 +204,14 @@ def oil_machine(machine: Machine, modes: int) -> OilMachine:
 
 
 @cache
-def _collocation(q: int) -> tuple[Array, Array]:
-    """Gauss's nodes and weights on (0, 1), (2, q), and the Lagrange polynomials l_j(c_m c_p) at them as (m, p, j)."""
+def _collocation(q: int) -> tuple[Array, Array, Array]:
+    """Gauss's nodes c and weights on (0, 1), (2, q), Lagrange's l_j(c_m c_p) as (m, p, j), and their ∫₀¹ dp."""
     if q == 0:
-        return np.zeros((2, 0)), np.zeros((0, 0, 0))
+        return np.zeros((2, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0))
     x, weights = np.polynomial.legendre.leggauss(q)
-    c = 0.5 * (x + 1.0)
-    to = np.linalg.inv(np.polynomial.legendre.legvander(x, q - 1))
-    at = np.polynomial.legendre.legvander(2.0 * np.outer(c, c) - 1.0, q - 1)
-    return np.array([c, 0.5 * weights]), at @ to
+    c, of = 0.5 * (x + 1.0), partial(np.polynomial.legendre.legvander, deg=q - 1)
+    parts = of(2.0 * np.outer(c, c) - 1.0) @ np.linalg.inv(of(x))
+    return np.array([c, 0.5 * weights]), parts, np.einsum("p,mpj->mj", 0.5 * weights, parts)
 
 
 @dataclass
@@ -264,12 +263,11 @@ class OilMotion:
         )  # fmt: skip
         order, size = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2, 2 * n + 1
         q = 0 if D == 0 else kn.ELASTIC_NODES if numbers.modes else kn.NODES
-        nodes, parts = _collocation(q)
         work = kn.OilWork(
             np.zeros((kn.ROWS, order)), np.zeros((order, n)), np.zeros((order, n)), np.zeros((64, order)),
-            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), nodes, parts, np.zeros(2),
+            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), *_collocation(q), np.zeros(2),
             np.zeros((2, q, 2 * n)), np.zeros((2, q, q)), np.zeros((4, n)), np.zeros((2, n, q)),
-            np.zeros((2 * q, 2 * q + D)),
+            np.zeros((2 * q, 2 * q)), np.zeros((2 * q, D)),
         )  # fmt: skip
         steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
         log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))

@@ -63,9 +63,9 @@ class OilState(NamedTuple):
 class OilWork(NamedTuple):
     """Room: series (ROWS, K + 2), of modes and rates (K + 2, n) each, polynomials, rates before and after an event.
 
-    Of the derivatives: Gauss's nodes and weights, (2, q), parts (q, q, q) of their polynomials, the step that is kept
-    and that of the tables, (2,), and these: at the nodes by modes (2, q, 2 n) and forces (2, q, q), at the end by modes
-    (4, n) and forces (2, n, q); their equations, (2 q, 2 q + D).
+    Of the derivatives: Gauss's nodes and weights, (2, q), parts (q, q, q) of their polynomials and integrals (q, q) up
+    to a node, the step that is kept and that of the tables, (2,), and these: at the nodes by modes (2, q, 2 n) and
+    forces (2, q, q), at the end by modes (4, n) and forces (2, n, q); their equations, (2 q, 2 q) and (2 q, D).
     """
 
     series: Any
@@ -78,12 +78,14 @@ class OilWork(NamedTuple):
     times: Any
     nodes: Any
     parts: Any
+    swept: Any
     span: Any
     seen: Any
     pulled: Any
     turned: Any
     answers: Any
-    system: Any
+    matrix: Any
+    columns: Any
 
 
 class OilLog(NamedTuple):

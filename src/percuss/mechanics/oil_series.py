@@ -531,28 +531,40 @@ def tabulated(law, work, t):
 
 
 @inner
-def solved(system, size):
-    """The columns behind a square matrix, solved for in place: elimination with a choice of the row."""
-    width = system.shape[1]
+def added(row, share, other):
+    """A multiple of another row to a row."""
+    for j in range(row.size):
+        row[j] += share * other[j]
+
+
+@inner
+def exchanged(row, other):
+    """Two rows, each in place of the other."""
+    for j in range(row.size):
+        row[j], other[j] = other[j], row[j]
+
+
+@inner
+def solved(matrix, columns, size):
+    """Columns behind a square matrix, solved for in place: elimination with a choice of the row."""
     for k in range(size):
         best = k
         for m in range(k + 1, size):
-            if abs(system[m, k]) > abs(system[best, k]):
+            if abs(matrix[m, k]) > abs(matrix[best, k]):
                 best = m
         if best != k:
-            for j in range(k, width):
-                system[k, j], system[best, j] = system[best, j], system[k, j]
+            exchanged(matrix[k], matrix[best])
+            exchanged(columns[k], columns[best])
         for m in range(k + 1, size):
-            share = system[m, k] / system[k, k]
-            for j in range(k + 1, width):
-                system[m, j] -= share * system[k, j]
+            share = -matrix[m, k] / matrix[k, k]
+            added(matrix[m, k:size], share, matrix[k, k:size])
+            added(columns[m], share, columns[k])
     for k in range(size - 1, -1, -1):
-        for j in range(size, width):
-            system[k, j] /= system[k, k]
+        row, scale = columns[k], 1.0 / matrix[k, k]
+        for j in range(row.size):
+            row[j] *= scale
         for m in range(k):
-            share = system[m, k]
-            for j in range(size, width):
-                system[m, j] -= share * system[k, j]
+            added(columns[m], -matrix[m, k], row)
 
 
 @inner
@@ -573,7 +585,7 @@ def linearised(law, state, work, t):
     if work.span[1] != t:
         tabulated(law, work, t)
     # of the force by place and speed of the driven end and by the pressure, of P′ by that speed and the pressure
-    gain = work.system[:size, : size + count]
+    matrix, columns = work.matrix, work.columns
     for m in range(q):
         x = t * c[m]
         a, b = blend[0, AREA] + blend[1, AREA] * x, blend[0, drag] + blend[1, drag] * x
@@ -595,38 +607,26 @@ def linearised(law, state, work, t):
                 rise, pp = g[POWER] / pressure, -g[POWER] / (pressure * pressure)
             rise -= a * v + g[LEAK] * pressure + slope * (pressure - g[RELIEF] if slope > 0.0 else 0.0)
             pv, pp = -a / capacity, (pp - g[LEAK] - slope - bends * rise / capacity) / capacity
-        for j in range(q):
-            gain[m, j] = -gu * work.pulled[0, m, j] - gv * work.pulled[1, m, j]
-            if flows:
-                part = 0.0
-                for p in range(q):
-                    part += work.nodes[1, p] * work.parts[m, p, j]
-                gain[m, q + j], gain[q + m, j] = -a * x * part, -pv * work.pulled[1, m, j]
-                gain[q + m, q + j] = -pp * x * part
-                gain[q + m, q + j] += 1.0 if j == m else 0.0
-        gain[m, m] += 1.0
-        push = gain[m, size:]
-        for d in range(count):
-            push[d] = a * bars[2 * n, d]
-        for i in range(2 * n):
-            by = gu * work.seen[0, m, i] + gv * work.seen[1, m, i]
-            for d in range(count):
-                push[d] += by * bars[i, d]
-        if flows:
-            rises = gain[q + m, size:]
-            for d in range(count):
-                rises[d] = pp * bars[2 * n, d]
-            for i in range(2 * n):
-                by = pv * work.seen[1, m, i]
-                for d in range(count):
-                    rises[d] += by * bars[i, d]
+        push, rises = columns[m], columns[size - q + m]
         for d in range(count):
             wide = blends[0, AREA, d] + blends[1, AREA, d] * x
-            push[d] += wide * pressure + g[TANK] * (blends[0, TANKED, d] + blends[1, TANKED, d] * x)
+            rises[d] = pp * bars[2 * n, d] - wide * v / capacity
+            push[d] = a * bars[2 * n, d] + wide * pressure
+            push[d] += g[TANK] * (blends[0, TANKED, d] + blends[1, TANKED, d] * x)
             push[d] -= sign * (blends[0, drag, d] + blends[1, drag, d] * x) * v * v
+        for i in range(2 * n):
+            added(push, gu * work.seen[0, m, i] + gv * work.seen[1, m, i], bars[i])
             if flows:
-                gain[q + m, size + d] -= wide * v / capacity
-    solved(gain, size)
+                added(rises, pv * work.seen[1, m, i], bars[i])
+        for j in range(q):
+            matrix[m, j] = -gu * work.pulled[0, m, j] - gv * work.pulled[1, m, j]
+            if flows:
+                matrix[m, q + j], matrix[q + m, j] = -a * x * work.swept[m, j], -pv * work.pulled[1, m, j]
+                matrix[q + m, q + j] = -pp * x * work.swept[m, j]
+        matrix[m, m] += 1.0
+        if flows:
+            matrix[q + m, q + m] += 1.0
+    solved(matrix, columns, size)
     for i in range(n):
         if resting:
             break
@@ -636,14 +636,11 @@ def linearised(law, state, work, t):
             place[d] = work.turned[0, i] * p + work.turned[1, i] * r
             rate[d] = work.turned[2, i] * p + work.turned[3, i] * r
         for m in range(q):
-            k, r = work.answers[0, i, m], work.answers[1, i, m]
-            for d in range(count):
-                place[d] += k * gain[m, size + d]
-                rate[d] += r * gain[m, size + d]
+            added(place, work.answers[0, i, m], columns[m])
+            added(rate, work.answers[1, i, m], columns[m])
     if flows:
         for m in range(q):
-            for d in range(count):
-                bars[2 * n, d] += t * work.nodes[1, m] * gain[q + m, size + d]
+            added(bars[2 * n], t * work.nodes[1, m], columns[q + m])
     for d in range(count):
         for j in range(4):
             blends[0, j, d] += blends[1, j, d] * t

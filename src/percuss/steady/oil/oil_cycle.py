@@ -234,7 +234,7 @@ class PortPassage:
         state = _copied(self.state)
         unknowns = OilUnknowns.of(self.numbers, state)
         scales = unknowns.scales(self.numbers)
-        slope, step, best = None, 0.0 * scales, math.inf
+        slope, best, step = None, math.inf, np.zeros(unknowns.size)
         for _ in range(_NEWTON):  # with the derivatives of an earlier step, corrected, for as long as these lead on
             fresh = slope is None
             motion = self.returned(state, unknowns.size if fresh else 0)
@@ -247,7 +247,7 @@ class PortPassage:
             else:  # C. G. Broyden, Math. Comp. 19 (1965) 577, method 1
                 slope = slope + np.outer(off, step / scales**2) / float(np.sum((step / scales) ** 2))
             try:
-                step = np.linalg.solve(np.eye(unknowns.size) - slope, off)
+                step[:] = np.linalg.solve(np.eye(unknowns.size) - slope, off)
             except np.linalg.LinAlgError:
                 return None
             size = float(np.max(np.abs(step) / scales))
