@@ -17,12 +17,15 @@ import re
 from typing import Any
 from unittest import mock
 
-from percuss.case.answers.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
-from percuss.case.answers.drilling_answer import BLOW, DRILLING, HELD, STATIC
+from percuss.case.answers.blows.blow_answer import GAUGE, MEASURED, PULSE, ROCK, ROD, STRIKER
+from percuss.case.answers.blows.drilling_answer import BLOW, DRILLING, HELD, STATIC
+from percuss.case.answers.blows.repeated_answer import IN_TRAIN, REPEATED
+from percuss.case.answers.blows.transfer import FATIGUE, SECTION, STEEL, TRANSFER
+from percuss.case.answers.blows.valve_waves_answer import VALVE_WAVES
+from percuss.case.answers.blows.waves_answer import IMPACT, SETTLED
 from percuss.case.answers.facts import Fact, reference_of
 from percuss.case.answers.machine_answer import MARGINS, PRESSURE, STABILITY
 from percuss.case.answers.machine_figures import BLANK, CYCLE, OIL, POWER
-from percuss.case.answers.repeated_answer import IN_TRAIN, REPEATED
 from percuss.case.answers.simulation_answer import EVENT
 from percuss.case.answers.steady_answer import (
     DRAG,
@@ -37,9 +40,6 @@ from percuss.case.answers.steady_answer import (
     WAVEFORM,
 )
 from percuss.case.answers.steady_answer import ORBIT as STEADY
-from percuss.case.answers.transfer import FATIGUE, SECTION, STEEL, TRANSFER
-from percuss.case.answers.valve_waves_answer import VALVE_WAVES
-from percuss.case.answers.waves_answer import IMPACT, SETTLED
 from percuss.case.answers.whole_hammer import UNCERTAIN
 from percuss.case.file_format.key_tables import rows_of, said_of, table_class
 from percuss.cli.app import COMMANDS, command_of

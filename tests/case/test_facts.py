@@ -20,7 +20,7 @@ from percuss.case import (
     simulation_answer,
     steady_answer,
 )
-from percuss.case.answers.blow_answer import blow_report
+from percuss.case.answers.blows.blow_answer import blow_report
 from percuss.case.answers.facts import Fact, Report, Teller, json_of, rows_of
 from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.machine_figures import CYCLE, POWER, Running

@@ -8,7 +8,7 @@ import pytest
 
 from percuss.blow import Steel, fatigue
 from percuss.case import Case, blow_answer, load_case
-from percuss.case.answers.blow_answer import blow_report
+from percuss.case.answers.blows.blow_answer import blow_report
 from percuss.case.answers.machine_answer import machine_answer
 from percuss.errors import CaseError
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from percuss.case import Case, load_case, repeated_answer
-from percuss.case.answers.repeated_answer import repeated_report
-from percuss.case.answers.transfer import tool_of
+from percuss.case.answers.blows.repeated_answer import repeated_report
+from percuss.case.answers.blows.transfer import tool_of
 from percuss.case.answers.whole_hammer import whole_system
 from percuss.cli import main
 from percuss.errors import CaseError

@@ -7,10 +7,10 @@ import pytest
 
 from percuss.blow import strike
 from percuss.case import Case, load_case, machine_answer, steady_answer
+from percuss.case.answers.blows.transfer import Transfer
 from percuss.case.answers.exploring.exploration import sweep_job_of
 from percuss.case.answers.machine_answer import machine_report
 from percuss.case.answers.steady_report import steady_report
-from percuss.case.answers.transfer import Transfer
 from percuss.case.case import case_of, json_tables
 from percuss.explore.family import Axis
 from percuss.explore.sweeps import Sweep

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from percuss.case import Case, load_case, valve_waves_answer
-from percuss.case.answers.valve_waves_answer import valve_waves_report
+from percuss.case.answers.blows.valve_waves_answer import valve_waves_report
 from percuss.cli import main
 from percuss.errors import CaseError
 

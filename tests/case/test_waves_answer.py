@@ -7,7 +7,7 @@ import pytest
 from percuss.blow import Rod, Wall
 from percuss.blow.periods.wave_motion import rigid_state
 from percuss.case import Case, load_case, waves_answer
-from percuss.case.answers.waves_answer import stop_of, struck_by, waves_report
+from percuss.case.answers.blows.waves_answer import stop_of, struck_by, waves_report
 from percuss.simulate import Stop
 
 PLAIN = """
@@ -151,5 +151,5 @@ def test_a_feed_and_a_damper_give_the_drifter_a_rhythm_and_say_whether_blows_may
     report = waves_report(answer, 0)
     rows = dict(next(section.rows for section in report.sections if section.heading == "Motion by waves"))
     assert rows["bit"] == "on the rock at every blow"
-    assert "may be taken so" in rows["one by one"]
+    assert "may be taken one by one" in rows["one by one"]
     assert "recoil damper" in rows["struck"]

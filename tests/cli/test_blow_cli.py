@@ -12,7 +12,7 @@ import pytest
 
 from cli_cases import WAVES
 from percuss.case import Case, Span, best_answer, blow_answer, load_case, machine_answer
-from percuss.case.answers.transfer import LEFT_OUT
+from percuss.case.answers.blows.transfer import LEFT_OUT
 from percuss.case.parameters.case_family import CaseFamily
 from percuss.cli.long_commands import JobWatch
 from percuss.errors import CaseError, ParameterError

@@ -187,7 +187,11 @@ BESIDE = {
     ("StepsLoad", "area"): {"unit": '"bar"'},
     **{
         ("SupplyTable", key): {"flow": '"133 l/min"', "accumulator": '"2.5 cm^3/bar"'}
-        for key in ("flow", "accumulator", "start", "quickening", "power", "slip", "leakage", "relief", "line")
+        for key in ("flow", "accumulator", "start", "quickening", "power", "slip", "leakage", "relief")
+    },
+    ("SupplyTable", "line"): {
+        "flow": '"133 l/min"',
+        "accumulator": '{precharge = "80 bar", volume = "0.4 l"}',
     },
     ("ValveLoad", "spool"): {
         "pressure": '"160 bar"',

@@ -91,7 +91,7 @@ def test_circles_of_every_kind_are_seen(tmp_path: Path, texts: dict[str, str]) -
 
 WITH_R = {
     "paper/claim_common.py",  # the curves that B77 prints, with his R
-    "blow/closed_forms.py", "case/answers/blow_answer.py",  # R is what comes out of a blow by waves, and no law
+    "blow/closed_forms.py", "case/answers/blows/blow_answer.py",  # R is what comes out of a blow by waves, and no law
     "simulate/kernels/wall.py", "simulate/kernels/motion.py",  # to which R comes as a number of their record
 }  # fmt: skip
 

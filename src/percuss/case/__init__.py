@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.case.answers.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
+    from percuss.case.answers.blows.blow_answer import BlowAnswer, MeasuredGauge, blow_answer, measured_gauge
+    from percuss.case.answers.blows.repeated_answer import RepeatedAnswer, repeated_answer
+    from percuss.case.answers.blows.valve_waves_answer import ValveWavesAnswer, valve_waves_answer
+    from percuss.case.answers.blows.waves_answer import WavesAnswer, waves_answer
     from percuss.case.answers.exploring.best_answer import BestAnswer, best_answer
     from percuss.case.answers.exploring.comparison import Comparison, compare
     from percuss.case.answers.exploring.design import DesignAnswer, DesignPlane, Limit, design
@@ -36,11 +39,8 @@ if TYPE_CHECKING:
     )
     from percuss.case.answers.machine_answer import MachineAnswer, machine_answer
     from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_answer
-    from percuss.case.answers.repeated_answer import RepeatedAnswer, repeated_answer
     from percuss.case.answers.simulation_answer import SimulationAnswer, resumed_answer, simulation_answer
     from percuss.case.answers.steady_answer import CaseReach, OrbitAnswer, PeriodAnswer, SteadyAnswer, steady_answer
-    from percuss.case.answers.valve_waves_answer import ValveWavesAnswer, valve_waves_answer
-    from percuss.case.answers.waves_answer import WavesAnswer, waves_answer
     from percuss.case.case import Case
     from percuss.case.catalogue.sample_cases import MACHINES, SampleMachine, load_case
     from percuss.case.file_format.reading import CaseErrors

@@ -110,7 +110,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
     answer = _answer(parser, options, case)
     if options.measured is not None:
         answer = _with_record(parser, answer, options)
-    from percuss.case.answers.blow_answer import blow_dataset, blow_report
+    from percuss.case.answers.blows.blow_answer import blow_dataset, blow_report
 
     if options.output is not None:
         from percuss.atomic_write import write_dataset
@@ -126,7 +126,7 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
 def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
     """Blows that follow each other, each with the waves of those before it; after Ctrl-C those so far."""
     from percuss.case import repeated_answer
-    from percuss.case.answers.repeated_answer import repeated_report
+    from percuss.case.answers.blows.repeated_answer import repeated_report
     from percuss.cli.long_commands import watching
     from percuss.cli.report_printing import answered
 

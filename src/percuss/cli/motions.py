@@ -427,9 +427,9 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
     shown = LAST if options.events is None else last
     report: Any = motion_report
     if options.contact == "waves" and case is not None and case.is_machine:
-        from percuss.case.answers.valve_waves_answer import valve_waves_report as report
+        from percuss.case.answers.blows.valve_waves_answer import valve_waves_report as report
     elif options.contact == "waves":
-        from percuss.case.answers.waves_answer import waves_report as report
+        from percuss.case.answers.blows.waves_answer import waves_report as report
 
     def drawn() -> Figure:
         return plot.trajectory(answer) if answer.motion.is_clocked else plot.machine_motion(answer)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from percuss.blow.bodies import Sections
-    from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.blows.blow_answer import BlowAnswer
     from percuss.case.answers.exploring.best_answer import BestAnswer
 
 

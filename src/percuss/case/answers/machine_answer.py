@@ -8,6 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from percuss.case.answers.blows.transfer import (
+    Transfer,
+    tool_of,
+    transfer_dict,
+    transfer_section,
+    transfer_sentence,
+)
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -47,13 +54,6 @@ from percuss.case.answers.machine_figures import (
     figures_in_si,
     pressure_curve,
     sensitivities,
-)
-from percuss.case.answers.transfer import (
-    Transfer,
-    tool_of,
-    transfer_dict,
-    transfer_section,
-    transfer_sentence,
 )
 from percuss.case.answers.whole_hammer import FigureUncertainty, WholeHammer
 from percuss.case.case import checked_case

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.blows.transfer import Transfer, tool_of, transfer_dict
 from percuss.case.answers.facts import (
     Fact,
     Teller,
@@ -26,7 +27,6 @@ from percuss.case.answers.facts import (
     rhythm,
 )
 from percuss.case.answers.heading import CLOCKED, Clocked, clocked_because, contact_dict, doubts, heading_dict
-from percuss.case.answers.transfer import Transfer, tool_of, transfer_dict
 from percuss.case.answers.whole_hammer import FigureUncertainty, WholeHammer
 from percuss.case.case import checked_case
 from percuss.errors import ParameterError, PercussError

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from percuss.case.answers.blows.transfer import transfer_section, transfer_sentence
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -29,7 +30,6 @@ from percuss.case.answers.facts import (
 )
 from percuss.case.answers.heading import CLOCKED, clock_in_short, system_section
 from percuss.case.answers.steady_answer import rest_note
-from percuss.case.answers.transfer import transfer_section, transfer_sentence
 from percuss.steady.figures import FIGURES
 from percuss.steady.multipliers import Reason
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from percuss.case.answers.blows.transfer import transfer_of
 from percuss.case.answers.facts import Fact, Grid, figures, measured, number, percent, plain_of, quantity
-from percuss.case.answers.transfer import transfer_of
 from percuss.errors import ParameterError, PercussError, did_you_mean
 from percuss.model.checks import DEFAULT_MODES, text
 from percuss.short_repr import ShortRepr
@@ -21,7 +21,7 @@ from percuss.steady.figures import FIGURES
 from percuss.units import si, unit_scale
 
 if TYPE_CHECKING:
-    from percuss.case.answers.transfer import Transfer
+    from percuss.case.answers.blows.transfer import Transfer
     from percuss.case.file_format.contact import BlowQuestion
     from percuss.model import Machine, System
     from percuss.steady.self_excited.valve_cycle import ValveCycle

@@ -187,7 +187,7 @@ class CaseFamily:
         The speed in [blow] is that of the case as it stands: where a value changes the load or the contact, or the bar
         of a machine that switches its own valve, the blow has the speed of the motion that results.
         """
-        from percuss.case.answers.blow_answer import blow_answer, own_speed
+        from percuss.case.answers.blows.blow_answer import blow_answer, own_speed
 
         case, keys = self.varied(values), {self.key(name) for name in values}
         free = {"tool", "rock", "blow"} if self.is_machine else {"bar", "tool", "rock", "blow"}
@@ -206,7 +206,7 @@ class CaseFamily:
         Under a clock in the possible motion with the greatest margin of stability. The cycle of a machine with elastic
         modes is looked for `near` that of another one first, which is quicker.
         """
-        from percuss.case.answers.transfer import tool_of
+        from percuss.case.answers.blows.transfer import tool_of
         from percuss.case.answers.whole_hammer import WholeHammer, whole_machine, whole_system
         from percuss.steady import Orbit
         from percuss.steady.states import MAX_PERIODS

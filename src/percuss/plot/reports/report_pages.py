@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from percuss._version import __version__
 from percuss.blow import Rod
-from percuss.case.answers.blow_answer import BlowAnswer, blow_report
+from percuss.case.answers.blows.blow_answer import BlowAnswer, blow_report
+from percuss.case.answers.blows.transfer import assumed
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
 from percuss.case.answers.exploring.identify import DataSheetAnswer, IdentifyAnswer
@@ -23,7 +24,6 @@ from percuss.case.answers.recorded_answer import RecordedAnswer, recorded_report
 from percuss.case.answers.simulation_answer import motion_report
 from percuss.case.answers.steady_answer import SteadyAnswer
 from percuss.case.answers.steady_report import steady_report
-from percuss.case.answers.transfer import assumed
 from percuss.case.answers.whole_hammer import HEADLINE, WHOLE_FIGURES
 from percuss.plot.reports.bar_outline import bar_outline
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.blow.best import OBJECTIVES
 from percuss.blow.figures import FIGURES
-from percuss.case.answers.blow_answer import BlowAnswer, blow_answer
+from percuss.case.answers.blows.blow_answer import BlowAnswer, blow_answer
 from percuss.case.answers.facts import BAD, GOOD, PLAIN, Grid, Report, ReportSection, number, percent, picked
 from percuss.case.case import checked_case
 from percuss.case.parameters.case_family import CaseFamily

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.blow_answer import blow_answer
+from percuss.case.answers.blows.blow_answer import blow_answer
 from percuss.case.answers.exploring.tolerance import uncertainty_of
 from percuss.case.answers.facts import BAD, GOOD, Grid, Report, ReportSection, json_number, number
 from percuss.case.answers.machine_answer import MachineAnswer, headline, machine_answer
@@ -22,7 +22,7 @@ from percuss.model.checks import several, text
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
-    from percuss.case.answers.blow_answer import BlowAnswer
+    from percuss.case.answers.blows.blow_answer import BlowAnswer
     from percuss.case.case import Case
     from percuss.steady import Orbit
     from percuss.steady.self_excited.valve_cycle import ValveCycle

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from percuss.case.answers.blow_answer import BlowAnswer, blow_answer, blow_sentence
+from percuss.case.answers.blows.blow_answer import BlowAnswer, blow_answer, blow_sentence
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
 from percuss.case.answers.exploring.tolerance import uncertainty_of
 from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of, settles

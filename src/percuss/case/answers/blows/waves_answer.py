@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from percuss.case.answers.blows.drilling_answer import taken_singly, warned
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -177,7 +178,9 @@ def waves_warnings(motion: WaveMotion) -> list[str]:
     elif motion.cycle is None and motion.stop.periodic:
         found.append(_unsettled(motion))
     own = motion.settled
-    found += _restitution(motion) + _together(motion)
+    found += _restitution(motion)
+    if motion.left_bound is not None:
+        found += warned(bool(motion.main.stands.all()), motion.left_bound)
     left = float(np.median(own.ringing_share)) if own.size else 0.0
     if left > _RINGING and motion.cycle is None and not motion.quiet:
         found.append(f"a blow leaves {percent(left)} of its energy as ringing (median), which damping must end in time")
@@ -200,17 +203,6 @@ def _unsettled(motion: WaveMotion) -> str:
         near = f"blows per load period {number(blows, 3)}, R = {number(float(np.nanmean(own)), 3)} in the mean"
         return f"no periodic motion found, but a rhythm: {near}; impulses scatter by {percent(scatter)}"
     return "no periodic motion found: simulate for longer, or look at the ringing that blows leave behind"
-
-
-def _together(motion: WaveMotion) -> list[str]:
-    """Whether blows may be taken one by one, where a feed holds the tool."""
-    found, bound = [], motion.left_bound
-    if bound is not None and bound > _RINGING:
-        told = f"waves that blows leave in the tool may change a penetration by up to {percent(bound)}"
-        found.append(f"{told}: blows must not be taken one by one")
-    if bound is not None and not motion.main.stands.all():
-        found.append("the bit is off the rock when a blow comes: more feed, or a recoil damper")
-    return found
 
 
 def _restitution(motion: WaveMotion) -> list[str]:
@@ -478,10 +470,7 @@ def _waves_section(answer: WavesAnswer) -> ReportSection:
         if motion.left_bound is not None:
             stands = "on the rock at every blow" if motion.main.stands.all() else "off the rock at a blow"
             rows.append(("bit", stands))
-            told = f"waves left in the tool may change a penetration by up to {percent(motion.left_bound)}"
-            rows.append(
-                ("one by one", f"{told}: blows {'may' if motion.left_bound <= _RINGING else 'must not'} be taken so")
-            )
+            rows.append(("one by one", taken_singly(motion.left_bound)))
     if answer.system.is_si:
         rows.append(("given", _given(motion)))
     rows.append(("lattice", _lattice(motion)))

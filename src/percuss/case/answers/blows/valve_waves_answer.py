@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from percuss.case.answers.blows.drilling_answer import taken_singly, warned
 from percuss.case.answers.facts import (
     GOOD,
     PLAIN,
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from percuss.simulate import Progress
     from percuss.steady.self_excited.valve_cycle import ValveCycle
 
-_ONE_BY_ONE = 0.05  # share of a penetration that waves left behind may change before blows must be taken together
 _RHYTHM = 0.1  # scatter within which blows are alike
 _BLOWS = 200  # followed where the case does not say how many
 
@@ -86,11 +86,7 @@ class ValveWavesAnswer(ShortRepr):
         if motion.label == "irregular":
             near = "a rhythm that scatters" if motion.scatter <= _RHYTHM else "no periodic motion: blows scatter"
             found.append(f"{near} by {percent(motion.scatter)} over the later half")
-        if motion.stands is False:
-            found.append("the bit is off the rock when a blow comes: more feed, or a recoil damper")
-        if motion.left_bound is not None and motion.left_bound > _ONE_BY_ONE:
-            told = f"waves that blows leave in the tool may change a penetration by up to {percent(motion.left_bound)}"
-            found.append(f"{told}: blows must not be taken one by one")
+        found += warned(motion.stands, motion.left_bound)
         return tuple(found)
 
     def to_json_dict(self, last: int | None = None) -> dict[str, Any]:
@@ -153,8 +149,7 @@ VALVE_WAVES: tuple[Fact[ValveWavesAnswer], ...] = (
     Fact("left_bound", "one by one", r"$\sqrt{E_{left}/W_{load}}$, by which waves left in the tool may change a "
          "penetration at most; null without a feed", "", "motion.left_bound",
          lambda one, _: None if one.motion.left_bound is None else
-         f"waves left in the tool may change a penetration by up to {percent(one.motion.left_bound)}: blows "
-         f"{'may' if one.motion.left_bound <= _ONE_BY_ONE else 'must not'} be taken so"),
+         taken_singly(one.motion.left_bound)),
     Fact("cells", "lattice", "of each section of striker and tool", "", "motion.lattice.cells",
          lambda one, _: f"{one.motion.lattice.cells[0]} cells in the striker's first section"),
 )  # fmt: skip

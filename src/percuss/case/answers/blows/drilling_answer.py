@@ -25,7 +25,7 @@ from percuss.short_repr import ShortRepr
 if TYPE_CHECKING:
     from percuss.blow import Blow, BlowsOneByOne, ContactInterval, JointTurns, Peak
 
-_SMALL = 0.05  # E_left's share of the penetration up to which blows may be treated one by one
+ONE_BY_ONE = 0.05  # E_left's share of the penetration up to which blows may be treated one by one
 _SECONDS = 60.0  # of a minute
 
 
@@ -192,7 +192,7 @@ def _left_words(one: Drilled, tell: Teller) -> str:
     if bound is None:
         return f"{told} at most {when}"
     text = f"{told} at most {when}: it may change the penetration of a next blow by {percent(bound)}, not more"
-    if bound <= _SMALL:
+    if bound <= ONE_BY_ONE:
         return text
     return f'{text}; above 5 % blows are not independent: follow them with their waves, between = "waves"'
 
@@ -305,6 +305,18 @@ bit_contacts | likewise | contacts_of_bit
 """One of several blows."""
 
 
+def taken_singly(bound: float) -> str:
+    """Whether blows may be taken one by one, by √(E_left/W_load)."""
+    told = f"waves that blows leave in the tool may change a penetration by up to {percent(bound)}"
+    return f"{told}: blows {'may' if bound <= ONE_BY_ONE else 'must not'} be taken one by one"
+
+
+def warned(stands: bool | None, bound: float | None) -> list[str]:
+    """What is to be known of blows that follow each other: of the bit, and of the waves left in the tool."""
+    found = [] if stands is not False else ["the bit is off the rock when a blow comes: more feed, or a recoil damper"]
+    return found if bound is None or bound <= ONE_BY_ONE else [*found, taken_singly(bound)]
+
+
 def said_first(one: Drilled, tell: Teller) -> list[tuple[str, str]]:
     """What is to be known of every blow with a tool: whether it is fed, and whether its steel takes anything."""
     rod, feed = one.tool, one.tool.feed
@@ -331,7 +343,7 @@ def drilled_sections(one: Drilled, tell: Teller) -> list[ReportSection | Grid]:
         told = f"{tell(one.tension.tension, 'stress')} in section {one.tension_section} of the tool"
         rows.insert(0, ("greatest tension", f"{told}, at {tell(one.tension.tension_time, 'time')}"))
     bound = one.all.left_bound
-    warns = one.all.stands is False or (one.feed_force is not None and bound is not None and bound > _SMALL)
+    warns = one.all.stands is False or (one.feed_force is not None and bound is not None and bound > ONE_BY_ONE)
     found: list[ReportSection | Grid] = [ReportSection("What holds the tool", tuple(rows), BAD if warns else PLAIN)]
     if one.all.drilling is not None:
         found.append(ReportSection("The hole", tuple(rows_of(one, DRILLING, tell))))

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from percuss.case.answers.drilling_answer import Drilled, drilled_sections, said_first
+from percuss.case.answers.blows.drilling_answer import Drilled, drilled_sections, said_first
+from percuss.case.answers.blows.transfer import BlowFatigue, assumed, blow_fatigue
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -34,7 +35,6 @@ from percuss.case.answers.facts import (
     rows_of,
     said,
 )
-from percuss.case.answers.transfer import BlowFatigue, assumed, blow_fatigue
 from percuss.case.case import checked_case
 from percuss.case.file_format.building import rigid_speed
 from percuss.errors import CaseError, HistoryError, ParameterError, extra_package

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from percuss.case.answers.blow_answer import own_speed
+from percuss.case.answers.blows.blow_answer import own_speed
+from percuss.case.answers.blows.drilling_answer import warned
 from percuss.case.answers.facts import (
     BAD,
     GOOD,
@@ -38,8 +39,6 @@ if TYPE_CHECKING:
     from percuss.case.case import Case
     from percuss.case.file_format.contact import BlowQuestion
     from percuss.simulate import Progress
-
-_ONE_BY_ONE = 0.05  # share of a penetration that waves left behind may change before blows must be taken together
 
 
 @dataclass(frozen=True)
@@ -153,11 +152,7 @@ class RepeatedAnswer(ShortRepr):
         if train.regime.kind == "no periodic régime" and train.blows_per_crater == 1:
             told = f"greatest penetrations scatter by {percent(train.regime.scatter)} of their mean"
             found.append(f"no periodic régime: {told}; a recoil damper or more attenuation gives one")
-        if train.target.rock is not None and not train.stands:
-            found.append("the bit is off the rock when a blow comes: more feed, or a recoil damper")
-        if train.bound is not None and train.bound > _ONE_BY_ONE:
-            told = f"waves left behind may change a penetration by up to {percent(train.bound)}"
-            found.append(f"{told}: blows must not be taken one by one")
+        found += warned(train.target.rock is None or train.stands, train.bound)
         if train.error is not None and train.error > 1e-3 and train.regime.kind != "no periodic régime":
             found.append(f"half the cells change penetrations by {percent(train.error)}: give more cells")
         return tuple(found)
