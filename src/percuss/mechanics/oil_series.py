@@ -530,11 +530,20 @@ def tabulated(law, work, t):
             answers[0, i, m], answers[1, i, m] = driven * t * w[m] * k, driven * t * w[m] * r
 
 
-@inner
+@summed
 def added(row, share, other):
     """A multiple of another row to a row."""
     for j in range(row.size):
         row[j] += share * other[j]
+
+
+@summed
+def both_added(one, other, a, b, c, d, first, second):
+    """Multiples of two rows to each of two others."""
+    for j in range(one.size):
+        x, y = first[j], second[j]
+        one[j] += a * x + b * y
+        other[j] += c * x + d * y
 
 
 @inner
@@ -614,10 +623,14 @@ def linearised(law, state, work, t):
             push[d] = a * bars[2 * n, d] + wide * pressure
             push[d] += g[TANK] * (blends[0, TANKED, d] + blends[1, TANKED, d] * x)
             push[d] -= sign * (blends[0, drag, d] + blends[1, drag, d] * x) * v * v
-        for i in range(2 * n):
-            added(push, gu * work.seen[0, m, i] + gv * work.seen[1, m, i], bars[i])
+        place, rate = work.seen[0, m], work.seen[1, m]
+        for i in range(n):
+            a0, a1 = gu * place[i] + gv * rate[i], gu * place[n + i] + gv * rate[n + i]
             if flows:
-                added(rises, pv * work.seen[1, m, i], bars[i])
+                both_added(push, rises, a0, a1, pv * rate[i], pv * rate[n + i], bars[i], bars[n + i])
+            else:
+                added(push, a0, bars[i])
+                added(push, a1, bars[n + i])
         for j in range(q):
             matrix[m, j] = -gu * work.pulled[0, m, j] - gv * work.pulled[1, m, j]
             if flows:
@@ -635,9 +648,9 @@ def linearised(law, state, work, t):
             p, r = place[d], rate[d]
             place[d] = work.turned[0, i] * p + work.turned[1, i] * r
             rate[d] = work.turned[2, i] * p + work.turned[3, i] * r
-        for m in range(q):
-            added(place, work.answers[0, i, m], columns[m])
-            added(rate, work.answers[1, i, m], columns[m])
+        for m in range(0, q, 2):
+            k, r = work.answers[0, i], work.answers[1, i]
+            both_added(place, rate, k[m], k[m + 1], r[m], r[m + 1], columns[m], columns[m + 1])
     if flows:
         for m in range(q):
             added(bars[2 * n], t * work.nodes[1, m], columns[q + m])
