@@ -101,7 +101,7 @@ def goes_on(motion: OilMotion, blows: int) -> str:
     wanted = motion.blows + blows
     while motion.blows < wanted:
         before, idle = motion.blows, motion.idle
-        ended = motion.run(motion.time + idle, motion.blows + 1, most=1 << 18)
+        ended = motion.run(motion.time + idle, wanted, most=1 << 18)
         if ended == kn.NO_PRESSURE or ended == kn.EMPTY_LINE:
             return "no pressure"
         if motion.blows == before:
@@ -231,7 +231,7 @@ class PortPassage:
 
     def solved(self) -> PortPassage | None:
         """The passage that repeats, by Newton's method; None where it does not converge."""
-        state = _copied(self.state)
+        state = OilMotion.again(self.numbers, self.state).state
         unknowns = OilUnknowns.of(self.numbers, state)
         scales = unknowns.scales(self.numbers)
         slope, best, step = None, math.inf, np.zeros(unknowns.size)
@@ -256,12 +256,12 @@ class PortPassage:
             if not (fresh or size <= _LEADS * best):
                 slope = None
                 continue
-            again = OilMotion.again(self.numbers, state)
-            unknowns.put(again.state, x + step, x)
-            oil_kernels().begun(self.numbers.law, again.state, again.work)
+            state = _copied(state)
+            unknowns.put(state, x + step, x)
+            oil_kernels().begun(self.numbers.law, state, motion.work)
             if fresh and (size <= _CLOSE or (size <= _NEAR and size >= _LEADS * best)):  # as rounding lets it
-                return replace(self, state=again.state, slope=slope)
-            state, best = again.state, size
+                return replace(self, state=state, slope=slope)
+            best = size
             if size <= _NEAR:
                 slope = None
         return None
