@@ -3,8 +3,8 @@
 The oil has no closed form: what an orifice takes grows with the square of the speed, gas is polytropic, an accumulator
 empties. So every step is a power series of all coordinates and of the pressure, by recurrence, and a guard is a
 polynomial of the step, whose first root is isolated by its Bernstein coefficients: nothing is looked for by samples.
-Derivatives by the numbers at the start are carried along by the same series of the linearised equations, with a
-saltation at each event. `percuss.mechanics.oil` makes the tables, and says what they hold.
+Derivatives by the numbers at the start are carried along by collocation of the linearised equations, with a saltation
+at each event. `percuss.mechanics.oil` makes the tables, and says what they hold.
 """
 
 from __future__ import annotations
