@@ -175,7 +175,7 @@ def valve_waves_answer(
     Raises
     ------
     CaseError
-        For a case without a tool in SI, with oil that flows, or with ports that read a place on the bar.
+        For a case without a tool in SI, or with ports that read a place on the bar.
     """
     from percuss.blow import Rod
     from percuss.blow.periods import run_valve_by_waves
