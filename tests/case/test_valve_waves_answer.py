@@ -28,7 +28,7 @@ def test_the_breaker_settles_with_a_feed_and_a_damper(tmp_path, capsys):
 
 
 def test_oil_drives_the_piston_into_a_hole():
-    """The advance by specific energy is what the rock keeps over it; by a crater factor it is a share of what is fed."""
+    """The advance by specific energy is what the rock keeps over it; by a crater factor a share of what is fed."""
     bits = {"drilling.bit_diameter": "140 mm", "simulation.impacts": 40}
     for worth in ({"drilling.specific_energy": "200 MJ/m^3"}, {"drilling.crater_factor": 0.4}):
         found = valve_waves_answer(load_case("oil-breaker").varied(FED | bits | worth), cells=40).to_json_dict()
