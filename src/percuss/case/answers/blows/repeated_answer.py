@@ -113,12 +113,8 @@ class RepeatedAnswer(ShortRepr):
         own, train = self.drilling, self.train
         if own is None or train.target.rock is None:
             return None
-        if own.specific_energy is not None:
-            return train.mean("rock_dissipated") / (own.area * own.specific_energy)
-        assert own.crater_factor is not None
-        if train.blows_per_crater == 1:
-            return own.crater_factor * train.mean("residual_penetration")
-        return own.crater_factor * train.mean("advance")
+        deeper = train.mean("residual_penetration" if train.blows_per_crater == 1 else "advance")
+        return own.advance(deeper, train.mean("rock_dissipated"))
 
     @property
     def rate_of_penetration(self) -> float | None:
