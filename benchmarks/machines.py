@@ -119,10 +119,21 @@ def flowing() -> list[Row]:
     cells = 20
     axes = (f"load.supply.flow=100:150 l/min:{cells}", f"contact.restitution=0.05:0.3:{cells}")
     taken = spent(lambda: sweep(family, *axes, quantities=["blow_energy"], modes=0, workers=1), 1)
-    told = f"{cells}² cells in {taken:.1f} s, one process"
+    told = f"{cells}² cells, {1e3 * taken / cells**2:.1f} ms each, one process"
     rows.append(
         ("a map of 100² machines whose oil flows, two cores", f"{taken * 1e4 / cells**2 / 2:.0f} s", "60 s", told)
     )
+    breaker = self_excited_motion(load_case("oil-breaker").machine(), modes=0).cycle
+    assert breaker is not None
+    alone = spent(lambda: self_excited_motion(breaker.machine, modes=0, near=breaker), 20)
+    for name, ends, of in (
+        ("restitution", (0.05, 0.3), {}),
+        ("load.supply.flow", (110.0, 140.0), {"family": family, "value": 130.0}),
+    ):
+        points = follow(breaker, name, ends, **of).values.size
+        each = spent(lambda n=name, e=ends, o=of: follow(breaker, n, e, **o), 1) / points
+        told = f"{points} points, {each / alone:.0f} × a cycle solved for beside one"
+        rows.append((f"a point of a branch over {name}, oil-breaker, N = 0", f"{1e3 * each:.1f} ms", "15 ms", told))
     return rows
 
 

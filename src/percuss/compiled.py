@@ -314,18 +314,19 @@ def twin(function: Any) -> Any:
 
 
 _ROOM = "kernels"  # name of a folder of compiled functions
+_BESIDE = ("kernels", "flight", "series", "records")
 
 
 @cache
 def sources_digest(own: Path) -> str:
     """SHA-256 of the sources that a compiled function may consist of."""
-    # Of one in a room of kernels: the files of that room. Of another: its own file, `*_kernels.py` and `*_flight.py`
-    # beside it, the flow, and the room of the simulation. And this file, for all.
+    # Of one in a room of kernels: the files of that room. Of another: its own file, those beside it whose names end
+    # like those of kernels, the flow, and the room of the simulation. And this file, for all.
     here = Path(__file__)
     if own.parent.name == _ROOM:
         sources = [*own.parent.glob("*.py")]
     else:
-        beside = [*own.parent.glob("*_kernels.py"), *own.parent.glob("*_flight.py")]
+        beside = [path for end in _BESIDE for path in own.parent.glob(f"*_{end}.py")]
         sources = [
             own,
             *beside,

@@ -78,11 +78,15 @@ def train_of(case, cells):
 @pytest.mark.parametrize(
     "case", [case for case in FEEDS if case.get("blows", {}).get("between") != "static"], ids=lambda case: case["name"]
 )
-def test_blows_are_those_of_two_other_programs(case):
-    train = train_of(case, 1600)
+@pytest.mark.parametrize("cells", [1600, None], ids=["lattice", "exact"])
+def test_blows_are_those_of_two_other_programs(case, cells):
+    train = train_of(case, cells)
     close = next((value for name, value in CLOSE.items() if case["name"].startswith(name)), 4e-4)
     if "blows" in case:
         close = 3e-5
+    if cells is None:
+        assert train.lattice is None
+        close = 2e-10
     for blow, wanted in zip(train.blows, case["expect"].get("per_blow", [case["expect"]]), strict=True):
         for theirs, ours in NAMED.items():
             if theirs in wanted:

@@ -7,6 +7,7 @@ import pytest
 
 from percuss.blow import Feed, Rock, Rod, Wall
 from percuss.blow.periods import run_valve_by_waves
+from percuss.case import load_case
 from percuss.errors import ParameterError
 from percuss.model import Bar, Chamber, Kept, Machine, Port, Section, Supply, Valve
 from percuss.model.body import External
@@ -51,6 +52,31 @@ def test_the_cycle_is_that_of_the_law_with_the_restitution_of_the_waves(valve):
     scale = motion.machine
     assert motion.rate == pytest.approx(1.0 / (found.period * scale.time_scale), rel=1.2e-2)
     assert motion.velocities.mean() == pytest.approx(float(np.max(found.speeds)) * scale.speed_scale, rel=1.2e-2)
+
+
+def test_oil_that_flows_is_that_of_its_cycle():
+    """Rate, speed and input beside the cycle with modes, which has a program of its own, at the restitution found."""
+    sample = load_case("oil-breaker").machine()
+    rod = Rod([Section(3.0, diameter=0.12)], "rock", attenuation=0.01, rock=Rock(4e8, 0.3), feed=Feed(4e4, damping=5e5))
+    motion = run_valve_by_waves(sample, rod, 0.039, blows=120, cells=60)
+    assert motion.label == "one blow in a cycle"
+    law = replace(sample, contact=Kept(float(motion.restitutions.mean())))
+    cycle = self_excited_motion(law, modes=8).cycle
+    assert motion.rate == pytest.approx(1.0 / (cycle.period * law.time_scale), rel=1e-2)
+    assert motion.velocities.mean() == pytest.approx(float(np.max(cycle.speeds)) * law.speed_scale, rel=3e-3)
+    power = cycle.oil.input / cycle.period * law.power_scale
+    assert motion.taken / motion.time == pytest.approx(power, rel=2e-2)
+
+
+def test_hardly_any_loss_is_the_lossless_machine():
+    """Whose pressure follows the centre of the piston, not its driven end: they differ by its ringing."""
+    supply = replace(SUPPLY, slip=1e-9)
+    rates = [
+        run_valve_by_waves(machine(replace(VALVE, supply=one)), tool(), 0.039, blows=60, cells=60).rate
+        for one in (SUPPLY, supply)
+    ]
+    assert rates[1] == pytest.approx(rates[0], rel=1e-3)
+    assert rates[1] != rates[0]
 
 
 def test_a_tool_without_feed_is_laid_against_rock():

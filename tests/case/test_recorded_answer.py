@@ -199,3 +199,44 @@ def test_a_reading_that_misses_the_record_or_cannot_be_is_doubted_first(tmp_path
     doubted = replace(good, read=impossible)
     assert ["R = 1.2" in doubted.doubts[0], "no gas does" in doubted.doubts[1]] == [True, True]
     assert recorded_headline(doubted).count("Do not trust it") == 2
+
+
+def test_a_reading_tells_what_the_passage_to_a_recorded_pressure_takes(tmp_path, capsys) -> None:
+    """Beside ζ (A v)² of the motion that the recorded force gives by itself; another loss on the way out."""
+    file, blows, area, zeta = saved(tmp_path, AT), np.loadtxt(tmp_path / "blows.txt"), 20e-4, 10e5 / (500 / 6e4) ** 2
+    time, force = np.loadtxt(tmp_path / "force.csv", delimiter=",", skiprows=1).T
+    rows = (f"{t:.6f},{p:.5f}\n" for t, p in zip(time, force / area / 1e5, strict=True))
+    (tmp_path / "force.csv").write_text("time [s],line [bar]\n" + "".join(rows), encoding="utf-8")
+    load = '[load]\nkind = "history"\nfile = "force.csv"\narea = "20 cm^2"\n'
+    passage = 'passage = {drop = "10 bar", at = "500 l/min", out = {drop = "5 bar", at = "500 l/min"}}\n'
+    file.write_text(PISTON + load + passage, encoding="utf-8")
+    assert main(["machine", str(file), "--modes", "0", "--json", "--blows", str(tmp_path / "blows.txt")]) == 0
+    told = json.loads(capsys.readouterr().out)["recorded"]
+    (one,) = told["passages"]
+    inside = (time > blows[3]) & (time < blows[4])
+    push, v = force[inside], np.zeros(inside.sum())
+    v[0], step = -0.15 * told["speed"], time[1] - time[0]
+    for k in range(1, v.size):
+        v[k] = v[k - 1] + step * (push[k - 1] / MASS - 0.5 * v[k - 1])
+    drop = np.where(v > 0.0, zeta, 0.5 * zeta) * (area * v) ** 2
+    assert one["name"] == "passage"
+    assert one["drop"] == pytest.approx(zeta * (area * told["speed"]) ** 2, rel=0.02)
+    assert one["at"] == pytest.approx(area * told["speed"], rel=0.01)
+    assert one["force_share"] == pytest.approx(area * drop.sum() / np.abs(push).sum(), rel=0.03)
+    assert one["energy"] == pytest.approx(float(drop @ np.abs(area * v)) * step, rel=0.04)
+    assert one["energy_share"] == pytest.approx(one["energy"] / (0.5 * MASS * told["speed"] ** 2), rel=0.02)
+    main(["machine", str(file), "--modes", "0"])
+    report = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert "of the force in the mean, up to" in report
+    assert "bar at 1" in report
+    for wrong, words in (
+        (
+            load.replace('area = "20 cm^2"\n', 'column = "line [bar]"\nunit = "N"\n') + passage,
+            "load.passage: expected a passage to an area",
+        ),
+        (load + 'passage = {drop = "10 bar"}\n', "load.passage.at"),
+        (load + 'opposing_passage = {drop = "1 bar", at = "1 l/min"}\n', "load.opposing_passage"),
+    ):
+        file.write_text(PISTON + wrong, encoding="utf-8")
+        assert main(["machine", str(file)]) == 2
+        assert words in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """A machine with a valve by waves, as `percuss simulate --contact waves` has it."""
 
 import json
+import math
 
 import pytest
 
@@ -24,6 +25,19 @@ def test_the_breaker_settles_with_a_feed_and_a_damper(tmp_path, capsys):
     assert found["stands"]
     assert found["left_bound"] < 0.05
     assert found["blows"][-1]["stands"]
+
+
+def test_oil_drives_the_piston_into_a_hole():
+    """The advance by specific energy is what the rock keeps over it; by a crater factor a share of what is fed."""
+    bits = {"drilling.bit_diameter": "140 mm", "simulation.impacts": 40}
+    for worth in ({"drilling.specific_energy": "200 MJ/m^3"}, {"drilling.crater_factor": 0.4}):
+        found = valve_waves_answer(load_case("oil-breaker").varied(FED | bits | worth), cells=40).to_json_dict()
+        advance = 0.4 * found["fed"]
+        if "drilling.specific_energy" in worth:
+            advance = found["rock_power"] / found["rate"] / (0.25 * math.pi * 0.14**2 * 200e6)
+        assert found["rate_of_penetration"] == pytest.approx(advance * found["rate"], rel=1e-12)
+        assert found["label"] == "one blow in a cycle"
+        assert found["rate"] == pytest.approx(found["law_rate"], rel=0.02)
 
 
 def test_without_a_feed_the_answer_says_so():

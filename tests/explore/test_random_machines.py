@@ -95,7 +95,9 @@ def check_events(machine: Machine, name: str, branch: Branch) -> None:
                 continue
             kinds = {kind, BranchEvent.CORNER} if kind is BranchEvent.ONSET else {kind}
             tests = sequence.tests(cycle).items()
-            assert min(abs(v) for test, v in tests if OF_TESTS[test.partition(" ")[0]] in kinds) < 1e-9, point
+            near = sorted(abs(v) for test, v in tests if OF_TESTS[test.partition(" ")[0]] in kinds)
+            together = kind is BranchEvent.DEATH and near[1] < 1e-6  # several impacts die at once: a singular equation
+            assert near[0] < (1e-7 if together else 1e-9), point
 
 
 def events_of(branch: Branch, here: float) -> list[tuple[str, float]]:

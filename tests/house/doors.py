@@ -118,7 +118,7 @@ MEANT = (
         blow.Blow.*.* explore.basins.x explore.boundaries.x case.basins_job_of.x
         model.System.stress.x blow.effective_blow.velocity case.blow_answer.velocity
         case.repeated_answer.velocity blow.bit_contacts.blow
-        blow.joint_turns.blow simulate.Starts.displacement
+        blow.joint_turns.blow blow.strike_again.blow simulate.Starts.displacement
         simulate.Starts.velocity simulate.Starts.time simulate.Stop.time model.Load.history.time
         steady.ForceRecord.time case.resumed_answer.time model.Valve.scaled.time steady.orbits.seed
         explore.orbit_seeds.seed model.Valve.states case.blow_answer.whole_field simulate.Trajectory.start_at.t
@@ -435,6 +435,7 @@ class Arguments:
             "blow.Drilling": {"bit_diameter": 0.05, "crater_factor": 0.3},
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}
             | {"velocity": 1.0},
+            "blow.strike_again": {"blow": blow.strike(Bar(0.3, 1e-3), of["Rod"], 1.0, until=1e-3)},
             "blow.effective_blow": {"striker": UniformBar(1.0), "target": blow.Wall()},
             "blow.strike_repeatedly": {"striker": Bar(0.3, 1e-3), "target": blow.Rod([Section(1.0, 1e-3)], "fixed")}
             | {"velocity": 5.0, "period": 1e-3, "number": 1},

@@ -67,6 +67,7 @@ TABLES = {
     "OilChamberTable": ("si", "load.chambers"),
     "OrificeTable": ("si", "load.orifices"),
     "PassageTable": ("si", "load.orifices.in"),
+    "WaysTable": ("si", "load.passage"),
     "OilTable": ("si", "load.oil"),
     "FlowAtTable": ("si", "load.supply.leakage"),
     "ReliefTable": ("si", "load.supply.relief"),
@@ -123,8 +124,11 @@ def test_the_page_has_every_key_of_a_case(form, kind):
     found["tool.sections"] |= found["bar.sections"]
     found["steel"] |= found["steel.tool"]
     found["load.supply.slip"] = found["load.supply.leakage"]
-    found["load.orifices"] |= found["load.orifices.in"]  # an orifice is a passage
-    found["load.orifices.out"] = found["load.orifices.in"]
+    found["load.passage"] |= found["load.orifices.in"]
+    found["load.orifices"] |= found["load.passage"]  # an orifice is a passage
+    found["load.opposing_passage"] = found["load.passage"]
+    for one in ("load.orifices", "load.passage", "load.opposing_passage"):
+        found[f"{one}.in"] = found[f"{one}.out"] = found["load.orifices.in"]
     for table, keys in schema.table_fields(form, kind).items():
         assert set(keys) <= found[table]
 
@@ -201,10 +205,10 @@ BESIDE = {
         "chambers": '{front = {area = 0.4, side = "front"}, rear = {area = 2.2, side = "rear"}}',
         "states": '{return = {front = "supply"}, power = {front = "supply", rear = "supply"}}',
     },
-    **{(table, "area"): {"drop": None, "at": None} for table in ("OrificeTable", "PassageTable")},
+    **{(table, "area"): {"drop": None, "at": None} for table in ("OrificeTable", "PassageTable", "WaysTable")},
     **{
         (table, "discharge"): {"drop": None, "at": None, "area": '"1 cm^2"'}
-        for table in ("OrificeTable", "PassageTable")
+        for table in ("OrificeTable", "PassageTable", "WaysTable")
     },
     **{
         ("ChamberTable", key): {"force": '"9 kN"', "area": '"60 cm^2"', "volume": '"3.7 l"', "exponent": "1.3"}
@@ -293,6 +297,9 @@ def case_with(table: str, key: str, value: str | None) -> Case:
         tables["load"] = {part: held for part, held in VALVE.items() if part != name.removeprefix("load.")}
     if table == "PortTable":
         tables[name] = {"behind": '"0.5 mm"', "side": '"back"', "to": '"power"'}
+    if table == "WaysTable":
+        tables["load"] = {"kind": '"history"', "file": '"line.csv"', "area": '"4 cm^2"'}
+        tables[name] = {"drop": '"5 bar"', "at": '"100 l/min"'}
     if table == "AreasTable":
         tables["load"] |= {"pressure": '"160 bar"'}
         tables["load.states"] = {"power": '"9 kN"'}
@@ -406,7 +413,7 @@ ANSWERS = {
         "machine valve-drifter --modes 0",
         "machine oil-breaker --modes 0",
     ),
-    "machine --blow": ("machine switching.toml --modes 1",),
+    "machine --blow": ("machine switching.toml --modes 1", "machine line.toml --modes 0"),
     "steady": (
         "steady hydraulic-drifter --periods 1..9 --starts 4",
         "steady square.toml",
@@ -544,6 +551,11 @@ def test_every_object_of_the_json_is_documented_key_by_key(tmp_path, monkeypatch
     record = [(k * 1e-6, waves.incident.at(k * 1e-6) + waves.reflected.at(k * 1e-6)) for k in range(500)]
     lines = "".join(f"{time},{force}\n" for time, force in record)
     (tmp_path / "gauge.csv").write_text(f"time [s],force [N]\n{lines}", encoding="utf-8")
+    line = si_case().partition("[load]")[0] + '[load]\nkind = "history"\nfile = "line.csv"\narea = "4 cm^2"\n'
+    line += 'passage = {drop = "5 bar", at = "100 l/min"}\n[contact]\nrestitution = 0.2\n'
+    (tmp_path / "line.toml").write_text(line, encoding="utf-8")
+    lines = "".join(f"{1e-4 * i:.4f},{100.0 if i % 200 < 90 else 1.0}\n" for i in range(2000))
+    (tmp_path / "line.csv").write_text(f"time [s],line [bar]\n{lines}", encoding="utf-8")
     lines = "".join(f"{0.1 * i + 1e-4 * (i % 3)},{1.4 + 0.01 * (i % 4)}\n" for i in range(40))
     (tmp_path / "blows.csv").write_text(f"time [s],rebound [m/s]\n{lines}", encoding="utf-8")
     described = documented()

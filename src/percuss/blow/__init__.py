@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness, Peak, Pulse
     from percuss.blow.gauges import GaugeWaves
     from percuss.blow.steel_fatigue import Fatigue, SectionFatigue, Steel, cycles_of, fatigue
-    from percuss.blow.striking import EffectiveBlow, effective_blow, strike
+    from percuss.blow.striking import EffectiveBlow, effective_blow, strike, strike_again
     from percuss.blow.wave_history import Trace
 
 ensure_cache()  # before anything here is compiled

@@ -66,7 +66,7 @@ class BlowBalance:
     greatest_penetration, residual_penetration, penetration_after
         u_m, u_r = (1 − γ) u_m, and where the bit is at the end, from the original surface; None without rock.
     tool_energy_before
-        Strain energy of the static state under the feed.
+        Strain energy of the static state under the feed, or what an earlier blow left in sections and bit.
     feed_force_work, recoil_spring_work, recoil_damper_loss, feed_work
         Work of a constant feed force and of the spring while the feed acts, what the dashpot has taken, and
         ∫ Q v dt in all.
@@ -136,7 +136,7 @@ def balance(course: WaveHistory) -> BlowBalance:
     impulse = course.sums(2 * size, 0, end).plain
     load_impulse, load_work = _load(course)
     rigid = 0.5 * left * left / course.mass
-    through, rod, rod_momentum, lumped, bit, advance, static, tool, gone, dynamic = (0.0,) * 10
+    through, rod, rod_momentum, lumped, bit, begun, advance, static, tool, gone, dynamic = (0.0,) * 11
     feed, steel, rubbed = course.feed_work(), 0.0, 0.0
     if course.has_rod:
         # ∫ N v dt of the rod's face: the power of a wave is Z f² − Z g²
@@ -146,10 +146,13 @@ def balance(course: WaveHistory) -> BlowBalance:
         rod, rod_momentum = course.energy(striker, size, end), course.momentum(striker, size, end)
         joints, bits = course.lumped_energy([end])
         lumped, bit = float(joints[0]), float(bits[0])
+        if course.held.struck_before:
+            joints, bits = course.lumped_energy([0])
+            lumped, begun = lumped - float(joints[0]), float(bits[0])
         if course.feed_node == striker:  # N of the face is that in the rod less Q
             through += course.preload(striker) * advance - feed.total
-        static = sum(course.static_energy(i) for i in range(striker, size))
         known = size - 1 if course.endless(size - 1) else size
+        static = begun + course.energy(striker, known, 0)
         gone, dynamic = course.energy(known, size, end), course.dynamic_energy(striker, known, end)
         tool = course.momentum(striker, known, end) + course.lumped_momentum(end)[1]
         rubbed, steel = course.joint_loss(), course.lost_on_the_way(end)[0]
@@ -220,6 +223,8 @@ def _rock(course: WaveHistory) -> tuple[float, float, tuple[float | None, ...]]:
         greatest = max(0.0, float(trace.before(trace.times[1:]).max()))
     force = course.value(2 * course.size + 2, course.end)
     before, fed = float(course.crater), course.preload(course.size - 1)
+    if course.held.struck_before:
+        fed = course.value(2 * course.size + 2, 0)
     dissipated = 0.5 * (1.0 - problem.ratio) * problem.stiffness * (greatest**2 - before**2)
     stored = 0.5 * (force**2 - fed**2) / problem.unloading
     depths = greatest, (1.0 - problem.ratio) * greatest, course.value(2 * course.size + 1, course.end)
@@ -335,6 +340,9 @@ class Blow(BlowBalance):
             return None
         braked, masses = course.lost_on_the_way(course.end)[1], course.lumped_momentum(course.end)[0]
         rest = self.impulse + self.feed_impulse - self.rock_impulse - self.tool_momentum
+        if course.held.struck_before:
+            known = course.size - 1 if course.endless(course.size - 1) else course.size
+            masses -= course.momentum(course.striker, known, 0) + sum(course.lumped_momentum(0))
         rest -= (braked + masses) * course.scales.momentum
         return abs(rest) / max(abs(self.impulse), abs(self.rock_impulse), 1e-300)
 

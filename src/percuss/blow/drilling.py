@@ -57,6 +57,13 @@ class Drilling:
         """Cross-section of the hole, in m²."""
         return 0.25 * math.pi * self.bit_diameter**2
 
+    def advance(self, residual: float, dissipated: float) -> float:
+        """Of the hole, in m, by a blow that leaves a penetration, in m, and dissipates work in the rock, in J."""
+        if self.specific_energy is not None:
+            return dissipated / (self.area * self.specific_energy)
+        assert self.crater_factor is not None
+        return self.crater_factor * residual
+
 
 # ---- What a blow leaves behind: when the bit stood on the rock, when joints opened, what the next blow finds
 
@@ -234,10 +241,7 @@ class BlowsOneByOne:
         own = self.drilling
         if own is None:
             return None
-        if own.specific_energy is not None:
-            return self.rock_dissipated / (own.area * own.specific_energy)
-        assert own.crater_factor is not None
-        return own.crater_factor * (self.blows[-1].residual_penetration or 0.0) / len(self.blows)
+        return own.advance((self.blows[-1].residual_penetration or 0.0) / len(self.blows), self.rock_dissipated)
 
     @property
     def rate_of_penetration(self) -> float | None:

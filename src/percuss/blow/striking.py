@@ -19,7 +19,7 @@ from percuss.blow.kernels.nodes import go_on
 from percuss.blow.wave_history import BlowTables, Scales, WaveHistory, is_over, is_spent
 from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import check_interrupted
-from percuss.model.checks import Array, count, finite, non_negative, numbers, positive, several
+from percuss.model.checks import Array, count, finite, flag, instance, non_negative, numbers, positive, several
 
 # ---- A blow as it is asked for, checked: what strikes what, how fast, under which load, for how long
 
@@ -32,6 +32,7 @@ Field = tuple[Callable[[Array], Array], Callable[[Array], Array]]
 class _Question(NamedTuple):
     """What `strike` is asked, in the striker's units; see there. `own` and `rod` are the sections."""
 
+    striker: Striker
     own: Sections
     rod: Sections | None
     target: Target
@@ -70,7 +71,7 @@ def _checked(
     rock = target.rock if isinstance(target, Rod) else None
     if deepest > 0.0 and (rock is None or rock.gap > 0.0):
         raise ParameterError("crater", crater, "0 without rock, and beside a gap in front of it")
-    return _Question(own, rod, target, speeds, _field(field), steps, load_at, until, deepest)
+    return _Question(striker, own, rod, target, speeds, _field(field), steps, load_at, until, deepest)
 
 
 def _velocities(given: Any, sections: int) -> Array:
@@ -364,6 +365,59 @@ def _state(question: _Question, scales: Scales, problem: kn.BlowProblem) -> kn.S
     )
 
 
+_OF_TOOL = ("penetration", "greatest", "bit_velocity", "branch", "lifted", "fed_place")
+_OF_JOINT = ("gap", "closed", "arriving", "flank", "across")
+
+
+def _taken_over(held: BlowTables, before: WaveHistory, new_rock: bool) -> BlowTables:
+    """The tables of a blow that finds the tool as another one, of the same question, has left it."""
+    problem, size, end, old = held.problem, before.size, before.end, before.held.waves
+    kept = dict[int, slice]()
+    for row in range(2 * before.striker, 2 * size):
+        if not before.endless(row >> 1):
+            starts, since = old.start[row, : old.pieces[row]], end - before.transit[row >> 1] - 8 * problem.near
+            kept[row] = slice(max(0, int(np.searchsorted(starts, since, "right")) - 1), starts.size)
+    used = int(held.waves.used[0]) + sum(int(old.degree[row, here].sum()) for row, here in kept.items())
+    widest = max((here.stop - here.start for here in kept.values()), default=0)
+    while 2 * widest > held.waves.start.shape[1] or 2 * used > held.waves.pool.size:
+        held = _enlarged(held)
+    waves, state, was = held.waves, held.state, before.held.state
+    for row, here in kept.items():
+        n, degree, at = here.stop - here.start, old.degree[row, here], int(waves.used[0])
+        first = np.cumsum(degree) - degree
+        from_pool = np.repeat(old.rest[row, here] - first, degree) + np.arange(degree.sum())
+        waves.start[row, :n], waves.first[row, :n] = old.start[row, here] - end, old.first[row, here]
+        waves.degree[row, :n], waves.rest[row, :n] = degree, at + first
+        waves.pool[at : at + from_pool.size] = old.pool[from_pool]
+        waves.used[0] += from_pool.size
+        waves.pieces[row], waves.known[row], waves.spent[row] = n, 0, old.spent[row]
+    for name in _OF_TOOL:
+        state.now[name][0] = was.now[name][0]
+    for name in _OF_JOINT:
+        state.now[name][1:] = was.now[name][1:]
+    state.velocity[before.striker :] = was.velocity[before.striker :]
+    told = {int(problem.traced[i]) + 1: state.velocity[i] for i in np.flatnonzero(problem.kind == kn.ELASTIC)}
+    if problem.end == kn.ROCK:
+        force = _met(problem, state.now[0], new_rock)
+        told |= {2 * size + 1: state.now[0].penetration, 2 * size + 2: force}
+    for row, value in told.items():
+        waves.start[row, 0], waves.first[row, 0], waves.pieces[row] = -8 * problem.near, value, 1
+    return held._replace(crater=float(state.now[0].greatest), struck_before=True)
+
+
+def _met(problem: kn.BlowProblem, now: Any, new_rock: bool) -> float:
+    """The force on the bit; `new_rock` is laid before it at the same force, and before a bit that is off as far off."""
+    residual = 0.0 if now.branch == kn.LOAD else (1.0 - problem.ratio) * now.greatest
+    stiffness = {kn.LOAD: problem.stiffness, kn.UNLOAD: problem.unloading}.get(int(now.branch), 0.0)
+    force = max(0.0, float(stiffness * (now.penetration - residual)))
+    if new_rock:
+        bottom = force / problem.stiffness
+        place, branch = (bottom, kn.LOAD) if force > 0.0 else (min(now.penetration - residual, 0.0), kn.OFF)
+        now.fed_place -= now.penetration - place  # the machine follows
+        now.penetration, now.greatest, now.branch = place, bottom, branch
+    return force
+
+
 def _enlarged(held: BlowTables) -> BlowTables:
     """The same with four times the room. What is not used yet is not touched, so that it takes no memory."""
     waves, state = held.waves, held.state
@@ -478,20 +532,64 @@ def strike(
     few = most if few_pieces is None else min(most, count("few_pieces", few_pieces, 1, 1 << 40))
     question = _checked(striker, target, velocity, field, load, load_at, until, crater)
     course, outcome, fineness = _finest(question, few, most)
+    return _blow_of(question, course, outcome, fineness)
+
+
+def _blow_of(question: _Question, course: WaveHistory, outcome: BlowOutcome, fineness: Fineness) -> Blow:
     problem, reached = course.held.problem, question.until
     if reached is None or course.end != problem.until:
         reached = course.end * problem.tick * course.scales.time
-    sums = vars(balance(course))
     return Blow(
-        **sums,
-        striker=striker,
-        target=target,
+        **vars(balance(course)),
+        striker=question.striker,
+        target=question.target,
         velocity=question.velocity,
         until=reached,
         outcome=outcome,
         fineness=fineness,
         _course=course,
     )
+
+
+def strike_again(blow: Blow, *, new_rock: bool = False, most_pieces: int = MOST_PIECES) -> Blow:
+    """The blow that follows at the end of another one's window: a fresh striker touches the tool as that one left it.
+
+    The earlier striker is gone; the new one is as fast, free of stress, and followed as finely, for as long.
+
+    Parameters
+    ----------
+    blow
+        On a rod, by a `velocity`, without a load.
+    new_rock
+        Whether fresh rock is laid before the bit: under the same force, or as far from it as it was.
+    most_pieces
+        Pieces of waves after which the window is cut short.
+
+    Raises
+    ------
+    ParameterError
+        For a blow on a wall, of a striker under load or with stress, and for one whose window was cut short.
+
+    Examples
+    --------
+    >>> from percuss.blow import Feed, Rock, Rod, strike, strike_again
+    >>> from percuss.model import Bar, Section
+    >>> tool = Rod([Section(1.0, area=1e-3)], "rock", rock=Rock(4e8, 0.1), attenuation=0.06, feed=Feed(12e3))
+    >>> first = strike(Bar(0.5, 1e-3), tool, 10.0, until=6e-3)
+    >>> f"{strike_again(first).rock_dissipated / first.rock_dissipated:.3f}"
+    '0.294'
+    """
+    instance("blow", blow, Blow)
+    flag("new_rock", new_rock)
+    most = count("most_pieces", most_pieces, 1, 1 << 40)
+    course = blow._course
+    problem = course.held.problem
+    if blow.velocity is None or problem.load_start.size or not course.has_rod or course.end != problem.until:
+        accepted = "one on a rod, by a velocity, without a load, followed to the end of its window"
+        raise ParameterError("blow", blow, accepted)
+    question = _checked(blow.striker, blow.target, blow.velocity, None, (), 0, blow.until, 0.0)
+    held = _taken_over(_tables(question, _LEAST[blow.fineness]), course, new_rock)
+    return _blow_of(question, *_followed(held, False, most), blow.fineness)
 
 
 def _finest(question: _Question, few: int, most: int) -> tuple[WaveHistory, BlowOutcome, Fineness]:

@@ -221,7 +221,10 @@ class Scales:
 
 
 class BlowTables(NamedTuple):
-    """A blow as the compiled functions know it, and the sections of striker and rod (None for a wall) behind it."""
+    """A blow as the compiled functions know it, and the sections of striker and rod (None for a wall) behind it.
+
+    `struck_before`: whether the tool is as an earlier blow left it, in place of its static state.
+    """
 
     own: Sections
     rod: Sections | None
@@ -232,6 +235,7 @@ class BlowTables(NamedTuple):
     attenuation: Array | None = None
     feed_at: int | None = None
     crater: float = 0.0
+    struck_before: bool = False
 
 
 class Sums(NamedTuple):
@@ -428,11 +432,11 @@ class WaveHistory:
             i = row >> 1
             if self.rate[i] == 0.0 or self.endless(i):
                 continue
-            z, since, sign = float(self.impedance[i]), max(0, time - self.transit[i]), 1.0 - 2.0 * (row % 2)
-            sent, gone = self.sums(row, 0, time), self.arrived(row, self.transit[i], self.transit[i] + since)
-            plain, square = self._faded(row, since, time)
-            plain = sent.plain - gone.plain - plain
-            energy += z * (sent.square - gone.square - square) + sign * self.preload(i) * plain
+            z, back, sign = float(self.impedance[i]), self.transit[i], 1.0 - 2.0 * (row % 2)
+            sent, gone = self.sums(row, 0, time), self.arrived(row, 0, time)
+            came, left = (self._faded(row, t - back, t) for t in (0, time))
+            plain, square = (sent[j] - gone[j] + came[j] - left[j] for j in (0, 1))
+            energy += z * square + sign * self.preload(i) * plain
             momentum += z * plain
         return energy, momentum
 

@@ -58,7 +58,8 @@ stresses, where the energy goes, what comes back. The case describes what is str
     option("--until T", "end of the window, such as '3 ms' (default: [blow], or until the blow is over)"),
     option(
         "--cells N",
-        "of blows that follow each other with their waves: cells of the bar, 16 or more (default 400)",
+        "of blows that follow each other with their waves: cells of the bar, 16 or more, on a lattice (default: exact "
+        "waves, or where they have too many pieces 400 cells)",
         whole(16, 100_000),
     ),
     option("--fatigue", "safety factors and hours to failure of bar and tool, with the steel of [steel]"),
@@ -140,7 +141,7 @@ def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
         def progress(now: Progress) -> bool:
             return watch.share(now.fraction, f"blow {now.impacts}")
 
-        answer = repeated_answer(case, velocity, cells=options.cells or 400, progress=progress)
+        answer = repeated_answer(case, velocity, cells=options.cells, progress=progress)
     asked = case.blow_question().number
     cut = "" if len(answer.train.blows) == asked else f"{len(answer.train.blows)} of {asked} blows"
     return answered(options, answer.to_json_dict, lambda: repeated_report(answer), indent=1, cut=cut)

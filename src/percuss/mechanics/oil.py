@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,8 +40,10 @@ KINDS = {
 """What the events are called."""
 
 
+@cache
 def oil_kernels() -> Any:
     """The compiled functions, which are loaded only when a motion is asked for."""
+    ensure_cache()
     from percuss.mechanics import oil_kernels as kernels  # the compiler
 
     return kernels
@@ -167,7 +169,7 @@ class OilMachine:
                     row[first], row[first + 1] = out, back
         return rows
 
-    @property
+    @cached_property
     def idle(self) -> float:
         """How long a motion at a steady pressure may go without a blow."""
         return _IDLE * self.machine.valve.time_unit
@@ -198,8 +200,18 @@ def _corners(flow: float, slip: float, power: float) -> tuple[float, float]:
 @lru_cache(maxsize=64)
 def oil_machine(machine: Machine, modes: int) -> OilMachine:
     """The numbers of a machine, kept for its next motion."""
-    ensure_cache()
     return OilMachine(machine, modes)
+
+
+@cache
+def _collocation(q: int) -> tuple[Array, Array, Array]:
+    """Gauss's nodes c and weights on (0, 1), (2, q), Lagrange's l_j(c_m c_p) as (m, p, j), and their ∫₀¹ dp."""
+    if q == 0:
+        return np.zeros((2, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0))
+    x, weights = np.polynomial.legendre.leggauss(q)
+    c, of = 0.5 * (x + 1.0), partial(np.polynomial.legendre.legvander, deg=q - 1)
+    parts = of(2.0 * np.outer(c, c) - 1.0) @ np.linalg.inv(of(x))
+    return np.array([c, 0.5 * weights]), parts, np.einsum("p,mpj->mj", 0.5 * weights, parts)
 
 
 @dataclass
@@ -228,49 +240,46 @@ class OilMotion:
         recorded: bool = False,
     ) -> OilMotion:
         """A motion put at a state: `bar`, (N + 1, 2), at time 0; `struck`: it has just left the wall."""
-        law, n = numbers.law, numbers.modes + 1
-        width, queue = law.joins.shape[1], _QUEUE + len(orders.pending)
-        now = np.zeros(kn.NOW)
+        made = cls._empty(numbers, _QUEUE + len(orders.pending), directions, recorded)
+        state_of, last, now = numbers.names.index(state), numbers.names.index(orders.last), made.state.now
         now[kn.PRESSURE], now[kn.RESTING] = pressure, float(resting)
-        now[kn.STATE] = numbers.names.index(state)
-        now[kn.LAST], now[kn.COUNT], now[kn.STROKE] = numbers.names.index(orders.last), len(orders.pending), math.inf
+        now[kn.STATE], now[kn.LAST], now[kn.COUNT], now[kn.STROKE] = state_of, last, len(orders.pending), math.inf
         now[kn.HOLD] = -math.inf
         now[kn.AT_ZERO] = 1.0 if pressure == 0.0 else 0.0
-        waiting = np.zeros((queue, 2))
         for i, (time, to) in enumerate(orders.pending):
-            waiting[i] = time, numbers.names.index(to)
-        blend = np.zeros((2, width))
-        blend[0] = law.joins[numbers.names.index(state)]
-        sums = np.zeros(kn.ORIFICES + len(numbers.chambers))
-        sums[kn.LEAST] = sums[kn.GREATEST] = pressure
-        D = directions
-        made = kn.OilState(
-            now, np.ascontiguousarray(np.asarray(bar, dtype=float).T), blend, waiting,
-            np.zeros(law.ports.shape[0]), sums, np.zeros((2 * n + 1, D)), np.zeros((queue, D)),
-            np.zeros((2, 4, D)), np.zeros(D),
-        )  # fmt: skip
-        order, size = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2, 2 * n + 1
-        work = kn.OilWork(
-            np.zeros((kn.ROWS, order)), np.zeros((n, order)), np.zeros((n, order)), np.zeros((64, order)),
-            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), np.zeros((order, n, D)),
-            np.zeros((order, n, D)), np.zeros((3, order, D)), np.zeros(D), np.zeros((D, order)),
-        )  # fmt: skip
-        steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
-        log = kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, dtype=np.int64))
-        motion = cls(numbers, made, work, log)
-        oil_kernels().begun(law, made, work)
+            made.state.orders[i] = time, numbers.names.index(to)
+        made.state.bar[:] = np.asarray(bar).T
+        made.state.blend[0] = numbers.law.joins[state_of]
+        made.state.sums[kn.LEAST] = made.state.sums[kn.GREATEST] = pressure
+        oil_kernels().begun(numbers.law, made.state, made.work)
         if struck and not resting:
             now[kn.WALL] = 1.0 if float(numbers.own.end @ np.asarray(bar)[:, 1]) < 0.0 else 2.0
-        return motion
+        return made
+
+    @classmethod
+    def _empty(cls, numbers: OilMachine, queue: int, D: int, recorded: bool) -> OilMotion:
+        law, n = numbers.law, numbers.modes + 1
+        width, size = law.joins.shape[1], 2 * n + 1
+        order = (kn.ELASTIC_ORDER if numbers.modes else kn.ORDER) + 2
+        q = 0 if D == 0 else kn.ELASTIC_NODES if numbers.modes else kn.NODES
+        state = kn.OilState(
+            np.zeros(kn.NOW), np.zeros((2, n)), np.zeros((2, width)), np.zeros((queue, 2)),
+            np.zeros(law.ports.shape[0]), np.zeros(kn.ORIFICES + len(numbers.chambers)), np.zeros((size, D)),
+            np.zeros((queue, D)), np.zeros((2, 4, D)), np.zeros(D),
+        )  # fmt: skip
+        work = kn.OilWork(
+            np.zeros((kn.ROWS, order)), np.zeros((order, n)), np.zeros((order, n)), np.zeros((64, order)),
+            np.zeros((64, 2)), np.zeros(size), np.zeros(size), np.zeros(D), *_collocation(q), np.zeros(2),
+            np.zeros((2, q, 2 * n)), np.zeros((2, q, q)), np.zeros((4, n)), np.zeros((2, n, q)),
+            np.zeros((2 * q, 2 * q)), np.zeros((2 * q, D)),
+        )  # fmt: skip
+        steps = np.zeros((_STEPS if recorded else 0, kn.STEP + 2 * width + 2 * n))
+        return cls(numbers, state, work, kn.OilLog(np.zeros((_EVENTS, kn.EVENT + 2 * n)), steps, np.zeros(2, np.int64)))
 
     @classmethod
     def again(cls, numbers: OilMachine, state: kn.OilState, directions: int = 0, recorded: bool = False) -> OilMotion:
         """A motion from the state of another one on, with time, blows and sums from 0."""
-        names, bar = numbers.names, np.zeros((numbers.modes + 1, 2))
-        made = cls.begun(numbers, bar, 1.0, names[0], Orders(names[0]), directions=directions, recorded=recorded)
-        queue = made.state.orders.shape[0]
-        if state.orders.shape[0] > queue:
-            made._grown()
+        made = cls._empty(numbers, max(_QUEUE, state.orders.shape[0]), directions, recorded)
         fresh = made.state
         for name in ("now", "bar", "blend", "touched"):
             getattr(fresh, name)[:] = getattr(state, name)
@@ -305,7 +314,9 @@ class OilMotion:
                 self.numbers.law, self.state, self.work, self.log, until, exact, blows, _STEPS, section, since, first
             )
             first = first[:0]
-            self._drained()
+            if section < 0:
+                self._drained()
+            self.log.filled[:] = 0
             done += _STEPS
             if ended == kn.CROWDED:
                 self._grown()
@@ -316,12 +327,11 @@ class OilMotion:
         return kn.STEPS_FULL
 
     def _drained(self) -> None:
-        n, taken = self.numbers.modes + 1, len(self.steps)
-        for row in self.log.events[: self.log.filled[0]]:
-            bar = row[kn.EVENT :].reshape(2, n).T.copy()
-            self.events.append(OilEvent(row[0], KINDS[int(row[1])], int(row[2]), bar, row[3], taken + int(row[4])))
+        taken, rows = len(self.steps), self.log.events[: self.log.filled[0]]
+        bars = rows[:, kn.EVENT :].reshape(-1, 2, self.numbers.modes + 1).transpose(0, 2, 1).copy()
+        for (time, kind, detail, pressure, step), bar in zip(rows[:, : kn.EVENT].tolist(), bars, strict=True):
+            self.events.append(OilEvent(time, KINDS[int(kind)], int(detail), bar, pressure, taken + int(step)))
         self.steps.extend(self.log.steps[: self.log.filled[1]].copy())
-        self.log.filled[:] = 0
 
     def _grown(self) -> None:
         state = self.state

@@ -88,8 +88,10 @@ from percuss.mechanics.oil_series import (
     jumped,
     linearised,
     met,
+    modes_at,
     moved_by,
     rates_of,
+    read,
     step_length,
     timed,
     value,
@@ -304,30 +306,21 @@ def sighted(law, state, work, h):
     """The first event of the step within h: its time as a part of h, and what it is, ports counted from 100 on."""
     order = work.series.shape[1] - 2
     g, now, s = law.numbers, state.now, work.series
-    n, best, what = law.modes.shape[1], 2.0, _NOTHING
-    row = s[BEND]
+    best, what, row = 2.0, _NOTHING, s[BEND]
     if now[RESTING] > 0.0:
         time = met(s[F], 0.0, h, -1.0, 0, work)
         if time < best:
             best, what = time, _LEAVE
     else:
         if now[HOLD] <= now[TIME]:
-            for k in range(order + 1):
-                row[k] = 0.0
-                for i in range(n):
-                    row[k] += law.modes[END, i] * work.places[i, k]
+            read(law.modes[END], work.places, row, order)
             time = met(row, 0.0, h, 1.0, int(now[WALL]), work)
             if time < best:
                 best, what = time, _WALL
         for j in range(law.ports.shape[0]):
             if law.ports[j, ON_IMPACT] > 0.0 or law.ports[j, TO] == now[LAST] or now[HOLD] == math.inf:
                 continue
-            for k in range(order + 1):
-                row[k] = 0.0
-                for i in range(n):
-                    row[k] += law.reads[j, i] * (
-                        work.rates[i, k] if law.ports[j, OF_SPEED] > 0.0 else work.places[i, k]
-                    )
+            read(law.reads[j], work.rates if law.ports[j, OF_SPEED] > 0.0 else work.places, row, order)
             time = met(row, law.ports[j, LEVEL], h, law.ports[j, SIDE], int(state.touched[j]), work)
             if time < best:
                 best, what = time, 100 + j
@@ -389,6 +382,9 @@ def pressure_event(law, state, work, log, what):
     jumped(state, work)
 
 
+_WIDER = 1.25  # steps that might be so much longer
+
+
 @entry
 def followed(law, state, work, log, until, exact, blows, steps, section, since, entering):
     """A motion until a time, so many blows in all, so many steps, or a port is met.
@@ -424,6 +420,10 @@ def followed(law, state, work, log, until, exact, blows, steps, section, since, 
             return EMPTY_LINE
         expanded(law, state, work)
         h, ends = step_length(law, state, work), until if exact else math.inf
+        if n > 1 and state.bars.shape[1] > 0:  # equal steps, whose tables stand
+            if not work.span[0] <= h <= _WIDER * work.span[0]:
+                work.span[0] = h / math.sqrt(_WIDER)
+            h = work.span[0]
         if now[COUNT] > 0.0:
             ends = min(ends, state.orders[0, 0])
         ends = min(ends, now[STROKE])
@@ -445,7 +445,7 @@ def followed(law, state, work, log, until, exact, blows, steps, section, since, 
             return BY_TIME
         if state.bars.shape[1] > 0:
             linearised(law, state, work, taken)
-        moved_by(law, state, work, taken)
+        moved_by(law, state, work, taken, section < 0)
         if part > 1.0:
             if whole:
                 now[TIME] = ends
@@ -506,9 +506,7 @@ def at_times(law, state, work, steps, times, numbers, found):
             for i in range(n):
                 state.bar[0, i], state.bar[1, i] = row[STEP + 2 * width + i], row[STEP + 2 * width + n + i]
             expanded(law, state, work)
-        for i in range(n):
-            found[m, i] = value(work.places[i], times[m], order)
-            found[m, n + i] = value(work.rates[i], times[m], order)
+        modes_at(law, work, times[m], found[m, :n], found[m, n : 2 * n])
         found[m, 2 * n] = value(work.series[P], times[m], order)
         found[m, 2 * n + 1] = value(work.series[F], times[m], order)
 

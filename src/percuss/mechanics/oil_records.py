@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
+NODES, ELASTIC_NODES = 8, 12  # of Gauss's rule within a step, for the derivatives
 ACCURACY = 1e-17  # what the last two terms may add, of the scales
 
 # numbers of the law; the tables of the states hold a, t, b for v > 0, b for v < 0, then each chamber's part of the b's
@@ -14,7 +15,6 @@ WAVE, LAW = 26, 27
 AREA, TANKED, DRAG_OUT, DRAG_BACK, CHAMBERS = range(5)
 OMEGA2, DAMPING, DRIVEN, END = range(4)
 TO, LEVEL, SIDE, DELAY, OF_SPEED, ON_IMPACT = range(6)
-BY_PLACE, BY_RATE, BY_PRESSURE = range(3)
 # of the state of a motion
 TIME, PRESSURE, SIGN, OPEN, FILLED, LIMITED, RESTING, LAST, COUNT, STROKE, STATE, BLOWS, WALL, TURNED = range(14)
 AT_RELIEF, AT_CHARGE, AT_CORNER, AT_ZERO, HOLD, NOW = range(14, 20)
@@ -29,8 +29,7 @@ EVENT = 5  # time, kind, detail, pressure, number of the step that begins there;
 STEP = 8  # time, length, pressure, sign, open, filled, limited, resting; then the blend and the bar
 
 # rows of the series of a step
-(U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, GU, GV, PV, PP, DC, DF, DG, SOURCE, CUBE, SQUARE,
- ROWS) = range(27)  # fmt: skip
+U, V, P, F, W, A, Y, Z, C, S, N, Q, RISE, SPIN, POLY, BEND, CUBE, SQUARE, ROWS = range(19)
 
 
 class OilLaw(NamedTuple):
@@ -62,9 +61,11 @@ class OilState(NamedTuple):
 
 
 class OilWork(NamedTuple):
-    """Room: series (ROWS, K + 2), of modes and rates (n, K + 2) each, polynomials, rates before and after an event.
+    """Room: series (ROWS, K + 2), of modes and rates (K + 2, n) each, polynomials, rates before and after an event.
 
-    Of the derivatives: of the modes (K + 2, n, D) each, of the driven end and of the pressure (3, K + 2, D).
+    Of the derivatives: Gauss's nodes and weights, (2, q), parts (q, q, q) of their polynomials and integrals (q, q) up
+    to a node, the step that is kept and that of the tables, (2,), and these: at the nodes by modes (2, q, 2 n) and
+    forces (2, q, q), at the end by modes (4, n) and forces (2, n, q); their equations, (2 q, 2 q) and (2 q, D).
     """
 
     series: Any
@@ -75,11 +76,16 @@ class OilWork(NamedTuple):
     before: Any
     after: Any
     times: Any
-    moved: Any
-    spun: Any
+    nodes: Any
+    parts: Any
+    swept: Any
+    span: Any
+    seen: Any
+    pulled: Any
     turned: Any
-    pushed: Any
-    drawn: Any
+    answers: Any
+    matrix: Any
+    columns: Any
 
 
 class OilLog(NamedTuple):

@@ -3,15 +3,15 @@
 The oil has no closed form: what an orifice takes grows with the square of the speed, gas is polytropic, an accumulator
 empties. So every step is a power series of all coordinates and of the pressure, by recurrence, and a guard is a
 polynomial of the step, whose first root is isolated by its Bernstein coefficients: nothing is looked for by samples.
-Derivatives by the numbers at the start are carried along by the same series of the linearised equations, with a
-saltation at each event. `percuss.mechanics.oil` makes the tables, and says what they hold.
+Derivatives by the numbers at the start are carried along by collocation of the linearised equations, with a saltation
+at each event. `percuss.mechanics.oil` makes the tables, and says what they hold.
 """
 
 from __future__ import annotations
 
 import math
 
-from percuss.compiled import inner
+from percuss.compiled import inner, summed
 from percuss.mechanics.oil_records import (
     ACCURACY,
     AREA,
@@ -21,17 +21,11 @@ from percuss.mechanics.oil_records import (
     AT_ZERO,
     ATMOSPHERE,
     BEND,
-    BY_PLACE,
-    BY_PRESSURE,
-    BY_RATE,
     CHAMBERS,
     COLUMN,
     COMPLIANCE,
     CUBE,
     DAMPING,
-    DC,
-    DF,
-    DG,
     DRAG_BACK,
     DRAG_LOSS,
     DRAG_OUT,
@@ -46,8 +40,6 @@ from percuss.mechanics.oil_records import (
     FORCE,
     GAS,
     GREATEST,
-    GU,
-    GV,
     KAPPA,
     KEPT,
     LEAK,
@@ -62,13 +54,11 @@ from percuss.mechanics.oil_records import (
     POLY,
     POLYTROPIC,
     POWER,
-    PP,
     PRECHARGE,
     PRESSED,
     PRESSURE,
     PUMPED,
     PUMPED_ENERGY,
-    PV,
     RELIEF,
     RELIEF_LOSS,
     RELIEVED,
@@ -78,7 +68,6 @@ from percuss.mechanics.oil_records import (
     SIGN,
     SLIP,
     SLOPE,
-    SOURCE,
     SPEED,
     SPIN,
     SQUARE,
@@ -106,7 +95,7 @@ from percuss.mechanics.oil_records import (
 # ---- Series
 
 
-@inner
+@summed
 def product(a, b, k):
     """Coefficient k of the product of two series."""
     found = 0.0
@@ -115,7 +104,7 @@ def product(a, b, k):
     return found
 
 
-@inner
+@summed
 def power(z, y, exponent, k):
     """Coefficient k ≥ 1 of y = z^exponent, from those before."""
     found = 0.0
@@ -124,7 +113,7 @@ def power(z, y, exponent, k):
     return found / (k * z[0])
 
 
-@inner
+@summed
 def quotient(top, y, bottom, k):
     """Coefficient k of y = numerator/bottom, with coefficient `top` of the numerator."""
     found = top
@@ -283,7 +272,7 @@ def gas_capacity(law):
     return law[VOLUME] / n * (law[PRECHARGE] + law[ATMOSPHERE]) ** (1.0 / n)
 
 
-@inner
+@summed
 def expanded(law, state, work):
     """All series of a step from the present state."""
     order = work.series.shape[1] - 2
@@ -299,7 +288,7 @@ def expanded(law, state, work):
     n = modes.shape[1]
     u = v = 0.0
     for i in range(n):
-        work.places[i, 0], work.rates[i, 0] = state.bar[0, i], state.bar[1, i]
+        work.places[0, i], work.rates[0, i] = state.bar[0, i], state.bar[1, i]
         u += modes[DRIVEN, i] * state.bar[0, i]
         v += modes[DRIVEN, i] * state.bar[1, i]
     s[U, 0], s[V, 0], s[P, 0] = u, v, now[PRESSURE]
@@ -318,16 +307,13 @@ def expanded(law, state, work):
             s[Y, k] = power(s[Z], s[Y], -g[EXPONENT], k) if k else s[Z, 0] ** (-g[EXPONENT])
             f += g[GAS] * s[Y, k]
         s[F, k] = f
-        u = v = 0.0
+        u, v, pace = 0.0, 0.0, 0.0 if resting else 1.0 / (k + 1.0)
+        place, rate, places, rates = work.places[k], work.rates[k], work.places[k + 1], work.rates[k + 1]
         for i in range(n):
-            if resting:
-                work.places[i, k + 1] = work.rates[i, k + 1] = 0.0
-                continue
-            pull = modes[DRIVEN, i] * f - modes[OMEGA2, i] * work.places[i, k] - modes[DAMPING, i] * work.rates[i, k]
-            work.places[i, k + 1] = work.rates[i, k] / (k + 1.0)
-            work.rates[i, k + 1] = pull / (k + 1.0)
-            u += modes[DRIVEN, i] * work.places[i, k + 1]
-            v += modes[DRIVEN, i] * work.rates[i, k + 1]
+            places[i] = pace * rate[i]
+            rates[i] = pace * (modes[DRIVEN, i] * f - modes[OMEGA2, i] * place[i] - modes[DAMPING, i] * rate[i])
+            u += modes[DRIVEN, i] * places[i]
+            v += modes[DRIVEN, i] * rates[i]
         s[U, k + 1], s[V, k + 1] = u, v
         if not fed:
             s[P, k + 1] = s[N, k] = s[Q, k] = 0.0
@@ -364,7 +350,7 @@ def step_length(law, state, work):
     for k in (order - 1, order):
         big = 0.0
         for i in range(law.modes.shape[1]):
-            big += abs(work.rates[i, k])
+            big += abs(work.rates[k, i])
         if big > 0.0:
             h = min(h, (ACCURACY * g[SPEED] / big) ** (1.0 / k))
         pressure = abs(s[P, k])
@@ -376,9 +362,49 @@ def step_length(law, state, work):
 # ---- What the state is at a time of the step
 
 
+@summed
+def read(row, modes, c, order):
+    """The series of what a row reads of those of the modes."""
+    for k in range(order + 1):
+        found = 0.0
+        for i in range(row.size):
+            found += row[i] * modes[k, i]
+        c[k] = found
+
+
 @inner
-def moved_by(law, state, work, t):
-    """The state a time after the beginning of the step, with its sums; derivatives are moved before."""
+def modes_at(law, work, t, places, rates):
+    """Places and rates of the modes at a time of the step."""
+    order, n = work.series.shape[1] - 2, law.modes.shape[1]
+    for i in range(n):
+        places[i], rates[i] = work.places[order, i], work.rates[order, i]
+    for k in range(order - 1, -1, -1):
+        for i in range(n):
+            places[i] = places[i] * t + work.places[k, i]
+            rates[i] = rates[i] * t + work.rates[k, i]
+
+
+@inner
+def moved_by(law, state, work, t, counted):
+    """The state a time after the beginning of the step, its sums where they are counted; derivatives move before."""
+    now, blend = state.now, state.blend
+    if counted:
+        counted_up(law, state, work, t)
+    modes_at(law, work, t, state.bar[0], state.bar[1])
+    if counted and law.modes.shape[1] > 1 and now[RESTING] == 0.0:
+        state.sums[DRAG_LOSS] -= energy_of(law, state.bar)
+    now[PRESSURE] = value(work.series[P], t, work.series.shape[1] - 2)
+    for j in range(blend.shape[1]):
+        blend[0, j] += blend[1, j] * t
+    now[TIME] += t
+    now[WALL] = now[TURNED] = now[AT_RELIEF] = now[AT_CHARGE] = now[AT_CORNER] = now[AT_ZERO] = 0.0
+    for i in range(state.touched.size):
+        state.touched[i] = 0.0
+
+
+@inner
+def counted_up(law, state, work, t):
+    """The sums a time after the beginning of the step."""
     order = work.series.shape[1] - 2
     g, s, now, sums = law.numbers, work.series, state.now, state.sums
     blend = state.blend
@@ -422,17 +448,6 @@ def moved_by(law, state, work, t):
         sums[LEAK_LOSS] += g[LEAK] * s[P, 0] * s[P, 0] * t
         sums[LEAKED] += g[LEAK] * s[P, 0] * t
     extremes(law, state, work, t)
-    for i in range(n):
-        state.bar[0, i], state.bar[1, i] = value(work.places[i], t, order), value(work.rates[i], t, order)
-    if n > 1 and now[RESTING] == 0.0:
-        sums[DRAG_LOSS] -= energy_of(law, state.bar)
-    now[PRESSURE] = value(s[P], t, order)
-    for j in range(width):
-        blend[0, j] += blend[1, j] * t
-    now[TIME] += t
-    now[WALL] = now[TURNED] = now[AT_RELIEF] = now[AT_CHARGE] = now[AT_CORNER] = now[AT_ZERO] = 0.0
-    for i in range(state.touched.size):
-        state.touched[i] = 0.0
 
 
 @inner
@@ -451,14 +466,9 @@ def extremes(law, state, work, t):
     s, sums = work.series, state.sums
     poly = s[POLY]
     for quantity in range(2):
-        c = s[BEND]
-        for k in range(order + 1):
-            if quantity == 0:
-                c[k] = s[P, k]
-            else:
-                c[k] = 0.0
-                for i in range(law.modes.shape[1]):
-                    c[k] += law.modes[END, i] * work.places[i, k]
+        c = s[P] if quantity == 0 else s[BEND]
+        if quantity == 1:
+            read(law.modes[END], work.places, c, order)
         scale = 1.0
         for k in range(order):
             poly[k] = (k + 1.0) * c[k + 1] * scale
@@ -476,121 +486,174 @@ def extremes(law, state, work, t):
 
 
 @inner
+def answer(omega2, damping, t):
+    """What a push of 1 at time 0 makes of a mode: its place and its rate."""
+    half = 0.5 * damping
+    root, fades = omega2 - half * half, math.exp(-half * t)
+    w, place, rate = math.sqrt(abs(root)), t, 1.0
+    if root > 0.0:
+        place, rate = math.sin(w * t) / w, math.cos(w * t)
+    elif root < 0.0:
+        place, rate = math.sinh(w * t) / w, math.cosh(w * t)
+    return fades * place, fades * (rate - half * place)
+
+
+@inner
+def tabulated(law, work, t):
+    """For a step: what the driven end does at its nodes by the modes, and by the force at others; how it ends."""
+    modes, c, w = law.modes, work.nodes[0], work.nodes[1]
+    n = modes.shape[1]
+    seen, pulled, turned, answers = work.seen, work.pulled, work.turned, work.answers
+    work.span[1] = t
+    for m in range(c.size):
+        for j in range(c.size):
+            pulled[0, m, j] = pulled[1, m, j] = 0.0
+        for p in range(c.size):
+            place = rate = 0.0
+            for i in range(n):
+                k, r = answer(modes[OMEGA2, i], modes[DAMPING, i], t * c[m] * (1.0 - c[p]))
+                place += modes[DRIVEN, i] ** 2 * k
+                rate += modes[DRIVEN, i] ** 2 * r
+            for j in range(c.size):
+                part = t * c[m] * w[p] * work.parts[m, p, j]
+                pulled[0, m, j] += place * part
+                pulled[1, m, j] += rate * part
+    for i in range(n):
+        driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
+        k, r = answer(omega2, damping, t)
+        turned[0, i], turned[1, i], turned[2, i], turned[3, i] = r + damping * k, k, -omega2 * k, r
+        for m in range(c.size):
+            k, r = answer(omega2, damping, t * c[m])
+            seen[0, m, i], seen[0, m, n + i] = driven * (r + damping * k), driven * k
+            seen[1, m, i], seen[1, m, n + i] = -driven * omega2 * k, driven * r
+            k, r = answer(omega2, damping, t * (1.0 - c[m]))
+            answers[0, i, m], answers[1, i, m] = driven * t * w[m] * k, driven * t * w[m] * r
+
+
+@summed
+def added(row, share, other):
+    """A multiple of another row to a row."""
+    for j in range(row.size):
+        row[j] += share * other[j]
+
+
+@summed
+def both_added(one, other, a, b, c, d, first, second):
+    """Multiples of two rows to each of two others."""
+    for j in range(one.size):
+        x, y = first[j], second[j]
+        one[j] += a * x + b * y
+        other[j] += c * x + d * y
+
+
+@inner
+def exchanged(row, other):
+    """Two rows, each in place of the other."""
+    for j in range(row.size):
+        row[j], other[j] = other[j], row[j]
+
+
+@inner
+def solved(matrix, columns, size):
+    """Columns behind a square matrix, solved for in place: elimination with a choice of the row."""
+    for k in range(size):
+        best = k
+        for m in range(k + 1, size):
+            if abs(matrix[m, k]) > abs(matrix[best, k]):
+                best = m
+        if best != k:
+            exchanged(matrix[k], matrix[best])
+            exchanged(columns[k], columns[best])
+        for m in range(k + 1, size):
+            share = -matrix[m, k] / matrix[k, k]
+            added(matrix[m, k:size], share, matrix[k, k:size])
+            added(columns[m], share, columns[k])
+    for k in range(size - 1, -1, -1):
+        row, scale = columns[k], 1.0 / matrix[k, k]
+        for j in range(row.size):
+            row[j] *= scale
+        for m in range(k):
+            added(columns[m], -matrix[m, k], row)
+
+
+@inner
 def linearised(law, state, work, t):
-    """The derivatives of the state a time after the beginning of the step, all directions."""
-    order = work.series.shape[1] - 2
+    """The derivatives of the state a time after the beginning of the step, all directions.
+
+    The modes answer the derivatives of the force exactly; these, and those of P′, are polynomials through Gauss's
+    nodes of the step (collocation), where they are as the linearised equations say.
+    """
+    order, c = work.series.shape[1] - 2, work.nodes[0]
     g, s, now = law.numbers, work.series, state.now
-    modes, blend, bars = law.modes, state.blend, state.bars
-    n, sign = modes.shape[1], now[SIGN]
-    if now[RESTING] > 0.0:
-        sign = 0.0
+    blend, bars, blends = state.blend, state.bars, state.blends
+    n, count, q, resting = law.modes.shape[1], bars.shape[1], c.size, now[RESTING] > 0.0
+    sign = 0.0 if resting else now[SIGN]
     drag = DRAG_OUT if sign > 0.0 else DRAG_BACK
     flows = g[FED] > 0.0 and now[OPEN] != KEPT
-    filled, limited = now[FILLED] > 0.0 and g[VOLUME] > 0.0, now[LIMITED] > 0.0
-    slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
-    # gu and gv: of the force by place and speed of the driven end; pv and pp: of P′ by that speed and by the pressure
-    for k in range(order + 1):
-        s[GU, k] = -g[KAPPA] if k == 0 else 0.0
+    size = 2 * q if flows else q
+    if work.span[1] != t:
+        tabulated(law, work, t)
+    # of the force by place and speed of the driven end and by the pressure, of P′ by that speed and the pressure
+    matrix, columns = work.matrix, work.columns
+    for m in range(q):
+        x = t * c[m]
+        a, b = blend[0, AREA] + blend[1, AREA] * x, blend[0, drag] + blend[1, drag] * x
+        u, v, pressure = value(s[U], x, order), value(s[V], x, order), value(s[P], x, order)
+        gu, gv, pv, pp, capacity = -g[KAPPA], -2.0 * sign * b * v, 0.0, 0.0, 1.0
         if g[GAS] != 0.0:
-            e = -g[EXPONENT] - 1.0
-            s[DF, k] = power(s[Z], s[DF], e, k) if k else s[Z, 0] ** e
-            s[GU, k] -= g[EXPONENT] * g[GAS] / g[COLUMN] * s[DF, k]
-        s[GV, k] = -2.0 * sign * (blend[0, drag] * s[V, k] + (blend[1, drag] * s[V, k - 1] if k else 0.0))
-        if not flows:
-            continue
-        top = -blend[0, AREA] if k == 0 else -blend[1, AREA] if k == 1 else 0.0
-        s[PV, k] = quotient(top, s[PV], s[C], k)
-        if limited:
-            s[DC, k] = quotient(-s[Q, k], s[DC], s[P], k)
-            held = s[DC, k] - (g[LEAK] + slope if k == 0 else 0.0)
-        else:
-            held = -(g[SLIP] + g[LEAK] + slope) if k == 0 else 0.0
-        s[SOURCE, k] = held
-        if filled:
-            e = -1.0 / g[POLYTROPIC] - 2.0
-            s[DG, k] = power(s[S], s[DG], e, k) if k else s[S, 0] ** e
-            s[SOURCE, k] -= gas_capacity(g) * (e + 1.0) * product(s[DG], s[RISE], k)
-            s[PP, k] = quotient(s[SOURCE, k], s[PP], s[C], k)
-        else:
-            s[PP, k] = s[SOURCE, k] / g[COMPLIANCE]
-    count, blends = bars.shape[1], state.blends
-    for i in range(n):
-        for d in range(count):
-            work.moved[0, i, d], work.spun[0, i, d] = bars[i, d], bars[n + i, d]
-    for d in range(count):
-        work.turned[BY_PRESSURE, 0, d] = bars[2 * n, d]
-    for k in range(order + 1):
-        place, rate, rise, push = (
-            work.turned[BY_PLACE, k],
-            work.turned[BY_RATE, k],
-            work.turned[BY_PRESSURE],
-            work.pushed,
-        )
-        for d in range(count):
-            place[d] = rate[d] = 0.0
-        for i in range(n):
-            driven = modes[DRIVEN, i]
-            for d in range(count):
-                place[d] += driven * work.moved[k, i, d]
-                rate[d] += driven * work.spun[k, i, d]
-        for d in range(count):
-            push[d] = blend[0, AREA] * rise[k, d]
-        if k > 0 and blend[1, AREA] != 0.0:
-            for d in range(count):
-                push[d] += blend[1, AREA] * rise[k - 1, d]
-        for j in range(k + 1):
-            gu, gv = s[GU, k - j], s[GV, k - j]
-            for d in range(count):
-                push[d] += gu * work.turned[BY_PLACE, j, d] + gv * work.turned[BY_RATE, j, d]
-        for d in range(count):
-            rise[k + 1, d] = 0.0
+            gu -= g[EXPONENT] * g[GAS] / g[COLUMN] * (1.0 + u / g[COLUMN]) ** (-g[EXPONENT] - 1.0)
+        if resting:
+            gu = gv = 0.0
         if flows:
-            for j in range(k + 1):
-                pv, pp = s[PV, k - j], s[PP, k - j]
-                for d in range(count):
-                    rise[k + 1, d] += pv * work.turned[BY_RATE, j, d] + pp * rise[j, d]
+            slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
+            capacity, bends = g[COMPLIANCE], 0.0
+            if now[FILLED] > 0.0 and g[VOLUME] > 0.0:
+                e = -1.0 / g[POLYTROPIC] - 1.0
+                gas = gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** e
+                capacity, bends = capacity + gas, e * gas / (pressure + g[ATMOSPHERE])
+            rise, pp = g[FLOW] - g[SLIP] * pressure, -g[SLIP]
+            if now[LIMITED] > 0.0:
+                rise, pp = g[POWER] / pressure, -g[POWER] / (pressure * pressure)
+            rise -= a * v + g[LEAK] * pressure + slope * (pressure - g[RELIEF] if slope > 0.0 else 0.0)
+            pv, pp = -a / capacity, (pp - g[LEAK] - slope - bends * rise / capacity) / capacity
+        push, rises = columns[m], columns[size - q + m]
         for d in range(count):
-            if (
-                blends[0, AREA, d] == 0.0
-                and blends[0, drag, d] == 0.0
-                and blends[1, AREA, d] == 0.0
-                and blends[1, drag, d] == 0.0
-                and blends[0, TANKED, d] == 0.0
-                and blends[1, TANKED, d] == 0.0
-            ):
-                continue  # fmt: skip
-            push[d] += blends[0, AREA, d] * s[P, k] + (blends[1, AREA, d] * s[P, k - 1] if k else 0.0)
-            push[d] -= sign * (blends[0, drag, d] * s[W, k] + (blends[1, drag, d] * s[W, k - 1] if k else 0.0))
-            if k < 2:
-                push[d] += g[TANK] * blends[k, TANKED, d]
-            if flows:  # −δa v/C by its own recurrence, as C is the same of all directions
-                drawn = blends[0, AREA, d] * s[V, k] + (blends[1, AREA, d] * s[V, k - 1] if k else 0.0)
-                drawn += product(s[C, 1:], work.drawn[d], k - 1) if k else 0.0
-                work.drawn[d, k] = -drawn / s[C, 0]
-                rise[k + 1, d] += work.drawn[d, k]
-        for d in range(count):
-            rise[k + 1, d] /= k + 1.0
-        pace = 1.0 / (k + 1.0)
+            wide = blends[0, AREA, d] + blends[1, AREA, d] * x
+            rises[d] = pp * bars[2 * n, d] - wide * v / capacity
+            push[d] = a * bars[2 * n, d] + wide * pressure
+            push[d] += g[TANK] * (blends[0, TANKED, d] + blends[1, TANKED, d] * x)
+            push[d] -= sign * (blends[0, drag, d] + blends[1, drag, d] * x) * v * v
+        place, rate = work.seen[0, m], work.seen[1, m]
         for i in range(n):
-            driven, omega2, damping = modes[DRIVEN, i], modes[OMEGA2, i], modes[DAMPING, i]
-            if now[RESTING] > 0.0:
-                driven = omega2 = damping = 0.0
-            for d in range(count):
-                pull = driven * push[d] - omega2 * work.moved[k, i, d] - damping * work.spun[k, i, d]
-                work.moved[k + 1, i, d] = pace * work.spun[k, i, d]
-                work.spun[k + 1, i, d] = pace * pull
+            a0, a1 = gu * place[i] + gv * rate[i], gu * place[n + i] + gv * rate[n + i]
+            if flows:
+                both_added(push, rises, a0, a1, pv * rate[i], pv * rate[n + i], bars[i], bars[n + i])
+            else:
+                added(push, a0, bars[i])
+                added(push, a1, bars[n + i])
+        for j in range(q):
+            matrix[m, j] = -gu * work.pulled[0, m, j] - gv * work.pulled[1, m, j]
+            if flows:
+                matrix[m, q + j], matrix[q + m, j] = -a * x * work.swept[m, j], -pv * work.pulled[1, m, j]
+                matrix[q + m, q + j] = -pp * x * work.swept[m, j]
+        matrix[m, m] += 1.0
+        if flows:
+            matrix[q + m, q + m] += 1.0
+    solved(matrix, columns, size)
     for i in range(n):
+        if resting:
+            break
+        place, rate = bars[i], bars[n + i]
         for d in range(count):
-            bars[i, d], bars[n + i, d] = work.moved[order, i, d], work.spun[order, i, d]
-    for d in range(count):
-        bars[2 * n, d] = work.turned[BY_PRESSURE, order, d]
-    for k in range(order - 1, -1, -1):
-        for i in range(n):
-            for d in range(count):
-                bars[i, d] = bars[i, d] * t + work.moved[k, i, d]
-                bars[n + i, d] = bars[n + i, d] * t + work.spun[k, i, d]
-        for d in range(count):
-            bars[2 * n, d] = bars[2 * n, d] * t + work.turned[BY_PRESSURE, k, d]
+            p, r = place[d], rate[d]
+            place[d] = work.turned[0, i] * p + work.turned[1, i] * r
+            rate[d] = work.turned[2, i] * p + work.turned[3, i] * r
+        for m in range(0, q, 2):
+            k, r = work.answers[0, i], work.answers[1, i]
+            both_added(place, rate, k[m], k[m + 1], r[m], r[m + 1], columns[m], columns[m + 1])
+    if flows:
+        for m in range(q):
+            added(bars[2 * n], t * work.nodes[1, m], columns[q + m])
     for d in range(count):
         for j in range(4):
             blends[0, j, d] += blends[1, j, d] * t

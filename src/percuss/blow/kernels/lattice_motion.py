@@ -7,6 +7,32 @@ import math
 from percuss.blow.kernels.lattice_records import LOAD, OFF, REBOUNDED
 from percuss.blow.kernels.tool_motion import bit_moved, carried_on, departure, recoil, recoiled, rock_replaced
 from percuss.compiled import entry, inlined, inner, summed
+from percuss.mechanics.oil_records import (
+    AREA,
+    ATMOSPHERE,
+    COMPLIANCE,
+    CORNER,
+    CORNER_TO,
+    DRAG_BACK,
+    DRAG_OUT,
+    FED,
+    FLOW,
+    FORCE,
+    KAPPA,
+    LEAK,
+    POLYTROPIC,
+    POWER,
+    PRECHARGE,
+    QUICKENING,
+    RELIEF,
+    SLIP,
+    SLOPE,
+    SPOOL,
+    TANK,
+    TANKED,
+    VOLUME,
+)
+from percuss.mechanics.oil_series import gas_capacity, of_gas
 
 # ---- A tool that is laid against fresh rock between blows
 
@@ -395,7 +421,7 @@ def demanded(valve, own, port, time):
     """A port demands its state: a demand like the last is ignored, others replace what would be due later."""
     if valve.to[port] == own.last:
         return
-    due = time + valve.delay[port] / (1.0 + valve.quickening * (own.pressure - 1.0))
+    due = time + valve.delay[port] / (1.0 + valve.law[QUICKENING] * (own.pressure - 1.0))
     kept = 0
     while kept < own.orders and own.due[kept] < due:
         kept += 1
@@ -406,17 +432,75 @@ def demanded(valve, own, port, time):
 
 
 @inner
-def pushing(valve, own, time, step):
-    """The mean force of the states over a step, at the pressure 1; orders that fall due in it are carried out."""
-    at, mean = time, 0.0
-    while own.orders > 0 and own.due[0] < time + step:
-        due = max(own.due[0], at)
-        mean += valve.force[own.state] * (due - at)
-        at, own.state = due, own.to[0]
-        own.orders -= 1
-        for i in range(own.orders):
-            own.due[i], own.to[i] = own.due[i + 1], own.to[i + 1]
-    return (mean + valve.force[own.state] * (time + step - at)) / step
+def joined(valve, own, time, step):
+    """Means over a step of what the states join, into `mean`; orders that fall due in it are carried out."""
+    at, end = time, time + step
+    own.mean[:] = 0.0
+    while True:
+        due = max(own.due[0], at) if own.orders > 0 else math.inf
+        until = min(due, own.stroke, end)
+        span = until - at
+        for j in range(own.mean.size):
+            own.mean[j] += span * (own.blend[j] + 0.5 * span * own.slope[j])
+            own.blend[j] += span * own.slope[j]
+        at = until
+        if until == end:
+            break
+        stroke = 0.0
+        if due == until:
+            own.state, stroke = own.to[0], valve.law[SPOOL]
+            own.orders -= 1
+            for i in range(own.orders):
+                own.due[i], own.to[i] = own.due[i + 1], own.to[i + 1]
+        own.stroke = at + stroke if stroke > 0.0 else math.inf
+        for j in range(own.mean.size):
+            aim = valve.joins[own.state, j]
+            own.slope[j] = (aim - own.blend[j]) / stroke if stroke > 0.0 else 0.0
+            own.blend[j] = own.blend[j] if stroke > 0.0 else aim
+    for j in range(own.mean.size):
+        own.mean[j] /= step
+
+
+@inner
+def driven(machine):
+    """The velocity that the driven place has without a load, and what divides the load there."""
+    bar, at = machine.striker, machine.load_at
+    if at == 0:
+        return 2.0 * bar.left[bar.first[0] + bar.slot[0]], bar.impedance[0]
+    a, b = bar.first[at - 1] + bar.slot[at - 1], bar.first[at] + bar.slot[at]
+    za, zb = bar.impedance[at - 1], bar.impedance[at]
+    return 2.0 * (za * bar.right[a] + zb * bar.left[b]) / (za + zb), za + zb
+
+
+@inner
+def braked(load, free, z, out, back):
+    """The load less b v|v| of the passages, and the velocity v = free + load/z with it."""
+    without = free + load / z
+    b = out if without > 0.0 else back
+    if b == 0.0:
+        return load, without
+    v = math.copysign((math.sqrt(1.0 + 4.0 * b / z * abs(without)) - 1.0) * z / (2.0 * b), without)
+    return load - b * v * abs(v), v
+
+
+@inner
+def pumped(law, pressure):
+    """Flow of the pump at a pressure."""
+    if law[CORNER] < pressure < law[CORNER_TO]:
+        return law[POWER] / pressure
+    return law[FLOW] - law[SLIP] * pressure
+
+
+@inner
+def rising(law, pressure, drawn):
+    """P′ at a pressure, with what the piston draws."""
+    flow = pumped(law, pressure) - drawn - law[LEAK] * pressure
+    if pressure > law[RELIEF] and law[SLOPE] < math.inf:
+        flow -= law[SLOPE] * (pressure - law[RELIEF])
+    capacity = law[COMPLIANCE]
+    if law[VOLUME] > 0.0 and pressure > law[PRECHARGE]:
+        capacity += gas_capacity(law) * (pressure + law[ATMOSPHERE]) ** (-1.0 / law[POLYTROPIC] - 1.0)
+    return flow / capacity
 
 
 @entry
@@ -428,19 +512,36 @@ def follow_valve(machine, valve, own, now, count, contacts, steps):
         if count.contacts >= contacts.size - 2 or count.step >= machine.load.size:
             return done
         time = now.time + count.step * step
-        area = pushing(valve, own, time, step)
+        joined(valve, own, time, step)
+        area, law = own.mean[AREA], valve.law
         place, speed, struck, fed_by = own.place, now.momentum, count.struck, now.advanced
         middle = place + 0.5 * step * speed
-        machine.load[count.step] = own.pressure * area + valve.gas - valve.stiffness * middle
+        pressure = own.pressure + 0.5 * step * own.rise
+        load, drawn = pressure * area + law[FORCE] - law[KAPPA] * middle, 0.0
+        if valve.flows:
+            load += law[TANK] * own.mean[TANKED] + of_gas(law, middle)
+            free, z = driven(machine)
+            load, drawn = braked(load, free, z, own.mean[DRAG_OUT], own.mean[DRAG_BACK])
+            drawn *= area
+        machine.load[count.step] = load
         stepped(machine, now, count, contacts)
         moved = 0.5 * step * (speed + now.momentum)
         own.place += moved
         if now.advanced != fed_by:  # the housing follows the tool
             own.place -= now.advanced - fed_by
             place = own.place - moved
-        own.taken += own.pressure * area * moved
-        if valve.compliance > 0.0:
-            own.pressure += (valve.flow * step - area * moved) / valve.compliance
+        if not valve.flows:
+            own.taken += own.pressure * area * moved
+            if law[FED] > 0.0:
+                own.pressure += (law[FLOW] * step - area * moved) / law[COMPLIANCE]
+        elif law[FED] > 0.0:
+            own.taken += pressure * pumped(law, pressure) * step
+            own.rise = rising(law, pressure, drawn)
+            own.pressure = max(own.pressure + step * own.rise, 0.0)
+            if own.pressure > law[RELIEF] and law[SLOPE] == math.inf:
+                own.pressure, own.rise = law[RELIEF], 0.0
+        else:
+            own.taken += pressure * drawn * step
         if drag.interval > 0.0 and count.step >= now.next_drag:
             now.next_drag += drag.interval
             if not count.touching:

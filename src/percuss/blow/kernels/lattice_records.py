@@ -234,23 +234,19 @@ class LatticeMachine(NamedTuple):
 class LatticeValve(NamedTuple):
     """What drives a striker that switches its own valve, in the units of the lattice.
 
-    Of each state: `force` at the pressure 1, without the gas. Of each port: the state it demands, `to`, whether it
-    reads a `speed`, where its region begins, `level`, on which side of it, `sign` (0: it is the blow that demands), and
-    the `delay`. `gas` and `stiffness` are those of the chamber. A pump of `flow` feeds an accumulator of `compliance`,
-    0 for a constant pressure; delays are divided by 1 + `quickening` (π − 1).
+    `law` and `joins`, of each state, are tables of `percuss.mechanics.oil`, and `flows` tells whether the oil loses
+    anything. Of each port: the state it demands, `to`, whether it reads a `speed`, where its region begins, `level`, on
+    which side of it, `sign` (0: it is the blow that demands), and the `delay`.
     """
 
-    force: Floats
+    law: Floats
+    joins: Floats
+    flows: bool
     to: Wholes
     speed: npt.NDArray[np.bool_]
     level: Floats
     sign: Floats
     delay: Floats
-    gas: float
-    stiffness: float
-    flow: float
-    compliance: float
-    quickening: float
 
 
 MOST_ORDERS = 64
@@ -266,5 +262,10 @@ VALVE = np.dtype(
         ("pressure", "f8"),
         ("taken", "f8"),  # from the supply, ∫ π p_k u′ dt
         ("touched", "i8"),  # whether the blow that began last has not demanded yet
+        ("blend", "f8", (4,)),  # of the joins of the states, while the spool moves; by which it changes; until when
+        ("slope", "f8", (4,)),
+        ("stroke", "f8"),
+        ("mean", "f8", (4,)),  # of the blend over a step
+        ("rise", "f8"),  # of the pressure in a time
     ]
 )

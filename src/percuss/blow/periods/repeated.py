@@ -6,18 +6,22 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from percuss.blow.blow import Blow
 from percuss.blow.bodies import Rod, rod_sections, striker_sections
-from percuss.blow.figures import ContactInterval
+from percuss.blow.drilling import bit_contacts, joint_turns, rest_penetration
+from percuss.blow.figures import BlowOutcome, ContactInterval, Fineness
 from percuss.blow.kernels.lattice_motion import struck_again
 from percuss.blow.kernels.lattice_records import ELASTIC, LatticeMachine
 from percuss.blow.periods.lattice import Lattice, LatticeUnits, train_record
 from percuss.blow.periods.wave_motion import LatticeRun
-from percuss.errors import ParameterError
+from percuss.blow.striking import strike, strike_again
+from percuss.errors import ParameterError, PercussError
 from percuss.halting import check_interrupted
 from percuss.model import SizedBody
 from percuss.model.checks import Array, callback, count, flag, instance, numbers, positive
@@ -243,13 +247,13 @@ class RepeatedBlows(ShortRepr):
     blows
         All of them, in order.
     lattice
-        On which waves travelled.
+        On which waves travelled; None where they are exact but for rounding.
     openings
         Of each step of the tool: how often a contact joint has opened, when it first did and shut again, in s (None:
         never), and the widest gap.
     error
         How far the greatest penetrations on a lattice with half the cells are from these, relative;
-        None where that was not asked for.
+        None where that was not asked for, and without a lattice.
     """
 
     striker: SizedBody
@@ -258,7 +262,7 @@ class RepeatedBlows(ShortRepr):
     period: float
     blows_per_crater: int
     blows: tuple[BlowInTrain, ...]
-    lattice: Lattice
+    lattice: Lattice | None
     openings: tuple[tuple[int, float | None, float | None, float], ...]
     error: float | None = None
 
@@ -315,15 +319,17 @@ def strike_repeatedly(
     number: int = 60,
     *,
     blows_per_crater: int = 1,
-    cells: int = 400,
+    cells: int | None = None,
     estimate: bool = True,
     progress: Callable[[Progress], object] | None = None,
 ) -> RepeatedBlows:
     """Strike a tool again and again, each time with the waves and the bit as the blow before has left them.
 
     Blow n begins at n × `period`: a fresh striker, free of stress, touches the face there, and the old one is gone. The
-    first finds the tool in its static state. Waves travel on a lattice of equal cells, what a node does in a cell is in
-    closed form (docs: What holds the tool): errors fall as the square of the cells, but for events between its points.
+    first finds the tool in its static state. Waves are exact, as `strike` and `strike_again` have them, as long as
+    they have few pieces: with a damper, or where steel takes much. Others travel on a lattice of equal cells, where
+    what a node does in a cell is in closed form (docs: What holds the tool): errors fall as the square of the cells,
+    but for events between its points.
 
     Parameters
     ----------
@@ -336,7 +342,8 @@ def strike_repeatedly(
     blows_per_crater
         After so many blows the rock is replaced at equal force on the bit; 0 keeps the crater.
     cells, estimate
-        Cells of the striker, at least, and whether to tell the error from a lattice with half as many.
+        Cells of the striker, at least, on a lattice, and whether to tell the error from one with half as many. None:
+        exact waves, or where they have too many pieces 400 cells.
     progress
         Called now and then with a `percuss.simulate.Progress`; the blows end when it returns something true.
 
@@ -374,7 +381,7 @@ def strike_repeatedly(
         wanted = f"a time of at least {2.0 * float(own.transit.sum()):.3g} s, in which a wave runs through the striker"
         raise ParameterError("period", period, wanted + " and back")
     same = count("blows_per_crater", blows_per_crater, 0, 100_000)
-    number_of_cells = count("cells", cells, least=16, most=100_000)
+    number_of_cells = _CELLS if cells is None else count("cells", cells, least=16, most=100_000)
     flag("estimate", estimate)
     callback("progress", progress)
 
@@ -382,6 +389,11 @@ def strike_repeatedly(
         with watched(progress) as watch:
             return _followed(striker, target, speeds, period, number, same, cells, watch)
 
+    if cells is None:
+        with watched(progress) as watch:
+            exact = _exactly(striker, target, speeds, period, number, same, watch)
+        if exact is not None:
+            return exact
     found = followed(number_of_cells)
     if not estimate:
         return found
@@ -392,6 +404,117 @@ def strike_repeatedly(
     n = min(one.size, other.size)
     apart = float(np.abs(one[:n] - other[:n]).max(initial=0.0))
     return replace(found, error=apart / float(np.abs(one).max()) if one.any() else 0.0)
+
+
+_CELLS = 400  # of the striker, where waves have too many pieces
+_MOST_PIECES = 1_500_000  # of all blows: a few seconds
+_PLACES = 256  # of a window, at which the gap of a joint is looked at
+
+
+def _exactly(
+    striker: SizedBody, target: Rod, speeds: Array, period: float, number: int, same: int,
+    progress: Callable[[Progress], object] | None,
+) -> RepeatedBlows | None:  # fmt: skip
+    """The blows by exact waves; None as soon as these can be seen to have too many pieces."""
+    blows, openings, pieces, one = list[BlowInTrain](), _Openings(target), 0, None
+    for n in range(number):
+        most = _MOST_PIECES - pieces
+        try:
+            if one is None:
+                one = strike(striker, replace(target, gap=0.0), speeds, until=period, most_pieces=most)
+            else:
+                one = strike_again(one, new_rock=same > 0 and n % same == 0, most_pieces=most)
+        except PercussError:
+            return None
+        own = int(one._course.held.waves.pieces.sum())
+        pieces += own
+        cut = one.fineness is not Fineness.EXACT or one.outcome is BlowOutcome.TOO_MANY_PIECES
+        if cut or pieces + own * (number - 1 - n) > _MOST_PIECES:
+            return None
+        blows.append(_exact_blow(one, target))
+        openings.add(one, n * period)
+        if progress is not None and progress(Progress(n + 1, (n + 1) * _TURN, (n + 1) / number)):
+            break
+    return RepeatedBlows(
+        striker, target, tuple(speeds.tolist()), period, same, tuple(blows), None, tuple(openings.told)
+    )
+
+
+class _Openings:
+    """Of each step: how often it has opened, when it first did and shut again, and the widest gap."""
+
+    def __init__(self, target: Rod) -> None:
+        steps = len(target.sections) - 1
+        self.told: list[tuple[int, float | None, float | None, float]] = [(0, None, None, 0.0)] * steps
+        self.apart = [0.0] * steps
+
+    def add(self, blow: Blow, begun: float) -> None:
+        course = blow._course
+        ticks = [course.end * i // _PLACES for i in range(_PLACES + 1)]
+        for at, opens, closes in joint_turns(blow):
+            number, first, shut, widest = self.told[at - 1]
+            first = begun + opens[0] if opens and first is None else first
+            later = [begun + time for time in closes if first is not None and begun + time > first]
+            shut = later[0] if later and shut is None else shut
+            node = course.striker + at
+            if opens or self.apart[at - 1] > 0.0:
+                for since, until in pairwise(ticks):
+                    moved = course.travelled(node, since, until) - course.sums(2 * node - 1, since, until).plain
+                    self.apart[at - 1] += moved - course.arrived(2 * node - 2, since, until).plain
+                    widest = max(widest, self.apart[at - 1] * course.scales.length)
+            self.told[at - 1] = number + len(opens), first, shut, widest
+
+
+def _exact_blow(blow: Blow, target: Rod) -> BlowInTrain:
+    """What a blow by exact waves has done, in SI."""
+    course = blow._course
+    rod, first = course.held.rod, course.striker
+    assert rod is not None and rod.area is not None
+    force, scale = course.value(2 * course.size + 2, course.end) if target.rock else 0.0, course.scales.length
+    before = blow.penetration_before or 0.0
+    if target.rock and course.held.struck_before:
+        before = course.value(2 * course.size + 1, 0) * scale
+    deepest = blow.greatest_penetration or 0.0
+    rest = rest_penetration(blow, deepest) or 0.0
+    peaks = blow.peaks[first:]
+    contacts, bit = blow.contacts, bit_contacts(blow)
+    least = _GRAZE * max((one.impulse for one in contacts), default=0.0)
+    return BlowInTrain(
+        contacts=tuple(one for one in contacts if one.impulse > least),
+        bit_contacts=bit,
+        energy_before=blow.energy_before,
+        returned_energy=blow.rigid_energy_after,
+        vibration_energy=blow.vibration_energy_after,
+        mean_velocity_after=blow.mean_velocity_after,
+        impulse=blow.impulse,
+        tool_energy_before=blow.tool_energy_before,
+        tool_energy_after=blow.rod_energy
+        - blow.joint_energy_change
+        - blow.energy_out_of_the_end
+        + blow.bit_kinetic_energy_after,
+        energy_left=blow.tool_dynamic_energy + blow.bit_kinetic_energy_after,
+        joint_energy=blow.joint_energy_change,
+        feed_force_work=blow.feed_force_work,
+        recoil_spring_work=blow.recoil_spring_work,
+        recoil_damper_loss=blow.recoil_damper_loss,
+        feed_impulse=blow.feed_impulse,
+        steel_loss=blow.steel_loss,
+        joint_loss=blow.joint_loss,
+        energy_out=blow.energy_out_of_the_end,
+        rock_work=blow.rock_work,
+        rock_impulse=blow.rock_impulse,
+        greatest_rock_force=max((one.peak_force for one in bit), default=0.0),
+        penetration_before=before,
+        penetration_after=blow.penetration_after or 0.0,
+        greatest_penetration=deepest,
+        residual_penetration=blow.residual_penetration or 0.0,
+        rock_dissipated=blow.rock_dissipated,
+        advance=rest - before,
+        face_advance=blow.face_advance,
+        stands=force > 0.0,
+        tension=np.array([one.tension for one in peaks]) * rod.area,
+        compression=np.array([one.compression for one in peaks]) * rod.area,
+    )
 
 
 def _followed(

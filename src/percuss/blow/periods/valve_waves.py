@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,8 @@ from percuss.blow.periods.lattice import Lattice, LatticeUnits, train_record
 from percuss.blow.periods.wave_motion import Impacts, LatticeRun, impacts_of
 from percuss.errors import ParameterError
 from percuss.halting import check_interrupted
+from percuss.mechanics.oil import OilMachine
+from percuss.mechanics.oil_records import CHAMBERS
 from percuss.model import Load, Machine
 from percuss.model.checks import Array, callback, count, instance, non_negative, positive
 from percuss.short_repr import ShortRepr, watched
@@ -143,7 +145,8 @@ def run_valve_by_waves(
     Raises
     ------
     ParameterError
-        For a machine without sizes, oil that flows, ports that read another place than the centre, and other rods.
+        For a machine without sizes, ports that read another place than the centre, gas without oil in the line, and
+        other rods.
     """
     instance("machine", machine, Machine)
     instance("target", target, Rod)
@@ -165,6 +168,7 @@ def run_valve_by_waves(
     first = names.index(machine.valve.start or names[0])
     supply = machine.valve.supply
     state["state"] = state["last"] = first
+    state["blend"], state["stroke"] = valve.joins[first], math.inf
     state["place"], state["pressure"] = -gap / units.length, 1.0 if supply is None else supply.start
     _begin(valve, state[0])
     with watched(progress) as watch:
@@ -198,26 +202,23 @@ def run_valve_by_waves(
 def _valve(machine: Machine, asked: LatticeUnits, units: LatticeUnits) -> LatticeValve:
     """The valve in the units of the lattice; a machine in SI has the bar's mass and length, and the second."""
     own = machine.valve
-    if own.flows:
-        raise ParameterError("valve", "oil that flows", "oil without losses, and a linear supply", "leave them out")
     if any(port.reads != "centre" for port in own.ports):
         raise ParameterError("ports", "a place on the bar", 'ports that read the centre: reads = "centre"')
     bar = machine.bar
     assert bar is not None
     force, time = bar.mass * bar.length / units.force, units.rate
     scaled = own.scaled(force, 1.0, time)
-    names = [name for name, _ in own.pairs]
-    supply = scaled.supply
+    names, gas = [name for name, _ in own.pairs], own.supply and own.supply.gas
+    if gas is not None and scaled.supply is not None and not scaled.supply.compliance > 0.0:
+        raise ParameterError("supply.line", 0.0, "a volume of oil in the line, for when the accumulator is empty")
+    law = OilMachine(replace(machine, valve=scaled), 0).law
     return LatticeValve(
-        np.array([value for _, value in scaled.pairs]),
+        law.numbers, np.ascontiguousarray(law.joins[:, :CHAMBERS]), own.flows,
         np.array([names.index(port.to) for port in scaled.ports], np.int64),
         np.array([port.speed is not None for port in scaled.ports]),
         np.array([port.level for port in scaled.ports]),
         np.array([port.sign for port in scaled.ports]),
         np.array([port.delay for port in scaled.ports]),
-        scaled.chamber.force, scaled.chamber.stiffness,
-        0.0 if supply is None else supply.flow, 0.0 if supply is None else supply.compliance,
-        0.0 if supply is None else supply.quickening,
     )  # fmt: skip
 
 

@@ -24,10 +24,12 @@ from percuss.case.answers.facts import (
     numbers,
     percent,
     picked,
+    quantity,
     settles,
 )
 from percuss.case.answers.machine_answer import MachineAnswer, cycle_in_short, machine_report
 from percuss.case.case import checked_case
+from percuss.case.file_format.loads import HistoryLoad, recorded_passages
 from percuss.model.checks import DEFAULT_MODES, count, finite, positive
 from percuss.short_repr import ShortRepr
 from percuss.simulate.stop import MAX_MODES
@@ -57,6 +59,32 @@ class ByClock(ShortRepr):
 
 
 @dataclass(frozen=True)
+class PassageShare(ShortRepr):
+    """What a passage takes between the place where a pressure was recorded and the face that it acts on.
+
+    Attributes
+    ----------
+    name
+        "passage", or "opposing_passage".
+    force_share
+        Mean force that it takes over the mean of what was recorded, sign left out.
+    drop, at
+        The greatest drop of the pressure, Pa, at the greatest flow, m³/s.
+    energy
+        What it takes in a cycle, J.
+    energy_share
+        The same over the energy of the blow.
+    """
+
+    name: str
+    force_share: float
+    drop: float
+    at: float
+    energy: float
+    energy_share: float
+
+
+@dataclass(frozen=True)
 class RecordedAnswer(ShortRepr):
     """A recorded load read as a valve.
 
@@ -72,6 +100,8 @@ class RecordedAnswer(ShortRepr):
         What was found wrong with the recording, one sentence each, as `percuss steady` has it.
     record
         The record; None of a load of steps.
+    passages
+        What the passages of the case take, by the motion of the machine that was read; none without a cycle.
     """
 
     read: RecordedValve
@@ -79,6 +109,7 @@ class RecordedAnswer(ShortRepr):
     answer: MachineAnswer
     warnings: tuple[str, ...] = ()
     record: ForceRecord | None = None
+    passages: tuple[PassageShare, ...] = ()
 
     @cached_property
     def measured(self) -> MeasuredForce | None:
@@ -141,6 +172,7 @@ class RecordedAnswer(ShortRepr):
                 "rate_off": json_number(self.off.get("rate")),
                 "stroke_off": json_number(self.off.get("stroke")),
                 "force_off": None if self.measured is None else json_number(self.measured.off),
+                "passages": [picked(one, "name force_share drop at energy energy_share") for one in self.passages],
                 "mean_change": json_number(read.mean_change),
                 "stiffness": numbers(k * scale("force") / scale("length") for k in read.stiffness),
                 "switches": [_switch(switch, scale) for switch in read.switches],
@@ -246,7 +278,29 @@ def recorded_answer(
     notes = (note for note in case.notes if "as a valve does" not in note)  # which is what a clock would say
     answer = MachineAnswer(case.file, case.title, motion, rigid, (*notes, *read.notes))
     report = case.history_report
-    return RecordedAnswer(read, _by_clock(read), answer, () if report is None else report.warnings, record)
+    warnings = () if report is None else report.warnings
+    return RecordedAnswer(read, _by_clock(read), answer, warnings, record, _passages(case, answer))
+
+
+def _passages(case: Case, answer: MachineAnswer) -> tuple[PassageShare, ...]:
+    """ζ (A v)² of the oil that the piston draws through a passage, by the motion of its striking end."""
+    machine, cycle, table, found = answer.machine, answer.cycle, case.load_table, list[PassageShare]()
+    if cycle is None or not machine.is_si or not isinstance(table, HistoryLoad):
+        return ()
+    course, scale = answer.course, Teller.of(machine).scale
+    spans = np.diff(course.times) * scale("time")
+    inside = spans > 0.0
+    spans, way = spans[inside], np.diff(course.centre)[inside] * scale("length")
+    force = np.abs(0.5 * (course.force[1:] + course.force[:-1])[inside]) * scale("force")
+    for name, area, sign, ways in recorded_passages(table):
+        flow = sign * area * way / spans
+        drop = np.where(flow > 0.0, *ways) * flow**2
+        energy = float(drop * np.abs(flow) @ spans)
+        share = area * float(drop @ spans) / float(force @ spans)
+        most = int(np.argmax(drop))
+        blow = cycle.blow_energy * scale("energy")
+        found.append(PassageShare(name, share, float(drop[most]), float(abs(flow[most])), energy, energy / blow))
+    return tuple(found)
 
 
 def _by_clock(read: RecordedValve) -> ByClock:
@@ -353,6 +407,11 @@ def _read_section(answer: RecordedAnswer) -> ReportSection:
         )
         text += " the force falls. If the front chamber is always under supply, it is the ratio of its area to the rear"
         rows.append(("opposing force", f"{text} one"))
+    for one in answer.passages:
+        drop = f"up to {number(one.drop / 1e5, 3)} bar at {number(6e4 * one.at, 3)} l/min"
+        told = f"takes {percent(one.force_share)} of the force in the mean, {drop}"
+        told += f", and {quantity(one.energy, 'J', 3)} a blow, {percent(one.energy_share)} of its energy"
+        rows.append((one.name.replace("_", " "), told))
     for name, off in answer.off.items():
         rows.append((f"{name} of the machine", f"{'+' if off >= 0.0 else '−'}{percent(abs(off), 2)} beside the record"))
     if answer.measured is not None:

@@ -39,7 +39,15 @@ from percuss.case.file_format.contact import (
     struck_alone,
     timed_law,
 )
-from percuss.case.file_format.loads import HistoryLoad, ValveLoad, load_of, pressure_of, room_of, valve_of
+from percuss.case.file_format.loads import (
+    HistoryLoad,
+    ValveLoad,
+    load_of,
+    pressure_of,
+    recorded_passages,
+    room_of,
+    valve_of,
+)
 from percuss.case.file_format.reading import from_parameter, raise_all, without_blow
 from percuss.case.file_format.schema import PhysicalCase
 from percuss.case.file_format.start_and_simulation import checked_simulation, checked_start
@@ -280,7 +288,9 @@ class Parts:
             self.contact = self._try(tables.struck_name, tables.struck, make)
         if isinstance(tables.load, ValveLoad):
             self.valve = self._try("load", tables.load, partial(_again, valve_of))
-        elif tables.load is not None and not isinstance(tables.load, HistoryLoad):
+        elif isinstance(tables.load, HistoryLoad):
+            self._try("load", tables.load, recorded_passages)
+        elif tables.load is not None:
             self.load = self._try("load", tables.load, load_of)
         self._check_fit(tables)
         self._look_at_blow(tables)

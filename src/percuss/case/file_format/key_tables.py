@@ -49,6 +49,7 @@ TABLES: dict[str, type[CaseTable]] = {
     "load.chambers": oil.OilChamberTable,
     "load.orifices": oil.OrificeTable,
     "load.orifices.in": oil.PassageTable,
+    "load.passage": oil.WaysTable,
     "load.oil": oil.OilTable,
     **_STRUCK,
     "tool.sections": contact.ToolSectionTable,

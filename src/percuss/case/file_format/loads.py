@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
@@ -20,10 +20,12 @@ from percuss.case.file_format.oil import (
     OilTable,
     Orifices,
     SupplyTable,
+    WaysTable,
     gas_of,
     oil_of,
     relief_of,
     slope_of,
+    ways_of,
 )
 from percuss.case.file_format.values import (
     Area,
@@ -308,6 +310,8 @@ class FourierLoad(CaseTable):
 class HistoryLoad(CaseTable):
     """A load that was recorded."""
 
+    in_plain: ClassVar = {"passage": None, "opposing_passage": None}
+
     kind: Literal["history"]
     file: str
     """Path relative to the case file; CSV or other text, or `.mat`, `.wav`, `.h5`, `.tdms` with `percuss[io]`."""
@@ -330,12 +334,37 @@ class HistoryLoad(CaseTable):
     pressure × `area` − opposing pressure × `opposing_area`. When left out: there is none."""
     opposing_area: Area | None = None
     """The area that the opposing pressure acts on. Allowed: greater than 0."""
+    passage: WaysTable | None = None
+    """What the passage takes between the place where the pressure was recorded and `area`, see below; the force stays
+    what was recorded, and `percuss machine` tells the share of it. When left out: nothing."""
+    opposing_passage: WaysTable | None = None
+    """The same of the opposing pressure. When left out: nothing."""
     start: Time | None = Field(None, alias="from")
     """Where the part of the record that is used begins, on the clock of the record; dates and times of day count from
     the first sample. When left out: at the first sample."""
     end: Time | None = Field(None, alias="to")
     """Where that part ends. When left out: at the last sample."""
     at: int = 0
+
+
+class RecordedPassage(NamedTuple):
+    """A passage to a face of a recorded pressure: its key, area, sign of its force, and ζ towards and away from it."""
+
+    key: str
+    area: float
+    sign: float
+    ways: tuple[float, float]
+
+
+def recorded_passages(table: HistoryLoad) -> tuple[RecordedPassage, ...]:
+    """Those that a table names."""
+    found = []
+    for key, beside, sign in (("passage", "area", 1.0), ("opposing_passage", "opposing_area", -1.0)):
+        if (given := getattr(table, key)) is not None:
+            if (area := getattr(table, beside)) is None:
+                raise ParameterError(key, None, "a passage to an area with a recorded pressure", f"give {beside}")
+            found.append(RecordedPassage(key, above_zero(beside, area, "area"), sign, ways_of(given, key)))
+    return tuple(found)
 
 
 AnyLoad = Annotated[

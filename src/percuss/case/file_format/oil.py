@@ -54,7 +54,16 @@ class PassageTable(CaseTable):
     """The flow at which that drop is known. Allowed: greater than 0."""
 
 
-class OrificeTable(PassageTable):
+class WaysTable(PassageTable):
+    """What a passage to a face of the piston loses, the same for both ways unless said."""
+
+    inward: PassageTable | None = Field(None, alias="in")
+    """What it loses for a flow towards the face, if that is something else. When left out: the same."""
+    out: PassageTable | None = None
+    """The same for a flow away from it. When left out: the same."""
+
+
+class OrificeTable(WaysTable):
     """A passage between a chamber and supply or tank."""
 
     chamber: str
@@ -63,10 +72,6 @@ class OrificeTable(PassageTable):
     """What it joins the chamber to."""
     state: str | None = None
     """The state in which it is the passage. When left out: in all states that join the chamber so."""
-    inward: PassageTable | None = Field(None, alias="in")
-    """What it loses for a flow into the chamber, if that is something else. When left out: the same."""
-    out: PassageTable | None = None
-    """The same for a flow out of the chamber. When left out: the same."""
 
 
 class OilTable(CaseTable):
@@ -198,8 +203,8 @@ def passage_of(table: PassageTable, key: str, density: float) -> float | None:
     return drop / at**2
 
 
-def ways_of(table: OrificeTable, key: str, density: float) -> tuple[float, float]:
-    """ζ of the flow into the chamber, and out of it."""
+def ways_of(table: WaysTable, key: str, density: float = DENSITY) -> tuple[float, float]:
+    """ζ of the flow towards a face, and away from it."""
     both = passage_of(table, key, density)
     found = []
     for name, own in (("in", table.inward), ("out", table.out)):

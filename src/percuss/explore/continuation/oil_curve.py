@@ -63,10 +63,9 @@ class OilCurve(MachineCurve):
         return self.own.scales(self.passage.numbers)
 
     def _passage(self, x: Array) -> PortPassage:
-        machine = self.system(*self.values(x))
-        fresh = self.passage.of(machine)
-        self.own.put(fresh.state, x[: self.own.size] * self.scales, self.own.values(fresh.state))
-        return replace(fresh.of(machine), blows=self.passage.blows)
+        state = OilMotion.again(self.passage.numbers, self.passage.state).state
+        self.own.put(state, x[: self.own.size] * self.scales, self.own.values(state))
+        return replace(self.passage, state=state).of(self.system(*self.values(x)))
 
     def _returned(self, x: Array, directions: int) -> tuple[PortPassage, OilMotion]:
         passage = self._passage(x)

@@ -17,7 +17,8 @@ from percuss.model.load.valve import Orders, port_at
 from percuss.steady.self_excited.valve_cycle import Rebound, ValveCycle, ValveFlight, cycle_told
 
 _SETTLING, _LONGER, _MOST = 12, 160, 1200  # blows that are followed
-_NEWTON, _CLOSE, _LEADS = 24, 3e-14, 0.03  # steps, the last one, and the next one where derivatives are kept
+_NEWTON, _LEADS = 24, 0.1  # steps, and how much less the next one is where derivatives are kept
+_NEAR, _CLOSE = 1e-9, 1e-11  # steps after which derivatives are renewed, and, where they are, nothing is left to do
 _SHORTER = 1e-7  # of the scales: a cycle that is one of fewer blows
 _ALIKE = 1e-3  # blows that differ by no more may repeat
 _MOST_BLOWS = 8  # in a cycle
@@ -100,7 +101,7 @@ def goes_on(motion: OilMotion, blows: int) -> str:
     wanted = motion.blows + blows
     while motion.blows < wanted:
         before, idle = motion.blows, motion.idle
-        ended = motion.run(motion.time + idle, motion.blows + 1, most=1 << 18)
+        ended = motion.run(motion.time + idle, wanted, most=1 << 18)
         if ended == kn.NO_PRESSURE or ended == kn.EMPTY_LINE:
             return "no pressure"
         if motion.blows == before:
@@ -230,38 +231,39 @@ class PortPassage:
 
     def solved(self) -> PortPassage | None:
         """The passage that repeats, by Newton's method; None where it does not converge."""
-        state = _copied(self.state)
+        state = OilMotion.again(self.numbers, self.state).state
         unknowns = OilUnknowns.of(self.numbers, state)
         scales = unknowns.scales(self.numbers)
-        slope, best = None, math.inf
-        for _ in range(_NEWTON):  # with the derivatives of an earlier step for as long as these lead on
-            motion = self.returned(state, 0 if slope is not None else unknowns.size)
+        slope, best, step = None, math.inf, np.zeros(unknowns.size)
+        for _ in range(_NEWTON):  # with the derivatives of an earlier step, corrected, for as long as these lead on
+            fresh = slope is None
+            motion = self.returned(state, unknowns.size if fresh else 0)
             if motion is None or OilUnknowns.of(self.numbers, motion.state) != unknowns:
                 return None
             x = unknowns.values(state)
-            fresh_slope = slope is None
+            off = unknowns.values(motion.state) - x
             if slope is None:
                 slope = unknowns.map(motion, self.row)[0]
-            off = unknowns.values(motion.state) - x
+            else:  # C. G. Broyden, Math. Comp. 19 (1965) 577, method 1
+                slope = slope + np.outer(off, step / scales**2) / float(np.sum((step / scales) ** 2))
             try:
-                step = np.linalg.solve(np.eye(unknowns.size) - slope, off)
+                step[:] = np.linalg.solve(np.eye(unknowns.size) - slope, off)
             except np.linalg.LinAlgError:
                 return None
             size = float(np.max(np.abs(step) / scales))
             if not size < 1e3:
                 return None
-            near = size <= _CLOSE or (best <= 1e-9 and size >= 0.5 * best)  # as near as rounding lets it
-            if not (near or fresh_slope or size <= _LEADS * best):
+            if not (fresh or size <= _LEADS * best):
                 slope = None
                 continue
-            again = OilMotion.again(self.numbers, state)
-            fresh = again.state
-            unknowns.put(fresh, x + step, x)
-            oil_kernels().begun(self.numbers.law, fresh, again.work)
-            if near:
-                last = self.returned(fresh, unknowns.size)
-                return None if last is None else replace(self, state=fresh, slope=unknowns.map(last, self.row)[0])
-            state, best = fresh, size
+            state = _copied(state)
+            unknowns.put(state, x + step, x)
+            oil_kernels().begun(self.numbers.law, state, motion.work)
+            if fresh and (size <= _CLOSE or (size <= _NEAR and size >= _LEADS * best)):  # as rounding lets it
+                return replace(self, state=state, slope=slope)
+            best = size
+            if size <= _NEAR:
+                slope = None
         return None
 
 
@@ -305,9 +307,10 @@ def cycle_at(passage: PortPassage) -> ValveCycle | None:
     ends = numbers.own.end
     strongest = max(range(len(struck)), key=lambda i: float(ends @ struck[i].state[:, 1]))
     start, bar = _rebound_at(numbers, motion.events, strongest, state, orders)
-    after = OilMotion.again(numbers, passage.state)
-    after.run(blows=float(strongest + 1), entering=[passage.port])
-    return _recorded(start, bar, passage, after.state)
+    if strongest + 1 < len(struck):
+        motion = OilMotion.again(numbers, passage.state)
+        motion.run(blows=float(strongest + 1), entering=[passage.port])
+    return _recorded(start, bar, passage, motion.state)
 
 
 def _rebound_at(
@@ -418,6 +421,16 @@ def near_oil(machine: Machine, cycle: ValveCycle) -> ValveCycle | None:
     return None if solved is None else cycle_at(solved)
 
 
+def elastic_cycle(rigid: ValveCycle, modes: int) -> ValveCycle | None:
+    """The cycle with elastic modes to which Newton's method leads from that of the rigid piston."""
+    passage: PortPassage = rigid.passage
+    numbers, state = oil_machine(rigid.machine, modes), passage.state
+    again = OilMotion.again(numbers, state._replace(bar=np.outer(state.bar, numbers.own.centre)))
+    oil_kernels().begun(numbers.law, again.state, again.work)
+    solved = replace(passage, numbers=numbers, state=again.state).solved()
+    return None if solved is None or solved.is_shorter else cycle_at(solved)
+
+
 def starts_oil(machine: Machine) -> bool:
     """Whether a machine keeps going from rest on the wall."""
     return not goes_on(from_rest(oil_machine(machine, 0)), _SETTLING)
@@ -432,6 +445,8 @@ def settled_oil(machine: Machine, modes: int = 0, near: ValveCycle | None = None
         rigid = settled_oil(machine, 0)
         if rigid.cycle is None:
             return rigid
+        if (cycle := elastic_cycle(rigid.cycle, modes)) is not None:
+            return OilSettled(cycle, starts=rigid.starts)
         begun = from_rebound(numbers, rigid.cycle.rebound)
         ending = goes_on(begun, _SETTLING)
         return OilSettled(None, ending, begun, rigid.starts) if ending else _cycle_of(begun, rigid.starts)

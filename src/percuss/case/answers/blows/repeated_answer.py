@@ -113,12 +113,8 @@ class RepeatedAnswer(ShortRepr):
         own, train = self.drilling, self.train
         if own is None or train.target.rock is None:
             return None
-        if own.specific_energy is not None:
-            return train.mean("rock_dissipated") / (own.area * own.specific_energy)
-        assert own.crater_factor is not None
-        if train.blows_per_crater == 1:
-            return own.crater_factor * train.mean("residual_penetration")
-        return own.crater_factor * train.mean("advance")
+        deeper = train.mean("residual_penetration" if train.blows_per_crater == 1 else "advance")
+        return own.advance(deeper, train.mean("rock_dissipated"))
 
     @property
     def rate_of_penetration(self) -> float | None:
@@ -230,10 +226,12 @@ REPEATED: tuple[Fact[RepeatedAnswer], ...] = (
     Fact("openings", "joints", "of each step of the tool: how often a contact joint opened in all blows, when first, "
          "when it shut again, in s, and the widest gap in m", "", lambda one: [list(row) for row in one.train.openings],
          lambda one, _: _joints(one)),
-    Fact("cells", "lattice", "of each section of striker and tool", "", "train.lattice.cells",
-         lambda one, _: f"{one.train.lattice.cells[0]} cells in the striker's first section"
+    Fact("cells", "waves", "of each section of striker and tool on a lattice; null where waves are exact", "",
+         lambda one: None if one.train.lattice is None else list(one.train.lattice.cells),
+         lambda one, _: "exact but for rounding" if one.train.lattice is None else
+         f"on a lattice of {one.train.lattice.cells[0]} cells in the striker's first section"
          + ("" if one.train.error is None else f"; half of them change penetrations by {percent(one.train.error)}")),
-    Fact("error", "", "by which penetrations change with half the cells, relative; null if not asked for", "",
+    Fact("error", "", "by which half the cells change penetrations, relative; null if not asked for, or exact", "",
          "train.error"),
 )  # fmt: skip
 """What blows that follow each other come to."""
@@ -279,7 +277,7 @@ def repeated_answer(
     case: Case,
     velocity: float | None = None,
     *,
-    cells: int = 400,
+    cells: int | None = None,
     progress: Callable[[Progress], object] | None = None,
 ) -> RepeatedAnswer:
     """Blows that follow each other as the table [blow] of a case asks for them, with `between = "waves"`.
@@ -289,7 +287,7 @@ def repeated_answer(
     velocity
         Of the striker in m/s, instead of that of the case.
     cells
-        Of the striker, at least.
+        Of the striker, at least, on a lattice. None: exact waves, where they have few pieces.
     progress
         Called now and then with a `percuss.simulate.Progress`; the blows end when it returns something true.
 
@@ -304,7 +302,8 @@ def repeated_answer(
 
     checked_case(case)
     velocity = None if velocity is None else positive("velocity", velocity)
-    count("cells", cells)
+    if cells is not None:
+        count("cells", cells)
     callback("progress", progress)
     question = case.blow_question()
     if not isinstance(question.striker, SizedBody) or not isinstance(question.target, Rod):

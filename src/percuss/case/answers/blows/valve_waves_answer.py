@@ -32,6 +32,7 @@ from percuss.model.checks import callback, count
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
+    from percuss.blow import Drilling
     from percuss.blow.periods import ValveWaves
     from percuss.case.case import Case
     from percuss.simulate import Progress
@@ -53,12 +54,24 @@ class ValveWavesAnswer(ShortRepr):
         The motion by waves.
     law
         The cycle by the law of the contact; None where it has none of one blow.
+    drilling
+        What blows are worth in advance; None without a table [drilling].
     """
 
     name: str
     title: str
     motion: ValveWaves
     law: ValveCycle | None
+    drilling: Drilling | None = None
+
+    @property
+    def rate_of_penetration(self) -> float | None:
+        """Of the hole, in m/s; None without a table [drilling], and without blows."""
+        if self.drilling is None or not self.motion.main.size:
+            return None
+        units = self.motion.units
+        fed, kept = self._mean("fed") * units.length, self._mean("rock_work") * units.energy
+        return self.motion.rate * self.drilling.advance(fed, kept)
 
     @property
     def law_rate(self) -> float | None:
@@ -143,6 +156,10 @@ VALVE_WAVES: tuple[Fact[ValveWavesAnswer], ...] = (
          f"{quantity(one._mean('rock_work') * one.motion.units.energy * one.motion.rate, 'W')}"),
     Fact("fed", "fed", "by which the tool advances in a blow, m", "length",
          lambda one: one._mean("fed") * one.motion.units.length),
+    Fact("rate_of_penetration", "rate of penetration", "of the hole, m/s; null without `[drilling]`", "speed",
+         "rate_of_penetration",
+         lambda one, _: None if one.rate_of_penetration is None else
+         f"{number(60.0 * one.rate_of_penetration)} m/min"),
     Fact("stands", "bit", "whether it is on the rock at every blow; null without a feed", "", "motion.stands",
          lambda one, _: None if one.motion.stands is None else
          "on the rock at every blow" if one.motion.stands else "off the rock at a blow"),
@@ -175,10 +192,11 @@ def valve_waves_answer(
     Raises
     ------
     CaseError
-        For a case without a tool in SI, with oil that flows, or with ports that read a place on the bar.
+        For a case without a tool in SI, or with ports that read a place on the bar.
     """
     from percuss.blow import Rod
     from percuss.blow.periods import run_valve_by_waves
+    from percuss.case.file_format.contact import drilling_of
     from percuss.steady import self_excited_motion
 
     checked_case(case)
@@ -199,7 +217,8 @@ def valve_waves_answer(
         )  # fmt: skip
     except ParameterError as error:
         raise CaseError(case.file, "load", None, error.accepted, error.remedy) from error
-    return ValveWavesAnswer(case.file, case.title, motion, self_excited_motion(machine, modes=0).cycle)
+    law, table = self_excited_motion(machine, modes=0).cycle, getattr(case.tables, "drilling", None)
+    return ValveWavesAnswer(case.file, case.title, motion, law, None if table is None else drilling_of(table))
 
 
 def valve_waves_report(answer: ValveWavesAnswer, last: int | None) -> Report:
