@@ -116,6 +116,19 @@ def test_options_of_one_blow_are_refused(tmp_path, capsys):
     assert 'between = "waves"' in capsys.readouterr().err
 
 
+def test_a_train_of_blows_is_drawn_tabled_and_reported(tmp_path):
+    file, made = tmp_path / "case.toml", {name: tmp_path / f"train.{name}" for name in ("csv", "png", "html")}
+    file.write_text(text(number=6), encoding="utf-8")
+    files = ("--csv", str(made["csv"]), "--plot", str(made["png"]), "--report", str(made["html"]))
+    assert main(["blow", str(file), "--cells", "50", *files]) == 0
+    head, *rows = made["csv"].read_text(encoding="utf-8").splitlines()
+    blows = repeated_answer(Case.read(file), cells=50).train.blows
+    place = head.split(",").index("greatest_penetration")
+    assert [float(row.split(",")[place]) for row in rows] == pytest.approx([one.greatest_penetration for one in blows])
+    assert made["png"].stat().st_size > 10_000
+    assert "Where the energy of the striker goes" in made["html"].read_text(encoding="utf-8")
+
+
 def test_a_whole_hammer_has_what_its_blow_is_worth_and_does_to_rod_and_joints():
     more = {"feed.force": "4 kN", "drilling.bit_diameter": "64 mm", "drilling.crater_factor": 0.3}
     case = load_case("stepped-drifter").varied(more)

@@ -126,12 +126,13 @@ def blow(parser: Parser, options: argparse.Namespace) -> int:
 
 def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
     """Blows that follow each other, each with the waves of those before it; after Ctrl-C those so far."""
+    from percuss import plot
     from percuss.case import repeated_answer
-    from percuss.case.answers.blows.repeated_answer import repeated_report
+    from percuss.case.answers.blows.repeated_answer import repeated_dataset, repeated_report
     from percuss.cli.long_commands import watching
-    from percuss.cli.report_printing import answered
+    from percuss.cli.report_printing import answered, filed
 
-    for name in ("from_motion", "until", "fatigue", "gauge", "measured", "output", "csv", "plot", "report"):
+    for name in ("from_motion", "until", "fatigue", "gauge", "measured", "output"):
         if getattr(options, name):
             told = name.replace("_", "-")
             parser.error(f'argument --{told}: of one blow; [blow] has between = "waves"')
@@ -144,7 +145,11 @@ def _repeated(parser: Parser, options: argparse.Namespace, case: Case) -> int:
         answer = repeated_answer(case, velocity, cells=options.cells, progress=progress)
     asked = case.blow_question().number
     cut = "" if len(answer.train.blows) == asked else f"{len(answer.train.blows)} of {asked} blows"
-    return answered(options, answer.to_json_dict, lambda: repeated_report(answer), indent=1, cut=cut)
+    filed(options.report, options.paper, case, answer)
+    return answered(
+        options, answer.to_json_dict, lambda: repeated_report(answer), lambda: plot.repeated(answer),
+        dataset=lambda: repeated_dataset(answer), indent=1, cut=cut, report=options.report,
+    )  # fmt: skip
 
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from percuss.blow.bodies import Sections
     from percuss.case.answers.blows.blow_answer import BlowAnswer
+    from percuss.case.answers.blows.repeated_answer import RepeatedAnswer
     from percuss.case.answers.exploring.best_answer import BestAnswer
 
 
@@ -283,6 +284,54 @@ def _efficiency(axes: Any, answer: BlowAnswer, mark: str) -> None:
     axes.legend(loc="lower right")
     axes.set_ylim(bottom=0.0)
     axes.set(xlabel="β = K₁T/Z of the first pulse", ylabel="kept by the rock [%]", title=f"{mark} efficiency")
+
+
+# ---- The picture of blows that follow each other: penetration and energy of each, what is left between them, shares
+
+
+def repeated(answer: RepeatedAnswer) -> Figure:
+    """Draw blows that follow each other: of each penetration and energies, what is left in the tool; the shares."""
+    having("answer", answer, ("title", "train", "shares"), "the answer of percuss.case.repeated_answer")
+    blows = answer.train.blows
+    at = np.arange(1, len(blows) + 1)
+    first = len(blows) - len(answer.train.settled) + 1
+
+    def figures(name: str, scale: float = 1.0) -> Array:
+        return scale * np.array([getattr(blow, name) for blow in blows])
+
+    with canvas(11.0, 7.0, answer.title) as figure:
+        grid = figure.add_gridspec(2, 2)
+        deep, energy, left = (figure.add_subplot(grid[place]) for place in ((0, 0), (0, 1), (1, 0)))
+        for axes, rows, scale in (
+            (deep, {"greatest_penetration": "greatest", "advance": "advance"}, 1e3),
+            (energy, {"rock_work": "into the rock", "returned_energy": "with the striker",
+                      "recoil_damper_loss": "recoil damper", "steel_loss": "steel", "joint_loss": "joints"}, 1.0),
+            (left, {"energy_left": "left in the tool"}, 1.0),
+        ):  # fmt: skip
+            for (name, label), colour in zip(rows.items(), COLOURS, strict=False):
+                axes.plot(at, figures(name, scale), ".-", color=colour, linewidth=0.9, label=label)
+            if first > 1:
+                axes.axvspan(first - 0.5, at[-1] + 0.5, color=INK, alpha=0.06, linewidth=0.0)
+            axes.axhline(0.0, color=INK, linewidth=0.6)
+            axes.locator_params(axis="x", integer=True)
+            axes.set_xlabel("blow")
+        off = ~figures("stands").astype(bool)
+        if answer.train.target.rock is not None and off.any():
+            left.plot(at[off], figures("energy_left")[off], "o", color=COLOURS[1], fillstyle="none",
+                      label="bit off the rock")  # fmt: skip
+        legend_above(deep)
+        energy.set_ylim(top=1.4 * energy.get_ylim()[1])
+        energy.legend(loc="upper right", ncols=2)
+        legend_above(left)
+        deep.set(ylabel="penetration [mm]", title="(a) penetration")
+        energy.set(ylabel="energy [J]", title="(b) where the energy of each blow goes")
+        left.set(ylabel="energy [J]", title="(c) before the next blow")
+        shares = {name: 100.0 * share for name, share in answer.named_shares}
+        axes = figure.add_subplot(grid[1, 1])
+        axes.barh(list(shares)[::-1], list(shares.values())[::-1], color=COLOURS[2], alpha=0.8)
+        axes.axvline(0.0, color=INK, linewidth=0.6)
+        axes.set(xlabel="share of the energy of the striker [%]", title="(d) in the mean over the régime")
+    return figure
 
 
 # ---- The picture of a best blow beside that of the case as it is: forces at the face and on the rock, shapes, stresses

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from percuss._version import __version__
 from percuss.blow import Rod
 from percuss.case.answers.blows.blow_answer import BlowAnswer, blow_report
+from percuss.case.answers.blows.repeated_answer import RepeatedAnswer, repeated_report
 from percuss.case.answers.blows.transfer import assumed
 from percuss.case.answers.exploring.comparison import Comparison
 from percuss.case.answers.exploring.design import DesignAnswer
@@ -39,6 +40,7 @@ Answer = (
     | RecordedAnswer
     | Comparison
     | BlowAnswer
+    | RepeatedAnswer
     | DesignAnswer
     | ToleranceAnswer
     | IdentifyAnswer
@@ -178,6 +180,12 @@ def answer_told(answer: Answer) -> tuple[Report, Figure, str]:
         return answer.report(), plot.comparison(answer.comparison), "Cycles and blows, A the case, B the best"
     if isinstance(answer, BlowAnswer):
         return blow_report(answer), plot.blow(answer), BLOW
+    if isinstance(answer, RepeatedAnswer):
+        return (
+            repeated_report(answer),
+            plot.repeated(answer),
+            "Penetration and energies of each blow",
+        )
     if isinstance(answer, RecordedAnswer):
         return recorded_report(answer), plot.machine(answer), "The cycle of the machine that was read, over the record"
     return machine_report(answer), plot.machine(answer), "The cycle"

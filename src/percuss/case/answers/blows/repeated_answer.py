@@ -28,12 +28,14 @@ from percuss.case.answers.facts import (
     rows_of,
 )
 from percuss.case.case import checked_case
-from percuss.errors import CaseError
+from percuss.errors import CaseError, extra_package
 from percuss.model.body import SizedBody
 from percuss.model.checks import callback, count, positive
 from percuss.short_repr import ShortRepr
 
 if TYPE_CHECKING:
+    from xarray import Dataset
+
     from percuss.blow import Drilling, Rod
     from percuss.blow.periods import BlowInTrain, RepeatedBlows
     from percuss.case.case import Case
@@ -106,6 +108,12 @@ class RepeatedAnswer(ShortRepr):
             "kept_by_the_tool": -change,
         }
         return {key: value / before for key, value in found.items()}
+
+    @property
+    def named_shares(self) -> tuple[tuple[str, float], ...]:
+        """Those of `shares` that are not next to nothing, by the names that reports and pictures have."""
+        told = self.shares
+        return tuple((name, told[key]) for key, name in _NAMES.items() if abs(told[key]) > 5e-5)
 
     @property
     def advance_per_blow(self) -> float | None:
@@ -356,6 +364,19 @@ def _fed_by_machine(case: Case, rod: Rod, question: BlowQuestion, struck: Callab
     return replace(rod, feed=replace(rod.feed, force=left))
 
 
+def repeated_dataset(answer: RepeatedAnswer) -> Dataset:
+    """The figures of every blow, in SI, for files."""
+    xarray = extra_package("xarray", "io")
+    told = [plain_of(blow, IN_TRAIN) for blow in answer.train.blows]
+    kinds = {fact.keys: fact.meaning for fact in IN_TRAIN}
+    variables: dict[str, Any] = {
+        name: ("blow", [one[name] for one in told], {"long_name": kinds.get(name, name)}) for name in told[0]
+    }
+    blows = list(range(1, len(told) + 1))
+    made: Dataset = xarray.Dataset(variables, {"blow": ("blow", blows)}, {"title": answer.title, "units": "SI"})
+    return made
+
+
 # ---- The report
 
 
@@ -366,8 +387,7 @@ def repeated_report(answer: RepeatedAnswer) -> Report:
     """The régime, where the energy goes, and the last blows."""
     train = answer.train
     rows = [("case", answer.name), ("striker", str(train.striker)), *_spoken(answer)]
-    told = _NAMES if train.target.rock is not None else {key: _NAMES[key] for key in _NAMES if key != "rock"}
-    shares = tuple((name, percent(answer.shares[key])) for key, name in told.items() if abs(answer.shares[key]) > 5e-5)
+    shares = tuple((name, percent(share)) for name, share in answer.named_shares)
     sections: list[ReportSection | Grid] = [
         ReportSection("Blows that follow each other", (*rows, *rows_of(answer, REPEATED, answer.tell))),
         ReportSection("Where the energy of the striker goes", shares),
