@@ -543,8 +543,6 @@ class Arguments:
                 return cases.CaseFamily(cases.load_case("valve-drifter"), {})
             case "CaseFamily", "varied" | "blow":
                 return cases.CaseFamily(cases.load_case("laboratory-striker"), {"bar.length": "mm"})
-            case "Drilling", _:
-                return blow.Drilling(0.05, crater_factor=0.3)
             case "HeldBody", _:
                 return self.objects["Mounted"]
         return self.objects[kind]
