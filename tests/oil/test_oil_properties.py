@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from oil_cases import machine_of, named, random_system
+from percuss.explore.lyapunov import lyapunov_exponent
 from percuss.steady.oil.oil_cycle import OilUnknowns, settled_oil, slow_oil
 from percuss.steady.oil.oil_figures import closed_form, oil_checks
 from percuss.steady.self_excited.self_switching import self_excited_motion
@@ -205,6 +206,20 @@ def test_multipliers_are_those_of_differences(seed):
     exact = sorted(cycle.multipliers().values.tolist(), key=lambda z: (z.real, z.imag))
     exact = [z for z in exact if abs(z) > 1e-14] if len(exact) > len(found) else exact
     assert found == pytest.approx(exact, abs=1e-7), seed
+
+
+@pytest.mark.parametrize(("seed", "modes"), [(5000, 0), (5001, 0), (5003, 0), (5002, 2)])
+def test_exponents_are_those_of_the_multipliers(seed, modes):
+    machine = machine_of(fed(seed))
+    cycle = settled_oil(machine, modes, None).cycle
+    sizes = np.abs(cycle.multipliers().values)  # that of a coordinate that a port reads is 0
+    wanted = np.sort(np.log(sizes[sizes > 1e-12]))[::-1] / cycle.blows
+    told = lyapunov_exponent(machine, modes=modes, impacts=200, discard=200, every=True)
+    assert told.outcome == "done"
+    assert told.exponent == pytest.approx(wanted[0], abs=1e-4)
+    assert told.per_period == pytest.approx(wanted[0] * cycle.blows / cycle.period, abs=1e-4)
+    assert len(told.spectrum) == len(wanted) or modes
+    assert told.spectrum[:2] == pytest.approx(wanted[:2], abs=0.05)
 
 
 def test_the_multiplier_of_the_pressure_by_the_demand():

@@ -171,8 +171,7 @@ def lyapunov_exponent(
     used, before = _numbers(impacts, discard)
     if not isinstance(system, Machine):
         instance("system", system, System)
-    motion = run(system, start, modes=modes, stop=Stop(impacts=used + before + 1, periodic=False))
-    return _of(motion, used, before, flag("every", every))
+    return _one(system, start, modes, used, before, flag("every", every))
 
 
 def lyapunov_many(
@@ -210,14 +209,12 @@ def lyapunov_many(
         told = f"{len(whole)} systems and {len(begins)} starts"
         raise ParameterError("starts", told, "as many starts as systems, or one of either")
     number = at_once(workers)
-    stop = Stop(impacts=used + before + 1, periodic=False)
 
     def one(i: int) -> Lyapunov:
         try:
-            motion = run(whole[i % len(whole)], begins[i % len(begins)], modes=modes, stop=stop)
+            return _one(whole[i % len(whole)], begins[i % len(begins)], modes, used, before, all_of_them)
         except ResonanceError:
             return Lyapunov(*_NONE, 0, "resonance", modes)
-        return _of(motion, used, before, all_of_them)
 
     found = on_threads(one, range(members), number)
     figures = {name: np.array([getattr(one, name) for one in found]) for name in _FIGURES}
@@ -229,6 +226,33 @@ def lyapunov_many(
 
 def _numbers(impacts: int, discard: int) -> tuple[int, int]:
     return count("impacts", impacts, least=_BATCHES, most=10**7), count("discard", discard, least=2, most=10**7)
+
+
+def _one(
+    system: System | Machine, start: Start | None, modes: int, impacts: int, discard: int, every: bool
+) -> Lyapunov:
+    flows = isinstance(system, Machine) and system.valve.flows
+    stop = Stop(impacts=discard if flows else impacts + discard + 1, periodic=False)
+    motion = run(system, start, modes=modes, stop=stop)
+    if isinstance(system, Machine) and flows:
+        return _of_oil(system, motion, impacts, every)
+    return _of(motion, impacts, discard, every)
+
+
+def _of_oil(machine: Machine, motion: Trajectory, impacts: int, every: bool) -> Lyapunov:
+    """The exponent of a machine whose oil flows, from where a motion of it has ended on."""
+    from percuss.simulate.oil import FlowingOil
+    from percuss.steady.oil.oil_cycle import growths_from
+
+    if motion.outcome != "impacts":
+        return Lyapunov(*(_ERASED if motion.outcome == "rest" else _NONE), 0, motion.outcome, motion.modes)
+    onward = FlowingOil.restored(machine, motion.modes, motion.snapshot).motion
+    found = growths_from(onward, impacts, every)
+    blows = found.blows
+    used, times = np.repeat(found.growth / blows[:, None], blows, axis=0), np.repeat(found.times / blows, blows)
+    if len(used) <= _BATCHES:
+        return Lyapunov(*_NONE, len(used), "stalls", motion.modes)
+    return _averaged(used, times, "done" if found.whole else "stalls", motion.modes, 1.0, every)
 
 
 def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> Lyapunov:
@@ -264,17 +288,22 @@ def _of(motion: Trajectory, impacts: int, discard: int, every: bool = False) -> 
         erased = "rest" if np.count_nonzero(code[later:] == _REST) else outcome
         return Lyapunov(*_ERASED, len(used), erased, motion.modes, (-math.inf,) * used.shape[1] if every else ())
     times = np.diff(motion.events.period[wanted]) * _TURN + np.diff(motion.events.phase[wanted])
+    return _averaged(used, times, outcome, motion.modes, _TURN if motion.is_clocked else 1.0, every)
+
+
+def _averaged(used: Array, times: Array, outcome: str, modes: int, turn: float, every: bool) -> Lyapunov:
+    """Of the logarithms of the growth at each impact, (impacts, exponents), and the times to each."""
     t = np.arange(1, len(used) + 1) / (len(used) + 1.0)
     weight = np.exp(-1.0 / (t * (1.0 - t)))
     weight /= weight.sum()
-    mean, turn = float(weight @ used[:, 0]), _TURN if motion.is_clocked else 1.0
+    mean = float(weight @ used[:, 0])
     spectrum: tuple[float, ...] = ()
     if every:
         dies = ~np.isfinite(used).all(axis=0)
         means = np.where(dies, -np.inf, weight @ np.where(dies, 0.0, used))
         spectrum = tuple(sorted(means.tolist(), reverse=True))
     rate = turn * mean / float(weight @ times)
-    return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, motion.modes, spectrum)
+    return Lyapunov(mean, rate, _error(used[:, 0], weight), len(used), outcome, modes, spectrum)
 
 
 def _error(growth: Array, weight: Array) -> float:

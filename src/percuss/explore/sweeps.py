@@ -105,6 +105,8 @@ def sweep_job(
         if whole.tool is None:
             remedy = "describe the rod that is struck in [tool]"
             raise ParameterError("quantities", "rock_power", "quantities of the motion alone", remedy)
+    if number is None and isinstance(made, Machine) and made.valve.flows:  # whose steps each mode shortens
+        job = replace(job, simulated=0)
     if made is None or made.body.is_free:
         return job
     # of a structure that is held without what only free bars have, which is refused if it was asked for
