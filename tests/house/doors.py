@@ -166,7 +166,7 @@ MEANT = (
     ("-1, complex", "*.xi"),
     ("inf", "model.Mounted.s"),
     ("class", "*.progress"),
-    ("-1", "model.Oil.force"),
+    ("-1", "model.Oil.force blow.Drilling.advance.*"),
     ("empty, dict", "model.Oil.joins"),
     ("empty", "model.Oil.chambers"),
     ("None", "model.Relief.slope"),
@@ -432,6 +432,7 @@ class Arguments:
             "blow.Rod": {"sections": [Section(1.0, 1e-3), Section(1.0, 2e-3)], "end": "rock", "bit_mass": 1.0}
             | {"joint_masses": [(1, 0.1)], "rock": of["Rock"]},
             "blow.Joint": {"at": 1, "mass": 1.0},
+            "blow.Drilling.advance": {"residual": 1e-3, "dissipated": 100.0},
             "blow.Drilling": {"bit_diameter": 0.05, "crater_factor": 0.3},
             "blow.strike": {"striker": Bar(0.3, 1e-3), "target": blow.Wall(), "until": 1e-3, "load": [(0.0, 1.0)]}
             | {"velocity": 1.0},
@@ -543,6 +544,8 @@ class Arguments:
                 return cases.CaseFamily(cases.load_case("valve-drifter"), {})
             case "CaseFamily", "varied" | "blow":
                 return cases.CaseFamily(cases.load_case("laboratory-striker"), {"bar.length": "mm"})
+            case "Drilling", _:
+                return blow.Drilling(0.05, crater_factor=0.3)
             case "HeldBody", _:
                 return self.objects["Mounted"]
         return self.objects[kind]

@@ -15,7 +15,7 @@ from percuss.blow.bodies import Rod
 from percuss.blow.figures import ContactInterval
 from percuss.blow.kernels.wave_records import CONTACT, ELASTIC
 from percuss.errors import ConvergenceError, ParameterError
-from percuss.model.checks import instance, positive
+from percuss.model.checks import finite, instance, positive
 
 # ---- How far the hole gets with a blow: by the crater that it leaves, or by the work that the rock takes per volume
 
@@ -59,6 +59,7 @@ class Drilling:
 
     def advance(self, residual: float, dissipated: float) -> float:
         """Of the hole, in m, by a blow that leaves a penetration, in m, and dissipates work in the rock, in J."""
+        residual, dissipated = finite("residual", residual), finite("dissipated", dissipated)
         if self.specific_energy is not None:
             return dissipated / (self.area * self.specific_energy)
         assert self.crater_factor is not None
