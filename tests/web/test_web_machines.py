@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("fastapi")
 
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, machine_answer
 from percuss.cli import main
@@ -92,6 +92,64 @@ def test_the_tool_comes_back_after_a_wall_and_the_blow_stays_in_sight_of_its_sli
         page.select_option("#blow-struck", struck)
         expect(page.locator("#blow-sentence")).to_contain_text(words)
     assert page.locator("#blow-sentence").inner_text() == before
+
+
+WRITTEN = """
+  window.written = new Map();  // of each canvas what stands on it: [text, left, right, top, bottom] in its own pixels
+  const { clearRect, fillText } = CanvasRenderingContext2D.prototype;
+  CanvasRenderingContext2D.prototype.clearRect = function (...box) {
+    window.written.set(this.canvas.id, []);
+    clearRect.apply(this, box);
+  };
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...more) {
+    const size = this.measureText(text), { a, d } = this.getTransform();
+    window.written.get(this.canvas.id)?.push([
+      text, a * (x - size.actualBoundingBoxLeft), a * (x + size.actualBoundingBoxRight),
+      d * (y - size.actualBoundingBoxAscent), d * (y + size.actualBoundingBoxDescent),
+    ]);
+    fillText.call(this, text, x, y, ...more);
+  };
+"""
+
+
+def on_the_stage(page: Page) -> list[str]:
+    """The words on the stage of the blow; none of them is cut off or stands in another."""
+    words = page.evaluate("window.written.get('blow-stage')")
+    width, height = page.locator("#blow-stage").evaluate("canvas => [canvas.width, canvas.height]")
+    for i, (text, left, right, top, bottom) in enumerate(words):
+        assert left >= 0.0 and right <= width and top >= 0.0 and bottom <= height, text
+        for other, *box in words[:i]:
+            assert right <= box[0] or box[1] <= left or bottom <= box[2] or box[3] <= top, f"{text} over {other}"
+    return [text.replace("\u202f", " ") for text, *_ in words]
+
+
+@pytest.mark.parametrize("desk", STILL, indirect=True)
+def test_the_stage_of_a_blow_shows_what_holds_the_tool(desk: Desk) -> None:
+    desk.page.add_init_script(WRITTEN)
+    page = desk.open("panel=blow&machine=drill-string")
+    before, stage = blown(page), "document.querySelector('#blow-stage')"
+    for width, height in ((390, 844), (1366, 768)):
+        page.set_viewport_size({"width": width, "height": height})
+        until(page, f"(one => one.width > 0.6 * {width} && one.width === Math.round(one.clientWidth))({stage})")
+        assert {"feed 8 kN", "sleeve 1.8 kg", "bit of 2.2 kg, rock"} <= set(on_the_stage(page))
+    shares = page.locator("#blow-shares")
+    expect(shares).to_contain_text(re.compile("rock 66.*steel 9.*left in the tool 22.*the feed adds"))
+    slider = page.locator("#blow-slide-feed-damping")
+    slider.evaluate("s => { s.value = 3e4; s.dispatchEvent(new Event('input')); }")
+    until(page, f"document.querySelector('#blow-sentence').textContent !== {json.dumps(before)}")
+    before = blown(page)
+    assert "feed 8 kN, dashpot 30 kN·s/m" in on_the_stage(page)
+    expect(shares).to_contain_text("recoil damper")
+    page.locator("#blow-slide-feed-force").evaluate("s => { s.value = 4; s.dispatchEvent(new Event('input')); }")
+    until(page, f"document.querySelector('#blow-sentence').textContent !== {json.dumps(before)}")
+    blown(page)
+    assert "feed 4 kN, dashpot 30 kN·s/m" in on_the_stage(page)
+    page.select_option("#blow-struck", "wall")  # which bears no feed, and is not drilled
+    expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
+    page.select_option("#blow-struck", "rock")
+    expect(page.locator("#blow-sentence")).to_contain_text("into the rock")
+    blown(page)
+    assert "feed 8 kN" in on_the_stage(page)
 
 
 def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest.FixtureRequest) -> None:

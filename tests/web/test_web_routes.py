@@ -700,6 +700,22 @@ def test_a_blow_on_the_wall_and_a_dimensionless_one(client: Client) -> None:
     assert float(arrays["face_force"].max()) == pytest.approx(20.0 * 1.5 / 2.5)  # Z Z'/(Z + Z') of the speed
 
 
+def test_a_blow_tells_what_holds_its_tool(client: Client) -> None:
+    tool = {"sections": [{"length": "0.4 m", "diameter": "40 mm", "attenuation": "0.01 1/m"}] * 3, "end": "rock"}
+    joints = [{"at": 1, "kind": "contact", "slack": "0.1 mm"}, {"at": 2, "kind": "elastic", "stiffness": "2 GN/m"}]
+    tables = {"tool": {**tool, "joints": joints, "bit_mass": "1.5 kg"}, "rock": {"stiffness": "200 kN/mm"}}
+    case = {"bar": {"length": "0.3 m", "diameter": "40 mm"}, "blow": {"velocity": "8 m/s"}, **tables}
+    case |= {"load": IN_SI["load"], "contact": {"restitution": 0.3}}
+    rod = client.arrays("/api/blow", {"case": case, "show": "contact"})[0]["rod"]
+    assert rod["feed"] is None and rod["attenuation"] == [0.01] * 3 and rod["bit_mass"] == 1.5
+    contact, elastic = rod["joints"]
+    assert (contact["at"], contact["kind"], contact["slack"], len(contact["opens"]) > 0) == (1, "contact", 1e-4, True)
+    assert (elastic["at"], elastic["kind"], elastic["stiffness"]) == (2, "elastic", 2e9)
+    rod = client.arrays("/api/blow", {"machine": "drill-string", "whole": False})[0]["rod"]
+    assert rod["feed"] == {"force": 8e3, "at": 0, "stiffness": 0.0, "damping": 0.0}
+    assert [(one["at"], one["mass"]) for one in rod["joints"]] == [(2, 1.8)]
+
+
 # -- machines that switch themselves --------------------------------------------------------------------------------
 
 

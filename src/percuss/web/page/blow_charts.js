@@ -18,11 +18,12 @@ const parts = {};
 export function blowCharts() {
   parts.force = new Chart("Force over time");
   parts.bars = h("div", { class: "shares energies", id: "blow-energies" });
+  parts.shares = h("p", { class: "small", id: "blow-shares" });
   return h(
     "div",
     { class: "grid" },
     h("div", { class: "card" }, parts.force.figure),
-    h("div", { class: "card" }, h("h2", {}, "Where the energy is"), parts.bars),
+    h("div", { class: "card" }, h("h2", {}, "Where the energy is"), parts.bars, parts.shares),
   );
 }
 
@@ -59,6 +60,24 @@ export function drawBlow(blow, units) {
 }
 
 const told = (blow, value, unit) => (blow.units === "SI" ? si(value, unit, 3) : number(value, 3));
+
+/** Where the energy of the striker and of the feed is at the end of the window, as shares of the striker's. */
+export function tellShares({ answer, energy_before: before }) {
+  const held = answer.tool_energy_after === undefined ? 0 : answer.tool_energy_after - answer.tool_energy_before;
+  const found = [
+    ["rock", answer.rock_work],
+    ["returned with the striker", answer.rigid_energy_after],
+    ["ringing in it", answer.vibration_energy_after],
+    ["steel", answer.steel_loss],
+    ["recoil damper", answer.recoil_damper_loss - answer.recoil_spring_work],
+    ["joints", answer.joint_loss + answer.joint_energy_change],
+    ["left in the tool", held],
+    ["out of the end", answer.energy_out_of_the_end],
+  ].filter(([, value]) => Math.abs(value) > 5e-5 * before);
+  const words = found.map(([name, value]) => `${name} ${percent(value / before)}`).join(", ");
+  const fed = answer.feed_force_work > 5e-5 * before ? `; the feed adds ${percent(answer.feed_force_work / before)}` : "";
+  put(parts.shares, before > 0 ? `At the end of what was followed, of the striker's energy: ${words}${fed}.` : "");
+}
 
 /** A row for each place that the energy can be in. */
 function bars(blow) {

@@ -1,7 +1,7 @@
 // One blow, resolved by waves: striker, tool and rock in slow motion, the force, and where the energy goes.
 
 import { postBinary } from "./api.js";
-import { blowCharts, blowUnits, drawBlow, followBlow } from "./blow_charts.js";
+import { blowCharts, blowUnits, drawBlow, followBlow, tellShares } from "./blow_charts.js";
 import { blowPlayer, pauseBlow, playBlow, stepBlow, toggleBlow } from "./blow_player.js";
 import { blowSliders, followBlowSliders } from "./blow_sliders.js";
 import { BlowStage } from "./blow_stage.js";
@@ -133,6 +133,7 @@ function words(blow) {
   put(parts.sentence, blow.sentence);
   put(parts.notes, blow.notes.map((note) => `${note[0].toUpperCase()}${note.slice(1)}.`).join(" "));
   parts.stage.canvas.setAttribute("aria-label", `Striker, tool and rock with the waves in them. ${blow.sentence}`);
+  tellShares(blow);
   put(parts.facts, h("h2", {}, "The whole blow"), list(factsOf(blow)));
 }
 

@@ -42,11 +42,23 @@ export function followBlowSliders() {
   for (const row of parts.rows.values()) row.follow();
 }
 
+/** What may be 0, up to so much in SI where it is. */
+const FROM_0 = [[/^feed\.force$/, 2e4], [/^feed\.damping$/, 1e5], [/\.attenuation$/, 0.02]];
+
+/** [least, greatest, step] of a slider that begins at a quantity: round numbers. */
+function rangeFor(key, { value, unit }) {
+  if (key === "rock.unloading_ratio") return [0.05, 1, 0.01];
+  const [, most] = FROM_0.find(([pattern]) => pattern.test(key)) ?? [];
+  if (most === undefined) return [0.25, 2, 0.005].map((part) => part * value);
+  const top = 2 * value || most * ({ k: 1e-3, M: 1e-6 }[unit[0]] ?? 1);
+  return [0, top, top / 400];
+}
+
 /** [key, words] of what there is a slider for. */
-function keysOf({ bar, system, tool, rock, blow }) {
+function keysOf({ bar, system, tool, feed, rock, blow }) {
   const found = [];
   const add = (table, name, words) =>
-    quantity(valueAt({ bar, system, tool, rock, blow }, `${table}.${name}`)) && found.push([`${table}.${name}`, words]);
+    quantity(valueAt({ bar, system, tool, feed, rock, blow }, `${table}.${name}`)) && found.push([`${table}.${name}`, words]);
   const sizes = (table, who) => ["length", "diameter", "area", "bore"].forEach((name) => add(table, name, `${who}: ${WORDS[name]}`));
   const several = (table, list, who) =>
     (Array.isArray(list) ? list : []).forEach((_, i) =>
@@ -60,6 +72,11 @@ function keysOf({ bar, system, tool, rock, blow }) {
     );
   several("tool", tool?.sections, "Tool");
   add("tool", "impedance", `Tool: ${WORDS.impedance}`);
+  (Array.isArray(tool?.sections) ? tool.sections : []).forEach((_, i) =>
+    add(`tool.sections[${i}]`, "attenuation", `Tool${tool.sections.length > 1 ? ` ${i + 1}` : ""}: attenuation α`),
+  );
+  add("feed", "force", feed?.of === "machine" ? "Feed: force on the machine" : "Feed: force");
+  add("feed", "damping", "Feed: dashpot of the recoil damper");
   add("rock", "stiffness", "Rock: stiffness K₁");
   add("rock", "unloading_ratio", "Rock: unloading ratio γ");
   add("blow", "velocity", "Speed of the blow");
@@ -69,8 +86,7 @@ function keysOf({ bar, system, tool, rock, blow }) {
 function slider(key, words) {
   const id = `blow-slide-${steps(key).join("-")}`;
   const begun = quantity(valueAt(data.tables, key));
-  const ratio = key === "rock.unloading_ratio";
-  const [low, high, step] = ratio ? [0.05, 1, 0.01] : [0.25, 2, 0.005].map((part) => part * begun.value); // round numbers
+  const [low, high, step] = rangeFor(key, begun);
   const { unit } = begun;
   const output = h("output", { for: id });
   const input = h("input", {

@@ -1,12 +1,17 @@
 // Striker, tool and rock with the waves in them: the colour and the curve below are the stress, on the scale that is told.
+// What holds the tool is drawn, too: its feed, its joints and its bit.
 
 import { signed, theme } from "./colours.js";
 import { put } from "./dom.js";
-import { number, si } from "./format.js";
+import { number, si, withUnit } from "./format.js";
 
 const MARGIN = 16;
 const APART = 7; // pixels between the faces while they are apart
 const END = 54; // pixels for what is at the far end
+const BIT = 9; // pixels of a bit that is known by its mass
+const GAPS = { mass: 0, elastic: 16, contact: 6 }; // pixels between sections at a joint
+const FEED_ROW = 14; // where the words above the tool stand
+const JOINT_ROW = 29;
 
 export class BlowStage {
   /** On a canvas; `note` says how it is drawn. */
@@ -30,6 +35,9 @@ export class BlowStage {
       for (const value of values) this.most = Math.max(this.most, Math.abs(value));
     const bodies = blow.rod ? [blow.striker, blow.rod] : [blow.striker];
     [this.own, this.rod = []] = thicknesses(bodies);
+    const joints = blow.rod?.joints ?? [];
+    this.jointAt = new Map(joints.map((joint) => [joint.at, joint]));
+    this.room = sum(joints.map(({ kind }) => GAPS[kind])) + (blow.rod?.bit_mass ? BIT : 0);
   }
 
   draw() {
@@ -53,9 +61,9 @@ export class BlowStage {
   scales(width, height) {
     const { striker, rod } = this.blow;
     const long = sum(striker.lengths) + (rod ? sum(rod.lengths) : 0);
-    const along = (width - 2 * MARGIN - APART - END) / long;
+    const along = (width - 2 * MARGIN - APART - END - this.room) / long;
     const thick = Math.max(...this.own, ...this.rod);
-    const across = Math.min((0.36 * height) / thick, Math.max(along, (0.26 * height) / thick));
+    const across = Math.min((0.32 * height) / thick, Math.max(along, (0.26 * height) / thick));
     return { along, across };
   }
 
@@ -63,12 +71,12 @@ export class BlowStage {
     const colours = theme();
     const { blow, frame } = this;
     const { along, across } = this.scales(width, height);
-    const mid = height * 0.27;
+    const mid = height * 0.31;
     const face = MARGIN + sum(blow.striker.lengths) * along;
     const apart = blow.arrays.touching[frame] === 0;
     const struck = face + APART;
     const own = apart ? 0 : APART; // while they touch no gap is between the faces
-    const base = height * 0.68;
+    const base = height * 0.72;
     const tall = height * 0.16;
     pen.strokeStyle = colours.line;
     pen.lineWidth = 1;
@@ -78,8 +86,11 @@ export class BlowStage {
     const place = { mid, along, across, base, tall };
     this.body(pen, "striker", blow.striker, this.own, MARGIN + own, place, colours);
     let end = struck;
-    if (blow.rod) end = this.body(pen, "rod", blow.rod, this.rod, struck, place, colours);
-    this.far(pen, end, mid, height, colours);
+    if (blow.rod) {
+      end = this.body(pen, "rod", blow.rod, this.rod, struck, place, colours);
+      end = this.held(pen, struck, end, place, width, colours);
+    }
+    this.far(pen, end, mid, height, width, colours);
     this.words(pen, width, height, colours, { apart, face, mid });
   }
 
@@ -90,42 +101,131 @@ export class BlowStage {
     const count = edges.length - 1;
     const first = this.frame * count;
     const most = this.most || 1;
+    const starts = this.starts(name, lengths, left, along);
+    const cells = []; // of each the pixels from and to, and its section
     let section = 0;
-    let until = lengths[0];
+    let before = 0; // length of the sections before it
     for (let j = 0; j < count; j++) {
-      while (section < lengths.length - 1 && edges[j] > until - 1e-6 * until) until += lengths[++section];
+      while (section < lengths.length - 1 && edges[j] > (before + lengths[section]) * (1 - 1e-6)) before += lengths[section++];
+      const [from, to] = [edges[j], edges[j + 1]].map((edge) => starts[section] + (edge - before) * along);
+      cells.push([from, to]);
       const tallness = thick[section] * across;
       pen.fillStyle = signed(stress[first + j] / most);
-      const from = Math.floor(left + edges[j] * along); // whole pixels: else neighbours show through each other
-      pen.fillRect(from, mid - tallness / 2, Math.ceil(left + edges[j + 1] * along) - from, tallness);
+      const whole = Math.floor(from); // whole pixels: else neighbours show through each other
+      pen.fillRect(whole, mid - tallness / 2, Math.ceil(to) - whole, tallness);
     }
     pen.strokeStyle = colours.ink;
     pen.lineWidth = 1.2;
-    let x = left;
     lengths.forEach((length, i) => {
       const tallness = thick[i] * across;
-      pen.strokeRect(x, mid - tallness / 2, length * along, tallness);
-      x += length * along;
+      pen.strokeRect(starts[i], mid - tallness / 2, length * along, tallness);
     });
     pen.strokeStyle = colours.accent;
     pen.lineWidth = 1.8;
     pen.beginPath();
-    for (let j = 0; j < count; j++) {
+    cells.forEach(([from, to], j) => {
       const y = base - (stress[first + j] / most) * tall;
-      (pen.lineTo(left + edges[j] * along, y), pen.lineTo(left + edges[j + 1] * along, y));
-    }
+      (pen.lineTo(from, y), pen.lineTo(to, y));
+    });
     pen.stroke();
-    return x;
+    return starts.at(-1) + lengths.at(-1) * along;
+  }
+
+  /** Where the sections of a body begin, with room for the joints of a rod that come apart. */
+  starts(name, lengths, left, along) {
+    let x = left;
+    return lengths.map((length, i) => {
+      if (name === "rod") x += GAPS[this.jointAt.get(i)?.kind] ?? 0;
+      const start = x;
+      x += length * along;
+      return start;
+    });
+  }
+
+  /** What holds the tool: joints, feed and bit, each with its size in words; where the bit ends. */
+  held(pen, struck, end, { mid, along, across }, width, colours) {
+    const { rod } = this.blow;
+    const starts = this.starts("rod", rod.lengths, struck, along);
+    pen.font = "12.5px system-ui, sans-serif";
+    let taken = 0; // up to where words stand in the row of the joints
+    for (const joint of this.jointAt.values()) {
+      const x = starts[joint.at];
+      const [one, other] = [joint.at - 1, joint.at].map((i) => (this.rod[i] * across) / 2);
+      this.joint(pen, joint, x, mid, one, other, colours);
+      pen.fillStyle = colours.muted;
+      taken = beside(pen, x, JOINT_ROW, jointWords(joint), taken, width - MARGIN);
+    }
+    const [row, top] = [FEED_ROW - 4, mid - ((this.rod[rod.feed?.at ?? 0] ?? 0) * across) / 2];
+    const node = starts[rod.feed?.at ?? 0];
+    if (rod.feed) {
+      this.feed(pen, rod.feed, node, row, top, colours);
+      const { force, damping, stiffness } = rod.feed;
+      const more = [damping && `dashpot ${si(damping, "N·s/m", 3)}`, stiffness && `spring ${si(stiffness, "N/m", 3)}`];
+      const words = `feed ${si(force, "N", 3)}`;
+      pen.fillStyle = colours.muted;
+      beside(pen, node, FEED_ROW, [[words, ...more.filter(Boolean)].join(", "), words], 0, width - MARGIN);
+    } else if (rod.end === "rock" || rod.end === "fixed") {
+      pen.fillStyle = colours.muted;
+      beside(pen, node, FEED_ROW, ["no feed"], 0, width - MARGIN);
+    }
+    if (!rod.bit_mass) return end;
+    const half = (this.rod.at(-1) * across) / 2 + 4;
+    pen.fillStyle = colours.muted;
+    pen.fillRect(end, mid - half, BIT, 2 * half);
+    return end + BIT;
+  }
+
+  /** A joint that ends at `x`, between sections of such half thicknesses: a sleeve, a spring, or two faces. */
+  joint(pen, { kind, opens = [], closes = [] }, x, mid, one, other, colours) {
+    pen.strokeStyle = pen.fillStyle = colours.ink;
+    pen.lineWidth = 1.2;
+    const from = x - GAPS[kind];
+    const least = Math.min(one, other);
+    if (kind === "mass") {
+      const half = Math.max(one, other);
+      for (const y of [mid - half - 5, mid + half]) pen.fillRect(x - 8, y, 16, 5);
+    } else if (kind === "elastic") {
+      const high = Math.min(0.5 * least, 9);
+      pen.beginPath();
+      pen.moveTo(from, mid);
+      for (const k of [1, 2, 3, 4, 5]) pen.lineTo(from + (k * GAPS.elastic) / 6, mid + (k % 2 ? high : -high));
+      pen.lineTo(x, mid);
+      pen.stroke();
+    } else {
+      const now = this.blow.arrays.t[this.frame];
+      const past = (times) => times.filter((time) => time <= now).length;
+      if (past(opens) <= past(closes)) pen.fillRect(from, mid - least, GAPS.contact, 2 * least); // shut
+      else for (const [at, half] of [[from - 1, one], [x - 1, other]]) pen.fillRect(at, mid - half, 2, 2 * half);
+    }
+  }
+
+  /** The feed: an arrow toward the rock at its node, with a dashpot behind it where it has one. */
+  feed(pen, { damping }, x, row, top, colours) {
+    pen.strokeStyle = pen.fillStyle = colours.kinds[3];
+    pen.lineWidth = 2;
+    const tail = Math.max(x - 34, 2);
+    pen.beginPath();
+    (pen.moveTo(x, row - 6), pen.lineTo(x, top));
+    if (damping) {
+      const [shut, open] = [tail, tail + 12];
+      (pen.moveTo(open, row - 5), pen.lineTo(shut, row - 5), pen.lineTo(shut, row + 5), pen.lineTo(open, row + 5));
+      (pen.moveTo(open - 4, row - 3), pen.lineTo(open - 4, row + 3));
+      (pen.moveTo(open - 4, row), pen.lineTo(x - 6, row));
+    } else (pen.moveTo(tail, row), pen.lineTo(x - 6, row));
+    pen.stroke();
+    pen.beginPath();
+    (pen.moveTo(x - 1, row), pen.lineTo(x - 8, row - 5), pen.lineTo(x - 8, row + 5), pen.closePath());
+    pen.fill();
   }
 
   /** What is at the far end: a wall, rock, a support, nothing, or the rest of an endless rod. */
-  far(pen, x, mid, height, colours) {
+  far(pen, x, mid, height, width, colours) {
     const end = this.blow.rod ? this.blow.rod.end : "wall";
     pen.font = "12.5px system-ui, sans-serif";
     pen.textAlign = "left";
     pen.strokeStyle = pen.fillStyle = colours.muted;
     pen.lineWidth = 1.2;
-    const half = height * 0.2;
+    const half = height * 0.18;
     if (end === "infinite") {
       pen.beginPath();
       for (const k of [0, 1, 2]) (pen.moveTo(x + 6 + 8 * k, mid - 6), pen.lineTo(x + 12 + 8 * k, mid), pen.lineTo(x + 6 + 8 * k, mid + 6));
@@ -140,14 +240,16 @@ export class BlowStage {
       pen.stroke();
     }
     const name = { infinite: "endless", free: "free", fixed: "fixed", rock: "rock", wall: "wall" }[end];
-    pen.fillText(name, x + 4, mid + half + 14);
+    const mass = this.blow.rod?.bit_mass;
+    const words = mass ? `bit of ${withUnit(mass, "kg", 3)}, ${name}` : name;
+    pen.fillText(words, Math.min(x + 4, width - MARGIN - pen.measureText(words).width), mid + half + 14);
   }
 
   words(pen, width, height, colours, { apart, face, mid }) {
     pen.font = "12.5px system-ui, sans-serif";
     pen.fillStyle = colours.muted;
     pen.textAlign = face > 90 ? "right" : "left";
-    pen.fillText(apart ? "apart" : "in contact", face > 90 ? face : MARGIN, mid + height * 0.2 + 14);
+    pen.fillText(apart ? "apart" : "in contact", face > 90 ? face : MARGIN, mid + height * 0.18 + 14);
     pen.textAlign = "left";
     const sized = this.blow.units === "SI";
     const most = sized ? si(this.most, "Pa", 3) : number(this.most, 3);
@@ -174,6 +276,27 @@ export class BlowStage {
 }
 
 const sum = (values) => values.reduce((total, value) => total + value, 0);
+
+/** Words on the right of a place, or on its left where there is no room: the first that fit between two others, if any;
+ * where they end. */
+const beside = (pen, x, y, options, from, to) => {
+  for (const text of options) {
+    const wide = pen.measureText(text).width;
+    const left = x + 6 + wide <= to ? x + 6 : x - 40 - wide;
+    if (left < from) continue;
+    pen.textAlign = "left";
+    pen.fillText(text, left, y);
+    return left + wide + 8;
+  }
+  return from;
+};
+
+/** A joint in words, the longer ones first. */
+const jointWords = ({ kind, mass, stiffness, slack }) => {
+  if (kind === "mass") return [`sleeve ${withUnit(mass, "kg", 3)}`, withUnit(mass, "kg", 3)];
+  if (kind === "elastic") return [`spring ${si(stiffness, "N/m", 3)}`, si(stiffness, "N/m", 3)];
+  return slack === null ? ["faces"] : [`slack ${si(slack, "m", 3)}`, si(slack, "m", 3)];
+};
 
 /** Of each body the diameters of round sections of these areas; without sizes the roots of the impedances, as shares of
  * the striker's length. */

@@ -27,9 +27,9 @@ export function whatIsStruck(id) {
 }
 
 /** The case with another thing struck; a rod keeps its sections, else it has those of the machine, else it is as thick
- * as the striking end. */
+ * as the striking end. Only rock bears a feed, and is drilled. */
 function strikeAt(wish) {
-  const { tool, rock, ...tables } = data.tables;
+  const { tool, rock, feed, drilling, ...tables } = data.tables;
   const own = data.base?.tool;
   if (wish === "none") return setTables(tables);
   if (wish === "wall") return setTables({ ...tables, tool: { kind: "wall" } });
@@ -42,6 +42,9 @@ function strikeAt(wish) {
     return setTables({ ...tables, tool: { sections: [...rod.sections.slice(0, -1), last], end: "infinite" } });
   }
   const sections = rod.sections.map((section, i) => ({ length: own?.sections?.[i]?.length ?? "1 m", ...section }));
-  const soil = wish === "rock" && { rock: rock ?? data.base?.rock ?? { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
-  setTables({ ...tables, tool: { ...rod, sections, end: wish }, ...soil });
+  const known = { rock: { stiffness: "100 kN/mm", unloading_ratio: 0.3 } };
+  if (wish === "rock")
+    for (const [name, value] of Object.entries({ rock, feed, drilling }))
+      if (value ?? data.base?.[name]) known[name] = value ?? data.base[name];
+  setTables({ ...tables, tool: { ...rod, sections, end: wish }, ...(wish === "rock" && known) });
 }

@@ -543,7 +543,7 @@ def blow_playback(
             speed = float(sections.speed[-1])
             rod, reach = replace(rod, edges=speed * rod.edges), speed * reach
         arrays |= _body("rod", rod, struck)
-        told = {**_sections(struck, reach), **_far_end(answer)}
+        told = {**_sections(struck, reach), **_held(answer)}
     arrays |= _forces(blow, times, end)
     for name in ("rigid", "vibration", "rod", "rock_dissipated", "rock_stored"):
         arrays[f"energy_{name}"] = getattr(energy, name)
@@ -609,12 +609,23 @@ def _sections(sections: Sections, reach: float) -> dict[str, Any]:
     }
 
 
-def _far_end(answer: BlowAnswer) -> dict[str, Any]:
+def _held(answer: BlowAnswer) -> dict[str, Any]:
+    """What is at the far end of the rod, and what holds it."""
+    from percuss.blow.drilling import joint_turns
+
     rod = answer.rod
     assert rod is not None
     rock = rod.rock
     numbers = None if rock is None else {"stiffness": rock.stiffness, "ratio": rock.unloading_ratio, "gap": rock.gap}
-    return {"end": rod.end, "bit_mass": rod.bit_mass, "rock": numbers}
+    turns = {one.at: {"opens": one.opens, "closes": one.closes} for one in joint_turns(answer.blow)}
+    return {
+        "end": rod.end,
+        "bit_mass": rod.bit_mass,
+        "rock": numbers,
+        "feed": None if rod.feed is None else asdict(rod.feed),
+        "joints": [asdict(joint) | turns.get(at, {}) for at, joint in sorted(rod.joint_at.items())],
+        "attenuation": list(rod.attenuation),
+    }
 
 
 def _curve(trace: Trace, end: float) -> tuple[Array, Array]:
