@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 ORDER, ELASTIC_ORDER = 24, 40  # of the series, of a rigid piston, and with modes, which ask for short steps
-NODES, ELASTIC_NODES = 8, 12  # of Gauss's rule within a step, for the derivatives
+NODES, ELASTIC_NODES = 8, 10  # of Gauss's rule within a step, for the derivatives: even numbers
 ACCURACY = 1e-17  # what the last two terms may add, of the scales
 
 # numbers of the law; the tables of the states hold a, t, b for v > 0, b for v < 0, then each chamber's part of the b's

@@ -303,7 +303,7 @@ def repeated(answer: RepeatedAnswer) -> Figure:
         grid = figure.add_gridspec(2, 2)
         deep, energy, left = (figure.add_subplot(grid[place]) for place in ((0, 0), (0, 1), (1, 0)))
         for axes, rows, scale in (
-            (deep, {"greatest_penetration": "greatest", "advance": "advance"}, 1e3),
+            (deep, {"greatest_penetration": "greatest", "advance": "deeper at rest"}, 1e3),
             (energy, {"rock_work": "into the rock", "returned_energy": "with the striker",
                       "recoil_damper_loss": "recoil damper", "steel_loss": "steel", "joint_loss": "joints"}, 1.0),
             (left, {"energy_left": "left in the tool"}, 1.0),

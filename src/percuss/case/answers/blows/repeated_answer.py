@@ -217,7 +217,7 @@ REPEATED: tuple[Fact[RepeatedAnswer], ...] = (
          f"{tell(one.train.mean('energy_before'), 'energy')}"),
     Fact("greatest_penetration", "penetration", "u_m, mean over the régime", "length",
          lambda one: one.train.mean("greatest_penetration")),
-    Fact("advance_per_blow", "advance", "of the hole in a blow; null without `[drilling]`", "length",
+    Fact("advance_per_blow", "advance per blow", "of the hole in a blow; null without `[drilling]`", "length",
          "advance_per_blow"),
     Fact("rate_of_penetration", "rate of penetration", "of the hole, m/s", "speed", "rate_of_penetration",
          lambda one, _: None if one.rate_of_penetration is None else
@@ -247,7 +247,7 @@ REPEATED: tuple[Fact[RepeatedAnswer], ...] = (
 
 IN_TRAIN: tuple[Fact[BlowInTrain], ...] = (
     Fact("greatest_penetration", "penetration", "$u_m$ of this blow's rock", "length", "greatest_penetration"),
-    Fact("advance", "advance", "penetration at rest after the blow, less that at its start", "length", "advance"),
+    Fact("advance", "deeper at rest", "penetration at rest after the blow, less that at its start", "length", "advance"),
     Fact("rock_work", "rock", r"$\int F\,v\,dt$", "energy", "rock_work"),
     Fact("returned_energy", "returned", r"$\frac12MV_1^2$ of the striker", "energy", "returned_energy"),
     Fact("recoil_damper_loss", "damper", r"$c_d\int v^2dt$ while it acts", "energy", "recoil_damper_loss"),
@@ -398,7 +398,8 @@ def repeated_report(answer: RepeatedAnswer) -> Report:
     heading = f"The last {len(shown)} blows" if len(shown) < len(train.blows) else counted(len(shown), "blow")
     sections.append(grid_of(heading, shown, IN_TRAIN, answer.tell))
     settled = train.regime.kind in ("fixed point", "2-cycle")
-    return Report(answer.title, _regime(answer), GOOD if settled else PLAIN, tuple(sections))
+    told = _regime(answer)
+    return Report(answer.title, f"{told[0].upper()}{told[1:]}.", GOOD if settled else PLAIN, tuple(sections))
 
 
 _NAMES = {
