@@ -3,8 +3,10 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
+from percuss import plot
 from percuss.case import Case, load_case, valve_waves_answer
 from percuss.case.answers.blows.valve_waves_answer import valve_waves_report
 from percuss.cli import main
@@ -46,6 +48,19 @@ def test_without_a_feed_the_answer_says_so():
     report = valve_waves_report(answer, 3)
     assert "blow rate" in dict(report.sections[0].rows)
     assert len(report.sections[1].rows) == 3
+
+
+def test_the_picture_tells_every_impact(tmp_path):
+    """Of a machine, and of a hammer under a clock: as many points as there are impacts."""
+    for name in ("oil-breaker", "drill-string"):
+        to = tmp_path / f"{name}.svg"
+        assert main(["simulate", name, "--contact", "waves", "--cells", "40", "--impacts", "8", "--plot", str(to)]) == 0
+        assert to.stat().st_size > 10_000
+    answer = valve_waves_answer(load_case("valve-breaker").varied({"simulation.impacts": 8}), cells=40)
+    speed, back, energy = plot.by_waves(answer).axes
+    assert [len(axes.lines) for axes in (speed, back, energy)] == [3, 2, 3]
+    np.testing.assert_allclose(back.lines[0].get_ydata()[-4:], answer.motion.restitutions[-4:])
+    assert speed.lines[0].get_ydata()[-1] == pytest.approx(answer.motion.velocities[-1])
 
 
 def test_a_machine_without_a_tool_is_refused():

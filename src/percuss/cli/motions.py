@@ -432,6 +432,8 @@ def simulate(parser: Parser, options: argparse.Namespace) -> int:
         from percuss.case.answers.blows.waves_answer import waves_report as report
 
     def drawn() -> Figure:
+        if options.contact == "waves":
+            return plot.by_waves(answer)
         return plot.trajectory(answer) if answer.motion.is_clocked else plot.machine_motion(answer)
 
     answered(options, lambda: answer.to_json_text(last), lambda: report(answer, shown), drawn, motion=options.output)
@@ -457,7 +459,7 @@ def _followed(options: argparse.Namespace, case: Case | None, progress: Callable
 
 def _check(parser: Parser, options: argparse.Namespace) -> None:
     if options.contact == "waves":
-        for name in ("resume", "modes", "output", "plot"):
+        for name in ("resume", "modes", "output"):
             if getattr(options, name) is not None:
                 parser.error(f"--{name} cannot be used with --contact waves")
     elif options.cells is not None or options.quiet:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from percuss.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from percuss.plot.blow_picture import best, blow, repeated
+    from percuss.plot.blow_picture import best, blow, by_waves, repeated
     from percuss.plot.branch_picture import branch, curves, diagram
     from percuss.plot.canvas import save
     from percuss.plot.machine_picture import machine, machine_motion

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from percuss.blow.bodies import Sections
     from percuss.case.answers.blows.blow_answer import BlowAnswer
     from percuss.case.answers.blows.repeated_answer import RepeatedAnswer
+    from percuss.case.answers.blows.valve_waves_answer import ValveWavesAnswer
+    from percuss.case.answers.blows.waves_answer import WavesAnswer
     from percuss.case.answers.exploring.best_answer import BestAnswer
 
 
@@ -331,6 +333,41 @@ def repeated(answer: RepeatedAnswer) -> Figure:
         axes.barh(list(shares)[::-1], list(shares.values())[::-1], color=COLOURS[2], alpha=0.8)
         axes.axvline(0.0, color=INK, linewidth=0.6)
         axes.set(xlabel="share of the energy of the striker [%]", title="(d) in the mean over the régime")
+    return figure
+
+
+# ---- The picture of a motion with every contact by waves: speed, rebound, what rock and tool keep, impact by impact
+
+
+def by_waves(answer: WavesAnswer | ValveWavesAnswer) -> Figure:
+    """Draw a motion by waves, impact by impact: speeds, restitution, and where the energy of the blow goes."""
+    having("answer", answer, ("title", "motion", "warnings"), "the answer of waves_answer or valve_waves_answer")
+    motion: Any = answer.motion
+    system = getattr(answer, "system", None)
+    own, is_si = motion.impacts, system is None or system.is_si
+    if system is None:  # a machine with its own units on the lattice
+        speed, energy = motion.units.rate * motion.units.length, motion.units.energy
+    else:
+        speed, energy = (system.speed_scale, system.energy_scale) if is_si else (1.0, 1.0)
+    at = np.arange(1, own.size + 1)
+    struck = (
+        ("(a) mean velocity of the striker", " [m/s]", "velocity", speed,
+         {"before": own.mean_before, "after": own.mean_after}),
+        ("(b) restitution", "", "−V after/V before", 1.0, {"": -own.mean_after / own.mean_before}),
+        ("(c) energy", " [J]", "energy", energy,
+         {"given to what is struck": own.given, "kept by the rock": own.rock_work}
+         | ({"left in the tool before": own.energy_left} if own.energy_left.any() else {})),
+    )  # fmt: skip
+    with canvas(11.0, 7.5, answer.title) as figure:
+        for axes, (title, unit, label, scale, rows) in zip(figure.subplots(3, 1, sharex=True), struck, strict=True):
+            for (name, values), colour in zip(rows.items(), COLOURS, strict=False):
+                axes.plot(at, scale * values, ".-", color=colour, linewidth=0.8, label=name)
+            axes.axhline(0.0, color=INK, linewidth=0.6)
+            axes.set(ylabel=label + (unit if is_si else ""), title=title)
+            if len(rows) > 1:
+                legend_above(axes)
+        axes.set_xlabel("impact")
+        axes.locator_params(axis="x", integer=True)
     return figure
 
 

@@ -247,7 +247,7 @@ REPEATED: tuple[Fact[RepeatedAnswer], ...] = (
 
 IN_TRAIN: tuple[Fact[BlowInTrain], ...] = (
     Fact("greatest_penetration", "penetration", "$u_m$ of this blow's rock", "length", "greatest_penetration"),
-    Fact("advance", "deeper at rest", "penetration at rest after the blow, less that at its start", "length", "advance"),
+    Fact("advance", "deeper at rest", "penetration at rest after it, less that at its start", "length", "advance"),
     Fact("rock_work", "rock", r"$\int F\,v\,dt$", "energy", "rock_work"),
     Fact("returned_energy", "returned", r"$\frac12MV_1^2$ of the striker", "energy", "returned_energy"),
     Fact("recoil_damper_loss", "damper", r"$c_d\int v^2dt$ while it acts", "energy", "recoil_damper_loss"),
