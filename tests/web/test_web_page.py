@@ -484,7 +484,7 @@ def test_pictures(desk: Desk) -> None:
         "&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
         "motion": "panel=motion&machine=hydraulic-drifter",
         "machine": "panel=machine&machine=valve-breaker",
-        "blow": "panel=blow&machine=stepped-drifter",
+        "blow": "panel=blow&machine=drill-string",
         "report": "panel=report&machine=hydraulic-drifter",
         "experiment": "panel=experiment&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic"
         "&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",

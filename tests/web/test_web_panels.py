@@ -281,6 +281,18 @@ def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
     page.wait_for_selector("#map[data-coarse]")
 
 
+def test_a_map_of_a_hammer_with_a_tool_on_rock_shows_what_its_blow_does(desk: Desk) -> None:
+    page = desk.open("panel=map&machine=drill-string&q=steel_tension")
+    page.wait_for_selector("#map[data-coarse]")
+    expect(page.locator("#panel-map .legend")).to_contain_text("MPa")
+    of_blow = {"rock_share", "steel_tension", "rate_of_penetration", "joint_openings"}
+    offered = "options => options.map(({ value }) => value)"
+    assert of_blow <= set(page.locator("#map-q option").evaluate_all(offered))
+    page.select_option("#machine", "oil-drifter")  # of which no hole is known, and whose tool has no joints
+    page.wait_for_selector("#map-q option[value='stall']", state="attached")
+    assert of_blow & set(page.locator("#map-q option").evaluate_all(offered)) == {"rock_share", "steel_tension"}
+
+
 FOUND = "panel=map&q=label&x=restitution&y=load_factor"
 
 

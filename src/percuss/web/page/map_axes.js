@@ -39,12 +39,23 @@ const OF_MACHINES = {
   multiplier: rigid("multiplier", "multiplier"),
 };
 
+/** The same of every hammer with a tool on rock: what one blow of its own cycle does. */
+function ofTool() {
+  const { tool, rock, drilling } = data.tables;
+  if (!tool || !rock) return {};
+  const body = switchesItself() ? { modes: 0 } : {};
+  const found = { rock_share: "share into the rock", steel_tension: "tension in the tool" };
+  if (drilling) found.rate_of_penetration = "rate of penetration";
+  if (tool.joints?.length) found.joint_openings = "openings of joints";
+  return Object.fromEntries(Object.entries(found).map(([name, label]) => [name, { label, quantities: [name], body }]));
+}
+
 /** What there is to show; the flow in SI is known of a machine whose supply has a pressure. */
 function kinds() {
   if (isHeld()) return OF_STRUCTURES;
-  if (!switchesItself()) return SHOWN;
+  if (!switchesItself()) return { ...SHOWN, ...ofTool() };
   const { flow, ...others } = OF_MACHINES;
-  return data.tables.bar && !data.tables.load.pressure ? others : { ...others, flow };
+  return data.tables.bar && !data.tables.load.pressure ? { ...others, ...ofTool() } : { ...others, flow, ...ofTool() };
 }
 
 /** What the colour shows. */
@@ -82,7 +93,7 @@ export function choices(row) {
   if (!data.info) return;
   const names = data.info.parameters.map((p) => [p.name, p.label]);
   const chosen = { x: axis("x").name, y: axis("y").name, q: shownName() };
-  const key = JSON.stringify([names, chosen]);
+  const key = JSON.stringify([names, chosen, Object.keys(kinds())]);
   if (row.dataset.key === key) return fillEdges(row);
   row.dataset.key = key;
   const group = (which, title) =>

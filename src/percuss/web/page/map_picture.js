@@ -2,7 +2,7 @@
 
 import { span } from "./chart.js";
 import { familyOf, ramp, rgb, theme } from "./colours.js";
-import { number, withUnit } from "./format.js";
+import { number, si, withUnit } from "./format.js";
 
 const VERDICTS = { none: "no steady motion", unstable: "steady motion, unstable", stable: "stable steady motion" };
 
@@ -34,8 +34,11 @@ export function cellAt(plane, { x, y }) {
   if (!(i >= 0 && i < plane.nx && j >= 0 && j < plane.rows)) return "";
   const cell = j * plane.nx + i;
   if (plane.words) return plane.words[plane.labels[cell]] ?? "no value";
-  return Number.isFinite(plane.values[cell]) ? withUnit(plane.values[cell], plane.unit) : "none";
+  return Number.isFinite(plane.values[cell]) ? sized(plane.values[cell], plane.unit) : "none";
 }
+
+/** A value as the legend and the pointer tell it: a stress with its prefix. */
+const sized = (value, unit, digits) => (unit === "Pa" ? si : withUnit)(value, unit, digits);
 
 const word = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
 const words = (values) => Uint32Array.from({ length: 256 }, (_, i) => word(ramp(values, i / 255)));
@@ -113,7 +116,7 @@ export function legends(plane, colours) {
     name:
       plane.kind === "margins" && share === 0.5
         ? `${number(0)}: the border of stability`
-        : withUnit(rounded(at(share)), plane.unit, 3),
+        : sized(rounded(at(share)), plane.unit, 3),
     colour: patch(share),
   }));
   return [...steps, { type: "patch", name: "none", colour: colours.verdicts.none }];
