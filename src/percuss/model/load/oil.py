@@ -135,7 +135,7 @@ class Oil:
     chambers
         Each an `OilChamber`.
     joins
-        Of each state of the valve the `Join`s of its chambers; a chamber that has none is shut off without pressure.
+        Of each state of the valve a `Join` for each of its chambers; one that has none is shut off without pressure.
     tank
         Pressure of the line to the tank, 0 or greater, a multiple of the pressure for which the states hold.
     spool
