@@ -272,6 +272,23 @@ def gas_capacity(law):
     return law[VOLUME] / n * (law[PRECHARGE] + law[ATMOSPHERE]) ** (1.0 / n)
 
 
+@inner
+def pumped(g, pressure, limited):
+    """Flow of the pump at a pressure."""
+    return g[POWER] / pressure if limited else g[FLOW] - g[SLIP] * pressure
+
+
+@inner
+def supplied(g, pressure, drawn, limited, opened, filled):
+    """C P′ with what the piston draws, C, and its part that is of gas; which of the supply's limits act."""
+    rise, gas = pumped(g, pressure, limited) - (drawn + g[LEAK] * pressure), 0.0
+    if opened:
+        rise -= g[SLOPE] * (pressure - g[RELIEF])
+    if filled and g[VOLUME] > 0.0:
+        gas = gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** (-1.0 / g[POLYTROPIC] - 1.0)
+    return rise, g[COMPLIANCE] + gas, gas
+
+
 @summed
 def expanded(law, state, work):
     """All series of a step from the present state."""
@@ -605,17 +622,12 @@ def linearised(law, state, work, t):
         if resting:
             gu = gv = 0.0
         if flows:
-            slope = g[SLOPE] if now[OPEN] == OPENED else 0.0
-            capacity, bends = g[COMPLIANCE], 0.0
-            if now[FILLED] > 0.0 and g[VOLUME] > 0.0:
-                e = -1.0 / g[POLYTROPIC] - 1.0
-                gas = gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** e
-                capacity, bends = capacity + gas, e * gas / (pressure + g[ATMOSPHERE])
-            rise, pp = g[FLOW] - g[SLIP] * pressure, -g[SLIP]
-            if now[LIMITED] > 0.0:
-                rise, pp = g[POWER] / pressure, -g[POWER] / (pressure * pressure)
-            rise -= a * v + g[LEAK] * pressure + slope * (pressure - g[RELIEF] if slope > 0.0 else 0.0)
-            pv, pp = -a / capacity, (pp - g[LEAK] - slope - bends * rise / capacity) / capacity
+            limited, opened, filled = now[LIMITED] > 0.0, now[OPEN] == OPENED, now[FILLED] > 0.0
+            rise, capacity, gas = supplied(g, pressure, a * v, limited, opened, filled)
+            bends = (-1.0 / g[POLYTROPIC] - 1.0) * gas / (pressure + g[ATMOSPHERE]) if gas > 0.0 else 0.0
+            pp = -g[POWER] / (pressure * pressure) if limited else -g[SLIP]
+            pp -= g[LEAK] + (g[SLOPE] if opened else 0.0) + bends * rise / capacity
+            pv, pp = -a / capacity, pp / capacity
         push, rises = columns[m], columns[size - q + m]
         for d in range(count):
             wide = blends[0, AREA, d] + blends[1, AREA, d] * x
@@ -678,13 +690,8 @@ def rates_of(law, state, rates):
             rates[n + i] = 0.0
     rates[2 * n] = 0.0
     if g[FED] > 0.0 and now[OPEN] != KEPT:
-        rise = g[POWER] / pressure if now[LIMITED] > 0.0 else g[FLOW] - g[SLIP] * pressure
-        rise -= blend[0, AREA] * v + g[LEAK] * pressure
-        if now[OPEN] == OPENED:
-            rise -= g[SLOPE] * (pressure - g[RELIEF])
-        capacity = g[COMPLIANCE]
-        if now[FILLED] > 0.0 and g[VOLUME] > 0.0:
-            capacity += gas_capacity(g) * (pressure + g[ATMOSPHERE]) ** (-1.0 / g[POLYTROPIC] - 1.0)
+        limited, opened, filled = now[LIMITED] > 0.0, now[OPEN] == OPENED, now[FILLED] > 0.0
+        rise, capacity, _ = supplied(g, pressure, blend[0, AREA] * v, limited, opened, filled)
         rates[2 * n] = rise / capacity
     return force
 

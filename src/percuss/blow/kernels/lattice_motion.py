@@ -9,7 +9,6 @@ from percuss.blow.kernels.tool_motion import bit_moved, carried_on, departure, r
 from percuss.compiled import entry, inlined, inner, summed
 from percuss.mechanics.oil_records import (
     AREA,
-    ATMOSPHERE,
     COMPLIANCE,
     CORNER,
     CORNER_TO,
@@ -19,20 +18,15 @@ from percuss.mechanics.oil_records import (
     FLOW,
     FORCE,
     KAPPA,
-    LEAK,
-    POLYTROPIC,
-    POWER,
     PRECHARGE,
     QUICKENING,
     RELIEF,
-    SLIP,
     SLOPE,
     SPOOL,
     TANK,
     TANKED,
-    VOLUME,
 )
-from percuss.mechanics.oil_series import gas_capacity, of_gas
+from percuss.mechanics.oil_series import of_gas, pumped, supplied
 
 # ---- A tool that is laid against fresh rock between blows
 
@@ -483,26 +477,6 @@ def braked(load, free, z, out, back):
     return load - b * v * abs(v), v
 
 
-@inner
-def pumped(law, pressure):
-    """Flow of the pump at a pressure."""
-    if law[CORNER] < pressure < law[CORNER_TO]:
-        return law[POWER] / pressure
-    return law[FLOW] - law[SLIP] * pressure
-
-
-@inner
-def rising(law, pressure, drawn):
-    """P′ at a pressure, with what the piston draws."""
-    flow = pumped(law, pressure) - drawn - law[LEAK] * pressure
-    if pressure > law[RELIEF] and law[SLOPE] < math.inf:
-        flow -= law[SLOPE] * (pressure - law[RELIEF])
-    capacity = law[COMPLIANCE]
-    if law[VOLUME] > 0.0 and pressure > law[PRECHARGE]:
-        capacity += gas_capacity(law) * (pressure + law[ATMOSPHERE]) ** (-1.0 / law[POLYTROPIC] - 1.0)
-    return flow / capacity
-
-
 @entry
 def follow_valve(machine, valve, own, now, count, contacts, steps):
     """Go on for at most so many steps, to the end of a turn of the lattice or until the log is full; returns those."""
@@ -535,8 +509,11 @@ def follow_valve(machine, valve, own, now, count, contacts, steps):
             if law[FED] > 0.0:
                 own.pressure += (law[FLOW] * step - area * moved) / law[COMPLIANCE]
         elif law[FED] > 0.0:
-            own.taken += pressure * pumped(law, pressure) * step
-            own.rise = rising(law, pressure, drawn)
+            limited = law[CORNER] < pressure < law[CORNER_TO]
+            opened = pressure > law[RELIEF] and law[SLOPE] < math.inf
+            own.taken += pressure * pumped(law, pressure, limited) * step
+            rise, capacity, _ = supplied(law, pressure, drawn, limited, opened, pressure > law[PRECHARGE])
+            own.rise = rise / capacity
             own.pressure = max(own.pressure + step * own.rise, 0.0)
             if own.pressure > law[RELIEF] and law[SLOPE] == math.inf:
                 own.pressure, own.rise = law[RELIEF], 0.0
