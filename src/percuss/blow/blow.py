@@ -127,6 +127,11 @@ class BlowBalance:
         """∫ Q v dt of the feed."""
         return self.feed_force_work + self.recoil_spring_work - self.recoil_damper_loss
 
+    @property
+    def tool_energy_after(self) -> float:
+        """Kinetic and strain energy of the sections that end and the bit."""
+        return self.rod_energy - self.joint_energy_change - self.energy_out_of_the_end + self.bit_kinetic_energy_after
+
 
 def balance(course: WaveHistory) -> BlowBalance:
     """The balance of a blow: waves, work through the face and the rock's law are summed by themselves, and compared."""
@@ -151,7 +156,7 @@ def balance(course: WaveHistory) -> BlowBalance:
             lumped, begun = lumped - float(joints[0]), float(bits[0])
         if course.feed_node == striker:  # N of the face is that in the rod less Q
             through += course.preload(striker) * advance - feed.total
-        known = size - 1 if course.endless(size - 1) else size
+        known = course.ending
         static = begun + course.energy(striker, known, 0)
         gone, dynamic = course.energy(known, size, end), course.dynamic_energy(striker, known, end)
         tool = course.momentum(striker, known, end) + course.lumped_momentum(end)[1]
@@ -341,8 +346,7 @@ class Blow(BlowBalance):
         braked, masses = course.lost_on_the_way(course.end)[1], course.lumped_momentum(course.end)[0]
         rest = self.impulse + self.feed_impulse - self.rock_impulse - self.tool_momentum
         if course.held.struck_before:
-            known = course.size - 1 if course.endless(course.size - 1) else course.size
-            masses -= course.momentum(course.striker, known, 0) + sum(course.lumped_momentum(0))
+            masses -= course.momentum(course.striker, course.ending, 0) + sum(course.lumped_momentum(0))
         rest -= (braked + masses) * course.scales.momentum
         return abs(rest) / max(abs(self.impulse), abs(self.rock_impulse), 1e-300)
 

@@ -293,6 +293,11 @@ class WaveHistory:
     def impedance(self) -> Array:
         return self.held.problem.impedance
 
+    @property
+    def ending(self) -> int:
+        """Number of the sections that have an end: an endless one is the last."""
+        return self.size - 1 if self.endless(self.size - 1) else self.size
+
     @cached_property
     def transit(self) -> list[int]:
         """Ticks; 0 of an endless section."""

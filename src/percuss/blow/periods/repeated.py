@@ -21,7 +21,7 @@ from percuss.blow.kernels.lattice_records import ELASTIC, LatticeMachine
 from percuss.blow.periods.lattice import Lattice, LatticeUnits, train_record
 from percuss.blow.periods.wave_motion import LatticeRun
 from percuss.blow.striking import strike, strike_again
-from percuss.errors import ParameterError, PercussError
+from percuss.errors import ConvergenceError, ParameterError
 from percuss.halting import check_interrupted
 from percuss.model import SizedBody
 from percuss.model.checks import Array, callback, count, flag, instance, numbers, positive
@@ -424,14 +424,14 @@ def _exactly(
                 one = strike(striker, replace(target, gap=0.0), speeds, until=period, most_pieces=most)
             else:
                 one = strike_again(one, new_rock=same > 0 and n % same == 0, most_pieces=most)
-        except PercussError:
+        except (ParameterError, ConvergenceError):
             return None
         own = int(one._course.held.waves.pieces.sum())
         pieces += own
         cut = one.fineness is not Fineness.EXACT or one.outcome is BlowOutcome.TOO_MANY_PIECES
         if cut or pieces + own * (number - 1 - n) > _MOST_PIECES:
             return None
-        blows.append(_exact_blow(one, target))
+        blows.append(_exact_blow(one))
         openings.add(one, n * period)
         if progress is not None and progress(Progress(n + 1, (n + 1) * _TURN, (n + 1) / number)):
             break
@@ -465,52 +465,40 @@ class _Openings:
             self.told[at - 1] = number + len(opens), first, shut, widest
 
 
-def _exact_blow(blow: Blow, target: Rod) -> BlowInTrain:
+_ALIKE = (
+    "energy_before mean_velocity_after impulse tool_energy_before tool_energy_after feed_force_work recoil_spring_work "
+    "recoil_damper_loss feed_impulse steel_loss joint_loss rock_work rock_impulse rock_dissipated face_advance"
+)
+"""Figures that have the same name of a `Blow`."""
+
+
+def _exact_blow(blow: Blow) -> BlowInTrain:
     """What a blow by exact waves has done, in SI."""
-    course = blow._course
-    rod, first = course.held.rod, course.striker
+    course, rod = blow._course, blow._course.held.rod
     assert rod is not None and rod.area is not None
-    force, scale = course.value(2 * course.size + 2, course.end) if target.rock else 0.0, course.scales.length
-    before = blow.penetration_before or 0.0
-    if target.rock and course.held.struck_before:
-        before = course.value(2 * course.size + 1, 0) * scale
-    deepest = blow.greatest_penetration or 0.0
-    rest = rest_penetration(blow, deepest) or 0.0
-    peaks = blow.peaks[first:]
-    contacts, bit = blow.contacts, bit_contacts(blow)
-    least = _GRAZE * max((one.impulse for one in contacts), default=0.0)
+    before, deepest, force = blow.penetration_before or 0.0, blow.greatest_penetration or 0.0, 0.0
+    if blow.penetration is not None:
+        force = course.value(2 * course.size + 2, course.end)
+        if course.held.struck_before:
+            before = course.value(2 * course.size + 1, 0) * course.scales.length
+    peaks, bit = blow.peaks[course.striker :], bit_contacts(blow)
+    least = _GRAZE * max((one.impulse for one in blow.contacts), default=0.0)
+    same: dict[str, Any] = {name: getattr(blow, name) for name in _ALIKE.split()}
     return BlowInTrain(
-        contacts=tuple(one for one in contacts if one.impulse > least),
+        **same,
+        contacts=tuple(one for one in blow.contacts if one.impulse > least),
         bit_contacts=bit,
-        energy_before=blow.energy_before,
         returned_energy=blow.rigid_energy_after,
         vibration_energy=blow.vibration_energy_after,
-        mean_velocity_after=blow.mean_velocity_after,
-        impulse=blow.impulse,
-        tool_energy_before=blow.tool_energy_before,
-        tool_energy_after=blow.rod_energy
-        - blow.joint_energy_change
-        - blow.energy_out_of_the_end
-        + blow.bit_kinetic_energy_after,
         energy_left=blow.tool_dynamic_energy + blow.bit_kinetic_energy_after,
         joint_energy=blow.joint_energy_change,
-        feed_force_work=blow.feed_force_work,
-        recoil_spring_work=blow.recoil_spring_work,
-        recoil_damper_loss=blow.recoil_damper_loss,
-        feed_impulse=blow.feed_impulse,
-        steel_loss=blow.steel_loss,
-        joint_loss=blow.joint_loss,
         energy_out=blow.energy_out_of_the_end,
-        rock_work=blow.rock_work,
-        rock_impulse=blow.rock_impulse,
         greatest_rock_force=max((one.peak_force for one in bit), default=0.0),
         penetration_before=before,
         penetration_after=blow.penetration_after or 0.0,
         greatest_penetration=deepest,
         residual_penetration=blow.residual_penetration or 0.0,
-        rock_dissipated=blow.rock_dissipated,
-        advance=rest - before,
-        face_advance=blow.face_advance,
+        advance=(rest_penetration(blow, deepest) or 0.0) - before,
         stands=force > 0.0,
         tension=np.array([one.tension for one in peaks]) * rod.area,
         compression=np.array([one.compression for one in peaks]) * rod.area,

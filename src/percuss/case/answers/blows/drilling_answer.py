@@ -86,13 +86,6 @@ class Drilled(ShortRepr):
     # -- after the blow --
 
     @property
-    def tool_energy_after(self) -> float:
-        """Kinetic and strain energy of the sections that end and the bit."""
-        blow = self.blow
-        rod = blow.rod_energy - blow.joint_energy_change - blow.energy_out_of_the_end
-        return rod + blow.bit_kinetic_energy_after
-
-    @property
     def returned_energy(self) -> float:
         """M V²/2 of the striker's mean velocity after."""
         return self.blow.rigid_energy_after
@@ -235,7 +228,7 @@ HELD: tuple[Fact[Drilled], ...] = (
     _energy("blow.joint_loss", "in joints", "what the dashpots of joints take"),
     _energy("blow.joint_energy_change", "held by joints", "rise of the energy in masses and springs of joints"),
     _energy("blow.energy_out_of_the_end", "out of the end", "what has gone down an endless rod"),
-    _energy("tool_energy_after", "left in the tool", "kinetic and strain energy of sections and bit, preload included"),
+    _energy("blow.tool_energy_after", "left in the tool", "kinetic and strain energy of sections and bit, with the preload"),
     _energy("all.energy_left", "", r"$E_\mathrm{left}$, a bound of what departs from the static state when the next "
             "blow comes, or at the end of the window without a rate"),
     Fact("left_bound", "still under way", r"$\sqrt{E_\mathrm{left}/(K_1U^2/2)}$, by which share this may change the "
