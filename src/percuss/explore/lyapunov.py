@@ -231,11 +231,10 @@ def _numbers(impacts: int, discard: int) -> tuple[int, int]:
 def _one(
     system: System | Machine, start: Start | None, modes: int, impacts: int, discard: int, every: bool
 ) -> Lyapunov:
-    flows = isinstance(system, Machine) and system.valve.flows
-    stop = Stop(impacts=discard if flows else impacts + discard + 1, periodic=False)
-    motion = run(system, start, modes=modes, stop=stop)
-    if isinstance(system, Machine) and flows:
-        return _of_oil(system, motion, impacts, every)
+    if isinstance(system, Machine) and system.valve.flows:
+        settled = run(system, start, modes=modes, stop=Stop(impacts=discard, periodic=False))
+        return _of_oil(system, settled, impacts, every)
+    motion = run(system, start, modes=modes, stop=Stop(impacts=impacts + discard + 1, periodic=False))
     return _of(motion, impacts, discard, every)
 
 

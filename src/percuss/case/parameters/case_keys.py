@@ -221,9 +221,8 @@ def varied_keys(case: Case) -> list[str]:
     fields = table_fields(type(case.tables), None if table is None else table.kind)
     none = {"harmonics", "sample_rate", "from", "to"} if isinstance(table, HistoryLoad) else set()
     if isinstance(table, HistoryLoad):  # with one face the area is a scale of the force, with two it is not
-        none |= {"opposing_column", "opposing_area", "passage", "opposing_passage"} | (
-            {"area"} if table.opposing_column is not None else set()
-        )
+        none |= {"opposing_column", "opposing_area", "passage", "opposing_passage"}
+        none |= set() if table.opposing_column is None else {"area"}
     none |= _NO_NUMBERS
     if isinstance(table, ValveLoad):
         none |= {*fields["load"], "room"}

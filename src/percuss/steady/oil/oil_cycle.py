@@ -305,7 +305,7 @@ class OilGrowths(NamedTuple):
 
 def growths_from(motion: OilMotion, blows: int, every: bool) -> OilGrowths:
     """From one passage of a port to the next, for at least so many blows of a motion that is on its way."""
-    passage, found, passed = passage_of(motion), list[Array](), list[tuple[int, float]]()
+    passage, found, counts, times = passage_of(motion), list[Array](), list[int](), list[float]()
     if passage is None:
         return OilGrowths(np.zeros((0, 1)), np.zeros(0, np.int64), np.zeros(0), False)
     numbers, state, row = passage.numbers, passage.state, passage.row
@@ -313,30 +313,25 @@ def growths_from(motion: OilMotion, blows: int, every: bool) -> OilGrowths:
     scales, level = now.scales(numbers), np.zeros((1, now.size))
     level[0, : row.size] = row * scales[: row.size]
     within = np.linalg.svd(level)[2][1:].T  # what stays on the section
-    ways = within if every else within @ np.full((now.size - 1, 1), (now.size - 1.0) ** -0.5)
+    ways = within if every else within.mean(axis=1, keepdims=True)
     most = ways.shape[1]
-    while sum(n for n, _ in passed) < blows:
+    while sum(counts) < blows:
         check_interrupted()
         motion = OilMotion.again(numbers, state, now.size)
         now.seeded(motion.state)
         ended = motion.run(numbers.idle, section=passage.port, since=1.0, entering=[passage.port], most=1 << 16)
         if ended != kn.AT_SECTION:
-            return _grown(found, passed, most, False)
+            break
         state, now = motion.state, OilUnknowns.of(numbers, motion.state)
         before, scales = scales, now.scales(numbers)
         ways, upper = np.linalg.qr(now.map(motion, row)[0] * before / scales[:, None] @ ways)
         with np.errstate(divide="ignore"):
-            found.append(np.log(np.abs(np.diag(upper))))
-        passed.append((motion.blows, motion.time))
-    return _grown(found, passed, most, True)
-
-
-def _grown(found: list[Array], passed: list[tuple[int, float]], most: int, whole: bool) -> OilGrowths:
-    growth = np.full((len(found), most), -np.inf)
-    for i, one in enumerate(found):
-        growth[i, : one.size] = one
-    blows, times = zip(*passed, strict=True) if passed else ((), ())
-    return OilGrowths(growth, np.array(blows, dtype=np.int64), np.array(times, dtype=float), whole)
+            one = np.log(np.abs(np.diag(upper)))
+        found.append(np.append(one, np.full(most - one.size, -np.inf)))
+        counts.append(motion.blows)
+        times.append(motion.time)
+    growth = np.array(found).reshape(-1, most)
+    return OilGrowths(growth, np.array(counts, dtype=np.int64), np.array(times), sum(counts) >= blows)
 
 
 # ---- The cycle as other machines have it
