@@ -228,7 +228,7 @@ HELD: tuple[Fact[Drilled], ...] = (
     _energy("blow.joint_loss", "in joints", "what the dashpots of joints take"),
     _energy("blow.joint_energy_change", "held by joints", "rise of the energy in masses and springs of joints"),
     _energy("blow.energy_out_of_the_end", "out of the end", "what has gone down an endless rod"),
-    _energy("blow.tool_energy_after", "left in the tool", "kinetic and strain energy of sections and bit, with the preload"),
+    _energy("blow.tool_energy_after", "left in the tool", "energy of sections and bit, preload included"),
     _energy("all.energy_left", "", r"$E_\mathrm{left}$, a bound of what departs from the static state when the next "
             "blow comes, or at the end of the window without a rate"),
     Fact("left_bound", "still under way", r"$\sqrt{E_\mathrm{left}/(K_1U^2/2)}$, by which share this may change the "
