@@ -18,11 +18,10 @@ KERNELS := $(VENV)/kernels.stamp
 # Three workers, also on two cores: those with a browser wait much of their time.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-# The page's JavaScript: the linter reads all of it and the tests of its modules, prettier lays these folders out, and
-# types are checked in every file that begins with `// @ts-check` (tsconfig.json).
+# The page's JavaScript: the linter reads all of it and the tests of its modules; types (tsconfig.json) and layout are
+# checked in every file that begins with `// @ts-check`.
 JS := src/percuss/web/page tests/web/modules
-LAID_OUT = $(shell find $(addprefix src/percuss/web/page/,core pictures motion screen drawers lessons) \
-  tests/web/modules -name '*.js' 2>/dev/null)
+TYPED = $(shell grep -rl '^// @ts-check' --include='*.js' $(JS))
 TOOLS := PATH="$(CURDIR)/$(BIN):$$PATH" $(VENV)/js/node_modules/.bin
 PRETTIER := $(TOOLS)/prettier --print-width 120 --log-level warn
 
@@ -60,12 +59,12 @@ lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts; and the
 
 page: $(PAGE)  ## the page's JavaScript alone: oxlint, prettier, types
 	$(BIN)/oxlint --deny-warnings $(JS)
-	$(if $(LAID_OUT),$(PRETTIER) --check $(LAID_OUT))
+	$(PRETTIER) --check $(TYPED)
 	$(TOOLS)/tsc
 
 format: $(DEV) $(PAGE)  ## lay the code out with ruff, that of the page with prettier
 	$(BIN)/ruff format .
-	$(if $(LAID_OUT),$(PRETTIER) --write $(LAID_OUT))
+	$(PRETTIER) --write $(TYPED)
 	$(BIN)/ruff check --fix .
 
 docs: $(DEV)  ## build the documentation into build/docs

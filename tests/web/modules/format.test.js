@@ -1,5 +1,5 @@
 // @ts-check
-import { quantity } from "/static/format.js";
+import { quantity } from "/static/core/format.js";
 
 /** @typedef {typeof import("./checks.js")} Checks */
 
