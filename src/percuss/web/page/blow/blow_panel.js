@@ -12,12 +12,12 @@ import { data, isHeld, on, show, view } from "../core/state.js";
 
 export const panel = {
   name: "blow",
-  title: "Blow",
+  title: "One blow by waves",
   defaults: {
     blowShow: "start",
     blowSlow: 12, // seconds that all that is shown takes
   },
-  held: "One blow is resolved by waves in a free bar; of a structure that is held no blow is. Its motions, with a blow that takes no time, are in the panel Branches.",
+  free: true,
   start: startBlow,
 };
 
@@ -29,36 +29,24 @@ const SHOWN = [
 
 const parts = { key: "", again: false };
 
-function startBlow(panel) {
+/** What of it stands on the screen while its drawer is open. */
+export function blowScene() {
   const canvas = h("canvas", { id: "blow-stage", role: "img", "aria-label": "Striker and tool" });
-  const scale = h("p", { class: "small muted", id: "blow-scale" });
-  parts.stage = new BlowStage(canvas, scale);
+  parts.scale = h("p", { class: "small muted", id: "blow-scale" });
+  parts.stage = new BlowStage(canvas, parts.scale);
+  parts.shown = select("Show", SHOWN, view.blowShow, (blowShow) => show({ blowShow }), { id: "blow-show" });
+  return { stage: [h("div", { class: "stage", id: "blow-in-sight" }, canvas), blowPlayer(painted, parts.shown)], toggle: toggleBlow, step: stepBlow };
+}
+
+function startBlow(panel) {
   parts.sentence = h("p", { id: "blow-sentence", role: "status" });
   parts.notes = h("p", { class: "small muted", id: "blow-notes" });
   parts.problem = h("div", { role: "alert", id: "blow-problem" });
   parts.facts = h("div", { class: "card", id: "blow-facts" });
-  parts.shown = select("Show", SHOWN, view.blowShow, (blowShow) => show({ blowShow }), { id: "blow-show" });
-  put(
-    panel,
-    h("div", { class: "card" }, h("h2", {}, "One blow, resolved by waves"), parts.sentence, parts.notes, parts.problem),
-    h("div", { class: "card stage", id: "blow-in-sight" }, canvas),
-    h("div", { class: "card" }, blowPlayer(painted, parts.shown), scale),
-    blowCharts(),
-    blowSliders(moved),
-    parts.facts,
-  );
-  panel.addEventListener("keydown", keys);
+  put(panel, parts.sentence, parts.notes, parts.problem, blowCharts(), blowSliders(moved), parts.facts, parts.scale);
   on("tables view", want);
   on("theme", () => parts.blow && (drawBlow(parts.blow, parts.units), painted(parts.stage.frame)));
   document.addEventListener("visibilitychange", () => document.hidden && pauseBlow());
-}
-
-function keys(event) {
-  if (event.target.closest("button, select, input")) return;
-  const press = { " ": toggleBlow, ArrowLeft: () => stepBlow(-1), ArrowRight: () => stepBlow(1) }[event.key];
-  if (!press) return;
-  event.preventDefault();
-  press();
 }
 
 function want() {

@@ -11,7 +11,7 @@ export function blowPlayer(painted, choice) {
   parts.painted = painted;
   const button = (id, words, label, press) =>
     h("button", { type: "button", id, "aria-label": label, onclick: press }, words);
-  parts.play = h("button", { type: "button", class: "main", id: "blow-play", onclick: toggleBlow }, "Play");
+  parts.play = h("button", { type: "button", class: "main", id: "blow-play", "aria-label": "Play", onclick: toggleBlow }, "▶");
   parts.scrub = h("input", {
     type: "range",
     id: "blow-scrub",
@@ -31,21 +31,9 @@ export function blowPlayer(painted, choice) {
     step: 1,
     oninput: (event) => (show({ blowSlow: Number(event.target.value) }), pace()),
   });
-  return [
-    h("div", { class: "play" }, parts.play, parts.scrub, parts.time),
-    h(
-      "div",
-      { class: "knobs" },
-      h(
-        "div",
-        { class: "row" },
-        button("blow-back", "◂ Step", "One step back", () => stepBlow(-1)),
-        button("blow-forth", "Step ▸", "One step on", () => stepBlow(1)),
-      ),
-      h("label", { class: "pick" }, h("span", {}, "Slow motion: ", parts.slowly), parts.slow),
-      choice,
-    ),
-  ];
+  const steps = [button("blow-back", "◂", "One step back", () => stepBlow(-1)), button("blow-forth", "▸", "One step on", () => stepBlow(1))];
+  const slowly = h("label", { class: "pace" }, h("span", { class: "hidden-words" }, "Slow motion"), parts.slow, parts.slowly);
+  return h("div", { class: "play" }, parts.play, parts.scrub, parts.time, steps, slowly, choice);
 }
 
 /** Another blow; it begins anew unless it is one that a slider has changed. */
@@ -64,7 +52,7 @@ export function playBlow(blow, units, again) {
 function start() {
   if (!parts.blow || parts.playing) return;
   parts.playing = true;
-  put(parts.play, "Pause");
+  says("Pause", "▮▮");
   if (parts.now >= parts.last) parts.now = 0;
   let before = performance.now();
   let place = parts.now;
@@ -81,7 +69,12 @@ function start() {
 
 export function pauseBlow() {
   parts.playing = false;
-  put(parts.play, "Play");
+  says("Play", "▶");
+}
+
+function says(words, sign) {
+  put(parts.play, sign);
+  parts.play.setAttribute("aria-label", words);
 }
 
 /** The user has paused: later blows stay where they are, too. */

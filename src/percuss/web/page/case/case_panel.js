@@ -15,7 +15,7 @@ import { clockedLoad, valveFields, valveKeys, valveLoad } from "./valve_fields.j
 
 export const panel = {
   name: "case",
-  title: "Case",
+  title: "Case as a form",
   start: startCase,
 };
 

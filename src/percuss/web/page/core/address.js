@@ -2,6 +2,7 @@
 //   #panel=map&machine=mini-breaker&load.mean=800 N&contact.restitution=0.3
 
 import { settled } from "./dom.js";
+import { signal } from "./signals.js";
 import { DEFAULTS, data, machineTables, on, view } from "./state.js";
 import { valueAt, withKey } from "./moves.js";
 
@@ -30,13 +31,14 @@ const keysOf = (tables) => [
   ...TABLES.flatMap((table) => Object.keys(tables[table] ?? {}).map((name) => `${table}.${name}`)),
 ];
 
-function differences(tables, base) {
+/** What one case has other than another: [key, its text, the other's text], "" for none. */
+export function differences(tables, base) {
   const found = [];
   for (const key of keysOf(tables)) {
-    const text = written(valueAt(tables, key));
-    if (text !== written(valueAt(base, key))) found.push([key, text]);
+    const [text, other] = [tables, base].map((one) => written(valueAt(one, key)) ?? "");
+    if (text !== other) found.push([key, text, other]);
   }
-  for (const key of keysOf(base)) if (valueAt(tables, key) === undefined) found.push([key, ""]);
+  for (const key of keysOf(base)) if (valueAt(tables, key) === undefined) found.push([key, "", written(valueAt(base, key))]);
   return found;
 }
 
@@ -55,7 +57,8 @@ function read(key, text) {
 }
 
 /** Read the address into `view`. The case that it stands for, {info?, tables}, with `info` when a machine is behind it;
- * without a case in the address the one that is `served`, else the machine `fallback`. */
+ * without a case in the address the one that is `served`, else the machine `fallback`; `base` is the case before the
+ * changes that the address tells. */
 export async function fromAddress(text, fallback, served) {
   const words = new URLSearchParams(text.replace(/^#/, ""));
   const keys = [];
@@ -80,7 +83,7 @@ export async function fromAddress(text, fallback, served) {
     const inside = tables[table];
     if (inside && !Object.keys(inside).length) delete tables[table];
   }
-  return { info, tables };
+  return { info, tables, base: info?.tables ?? tables };
 }
 
 function whole(text, otherwise) {
@@ -88,31 +91,61 @@ function whole(text, otherwise) {
   return Number.isSafeInteger(value) && value >= 0 ? value : otherwise;
 }
 
-let mine = "";
+let mine = ""; // the address that the page itself has written
+let step = 0; // of the designs that Back goes through
+let last = 0; // the latest of them
+let gesture = 0; // counts what the user does: a drag, a key, a click
+let told = { gesture: 0, design: "" };
+
+/** Whether there is a design to go back to, and one to go forth to. */
+export const undone = signal({ back: false, forth: false });
+
+export const undo = () => step > 0 && history.back();
+export const redo = () => step < last && history.forward();
+
+const tellSteps = () => (undone.value = { back: step > 0, forth: step < last });
+
+/** The part of the address that is the design; the rest is how it is looked at. */
+const designOf = (text) =>
+  [...new URLSearchParams(text.replace(/^#/, ""))]
+    .filter(([name]) => ["machine", "m", "title"].includes(name) || TABLES.includes(name.split(".")[0]))
+    .join("&");
 
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
+  for (const kind of ["pointerdown", "keydown", "change", "drop"])
+    addEventListener(kind, (event) => (gesture += event.repeat ? 0 : 1), true);
+  step = history.state?.step ?? 0;
+  last = Math.max(step, Number(sessionStorage.getItem("percuss-steps") ?? 0));
+  told = { gesture, design: designOf(location.hash || `#${address()}`) };
+  tellSteps();
   on("view tables", settled(writeAddress, 180));
 }
 
+/** Each design is a step of the browser's own history, one a gesture: Back, and undo, lead to the one before. */
 export function writeAddress() {
   if (!data.tables) return;
   const text = `#${address()}`;
   if (text === location.hash) return;
   mine = text;
-  const before = new URLSearchParams(location.hash.slice(1));
-  const same = ["panel", "machine"].every((name) => (before.get(name) ?? DEFAULTS[name]) === view[name]);
-  if (!same && location.hash) history.pushState(null, "", text); // Back leads to the panel, and the machine, before
-  else history.replaceState(null, "", text);
+  const design = designOf(text);
+  const another = design !== told.design && gesture !== told.gesture && location.hash;
+  if (another) last = step += 1;
+  if (design !== told.design) told = { gesture, design };
+  history[another ? "pushState" : "replaceState"]({ step }, "", text);
+  sessionStorage.setItem("percuss-steps", String(last));
+  tellSteps();
 }
 
 /** Tell when the user changes the address, or goes back. */
 export function followAddress(changed) {
   const look = () => {
-    if (location.hash !== mine) {
-      mine = location.hash;
-      changed(location.hash);
-    }
+    if (location.hash === mine) return;
+    mine = location.hash;
+    step = history.state?.step ?? step;
+    told = { gesture, design: designOf(mine) };
+    tellSteps();
+    changed(location.hash);
   };
   addEventListener("hashchange", look);
   addEventListener("popstate", look);

@@ -4,18 +4,20 @@
 import { get, post, postBinary } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
 import { heldAt, unitOf, withKey } from "./moves.js";
+import { store } from "./signals.js";
 
 export const DEFAULTS = {
-  panel: "", // the first one
+  panel: "", // the drawer that is open; none
+  tall: 0, // 1: the drawer is over all but the verdict
   machine: "",
   m: 1,
   orbit: 0, // 0: the one to look at first
 };
 
-export const view = { ...DEFAULTS };
+export const view = store(DEFAULTS);
 
 /** `tables`: the case as it is now; `base`: the machine that it was made from. */
-export const data = {
+export const data = store({
   about: null,
   machines: [],
   structures: [],
@@ -32,7 +34,7 @@ export const data = {
   moved: null, // parameters of the last change when it was a move, else null
   moving: {}, // parameters on their way to the server: {name: number}
   placed: {}, // parameters moved since the case was last told in full
-};
+});
 
 const listeners = new Map();
 
@@ -91,7 +93,6 @@ const NEEDS = {};
 
 /** The panels that there are: what each keeps in the address, and what it needs of the answer to a slider. */
 export function know(panels) {
-  DEFAULTS.panel = panels[0].name;
   for (const { name, defaults, needs: own } of panels) {
     Object.assign(DEFAULTS, defaults);
     if (own) NEEDS[name] = own;
@@ -100,7 +101,7 @@ export function know(panels) {
 }
 
 // What the panel in sight needs of an answer; a slider's answer has nothing else in it.
-const needs = () => NEEDS[view.panel] ?? { curve: 0, multipliers: false };
+const needs = () => NEEDS[view.panel] ?? { curve: 121, multipliers: false };
 const enough = (quick) => quick.asked.curve >= needs().curve && quick.asked.multipliers >= needs().multipliers;
 
 let epoch = 0; // counts the cases that were set whole: a late answer to a move of the one before is dropped

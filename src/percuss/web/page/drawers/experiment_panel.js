@@ -8,7 +8,7 @@ import { data, on, show, view } from "../core/state.js";
 
 export const panel = {
   name: "experiment",
-  title: "Experiment",
+  title: "Random starts",
   defaults: { starts: 300, distribution: "wall", seed: 1, emodes: 0 },
   start: startExperiment,
 };

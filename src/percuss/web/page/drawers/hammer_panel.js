@@ -5,7 +5,7 @@ import { Refusal, stream } from "../core/api.js";
 import { h, put, select } from "../core/dom.js";
 import { data, on, setTables, show, view } from "../core/state.js";
 
-export const panel = { name: "hammer", title: "Design", defaults: { ask: "design" }, start: startHammer };
+export const panel = { name: "hammer", title: "Design and tolerance", defaults: { ask: "design" }, start: startHammer };
 
 const QUESTIONS = {
   design: { name: "the best hammer within ranges", fields: ["goal", "vary", "limits", "hammers", "plane"] },

@@ -9,6 +9,7 @@ import { chosen, data, isHeld, obstacleOf, on, reasonOf, switchesItself, view } 
 export const panel = {
   name: "report",
   title: "Report",
+  place: "head",
   start: startReport,
 };
 

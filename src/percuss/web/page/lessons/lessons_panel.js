@@ -7,6 +7,7 @@ import { DEFAULTS, data, on, pickMachine, setTables, show, view } from "../core/
 export const panel = {
   name: "lessons",
   title: "Lessons",
+  place: "head",
   defaults: {
     lesson: 0,
     scene: 0, // of the lesson, from 1

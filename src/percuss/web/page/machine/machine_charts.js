@@ -16,8 +16,8 @@ export function machineCharts() {
   charts.loop = new Chart("Force over position: the loop is the work of a cycle");
   charts.energy = new Chart("Blow energy over the pressure");
   charts.rate = new Chart("Blow rate over the pressure");
-  const order = ["position", "energy", "force", "rate", "velocity", "loop"];
-  return h("div", { class: "grid", id: "machine-charts" }, order.map((name) => h("div", { class: "card" }, charts[name].figure)));
+  const figures = ["energy", "rate", "force", "velocity"].map((name) => charts[name].figure);
+  return { strip: charts.position.figure, why: charts.loop.figure, rest: h("div", { class: "grid", id: "machine-charts" }, figures) };
 }
 
 /** Factors and units in which a machine is told. */

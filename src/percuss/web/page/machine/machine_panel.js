@@ -9,69 +9,49 @@ import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, 
 import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
-import { data, on, pickMachine, switchesItself, unhurried, view } from "../core/state.js";
+import { data, on, switchesItself, unhurried, view } from "../core/state.js";
 
-export const panel = {
-  name: "machine",
-  title: "Machine",
-  defaults: { machineSlow: "", machineShow: "cycle" },
-  start: startMachine,
-};
-
-const BREAKER = "valve-breaker";
-const CLOCKED = "This case is clocked: its load keeps time by itself, whatever the piston does, so that there is no valve to show.";
+export const defaults = { machineSlow: "", machineShow: "cycle" };
 
 const DRAWN =
   "The arrow is the force, and the tint is on the side that pushes. A thick line: the port is uncovered by the mark on the piston. The spool travels while an order waits for its delay.";
 
 const parts = { drawn: null };
 
-function startMachine(panel) {
+/** What of it stands on the screen, and what in the drawer of all motions. */
+export function startMachine() {
   const canvas = h("canvas", { id: "machine-stage", role: "img", "aria-label": "Piston, ports and valve" });
-  parts.panel = panel;
   parts.stage = new MachineStage(canvas, { ticked, struck, stopped: hush, lag });
   parts.sentence = h("p", { id: "machine-sentence", role: "status" });
   parts.obstacle = h("div", { id: "machine-obstacle", role: "alert" });
   parts.scale = h("p", { class: "small muted", id: "machine-scale" });
   parts.facts = h("div", { class: "card", id: "machine-facts" });
-  parts.moving = [h("div", { class: "card" }, machinePlayer(parts.stage), parts.scale), machineCharts(), parts.facts];
+  const { strip, why, rest } = machineCharts();
+  const line = machinePlayer(parts.stage);
+  parts.moving = [line, parts.scale, strip, why, rest, parts.facts];
   const { picks, form } = machineSource(() => (want(), words()));
-  parts.own = [
-    h("div", { class: "card" }, h("div", { class: "row middle" }, h("h2", {}, "The machine that switches itself"), picks), form, parts.sentence, parts.obstacle),
-    h("div", { class: "card stage", id: "machine-in-sight" }, canvas),
-    ...parts.moving,
-  ];
-  parts.clocked = h("div", { class: "card", id: "machine-clocked", hidden: true }, h("p", {}, CLOCKED), h("div", { class: "row" }, opener()));
-  put(panel, parts.clocked, parts.own);
-  panel.addEventListener("keydown", keys);
   const told = unhurried(words);
   on("machine", () => (keep(), want(), told()));
   on("tables problems", want);
   on("view info", () => (want(), words()));
   on("theme", () => ((parts.drawn = null), want()));
   document.addEventListener("visibilitychange", () => document.hidden && pauseMachine());
-}
-
-const opener = () =>
-  h("button", { type: "button", class: "main", id: "machine-open", onclick: () => pickMachine(BREAKER) }, "Open a breaker with its valve");
-
-function keys(event) {
-  if (event.key !== " " || event.target.closest("button, select, input:not([type=range])")) return;
-  event.preventDefault();
-  toggleMachine();
+  return {
+    stage: [h("div", { class: "stage", id: "machine-in-sight" }, canvas, parts.obstacle), line],
+    strip,
+    why,
+    toggle: toggleMachine,
+    details: h("div", { class: "stack", id: "machine-details" }, h("div", { class: "row middle" }, picks), form, parts.sentence, parts.scale, rest, parts.facts),
+  };
 }
 
 /** The curve over the pressure is kept whether the panel is in sight or not. */
 const keep = () => data.machine && keepCurve(data.machine);
 
-const shownNow = () => view.panel === panel.name;
+const shownNow = () => switchesItself() && view.panel !== "blow";
 
 function want() {
   if (!shownNow()) return pauseMachine();
-  const own = switchesItself();
-  parts.clocked.hidden = !data.tables || own;
-  for (const part of parts.own) part.hidden = !own;
-  if (!own) return pauseMachine();
   const motion = data.machine;
   if (!motion) {
     pauseMachine();

@@ -8,7 +8,7 @@ const USUAL = 3; // seconds that a cycle takes at first
 const LONGEST = 60;
 let player = null;
 
-/** The rows below the stage. */
+/** The line below the stage. */
 export function machinePlayer(stage) {
   player = new Player(stage, { id: "machine-", about: "Time in the cycle", slow: "machineSlow", paced: machinePace });
   return player.rows();

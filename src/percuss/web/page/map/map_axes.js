@@ -1,9 +1,10 @@
 // The axes of the map and what its colour shows, and the row in which they are chosen.
 
-import { $, $$, h, put, select } from "../core/dom.js";
-import { inUnit, plainNumber, withUnit } from "../core/format.js";
+import { $, $$, h, put } from "../core/dom.js";
+import { inUnit, number, plainNumber, withUnit } from "../core/format.js";
 import { isRange, rangeOf, rangeText } from "../core/moves.js";
 import { data, isHeld, show, switchesItself, view } from "../core/state.js";
+import { read } from "../core/units.js";
 
 const SHOWN = {
   verdict: { label: "verdict", quantities: ["orbits", "reduced_stable"] },
@@ -88,30 +89,24 @@ function usual(which) {
 
 export const labelOf = ({ name, unit }) => inUnit(title(name), unit);
 
-/** The row of choices, made anew only when there is another choice: a range that is typed leaves its fields alone. */
-export function choices(row) {
+/** The choices about the map: above it what stands up and what the colour shows, below it what stands across, each axis
+ * between its ends; made anew only when there is another choice: a range that is typed leaves its fields alone. */
+export function choices({ above, below }) {
   if (!data.info) return;
-  const names = data.info.parameters.map((p) => [p.name, p.label]);
+  const names = data.info.parameters.map((p) => [p.name, inUnit(p.label, p.unit)]);
   const chosen = { x: axis("x").name, y: axis("y").name, q: shownName() };
   const key = JSON.stringify([names, chosen, Object.keys(kinds())]);
-  if (row.dataset.key === key) return fillEdges(row);
-  row.dataset.key = key;
-  const group = (which, title) =>
+  if (above.dataset.key === key) return fillEdges();
+  above.dataset.key = key;
+  const menu = (which, title, options) =>
     h(
-      "div",
-      { class: "axis" },
-      select(title, names, chosen[which], (name) => show(chosenAxis(which, name)), { id: `map-${which}` }),
-      edge(which, "from"),
-      edge(which, "to"),
+      "select",
+      { id: `map-${which}`, "aria-label": title, title, onchange: (event) => show(which === "q" ? { q: event.target.value } : chosenAxis(which, event.target.value)) },
+      options.map(([value, text]) => h("option", { value, selected: value === chosen[which] }, text)),
     );
   const colours = Object.entries(kinds()).map(([name, { label }]) => [name, label]);
-  put(
-    row,
-    group("x", "Across"),
-    group("y", "Up"),
-    select("Colour", colours, chosen.q, (q) => show({ q }), { id: "map-q" }),
-    h("p", { class: "problem", role: "alert", id: "map-range-problem" }),
-  );
+  put(above, menu("y", "Up", names), h("span", { class: "range" }, edge("y", "from"), "…", edge("y", "to")), menu("q", "Colour", colours));
+  put(below, edge("x", "from"), menu("x", "Across", names), edge("x", "to"), h("p", { class: "problem", role: "alert", id: "map-range-problem" }));
 }
 
 /** Another axis; its range is kept in the view, for the server's range moves with the value that the parameter has. */
@@ -125,30 +120,29 @@ export const keptRanges = () => Object.fromEntries(["x", "y"].map((which) => [`$
 
 const kept = ({ from, to, unit }) => rangeText(from, to, unit);
 
-/** One end of an axis. */
+/** One end of an axis, which can be typed in any unit. */
 function edge(which, end) {
   const commit = (event) => {
+    const { unit } = axis(which);
     const ends = ["from", "to"].map((name) => $(`#map-${which}-${name}`));
-    const [from, to] = ends.map((input) => (input.value === "" ? Number.NaN : Number(input.value)));
+    const [from, to] = ends.map((input) => read(input.value, unit).value ?? Number.NaN);
     const taken = isRange(from, to);
     for (const input of ends) input.setAttribute("aria-invalid", String(!taken && input === event.target));
     const words = "A range must go from a number to a greater one; the map keeps the previous range.";
     put($("#map-range-problem"), taken ? "" : words);
-    if (taken) show({ [`${which}r`]: rangeText(from, to, axis(which).unit) });
+    if (taken) show({ [`${which}r`]: rangeText(plainNumber(from), plainNumber(to), unit) });
   };
-  const value = String(axis(which)[end]);
-  const about = { "data-edge": `${which} ${end}`, "aria-describedby": "map-range-problem" };
-  const input = { type: "number", step: "any", id: `map-${which}-${end}`, ".value": value, onchange: commit, ...about };
   const name = `${end}, ${which === "x" ? "across" : "up"}`;
-  return h("label", { class: "pick" }, h("span", {}, end), h("input", { ...input, "aria-label": name }));
+  const about = { "data-edge": `${which} ${end}`, "aria-describedby": "map-range-problem", "aria-label": name, spellcheck: "false", autocomplete: "off" };
+  return h("input", { type: "text", class: "end", id: `map-${which}-${end}`, ".value": number(axis(which)[end]), onchange: commit, ...about });
 }
 
 /** The ends as they are now; the one that is being typed into, and one that was not taken, are left alone. */
-function fillEdges(row) {
-  for (const input of $$("input[data-edge]", row)) {
+function fillEdges() {
+  for (const input of $$("#map-place input[data-edge]")) {
     if (input === document.activeElement || input.getAttribute("aria-invalid") === "true") continue;
     const [which, end] = input.dataset.edge.split(" ");
-    const value = String(axis(which)[end]);
+    const value = number(axis(which)[end]);
     if (input.value !== value) input.value = value;
   }
 }

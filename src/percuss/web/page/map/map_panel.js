@@ -14,18 +14,13 @@ import { heldAt, present, withKey } from "../core/moves.js";
 import { data, drag, move, on, show, switchesItself, uptodate, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 
-export const panel = {
-  name: "map",
-  title: "Map",
-  defaults: {
-    x: "restitution",
-    y: "load_factor",
-    xr: "", // ranges of the axes "from:to", empty for the server's
-    yr: "",
-    q: "verdict",
-    curves: 0, // 1: with what happens to the motion of the head, followed
-  },
-  start: startMap,
+export const defaults = {
+  x: "restitution",
+  y: "load_factor",
+  xr: "", // ranges of the axes "from:to", empty for the server's
+  yr: "",
+  q: "verdict",
+  curves: 0, // 1: with what happens to the motion of the head, followed
 };
 
 const parts = {};
@@ -35,7 +30,7 @@ let lines = [];
 let dragging = false;
 let since = 0; // the last change of the case that made the map another
 
-function startMap(panel) {
+export function startMap(place) {
   parts.chart = new Chart("Plane of two parameters", { kind: "map", role: "application", about: "Plane of two parameters" });
   parts.chart.canvas.tabIndex = 0;
   parts.chart.canvas.id = "map";
@@ -43,13 +38,9 @@ function startMap(panel) {
   parts.status = h("p", { class: "small muted", id: "map-status", role: "status" });
   parts.bar = h("progress", { max: 1, value: 0, id: "map-progress", "aria-label": "Progress of the finer map" });
   parts.bar.hidden = true;
-  parts.choice = h("div", { class: "row" });
-  const below = h("div", { class: "row middle map-status" }, parts.status, parts.bar);
-  put(
-    panel,
-    h("div", { class: "card" }, parts.choice),
-    h("div", { class: "card" }, parts.chart.figure, parts.readout, below, followedRow(repaint)),
-  );
+  parts.choice = { above: h("div", { class: "axes" }), below: h("div", { class: "axes across" }) };
+  const below = h("div", { class: "map-status" }, parts.status, parts.bar);
+  put(place, parts.choice.above, parts.chart.figure, parts.choice.below, parts.chart.key, h("div", { class: "map-words" }, parts.readout, below, followedRow(repaint)));
   parts.tip = h("div", { class: "tip", id: "map-tip", hidden: true });
   parts.chart.figure.append(parts.tip);
   pointer(parts.chart.canvas);
@@ -59,13 +50,12 @@ function startMap(panel) {
     stopFollowed();
   });
   on("info view quick machine", () => ready() && (choices(parts.choice), compute()));
-  on("view", () => view.panel !== "map" && stopFollowed());
   on("theme", () => (plane && picture(plane), repaint()));
   on("tables quick machine view steady", repaint);
 }
 
 /** Whether the panel is in sight, and what is known of the case is known of this kind of case. */
-const ready = () => view.panel === "map" && Boolean(data.info) && Boolean(data.info.system) !== switchesItself();
+const ready = () => Boolean(data.info) && Boolean(data.info.system) !== switchesItself();
 
 /** The latest answer, from which a late one is known: of a machine that switches itself, its cycle. */
 const answered = () => (switchesItself() ? data.machine : data.quick);
@@ -185,8 +175,8 @@ const repaint = framed(() => {
   const same = shownHere(x, y);
   const items = [...legends(plane, theme()), ...(ofNow(x, y) ? lines.map(line) : []), ...followedItems(x), marked(x, y)];
   parts.chart.draw({
-    x: { label: labelOf(x), from: x.from, to: x.to },
-    y: { label: labelOf(y), from: y.from, to: y.to },
+    x: { label: "", from: x.from, to: x.to },
+    y: { label: "", from: y.from, to: y.to },
     items: items.filter(Boolean),
     image: same ? { canvas: plane.canvas, hatches: plane.hatches, under: plane.under, smooth: false, faded: !ofNow(x, y) } : null,
     about: `Map over ${labelOf(x)} and ${labelOf(y)}; arrow keys move the design`,
@@ -210,7 +200,7 @@ function marked(x, y) {
   const place = `${told(x, here.x)}, ${told(y, here.y)}: ${answered()?.changed === data.changed ? verdict() : "…"}`;
   const cell = plane?.kind === "families" && ofNow(x, y) ? cellAt(plane, here) : "";
   const found = cell ? ` A simulation finds ${cell} there.` : "";
-  put(parts.readout, `The design stands at ${place}.${found} Drag it, click anywhere, or use the arrow keys.`);
+  put(parts.readout, `${place}.${found}`);
   parts.chart.canvas.dataset.design = `${here.x},${here.y}`;
   const colour = theme().dark ? "#ffffff" : "#101820";
   return { type: "points", x: [here.x], y: [here.y], shape: "diamond", size: 9, colour, name: "the present design" };

@@ -2,12 +2,11 @@
 
 import { Chart, PHASES, span } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
-import { h } from "../core/dom.js";
 import { counted, inUnit, scaleOf } from "../core/format.js";
 
 const parts = {};
 
-/** The three charts; a click into the phase portrait tells `picked` its point. */
+/** The figures of the three charts; a click into the phase portrait tells `picked` its point. */
 export function motionCharts(picked) {
   parts.history = new Chart("The striking end over time");
   parts.portrait = new Chart("Phase portrait: speed over distance; click to start there");
@@ -19,8 +18,7 @@ export function motionCharts(picked) {
     const at = parts.portrait.at(event);
     if (at) picked(at);
   });
-  const card = (chart) => h("div", { class: "card" }, chart.figure);
-  return h("div", { class: "grid" }, card(parts.history), card(parts.portrait), card(parts.poincare));
+  return Object.fromEntries(Object.entries(parts).map(([name, chart]) => [name, chart.figure]));
 }
 
 /** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. */

@@ -5,27 +5,20 @@ import { postBinary } from "../core/api.js";
 import { $, framed, h, latest, put, settled } from "../core/dom.js";
 import { counted, number, plainNumber, si, withUnit } from "../core/format.js";
 import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./motion_charts.js";
-import { begin, knobs, moment, player, stop, toggle } from "./motion_player.js";
+import { begin, knobs, moment, player, stop, stretch, toggle } from "./motion_player.js";
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
 import { asked, chosen, data, isHeld, mover, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
-export const panel = {
-  name: "motion",
-  title: "Motion",
-  defaults: {
-    source: "orbit",
-    window: "settled",
-    slow: "",
-    grow: "1",
-    cycles: 1,
-    zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
-  },
-  needs: { curve: 121, multipliers: false },
-  clocked: "Steady motions and starts under a clocked load are shown here; this machine has no clock. Its cycle plays in the panel Machine.",
-  start: startMotion,
+export const defaults = {
+  source: "orbit",
+  window: "settled",
+  slow: "",
+  grow: "1",
+  cycles: 1,
+  zoom: 0, // periods of the first elastic mode that are shown after the begin; 0: the whole stretch
 };
 
 const parts = {};
@@ -33,28 +26,40 @@ let motion = null;
 let units = null;
 let key = "";
 
-function startMotion(panel) {
+/** What of it stands on the screen, and what in the drawer of all motions. */
+export function startMotion() {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
   parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
-  put(
-    panel,
-    sourceCard((words) => put(parts.status, words)),
-    h("div", { class: "card stage" }, canvas, player(parts.stage), parts.status, instantaneous()),
-    h("div", { class: "card" }, parts.facts),
-    motionCharts(startThere),
-  );
-  panel.addEventListener("keydown", keys);
+  const { history, portrait, poincare } = motionCharts(startThere);
   on("info", () => (sources(), want()));
   on("quick", () => motion && (parts.stage.force = force()));
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
-  on("problems", () => view.panel === "motion" && data.problems.length && sourceProblems(data.problems));
-  on("view", () => (view.panel === "motion" ? (sources(), want(), knobs()) : parts.stage.pause()));
+  on("problems", () => data.problems.length && sourceProblems(data.problems));
+  on("view", () => (inSight() ? (sources(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
+  return {
+    stage: [h("div", { class: "stage" }, canvas), player(parts.stage)],
+    strip: history,
+    toggle,
+    details: h(
+      "div",
+      { class: "stack", id: "motion-details" },
+      sourceCard((words) => put(parts.status, words)),
+      parts.status,
+      h("div", { class: "row" }, stretch()),
+      parts.facts,
+      h("div", { class: "grid" }, portrait, poincare),
+      instantaneous(),
+    ),
+  };
 }
+
+/** Whether it is what the screen shows. */
+const inSight = () => !switchesItself() && view.panel !== "blow";
 
 /** What this motion leaves out, and where it is shown. */
 const instantaneous = () =>
@@ -65,14 +70,8 @@ const instantaneous = () =>
     h("button", { type: "button", class: "link", onclick: () => show({ panel: "blow" }) }, "See one blow by its waves"),
   );
 
-function keys(event) {
-  if (event.key !== " " || event.target.closest("button, select, input:not([type=range])")) return;
-  event.preventDefault();
-  toggle();
-}
-
 const want = settled(() => {
-  if (view.panel !== "motion" || data.problems.length || !uptodate()) return;
+  if (!inSight() || data.problems.length || !uptodate()) return;
   const number_ = chosen()?.number;
   const now = JSON.stringify([
     data.changed,
@@ -146,7 +145,7 @@ function take() {
       ? `This steady motion is unstable: the least disturbance grows, and the ${isHeld() ? "structure" : "hammer"} leaves the motion. Choose “From a start” to see what it does instead. `
       : "";
   put(parts.status, `${leaves}${steps}. Space plays and pauses; the arrow keys on the time slider step.`);
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches && view.panel === "motion") begin();
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches && inSight()) begin();
 }
 
 /** The load as a share of its greatest value, by phase, from the curve that the server gave. */
@@ -232,7 +231,7 @@ function struck(event) {
 }
 
 function cursor(time) {
-  if (!motion || view.panel !== "motion") return;
+  if (!motion || !inSight()) return;
   moment(time, units);
   followCharts(motion, units, time);
 }

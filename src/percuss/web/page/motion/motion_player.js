@@ -8,14 +8,17 @@ import { show, view } from "../core/state.js";
 const parts = {};
 let own = null;
 
-/** The rows below the stage. */
+/** The line below the stage. */
 export function player(stage) {
   own = new Player(stage, { about: "Time in the motion", slow: "slow", paced: knobs });
   const oninput = (event) => (show({ grow: event.target.value }), knobs(), stage.draw());
   parts.grow = h("input", { type: "range", id: "grow", min: 0, max: 4, step: 0.05, oninput });
   parts.grown = h("span", { class: "small muted", id: "grown" });
-  return own.rows(h("label", { class: "pick" }, h("span", {}, "Stretch "), parts.grow), parts.grown);
+  return own.rows();
 }
+
+/** How much the bar's stretch is drawn. */
+export const stretch = () => [h("label", { class: "pick" }, h("span", {}, "Stretch "), parts.grow), parts.grown];
 
 export const toggle = () => own.toggle();
 export const begin = () => own.begin();

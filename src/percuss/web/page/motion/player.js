@@ -10,7 +10,7 @@ export class Player {
   constructor(stage, { id = "", about, slow, paced }) {
     Object.assign(this, { stage, held: false, told: 0 });
     const { play, scrub, pace } = { play: `${id}play`, scrub: `${id}scrub`, pace: `${id}slow` };
-    this.play = h("button", { type: "button", class: "main", id: play, onclick: () => this.toggle() }, "Play");
+    this.play = h("button", { type: "button", class: "main", id: play, "aria-label": "Play", onclick: () => this.toggle() }, "▶");
     const seek = (event) => ((this.held = true), this.stop(), stage.seek((stage.length * event.target.value) / 1000));
     this.scrub = h("input", { type: "range", id: scrub, min: 0, max: 1000, step: 1, "aria-label": about, oninput: seek });
     this.time = h("output", { class: "time", for: scrub }, "–");
@@ -19,10 +19,10 @@ export class Player {
     this.slowly = h("output", { for: pace });
   }
 
-  /** The rows below the stage: the slider of time, and the knobs beside the pace. */
+  /** The line below the stage: play, the slider of time, the pace, and further knobs. */
   rows(...knobs) {
-    const pace = h("label", { class: "pick" }, h("span", {}, "Slow motion: ", this.slowly), this.slow);
-    return [h("div", { class: "play" }, this.play, this.scrub, this.time), h("div", { class: "knobs" }, pace, knobs)];
+    const pace = h("label", { class: "pace" }, h("span", { class: "hidden-words" }, "Slow motion"), this.slow, this.slowly);
+    return h("div", { class: "play" }, this.play, this.scrub, this.time, pace, knobs);
   }
 
   /** Play, or pause, as the user wants it; a motion that comes later stays as the one before was left. */
@@ -40,12 +40,18 @@ export class Player {
   start() {
     if (!(this.stage.length > 0)) return;
     this.stage.play();
-    put(this.play, "Pause");
+    this.says("Pause", "▮▮");
   }
 
   stop() {
     if (this.stage.playing) this.stage.pause();
-    put(this.play, "Play");
+    this.says("Play", "▶");
+  }
+
+  says(words, sign) {
+    put(this.play, sign);
+    this.play.setAttribute("aria-label", words);
+    this.play.title = `${words} (space)`;
   }
 
   /** The pace on its slider, 0 to 1, and in words. */

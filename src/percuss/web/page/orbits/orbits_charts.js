@@ -14,14 +14,15 @@ export function orbitCharts() {
   parts.phase = new Chart("Impact phases: where the curve meets the level");
   parts.load = new Chart("The load, and the moment of impact");
   parts.circle = new Chart("Multipliers: how a disturbance grows or dies out", { kind: "square" });
-  const card = (chart) => h("div", { class: "card" }, chart.figure);
-  const charts = [parts.phase, branchChart(points), parts.load, parts.circle];
-  return h("div", { class: "grid" }, charts.map(card));
+  const charts = [parts.phase, branchChart(points), parts.circle];
+  return { why: parts.load.figure, rest: h("div", { class: "grid" }, charts.map((chart) => chart.figure)) };
 }
 
-export function drawOrbitCharts(quick) {
-  phases(quick);
+/** The load at the moment of impact always; the others while they are in sight. */
+export function drawOrbitCharts(quick, inSight) {
   loads(quick);
+  if (!inSight) return;
+  phases(quick);
   circle(quick);
   drawBranches();
   parts.phase.canvas.dataset.change = String(quick?.changed ?? -1); // which change of the case is drawn

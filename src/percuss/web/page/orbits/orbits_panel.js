@@ -5,33 +5,40 @@ import { framed, h, put } from "../core/dom.js";
 import { angle, number, si } from "../core/format.js";
 import { wantBranches } from "./orbits_branches.js";
 import { drawOrbitCharts, fullOf, orbitCharts } from "./orbits_charts.js";
-import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, unhurried, view } from "../core/state.js";
+import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
+import { detailsOfScenes } from "../screen/scenes.js";
 
 export const panel = {
   name: "orbits",
-  title: "Orbits",
+  title: "All motions",
   needs: { curve: 361, multipliers: true },
-  clocked: "The steady motions here are those of a clocked load, by their phase; the piston of this machine switches its own load, so that there is no phase.",
-  held: "The equation of the impact phase and the criteria that are drawn here are those of a free bar. The steady motions of this structure are named in the head of the page, and followed in the panel Branches.",
   start: startOrbits,
 };
 
 const parts = {};
 
-function startOrbits(panel) {
-  parts.table = h("div", { class: "card scroll", id: "orbit-table" });
-  parts.about = h("div", { class: "card", id: "orbit-about" });
-  put(panel, parts.table, orbitCharts(), parts.about);
+/** The load at the blow, which stands on the screen. */
+export function whyOfOrbits() {
+  Object.assign(parts, orbitCharts());
+  return parts.why;
+}
+
+function startOrbits(section) {
+  parts.table = h("div", { class: "scroll", id: "orbit-table" });
+  parts.about = h("div", { id: "orbit-about" });
+  parts.own = h("div", { class: "stack" }, parts.table, parts.rest, parts.about);
+  put(section, parts.own, detailsOfScenes());
   const told = unhurried(words);
+  on("tables", () => (parts.own.hidden = switchesItself() || isHeld()));
   on("quick", () => (pictures(), told())); // pictures at once: a slider waits for them
   on("steady view theme", framed(() => (pictures(), words())));
   on("quick view", wantBranches);
 }
 
-const pictures = () => view.panel === "orbits" && !isHeld() && drawOrbitCharts(data.quick);
+const pictures = () => !switchesItself() && !isHeld() && drawOrbitCharts(data.quick, view.panel === "orbits");
 
 function words() {
-  if (view.panel !== "orbits" || isHeld()) return;
+  if (view.panel !== "orbits" || isHeld() || switchesItself()) return;
   table();
   about();
 }

@@ -49,11 +49,11 @@ function roundTicks(from, to, wanted) {
 
 export function layout(pen, spec, width, height) {
   pen.font = FONT;
-  const bottom = height - 40;
+  const bottom = height - (spec.x.label ? 40 : 22);
   const top = 10;
   const ticksY = spec.y.ticks ?? roundTicks(spec.y.from, spec.y.to, (bottom - top) / 45);
   const widest = Math.max(0, ...ticksY.map(([, text]) => pen.measureText(text).width));
-  let left = Math.ceil(widest) + 30;
+  let left = Math.ceil(widest) + (spec.y.label ? 30 : 10);
   let right = width - 12;
   let low = bottom;
   let high = top;

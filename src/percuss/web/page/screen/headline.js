@@ -1,85 +1,75 @@
-// The answer first: what the hammer delivers, whether it can sustain it, and why.
+// The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
-import { $, h, put } from "../core/dom.js";
+import { $, h, put, settled } from "../core/dom.js";
 import { number, scaleOf } from "../core/format.js";
-import { machineFigures, machineKey, machineVerdict } from "./headline_machine.js";
-import { playedFigures, playedKey, playedVerdict, plays } from "./headline_played.js";
 import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
+import { plays, playedFigures, playedVerdict } from "./headline_played.js";
+import { machineFigures, machineVerdict } from "./headline_machine.js";
 
 export function startHeadline() {
   on("quick steady machine problems view info played", unhurried(paint));
 }
 
+let last = "";
+
+/** The verdict in its place: [kind of the badge, its text, the words], the rows of figures, and what there is to choose. */
 function paint() {
-  const box = $("#headline");
-  const key = JSON.stringify([
-    data.changed,
-    Boolean(data.steady),
-    data.quick?.changed,
-    view.orbit,
-    data.problems,
-    data.info?.title,
-    data.info?.clock,
-    ...playedKey(),
-    ...machineKey(),
-  ]);
-  if (box.dataset.key === key) return; // nothing new to say
-  box.dataset.key = key;
-  const title = h("p", { class: "title" }, data.tables?.title || data.info?.title || "Untitled case");
-  if (data.problems.length) {
-    const words = data.problems.map((p) =>
-      h("p", {}, [p.key && `${p.key}: `, p.message, p.remedy && ` — ${p.remedy}`]),
-    );
-    put(
-      box,
-      h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, badge("bad", "No answer")), words),
-    );
-    return;
-  }
-  if (switchesItself()) return data.machine && told(title, machineVerdict(), machineFigures());
-  if (!data.quick) return;
-  if (plays()) return told(title, playedVerdict(), playedFigures());
-  const found = chosen();
-  const [mark, words] = found ? verdict(found) : none();
+  const found = answer();
+  if (!found) return;
+  const [[kind, text, words], rows, choice] = found;
+  const key = JSON.stringify([kind, text, words, rows, choice, data.info?.clock]);
+  if (key === last) return; // nothing new to say
+  last = key;
   put(
-    box,
-    h("div", { class: "verdict" }, h("div", { class: "row middle" }, title, mark), words, clock(), orbits()),
-    found && figures(found),
+    $("#headline"),
+    h(
+      "div",
+      { class: "verdict" },
+      h("span", { class: `badge ${kind}`, id: "verdict" }, text),
+      h("div", { class: "words" }, h("p", { id: "reason", title: words }, words), clock(), choice && orbits(choice)),
+    ),
+    h("dl", { class: "figures" }, rows.map(figure)),
   );
+  say(`${text}. ${words}`);
 }
 
-/** A verdict and figures as rows. */
-function told(title, [kind, text, words], rows) {
-  const row = h("div", { class: "row middle" }, title, badge(kind, text));
-  const cells = rows.map(([name, value, unit]) => figure(name, value, unit));
-  put($("#headline"), h("div", { class: "verdict" }, row, words), h("dl", { class: "figures" }, cells));
+/** What is read aloud, once it has come to rest. */
+const say = settled((words) => put($("#verdict-said"), words), 700);
+
+function answer() {
+  if (data.problems.length) {
+    const words = data.problems.map((p) => [p.key && `${p.key}: `, p.message, p.remedy && ` — ${p.remedy}`].filter(Boolean).join(""));
+    return [["bad", "No answer", words.join(" ")], []];
+  }
+  if (switchesItself()) return data.machine && [machineVerdict(), machineFigures()];
+  if (!data.quick) return null;
+  if (plays()) return [playedVerdict(), playedFigures()];
+  const found = chosen();
+  if (!found) return [none(), []];
+  const all = data.quick.orbits;
+  return [verdict(found), figures(found), all.length > 1 ? { now: found.number, stable: all.map((orbit) => orbit.stable) } : null];
 }
 
 /** What the verdict takes for granted of a load that switches as a valve does, or where it turns on the load's clock. */
 function clock() {
-  if (data.quick.clocked) return h("p", { class: "small", id: "clock" }, data.quick.clocked);
+  if (switchesItself() || !data.quick) return null;
+  if (data.quick.clocked) return h("p", { class: "small", id: "clock" }, ` ${data.quick.clocked}`);
   const note = data.info?.clock;
-  if (!note) return null;
-  const words =
-    "The load switches as a valve does. Stability is judged as if the load kept time by itself; a valve would re-time it.";
-  return h("p", { class: "small muted", id: "clock", title: note }, words);
+  const words = " The load switches as a valve does: judged as if it kept time by itself; a valve would re-time it.";
+  return note && h("p", { class: "small muted", id: "clock", title: note }, words);
 }
-
-const badge = (kind, text) => h("span", { class: `badge ${kind}`, id: "verdict" }, text);
 
 function verdict(found) {
   const { stable } = found.quick;
   const obstacle = obstacleOf(found);
-  if (obstacle) {
-    return [
-      badge("bad", "Not possible"),
-      h("p", {}, `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`),
-    ];
-  }
-  return [
-    badge(stable ? "good" : "bad", stable ? "Stable" : "Unstable"),
-    h("p", { id: "reason" }, sentence(reasonOf(found)), stable && data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : ""),
-  ];
+  if (obstacle) return ["bad", "Not possible", `This steady motion cannot happen: the end ${obstacle}. Its stability: ${reasonOf(found)}.`];
+  const often = view.m === 1 ? "One blow every period" : `One blow in ${view.m} periods`;
+  const share = 1 - (found.full ?? found.quick).margin; // of a disturbance that is left after a blow
+  const known = Number.isFinite(share);
+  const sure = stable && data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : "";
+  if (!stable) return ["bad", "Unstable", `${often}; ${known && share > 1 ? `a hair's breadth grows ${number(share, 3)} × a blow` : reasonOf(found)}.`];
+  const blows = known && share > 0 ? Math.max(1, Math.ceil(Math.log(0.01) / Math.log(share))) : 1;
+  return ["good", "Stable", `${often}; ${known ? `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}` : reasonOf(found)}.${sure}`];
 }
 
 function none() {
@@ -90,22 +80,12 @@ function none() {
       nearest.load_factor !== null && `a load factor of ${number(nearest.load_factor)}`,
       nearest.restitution !== null && `a restitution of ${number(nearest.restitution)}`,
     ].filter(Boolean);
-  const words =
-    note || "The mean load is too great for its alternating part.";
   const way = near?.length ? ` One would exist from ${near.join(" or ")}.` : "";
-  return [
-    badge("bad", "No steady motion"),
-    h(
-      "p",
-      { id: "reason" },
-      `No steady motion has one impact ${m === 1 ? "every load period" : `in ${m} load periods`}. ${words}${way}`,
-    ),
-  ];
+  const often = m === 1 ? "every load period" : `in ${m} load periods`;
+  return ["bad", "No steady motion", `No steady motion has one impact ${often}. ${note || "The mean load is too great for its alternating part."}${way}`];
 }
 
-const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + "." : "");
-
-const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "percussive_power_kW", "peak_stress_MPa"];
+const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "peak_stress_MPa", "percussive_power_kW"];
 
 /** What a figure of the report is called, its value in a unit without a prefix, and this unit. */
 function inUnit(key, value) {
@@ -124,42 +104,19 @@ function figures({ quick, full }) {
       ];
   if (!(quick.impact_velocity > 0))
     for (const cell of cells) if (cell[0] !== "impact phase [rad]") cell[1] = Number.NaN; // there is no blow
-  cells.push(...(isHeld() ? [["margin of stability", quick.margin, ""]] : margins(full ?? quick, Boolean(full))));
-  return h(
-    "dl",
-    { class: "figures" },
-    cells.map(([name, value, unit]) => figure(name, value, unit)),
-  );
+  return cells;
 }
 
-/** Of the rhythm, and of the ringing of a bar that rings, which is known with the full answer. */
-const margins = ({ margin_rhythm: rhythm, margin_ringing: ringing }, known) =>
-  [["rhythm margin", rhythm, ""], !(known && ringing === null) && ["ringing margin", ringing, ""]].filter(Boolean);
-
-function figure(name, value, unit) {
+function figure([name, value, unit]) {
   if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
   const scale = unit === "J" || unit === "W" || unit === "Pa" ? scaleOf(value, unit) : { factor: 1, unit };
-  return h(
-    "div",
-    {},
-    h("dd", {}, number(value * scale.factor, 4), unit && h("small", {}, scale.unit)),
-    h("dt", {}, name),
-  );
+  return h("div", {}, h("dd", {}, number(value * scale.factor, 3), unit && h("small", {}, scale.unit)), h("dt", {}, name));
 }
 
-function orbits() {
-  const all = data.quick.orbits;
-  if (all.length < 2) return null;
-  const now = chosen().number;
-  const button = (orbit, i) => {
-    const label = `Motion ${i + 1} of ${all.length}, ${orbit.stable ? "stable" : "unstable"}`;
-    const props = {
-      type: "button",
-      "aria-pressed": now === i + 1 ? "true" : "false",
-      "aria-label": label,
-      title: label,
-    };
-    return h("button", { ...props, onclick: () => show({ orbit: i + 1 }) }, `Motion ${i + 1}`);
+function orbits({ now, stable }) {
+  const button = (good, i) => {
+    const label = `Motion ${i + 1} of ${stable.length}, ${good ? "stable" : "unstable"}`;
+    return h("button", { type: "button", "aria-pressed": String(now === i + 1), "aria-label": label, title: label, onclick: () => show({ orbit: i + 1 }) }, String(i + 1));
   };
-  return h("div", { class: "segments", role: "group", "aria-label": "Which steady motion" }, all.map(button));
+  return h("span", { class: "segments", role: "group", "aria-label": "Which steady motion" }, stable.map(button));
 }

@@ -1,18 +1,13 @@
 // The headline of a machine that switches itself: whether it runs, with what, or what keeps it from running.
 
-import { h } from "../core/dom.js";
 import { data } from "../core/state.js";
 
-/** What of it the headline depends on. */
-export const machineKey = () => [data.machine?.changed, data.machine?.modes, Boolean(data.machine?.more)];
-
-/** [the kind of the badge, its text, the sentence below it]. */
+/** [the kind of the badge, its text, the sentence beside it]. */
 export function machineVerdict() {
   const { runs, answer, sentence } = data.machine;
   const text = `${answer.outcome[0].toUpperCase()}${answer.outcome.slice(1)}${runs || !answer.label ? "" : `, ${answer.label}`}`;
-  return [runs ? "good" : "bad", text, h("p", { id: "reason" }, runs ? running(data.machine) : sentence)];
+  return [runs ? "good" : "bad", text, runs ? running(data.machine) : sentence];
 }
-
 /** A running machine in a sentence or two. */
 function running({ settles, more }) {
   const stable = `One blow a cycle, switched by the piston. Stable: ${settles}.`;

@@ -1,25 +1,21 @@
 // The headline while a simulated motion plays: it tells of that motion, and not of the steady one beside it.
 
-import { h } from "../core/dom.js";
 import { chosen, data, reasonOf, view } from "../core/state.js";
 
 /** Whether what the page shows is a motion from a start. */
-export const plays = () => view.panel === "motion" && view.source === "start" && !data.problems.length;
+export const plays = () => view.source === "start" && view.panel !== "blow" && !data.problems.length;
 
 /** The motion that plays, once it is that of the present case; else null. */
 const played = () => (data.played?.change === data.changed ? data.played.motion : null);
 
-/** What of it the headline depends on. */
-export const playedKey = () => (plays() ? [true, played()?.label, data.played?.change === data.changed] : [false]);
-
 /** [the kind of the badge, its text, the sentence below it]. */
 export function playedVerdict() {
   const motion = played();
-  if (!motion) return ["warn", "Simulating …", h("p", { id: "reason" }, "From the start of the case.")];
+  if (!motion) return ["warn", "Simulating …", "From the start of the case."];
   const { label } = motion;
   const steady = label.startsWith("z=");
   const sentence = `What plays was found by simulation from the start: ${meaning(label)}. ${beside()}`;
-  return [steady ? "good" : "warn", `Plays: ${label}`, h("p", { id: "reason" }, sentence)];
+  return [steady ? "good" : "warn", `Plays: ${label}`, sentence];
 }
 
 /** A label in words. */

@@ -1,27 +1,28 @@
 // Sliders of a machine that switches itself: keys of its case, in the place of those of a clocked load.
 
-import { afterFrame, h, put } from "../core/dom.js";
-import { plainNumber, quantity, withUnit } from "../core/format.js";
-import { steps, valueAt, withKey } from "../core/moves.js";
-import { data, drag, switchesItself } from "../core/state.js";
+import { plainNumber, quantity } from "../core/format.js";
+import { valueAt, withKey } from "../core/moves.js";
+import { data, drag } from "../core/state.js";
 
 const FORCES = "load.states"; // all of them, where there is no pressure
-const parts = { rows: [], base: null, mine: "", factor: 1 };
+const parts = { base: null, mine: "", factor: 1 };
 
-/** Their keys, with the units of their ranges. */
-export const machineSliderNames = () => keysOf(data.tables).map(([key, , range]) => `${key} ${unitOf(key, range)}`);
-
-const unitOf = (key, range) => (Array.isArray(range) ? quantity(valueAt(data.tables, key)).unit : range.unit);
-
-/** The sliders of the case, with ranges about its values. */
+/** What there are sliders for, as the sliders want it, with ranges about the values of the case. */
 export function machineSliders() {
   parts.base = null;
-  parts.rows = keysOf(data.tables).map(slider);
-  return parts.rows.map((row) => row.box);
+  return keysOf(data.tables).map(([key, label, range]) => {
+    const begun = quantity(valueAt(data.tables, key));
+    const [low, high] = Array.isArray(range) ? range.map((part) => part * begun.value) : [range.low, range.high];
+    const unit = Array.isArray(range) ? begun.unit : range.unit;
+    const at = (tables) => quantity(valueAt(tables ?? {}, key));
+    return {
+      ...{ name: key, label, meaning: "", unit, low, high, least: 0 },
+      now: () => (key === FORCES ? factor() : (at(data.tables) ?? { value: 0 }).value),
+      base: () => (key === FORCES ? 1 : at(data.base)?.unit === unit ? at(data.base).value : null),
+      put: (value) => drag(key === FORCES ? pushed(value) : withKey(data.tables, key, unit ? `${value} ${unit}` : value)),
+    };
+  });
 }
-
-/** Their values, when the case has other ones. */
-export const followMachineSliders = afterFrame(() => switchesItself() && parts.rows.forEach((row) => row.follow()));
 
 /** [key, words, range] of what there is a slider for; a range is of shares of the value, or {low, high, unit}. */
 function keysOf(tables) {
@@ -52,42 +53,6 @@ function keysOf(tables) {
   add("load.chamber.stiffness", "Gas: stiffness");
   add("load.chamber.volume", "Gas: volume", [0.5, 2]);
   return found;
-}
-
-function slider([key, words, range]) {
-  const id = `slide-${steps(key).join("-")}`;
-  const begun = quantity(valueAt(data.tables, key));
-  const [low, high] = Array.isArray(range) ? range.map((part) => part * begun.value) : [range.low, range.high];
-  const unit = unitOf(key, range);
-  const output = h("output", { for: id });
-  const told = (value) => {
-    const text = withUnit(value, unit);
-    put(output, text);
-    input.setAttribute("aria-valuetext", text);
-  };
-  const input = h("input", {
-    type: "range",
-    id,
-    min: low,
-    max: high,
-    step: (high - low) / 1000,
-    oninput: (event) => {
-      const value = plainNumber(Math.min(Math.max(Number(event.target.value), Number(input.min)), Number(input.max)));
-      told(value);
-      drag(key === FORCES ? pushed(value) : withKey(data.tables, key, unit ? `${value} ${unit}` : value));
-    },
-  });
-  const follow = () => {
-    const found = key === FORCES ? { value: factor(), unit } : (quantity(valueAt(data.tables, key)) ?? { value: 0, unit });
-    if (found.unit !== unit) return; // there are other sliders at once
-    if (found.value > Number(input.max)) input.max = found.value;
-    if (found.value < Number(input.min)) input.min = found.value;
-    if (document.activeElement !== input || Math.abs(Number(input.value) - found.value) > Number(input.step)) input.value = found.value;
-    told(found.value);
-  };
-  follow();
-  const head = h("div", { class: "head" }, h("label", { for: id }, words), output);
-  return { box: h("div", { class: "slider" }, head, input), follow };
 }
 
 /** How many times the forces of the valve are those that were last given by other means than their slider. */

@@ -1,0 +1,153 @@
+// @ts-check
+// What is known, and what follows from it: signals, values computed from them, and effects that run when one they have
+// read is another. Effects run together, in a microtask, after all that changes at once has changed; each once.
+
+/** @typedef {{ sources: Set<Source>, again: () => void }} Reader */
+/** @typedef {{ readers: Set<Reader> }} Source */
+/** @template T @typedef {{ value: T, peek: () => T }} Signal */
+
+/** @type {Reader | null} */
+let reading = null;
+/** @type {Set<Effect>} */
+const due = new Set();
+
+/** @param {Source} source */
+function read(source) {
+  if (!reading) return;
+  source.readers.add(reading);
+  reading.sources.add(source);
+}
+
+/** @param {Reader} reader */
+function forget(reader) {
+  for (const source of reader.sources) source.readers.delete(reader);
+  reader.sources.clear();
+}
+
+/** @template T @param {Reader | null} reader @param {() => T} action */
+function within(reader, action) {
+  const before = reading;
+  reading = reader;
+  try {
+    return action();
+  } finally {
+    reading = before;
+  }
+}
+
+/** What an action reads without being told when it changes. @template T @param {() => T} action */
+export const untracked = (action) => within(null, action);
+
+/** A value that tells who has read it when it is another. @template T @param {T} initial @returns {Signal<T>} */
+export function signal(initial) {
+  let value = initial;
+  /** @type {Source} */
+  const source = { readers: new Set() };
+  return {
+    get value() {
+      read(source);
+      return value;
+    },
+    set value(next) {
+      if (Object.is(next, value)) return;
+      value = next;
+      for (const reader of [...source.readers]) reader.again();
+    },
+    peek: () => value,
+  };
+}
+
+/** A value that follows from others, computed when it is read; objects with equal JSON count as equal, so that who reads
+ * a key or a list of names is told only of another one. @template T @param {() => T} follows */
+export function computed(follows) {
+  const own = signal(/** @type {T | undefined} */ (undefined));
+  let [stale, text] = [true, ""];
+  /** @type {Reader} */
+  const reader = {
+    sources: new Set(),
+    again() {
+      if (stale) return;
+      stale = true;
+      forget(reader);
+      later(check);
+    },
+  };
+  const check = new Effect(() => void look());
+  function look() {
+    if (!stale) return;
+    stale = false;
+    const next = within(reader, follows);
+    const now = typeof next === "object" ? (JSON.stringify(next) ?? "") : "";
+    if (!now || now !== text) own.value = next;
+    text = now;
+  }
+  return {
+    get value() {
+      look();
+      return /** @type {T} */ (own.value);
+    },
+    peek: () => (look(), /** @type {T} */ (own.peek())),
+  };
+}
+
+class Effect {
+  /** @param {() => void} action */
+  constructor(action) {
+    this.action = action;
+    /** @type {Set<Source>} */
+    this.sources = new Set();
+  }
+
+  again() {
+    later(this);
+  }
+
+  run() {
+    forget(this);
+    try {
+      within(this, this.action);
+    } catch (error) {
+      reportError(error); // one that fails is reported, and the others run all the same
+    }
+  }
+}
+
+/** @param {Effect} effect */
+function later(effect) {
+  if (!due.size) queueMicrotask(flush);
+  due.add(effect);
+}
+
+/** Run what is due now, and what that makes due; an endless round is an error. */
+export function flush() {
+  for (let rounds = 0; due.size; rounds++) {
+    if (rounds > 100) throw (due.clear(), new Error("effects that go round in a circle"));
+    const now = [...due];
+    due.clear();
+    for (const effect of now) effect.run();
+  }
+}
+
+/** Run an action now, and again whenever a signal it has read is another; what is returned ends that.
+ * @param {() => void} action */
+export function effect(action) {
+  const own = new Effect(action);
+  own.run();
+  return () => (forget(own), due.delete(own));
+}
+
+/** An object whose properties are signals. @template {Record<string, any>} T @param {T} initial @returns {T} */
+export function store(initial) {
+  /** @type {Map<string | symbol, Signal<any>>} */
+  const signals = new Map();
+  const of = (/** @type {any} */ target, /** @type {string | symbol} */ name) =>
+    signals.get(name) ?? (signals.set(name, signal(target[name])), /** @type {Signal<any>} */ (signals.get(name)));
+  return new Proxy(/** @type {any} */ ({ ...initial }), {
+    get: (target, name) => of(target, name).value,
+    set(target, name, value) {
+      target[name] = value;
+      of(target, name).value = value;
+      return true;
+    },
+  });
+}

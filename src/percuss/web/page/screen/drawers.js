@@ -1,0 +1,60 @@
+// @ts-check
+// The drawers: questions beside the screen. One opens over the strip and the reasons; pressed again, over all but the
+// verdict and the stage. Lessons and the report open from the head, whole.
+
+import { $, h, put } from "../core/dom.js";
+import { effect } from "../core/signals.js";
+import { data, isHeld, know, show, switchesItself, view } from "../core/state.js";
+
+/** What a drawer is: its name in the address, its title, what fills it; where it belongs, and for which cases.
+ * @typedef {{ name: string, title: string, start: (place: HTMLElement) => void, place?: "head", clocked?: boolean,
+ *   free?: boolean, defaults?: Record<string, unknown>, needs?: object }} Panel */
+
+/** @param {Panel} panel */
+const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free && isHeld());
+
+/** @param {Panel[]} panels */
+export function startDrawers(panels) {
+  know(panels);
+  const drawer = $("#drawer");
+  const close = h("button", { type: "button", class: "icon", id: "drawer-close", "aria-label": "Close", title: "Close (Esc)", onclick: () => show({ panel: "", tall: 0 }) }, "✕");
+  const grow = h("button", { type: "button", class: "icon", id: "drawer-tall", onclick: () => show({ tall: view.tall ? 0 : 1 }) });
+  const title = h("h2", { id: "drawer-title" });
+  const sections = panels.map(({ name }) => h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }));
+  put(drawer, h("div", { class: "drawer-head" }, title, grow, close), h("div", { class: "drawer-body" }, sections));
+  panels.forEach((panel, i) => panel.start(sections[i]));
+  $("#drawers").append(...panels.filter(({ place }) => !place).map(opener));
+  addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !view.panel || event.defaultPrevented) return;
+    const { panel } = view;
+    show({ panel: "", tall: 0 });
+    $(`#tab-${panel}`)?.focus();
+  });
+  effect(() => {
+    const now = panels.find(({ name }) => name === view.panel);
+    const open = Boolean(now && data.tables && applies(now));
+    const tall = open && (view.tall || now?.place) ? "tall" : open ? "half" : "";
+    drawer.hidden = !open;
+    $("#screen").dataset.drawer = tall;
+    put(title, now?.title ?? "");
+    grow.hidden = Boolean(now?.place);
+    put(grow, view.tall ? "▾" : "▴");
+    grow.setAttribute("aria-label", view.tall ? "Smaller" : "Larger");
+    panels.forEach((panel, i) => {
+      sections[i].hidden = panel !== now;
+      const tab = $(`#tab-${panel.name}`);
+      tab.hidden = Boolean(data.tables) && !applies(panel);
+      tab.setAttribute("aria-expanded", String(open && panel === now));
+    });
+  });
+}
+
+/** The button of a drawer: pressed, it opens; again, it grows; again, it closes. @param {Panel} panel */
+export function opener({ name, title, place }) {
+  const press = () => {
+    if (view.panel !== name) show({ panel: name, tall: 0 });
+    else if (view.tall || place) show({ panel: "", tall: 0 });
+    else show({ tall: 1 });
+  };
+  return h("button", { type: "button", id: `tab-${name}`, "aria-controls": "drawer", "aria-expanded": "false", onclick: press }, title);
+}

@@ -1,0 +1,144 @@
+// @ts-check
+// The head of the page: which machine, what was changed in it, undo and redo, the places, sound, theme, links and files.
+
+import { differences, redo, undo, undone, writeAddress } from "../core/address.js";
+import { $, h, put } from "../core/dom.js";
+import { effect } from "../core/signals.js";
+import { data, pickMachine, setKey, show, tell, view } from "../core/state.js";
+import { setSound, soundOn } from "../motion/sound.js";
+import { forPaper, forgetTheme } from "../pictures/colours.js";
+import { flushFrames } from "../core/dom.js";
+import { opener } from "./drawers.js";
+
+const THEMES = ["auto", "light", "dark"];
+
+/** @param {string} text */
+export function toast(text) {
+  const box = $("#toast");
+  put(box, text);
+  box.classList.add("on");
+  setTimeout(() => box.classList.remove("on"), 3500);
+}
+
+/** @param {import("./drawers.js").Panel[]} panels @param {(error: unknown) => void} failed */
+export function startHeader(panels, failed) {
+  const icon = (/** @type {string} */ id, /** @type {string} */ sign, /** @type {string} */ label, /** @type {() => void} */ press) =>
+    h("button", { type: "button", class: "icon", id, title: label, "aria-label": label, onclick: press }, sign);
+  const machine = h("select", { id: "machine", "aria-label": "Machine", onchange: () => machine.value && pickMachine(machine.value).catch(failed) });
+  const changes = h("details", { class: "menu", id: "changes" }, h("summary", {}, "● changed"), h("ul", { class: "sheet" }));
+  const steps = [icon("undo", "↶", "Undo (Ctrl+Z)", undo), icon("redo", "↷", "Redo (Ctrl+Y)", redo)];
+  const reset = h("button", { type: "button", id: "reset", title: "The machine as it was", onclick: () => restore(failed) }, "Reset");
+  const explore = h("button", { type: "button", id: "explore", onclick: () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }) }, "Explore");
+  const places = h("nav", { class: "places", "aria-label": "Places" }, explore, panels.filter(({ place }) => place).map(opener));
+  const sound = icon("sound", "♪", "Sound: hear each blow", async () => {
+    await setSound(!soundOn());
+    sound.setAttribute("aria-pressed", String(soundOn()));
+  });
+  sound.setAttribute("aria-pressed", "false");
+  const theme = icon("theme", "◐", "Theme", () => setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]));
+  const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
+  const share = h("button", { type: "button", id: "share", title: "Copy the address: it holds the whole state", onclick: copyLink }, "Share");
+  $("#top").append(machine, changes, h("div", { class: "steps" }, steps, reset), places, h("div", { class: "tools" }, sound, theme, share, files));
+  startTheme();
+  addEventListener("keydown", keys);
+  effect(() => {
+    const names = JSON.stringify([view.machine, data.machines.length, changed().length > 0]);
+    if (machine.dataset.key === names) return;
+    machine.dataset.key = names;
+    const option = (/** @type {string} */ value, /** @type {string} */ text) => h("option", { value, selected: value === view.machine }, text);
+    put(
+      machine,
+      !view.machine && option("", "a case of your own"),
+      data.machines.map((/** @type {any} */ m) => option(m.name, m.title)),
+      h("optgroup", { label: "Structures" }, data.structures.map((/** @type {any} */ m) => option(m.name, m.title))),
+    );
+  });
+  effect(() => {
+    const list = changed();
+    changes.hidden = !list.length;
+    reset.disabled = !list.length;
+    if (!list.length) changes.open = false;
+    put(/** @type {HTMLElement} */ (changes.lastElementChild), list.map(one));
+  });
+  effect(() => {
+    const { back, forth } = undone.value;
+    steps[0].disabled = !back;
+    steps[1].disabled = !forth;
+    explore.setAttribute("aria-current", String(!panels.some(({ place, name }) => place && name === view.panel)));
+  });
+}
+
+/** What the case has other than the machine that it was made from: [key, now, before]. */
+export const changed = () => (data.tables && data.base ? differences(data.tables, data.base) : []);
+
+/** @param {[string, string, string]} change */
+function one([key, now, before]) {
+  const name = data.info?.parameters.find((/** @type {any} */ p) => p.name === key)?.label ?? key;
+  const back = h("button", { type: "button", class: "link", onclick: () => setKey(key, data.base && valueOf(key)) }, before || "none");
+  return h("li", {}, `${name}: ${now || "none"} (was `, back, ")");
+}
+
+/** @param {string} key */
+const valueOf = (key) => key.split(/[.[\]]+/).filter(Boolean).reduce((found, step) => found?.[step], data.base);
+
+/** @param {(error: unknown) => void} failed */
+function restore(failed) {
+  if (view.machine) return pickMachine(view.machine).catch(failed);
+  const { base } = data;
+  import("../core/state.js").then(({ setTables }) => setTables(base));
+}
+
+/** @param {KeyboardEvent} event */
+function keys(event) {
+  const typing = /** @type {HTMLElement} */ (event.target).closest?.("input:not([type=range]), textarea");
+  if (!(event.ctrlKey || event.metaKey) || typing) return;
+  const press = event.key === "z" && !event.shiftKey ? undo : event.key === "y" || (event.key.toLowerCase() === "z" && event.shiftKey) ? redo : null;
+  if (!press) return;
+  event.preventDefault();
+  press();
+}
+
+async function copyLink() {
+  writeAddress();
+  try {
+    await navigator.clipboard.writeText(location.href);
+    toast("Copied: the link reproduces this view.");
+  } catch {
+    toast("The address bar holds the link; this browser does not let a page copy it.");
+  }
+}
+
+/* theme */
+
+const chosenTheme = () => document.documentElement.dataset.theme ?? "auto";
+
+/** @param {string} name */
+function setTheme(name) {
+  if (name === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = name;
+  localStorage.setItem("percuss-theme", name);
+  const label = `Theme: ${name}`;
+  $("#theme").setAttribute("aria-label", label);
+  $("#theme").title = label;
+  repaint();
+}
+
+function repaint() {
+  forgetTheme();
+  tell("theme");
+}
+
+function startTheme() {
+  const kept = localStorage.getItem("percuss-theme") ?? "";
+  setTheme(THEMES.includes(kept) ? kept : "auto");
+  addEventListener("beforeprint", () => paper(true));
+  addEventListener("afterprint", () => paper(false));
+  for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)", "(forced-colors: active)"]) matchMedia(wish).addEventListener("change", repaint);
+}
+
+/** Paper is light: what is drawn is drawn anew for it, and again for the screen. @param {boolean} whether */
+function paper(whether) {
+  forPaper(whether);
+  tell("theme");
+  flushFrames();
+}
