@@ -6,6 +6,7 @@ import { angle, counted, number, si, withUnit } from "../core/format.js";
 import { unitsOf } from "../motion/motion_charts.js";
 import { paceOf, Player } from "../motion/player.js";
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
+import { shapeOfCase } from "../motion/shape.js";
 import { Stage } from "../motion/stage.js";
 import { data, isHeld, mover, switchesItself, view } from "../core/state.js";
 
@@ -79,7 +80,7 @@ function take({ tables, along, row }) {
   put(parts.status, "");
   parts.carry.disabled = !along.movable;
   put(parts.carry, `Move the ${isHeld() ? "structure" : "hammer"} here`);
-  parts.stage.show(motion, force(), tables === data.tables ? data.info?.bar?.sections : null);
+  parts.stage.show(motion, force(), tables === data.tables ? shapeOfCase() : undefined);
   pace();
   facts(along, row);
   const { canvas } = parts.stage;

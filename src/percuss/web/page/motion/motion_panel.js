@@ -8,9 +8,11 @@ import { blowsOf, drawCharts, followCharts, motionCharts, unitsOf } from "./moti
 import { begin, knobs, moment, player, stop, stretch, toggle } from "./motion_player.js";
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
-import { asked, chosen, data, isHeld, mover, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
+import { asked, chosen, data, isHeld, mover, obstacleOf, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
 import { follow, heardAs, hush, lag } from "./sound.js";
-import { Stage } from "./stage.js";
+import { LiveStage } from "./live_stage.js";
+import { shapeOfCase } from "./shape.js";
+import { Strip } from "./strip.js";
 
 export const defaults = {
   source: "orbit",
@@ -29,21 +31,22 @@ let key = "";
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMotion() {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
-  parts.stage = new Stage(canvas, { ticked, struck, stopped: hush, lag });
+  parts.stage = new LiveStage(canvas, { ticked, struck, stopped: hush, lag });
+  parts.strip = new Strip();
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   const { history, portrait, poincare } = motionCharts(startThere);
   on("info", () => (sources(), want()));
-  on("quick", () => motion && (parts.stage.force = force()));
+  on("quick", law);
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
   on("problems", () => data.problems.length && sourceProblems(data.problems));
-  on("view", () => (inSight() ? (sources(), want(), knobs()) : parts.stage.pause()));
+  on("view", () => (inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
   return {
     stage: [h("div", { class: "stage" }, canvas), player(parts.stage)],
-    strip: history,
+    strip: h("div", { class: "scene" }, history, parts.strip.figure),
     toggle,
     details: h(
       "div",
@@ -56,6 +59,40 @@ export function startMotion() {
       instantaneous(),
     ),
   };
+}
+
+let [hammer, shownOrbit, ruled] = ["", "", -1]; // which hammer the stage has, which of its motions, and of which change its law is
+
+/** The law of the present case, under which the hammer goes on from where it is; another hammer begins on its motion. */
+function law() {
+  const { quick } = data;
+  if (!quick || !inSight() || view.source !== "orbit") return;
+  const { stage } = parts;
+  stage.force = force();
+  const one = [view.machine, view.lesson, view.scene, isHeld()].join();
+  if (quick.changed === ruled && one === hammer) return;
+  ruled = quick.changed;
+  stage.under(quick.motion);
+  stage.looks(shapeOfCase(), stage.places);
+  if (one !== hammer || !stage.live) {
+    hammer = one;
+    shownOrbit = "";
+  }
+  another();
+  knobs();
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) begin();
+}
+
+/** Another motion was chosen: the hammer is put on it, and a hair's breadth beside it where it cannot stay. */
+function another() {
+  const found = chosen();
+  const one = [hammer, view.m, view.orbit].join();
+  if (!found || !parts.stage.live || one === shownOrbit || view.source !== "orbit") return;
+  shownOrbit = one;
+  const { quick: orbit } = found;
+  const { restitution } = data.quick;
+  if (orbit.stable) parts.stage.put({ gap: 0, velocity: -restitution * orbit.impact_velocity, phase: orbit.phase });
+  else parts.stage.leave(orbit, restitution);
 }
 
 /** Whether it is what the screen shows. */
@@ -128,7 +165,10 @@ const askMotion = latest(
 function take() {
   const { arrays } = motion;
   units = unitsOf(motion);
-  parts.stage.show(motion, force(), data.info?.bar?.sections);
+  const steady = motion.source === "orbit" ? chosen() : null;
+  if (!steady) parts.stage.show(motion, force(), shapeOfCase());
+  else if (obstacleOf(steady)) parts.stage.show(motion, force(), shapeOfCase());
+  else if (steady.quick.stable) parts.stage.settle(motion, force(), shapeOfCase(), steady.quick);
   knobs();
   drawCharts(motion, units);
   facts();
@@ -219,19 +259,24 @@ function startThere({ x, y }) {
 const shown = framed(cursor);
 
 function ticked(time) {
-  if (motion) follow(parts.stage, motion.first_mode_Hz);
+  if (motion && parts.stage.exact) follow(parts.stage, motion.first_mode_Hz);
+  parts.strip.follow(parts.stage, motion && units);
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 
 function struck(event) {
   const place = $("#heard");
-  const about = { frequency: motion.first_mode_Hz, energy: event.energy_J, share: parts.stage.share(event) };
+  const scale = data.info?.scales?.energy_J;
+  const energy = event.energy_J ?? (scale ? event.energy * scale : null);
+  const about = { frequency: data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz, energy, share: parts.stage.share(event) };
   if (place) put(place, heardAs(about));
   parts.stage.canvas.dataset.blows = String(Number(parts.stage.canvas.dataset.blows ?? 0) + 1);
 }
 
 function cursor(time) {
-  if (!motion || !inSight()) return;
-  moment(time, units);
-  followCharts(motion, units, time);
+  if (!inSight()) return;
+  moment(time, units ?? PLAIN_UNITS);
+  if (motion && parts.stage.exact) followCharts(motion, units, time);
 }
+
+const PLAIN_UNITS = { time: { k: 1, name: "rad" } };

@@ -3,8 +3,9 @@
 import { h, put } from "../core/dom.js";
 import { number } from "../core/format.js";
 import { paceOf, Player } from "./player.js";
-import { show, view } from "../core/state.js";
+import { data, show, view } from "../core/state.js";
 
+const USUAL = 0.8; // seconds that a load period takes at first: slow enough to look, fast enough to hear its rhythm
 const parts = {};
 let own = null;
 
@@ -26,23 +27,22 @@ export const stop = () => own.stop();
 
 /** How long a load period is shown, in seconds: from real time (or a second) to minutes. */
 function pace() {
-  const { motion, length } = own.stage;
-  const real = motion.time_scale_s ? 2 * Math.PI * motion.time_scale_s : 1;
-  const part = (2 * Math.PI) / length; // of a zoom that lasts some seconds, a load period takes hours
-  const span = view.zoom ? { usual: 8 * part, longest: 30 * part } : { usual: 2.5, longest: 120 };
+  const second = data.info?.scales?.time_s;
+  const real = second ? 2 * Math.PI * second : 1;
+  const part = (2 * Math.PI) / own.stage.length; // of a zoom that lasts some seconds, a load period takes hours
+  const span = view.zoom ? { usual: 8 * part, longest: 30 * part } : { usual: Math.max(USUAL, real), longest: 120 };
   return { real, ...paceOf(view.slow, { real, ...span }) };
 }
 
 /** The pace and the stretch as the view has them. */
 export function knobs() {
-  const { motion } = own.stage;
-  if (!motion) return;
+  if (!own.stage.there) return;
   const { share, seconds, real } = pace();
   own.stage.rate = (2 * Math.PI) / seconds;
   own.stage.grow = Number(view.grow) || 0;
   if (document.activeElement !== parts.grow) parts.grow.value = view.grow;
   const slower = seconds / real < 1.01 ? "real time" : `${number(seconds / real, 2)} times slower`;
-  own.tellPace(share, motion.time_scale_s ? slower : `${number(seconds, 2)} s per load period`);
+  own.tellPace(share, data.info?.scales ? slower : `${number(seconds, 2)} s per load period`);
   put(parts.grown, own.stage.magnified());
 }
 

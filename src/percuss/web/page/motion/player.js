@@ -38,7 +38,7 @@ export class Player {
   }
 
   start() {
-    if (!(this.stage.length > 0)) return;
+    if (!this.stage.there) return;
     this.stage.play();
     this.says("Pause", "▮▮");
   }

@@ -1,0 +1,171 @@
+// A stage whose motion never restarts. While something moves, the hammer goes on under its new law from where it is, in
+// closed form (live.js); when all is still and it has settled on the steady motion, the server's exact cycle, with all its
+// ringing, takes over at a blow, and the other way round.
+
+import { Live } from "./live.js";
+import { Stage } from "./stage.js";
+
+const NEAR = 0.03; // how near the last blow is to the steady motion's, in phase and as a share of its speed
+const HAIR = 2e-3; // of the speed: what an unstable motion is disturbed by
+const PERIODS = 8; // that the strip shows
+const POINTS = 4000;
+const TURN = 2 * Math.PI;
+
+export class LiveStage extends Stage {
+  /** @param {HTMLCanvasElement} canvas @param {any} told as of a stage; `happened(event)` too, for each impact and release */
+  constructor(canvas, told) {
+    super(canvas, told);
+    this.happened = told.happened;
+    this.live = null; // the motion in closed form
+    this.exact = false; // whether the server's frames are what is shown
+    this.cycle = null; // the steady motion of the present law: {motion, phase, speed}
+    this.past = []; // {at, gap}: what was shown
+    this.now = 0; // the model's time since the page was opened
+  }
+
+  get there() {
+    return Boolean(this.live || this.motion);
+  }
+
+  /** A new law, from the present state on; `from` is the state of another hammer: {gap, velocity, phase}.
+   * @param {any} model @param {any} [from] */
+  under(model, from) {
+    if (!model) return void (this.live = null);
+    const present = this.exact && this.motion ? this.stateOfFrame() : null;
+    this.cycle = null;
+    if (!this.live) this.live = new Live(model);
+    else this.live.become(model);
+    if (from) this.put(from);
+    else if (present) this.live.place(present);
+    this.exact = false;
+    this.heard = [];
+    this.deepest ||= 0.3;
+    this.draw();
+  }
+
+  /** Put the hammer somewhere. @param {{gap: number, velocity: number, phase?: number}} state */
+  put(state) {
+    this.exact = false;
+    this.live?.place(state);
+    if (!this.playing) this.draw();
+  }
+
+  /** Let it go from an unstable motion, a hair's breadth aside: it leaves by itself. */
+  leave(orbit, restitution) {
+    this.put({ gap: 0, velocity: -restitution * orbit.impact_velocity * (1 + HAIR), phase: orbit.phase });
+  }
+
+  /** The exact frames of the steady motion that the present law has; while nothing plays they are shown at once. */
+  settle(motion, force, shape, orbit) {
+    this.cycle = { phase: orbit.phase, speed: orbit.impact_velocity };
+    const time = this.phaseInFrames(motion);
+    super.show(motion, force, shape);
+    this.time = time;
+    if (!this.live || !this.playing) this.exact = true;
+    this.draw();
+  }
+
+  /** Frames as they come, of a motion from a start. */
+  show(motion, force, shape) {
+    this.exact = true;
+    this.cycle = null;
+    this.live = null;
+    super.show(motion, force, shape);
+  }
+
+  /** Where in the frames of a steady motion the live one is. */
+  phaseInFrames(motion) {
+    const { t } = motion.arrays;
+    const length = t.at(-1);
+    const angle = this.live ? this.live.angle : 0;
+    const turn = (((angle - motion.load_phase) % TURN) + TURN) % TURN;
+    return length > 0 ? turn % length : 0;
+  }
+
+  /** Gap, velocity and phase of the frame in sight. */
+  stateOfFrame() {
+    const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
+    let [low, high] = [0, t.length - 1];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (t[middle] <= this.time) low = middle;
+      else high = middle;
+    }
+    const share = t[high] > t[low] ? Math.min(Math.max((this.time - t[low]) / (t[high] - t[low]), 0), 1) : 0;
+    const between = (list) => list[low] + share * (list[high] - list[low]);
+    return { gap: Math.min(between(gap), 0), velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
+  }
+
+  /** A moment of the steady motion, whose frames are shown. */
+  seek(time) {
+    if (!this.motion) return;
+    this.exact = true;
+    super.seek(time);
+  }
+
+  /** @param {number} seconds */
+  advance(seconds) {
+    if (this.exact || !this.live) {
+      super.advance(seconds);
+      this.now += seconds * this.rate;
+      if (this.live) this.keep(this.stateOfFrame().gap);
+      return;
+    }
+    const { live } = this;
+    const dt = seconds * this.rate;
+    const before = this.now;
+    const events = live.advance(dt);
+    this.now += dt;
+    for (const event of events) {
+      if (event.kind === "impact") {
+        this.past.push({ at: before + Math.min(dt, Math.max(0, dt - (live.now - event.time))), gap: 0 });
+        this.loudest = Math.max(0.97 * this.loudest, event.energy, 1e-30);
+        this.flash = { left: 0.22, size: Math.sqrt(Math.min(event.energy / this.loudest, 1)) };
+        this.struck(event);
+        if (this.settledAt(event)) this.takeOver();
+      }
+      this.happened?.(event);
+    }
+    this.keep(this.exact ? 0 : live.gap);
+    this.flash.left = Math.max(0, this.flash.left - seconds);
+    this.draw();
+    this.ticked(this.exact ? this.time : live.angle);
+  }
+
+  /** Whether a blow is that of the steady motion whose frames have come. */
+  settledAt({ phase, speed }) {
+    if (!this.cycle || !this.motion || !this.cycle.speed) return false;
+    const turn = Math.abs(phase - this.cycle.phase) % TURN;
+    return Math.min(turn, TURN - turn) < NEAR && Math.abs(speed / this.cycle.speed - 1) < NEAR;
+  }
+
+  takeOver() {
+    this.exact = true;
+    this.time = this.phaseInFrames(this.motion);
+    this.settled?.();
+  }
+
+  /** @param {number} gap */
+  keep(gap) {
+    this.past.push({ at: this.now, gap });
+    const deep = Math.max(-gap, 1e-12);
+    this.deepest = deep > this.deepest ? deep : this.deepest; // grows at once
+    const from = this.now - PERIODS * TURN;
+    let gone = Math.max(this.past.length - POINTS, 0);
+    while (gone < this.past.length && this.past[gone].at < from) gone += 1;
+    if (gone > 64) this.past.splice(0, gone);
+  }
+
+  /** Where the parts of the bar are: rigid while the live motion is shown. */
+  pose(scale) {
+    if (this.exact || !this.live) return super.pose(scale);
+    const edge = scale.wall + this.live.gap * scale.travel;
+    const { places } = this;
+    const edges = Array.from({ length: places }, (_, j) => edge - (1 - j / (places - 1)) * scale.bar);
+    return { edges, shares: new Array(places - 1).fill(0), through: false };
+  }
+
+  phaseOfLoad() {
+    return this.exact || !this.live ? super.phaseOfLoad() : this.live.angle;
+  }
+}
