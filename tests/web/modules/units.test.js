@@ -69,6 +69,7 @@ export function a_unit_of_another_kind_is_refused_with_an_example(t) {
     "5 ^2",
     "5 m^",
     "5 1 2",
+    "5 constructor",
   ])
     t.ok(read(text, "mm").error, text);
 }

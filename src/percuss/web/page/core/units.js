@@ -97,7 +97,10 @@ function sizeOf(unit) {
   const kept = sizes.get(unit);
   if (kept !== undefined) return kept;
   const name = tidy(unit) || "1";
-  const tokens = name in DEFINED || name in BASE ? [name] : (name.match(/\^-?\d+|[*/()]|[^*/()^]+/g) ?? []);
+  const tokens =
+    Object.hasOwn(DEFINED, name) || Object.hasOwn(BASE, name)
+      ? [name]
+      : (name.match(/\^-?\d+|[*/()]|[^*/()^]+/g) ?? []);
   const found = tokens.join("") === name ? product(tokens) : null;
   if (sizes.size < 1000) sizes.set(unit, found);
   return found;
@@ -105,8 +108,8 @@ function sizeOf(unit) {
 
 /** @param {string} name @returns {Size | null} */
 function atom(name) {
-  if (name in BASE) return BASE[name];
-  if (name in DEFINED) {
+  if (Object.hasOwn(BASE, name)) return BASE[name];
+  if (Object.hasOwn(DEFINED, name)) {
     const [factor, other] = DEFINED[name];
     return times({ factor, powers: [0, 0, 0, 0] }, sizeOf(other), 1);
   }
