@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from percuss.units import _TABLE, DIMENSIONS, unit_scale
+
 if TYPE_CHECKING:
     from playwright.sync_api import Route
 
@@ -47,3 +49,21 @@ def test_module(desk: Desk, file: str, name: str) -> None:
     }"""
     if failed := desk.page.evaluate(run, [file, name]):
         pytest.fail(f"{file}, {name}: {failed}", pytrace=False)
+
+
+def test_units_of_the_page_are_those_of_the_package(desk: Desk) -> None:
+    """Every unit that one of them lists is read by both, with the same factor."""
+    page = desk.module("core/units.js")
+    kinds = page.evaluate("import('/static/core/units.js').then(({ KINDS }) => KINDS)")
+    ours = {"stress": "pressure", "modulus": "pressure", "blow rate": "frequency"}
+    # what people type into a field and a case file does not take, as a case file has it
+    alike = {"L": "l", "L/min": "l/min", "gpm": "gal/min", "rev/min": "rpm", "‰": "1e-3"}
+    rows = [(u, row["SI"], ours.get(kind, kind)) for kind, row in kinds.items() for u in row["units"].split()]
+    strange = {"1e^-3", "1e^-6", "10^-3", "10^-6"}
+    rows += [(unit, si, d) for d, (si, _, _, units) in _TABLE.items() for unit in units if unit not in strange]
+    rows = [(unit, si.replace("um/m", "1"), dimension) for unit, si, dimension in rows if dimension != "angle"]
+    assert {dimension for _, _, dimension in rows} == set(DIMENSIONS)
+    convert = "rows => import('/static/core/units.js').then(({ converted }) => rows.map(row => converted(1, ...row)))"
+    factors = page.evaluate(convert, [row[:2] for row in rows])
+    for (unit, _, dimension), factor in zip(rows, factors, strict=True):
+        assert factor == pytest.approx(unit_scale(alike.get(unit, unit), (dimension,), unit)[0], rel=1e-14), unit
