@@ -4,7 +4,7 @@
 import { settled } from "./dom.js";
 import { signal } from "./signals.js";
 import { DEFAULTS, data, machineTables, on, view } from "./state.js";
-import { valueAt, withKey } from "./moves.js";
+import { inOwnUnit, valueAt, withKey } from "./moves.js";
 
 const TABLES = ["system", "bar", "body", "contact", "load", "tool", "rock", "blow", "start", "simulation"];
 
@@ -78,7 +78,7 @@ export async function fromAddress(text, fallback, served) {
     info = await machineTables(view.machine);
     tables = info.tables;
   }
-  for (const [key, value] of keys) tables = withKey(tables, key, value === "" ? undefined : read(key, value));
+  for (const [key, value] of keys) tables = withKey(tables, key, value === "" ? undefined : inOwnUnit(read(key, value), valueAt(tables, key)));
   for (const table of TABLES) {
     const inside = tables[table];
     if (inside && !Object.keys(inside).length) delete tables[table];

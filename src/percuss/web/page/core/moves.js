@@ -1,7 +1,8 @@
 // Edits of a case's tables by hand, and what parameters stand at. What a slider or the map moves is moved by the
 // server, which knows how a parameter is written in a case. Tables are never changed in place.
 
-import { quantity } from "./format.js";
+import { plainNumber, quantity } from "./format.js";
+import { converted } from "./units.js";
 
 /** The steps of a key: "bar.sections[1].length" → bar, sections, 1, length. */
 export const steps = (key) => key.split(/[.[\]]+/).filter(Boolean);
@@ -39,6 +40,14 @@ export function rangeOf(text, unit) {
 }
 
 export const isRange = (from, to) => Number.isFinite(from) && Number.isFinite(to) && from < to;
+
+/** What is typed for a key, in the unit that the key has: a length in mm stays one when 32 cm are typed. */
+export function inOwnUnit(text, before) {
+  const [now, own] = [text, before].map((one) => (typeof one === "string" ? quantity(one) : null));
+  if (!now?.unit || !own?.unit || now.unit === own.unit) return text;
+  const value = converted(now.value, now.unit, own.unit);
+  return Number.isFinite(value) ? `${plainNumber(value, 12)} ${own.unit}` : text;
+}
 
 /** The unit in which a key is written; undefined where the key has no number. */
 export const unitOf = (tables, key) => quantity(valueAt(tables, heldAt(tables, key)))?.unit;

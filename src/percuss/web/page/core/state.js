@@ -3,7 +3,8 @@
 
 import { get, post, postBinary } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
-import { heldAt, unitOf, withKey } from "./moves.js";
+import { quantity } from "./format.js";
+import { heldAt, inOwnUnit, unitOf, valueAt, withKey } from "./moves.js";
 import { store } from "./signals.js";
 
 export const DEFAULTS = {
@@ -262,7 +263,11 @@ export function drag(tables, names = null) {
   changedCase(names);
 }
 
-export const setKey = (key, value) => setTables(withKey(data.tables, key, value));
+/** A key set by hand, in the unit that it has had so far. */
+export function setKey(key, value) {
+  const before = [data.base, data.tables].map((tables) => valueAt(tables ?? {}, key)).find((one) => typeof one === "string" && quantity(one)?.unit);
+  setTables(withKey(data.tables, key, inOwnUnit(value, before)));
+}
 
 /** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. A key whose
  * unit is another one since gets that unit back, for the server takes the number in the unit of the tables. */

@@ -32,21 +32,21 @@ let key = "";
 export function startMotion() {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
   parts.stage = new LiveStage(canvas, { ticked, struck, stopped: hush, lag });
-  parts.strip = new Strip();
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   const { history, portrait, poincare } = motionCharts(startThere);
+  parts.strip = new Strip(history);
   on("info", () => (sources(), want()));
   on("quick", law);
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
   on("problems", () => data.problems.length && sourceProblems(data.problems));
-  on("view", () => (inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
+  on("view", () => (parts.strip.follow(parts.stage), inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
   return {
     stage: [h("div", { class: "stage" }, canvas), player(parts.stage)],
-    strip: h("div", { class: "scene" }, history, parts.strip.figure),
+    strip: [history, parts.strip.figure],
     toggle,
     details: h(
       "div",

@@ -9,7 +9,9 @@ const PERIODS = 8;
 const TURN = 2 * Math.PI;
 
 export class Strip {
-  constructor() {
+  /** @param {HTMLElement} other what stands there while a motion from a start is shown */
+  constructor(other) {
+    this.other = other;
     this.chart = new Chart("The last eight periods", { about: "The striking end over the last eight periods of the load" });
     this.chart.canvas.id = "strip";
     this.figure = this.chart.figure;
@@ -21,6 +23,7 @@ export class Strip {
   follow(stage) {
     const live = view.source === "orbit";
     this.figure.hidden = !live;
+    if (this.other) this.other.hidden = live;
     const now = performance.now();
     if (!live || now - this.told < 30) return;
     this.told = now;

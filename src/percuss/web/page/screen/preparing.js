@@ -10,7 +10,8 @@ const PARTS = {
   machines: "machines that switch themselves",
   orbits: "branches",
 };
-const PATIENCE = 3000; // ms; kernels that were compiled before are loaded by then
+const PATIENCE = 1000; // ms
+const FIRST = 3000; // ms; kernels that were compiled before are loaded by then
 
 /** Say so until it is done; `about` is what the server told of itself when the page was opened. */
 export async function watchPreparing(about) {
@@ -20,7 +21,7 @@ export async function watchPreparing(about) {
   const told = h("span", {});
   put(box, bar, " ", told);
   while (about.preparing.length) {
-    await new Promise((done) => setTimeout(done, PATIENCE));
+    await new Promise((done) => setTimeout(done, performance.now() - begun < FIRST ? FIRST : PATIENCE));
     try {
       about = await get("about");
     } catch {
@@ -37,12 +38,7 @@ export async function watchPreparing(about) {
 const done = ({ kernels, preparing }) => kernels.length - preparing.length;
 
 function words(about, begun) {
-  const [now, ...later] = about.preparing.map((part) => PARTS[part] ?? part);
-  const minutes = Math.floor((performance.now() - begun) / 60000);
-  const since = minutes ? ` for ${minutes} min here` : "";
-  const rest = later.length ? ` Then come ${later.join(", ")}.` : "";
-  return (
-    `The simulator is being compiled${since}, once on this machine: a minute, or several where it is busy. ` +
-    `${done(about)} of ${about.kernels.length} parts are done; now ${now}.${rest} Steady motions are available already.`
-  );
+  const now = PARTS[about.preparing[0]] ?? about.preparing[0];
+  const seconds = Math.round((performance.now() - begun) / 1000);
+  return `Compiling the simulator, once on this machine: ${done(about)} of ${about.kernels.length} parts, now ${now}; ${seconds} s so far. Steady motions are there already.`;
 }
