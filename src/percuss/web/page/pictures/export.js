@@ -109,8 +109,8 @@ export function csv({ x, y, items }) {
   const columns = shown.flatMap((item, i) => {
     const name = item.name || `${item.type} ${i + 1}`;
     return [
-      [`${name}: ${x.label}`, ...item.x],
-      [`${name}: ${y.label}`, ...item.y],
+      [[name, x.label].filter(Boolean).join(": "), ...item.x],
+      [[name, y.label].filter(Boolean).join(": "), ...item.y],
     ];
   });
   const cell = (/** @type {unknown} */ value) => {
