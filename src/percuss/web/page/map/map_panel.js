@@ -40,7 +40,7 @@ export function startMap(place) {
   parts.bar.hidden = true;
   parts.choice = { above: h("div", { class: "axes" }), below: h("div", { class: "axes across" }) };
   const below = h("div", { class: "map-status" }, parts.status, parts.bar);
-  put(place, parts.choice.above, parts.chart.figure, parts.choice.below, parts.chart.key, h("div", { class: "map-words" }, parts.readout, below, followedRow(repaint)));
+  put(place, h("div", { class: "axes-row" }, parts.choice.above, parts.chart.saving), parts.chart.figure, parts.choice.below, parts.chart.key, h("div", { class: "map-words" }, parts.readout, below, followedRow(repaint)));
   parts.tip = h("div", { class: "tip", id: "map-tip", hidden: true });
   parts.chart.figure.append(parts.tip);
   pointer(parts.chart.canvas);
