@@ -35,7 +35,7 @@ from percuss.stability import exact_plane, stability_plane
 from percuss.steady import steady_states
 from percuss.units import known_dimension, si
 from percuss.web import Limits, Settings, shared_by_routes
-from percuss.web.application import create_app
+from percuss.web.application import _File, create_app
 from percuss.web.connections import Crowd, neighbourhood, protocol
 from percuss.web.requests import CONTENT_SECURITY_POLICY
 from percuss.web.serving import bound, to_open
@@ -79,6 +79,7 @@ async def serving(**limits: Any) -> AsyncIterator[Served]:
     listening = bound("127.0.0.1", 0)
     settings = Settings(port=listening.getsockname()[1], limits=Limits(**limits))
     app = create_app(settings)
+    app.app.state.shelf._files["large.js"] = _File.of(b"/" * 5_000_000, ".js")  # more than the buffers on the way hold
     config = uvicorn.Config(app, http=protocol(settings.limits), log_level="error", timeout_graceful_shutdown=1)
     server = uvicorn.Server(config)
     running = asyncio.create_task(server.serve([listening]))
@@ -154,7 +155,7 @@ async def test_a_connection_in_use_is_kept() -> None:
 
 async def test_a_client_that_does_not_read_is_let_go() -> None:
     """Whether its answers wait within the server, or the server has ended them and waits to close."""
-    page = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+    page = b"GET /static/large.js HTTP/1.1\r\nHost: 127.0.0.1\r\n"
     async with serving(write_seconds=0.6, idle_seconds=0.5) as served:
         deaf = []
         for request in (page + b"\r\n", page + b"Connection: close\r\n\r\n", (page + b"\r\n") * 5):
@@ -177,7 +178,7 @@ async def test_a_client_that_does_not_read_is_let_go() -> None:
 async def test_a_client_that_reads_slowly_gets_all() -> None:
     """In a longer time than one that does not read is given."""
     async with serving(write_seconds=2.0) as served:
-        request = b"GET /static/plotly.min.js HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
+        request = b"GET /static/large.js HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
         reader, _ = await served.connect(request)
         length = int((await reader.readuntil(b"\r\n\r\n")).lower().partition(b"content-length: ")[2].split()[0])
         found = 0

@@ -73,7 +73,7 @@ WHO: list[tuple[str, dict[str, str], int]] = [
     *(("GET /api/machines", {"referer": referer}, status) for referer, status in (
         (f"{EVIL}/x", 403), ("x://[", 403), (f"{BASE}/", 200))),
     *(("GET /", {"referer": referer}, 200) for referer in (f"{EVIL}/x", "x://[")),  # links from elsewhere
-    *((f"HEAD {path}", {}, 200) for path in ("/", "/static/plotly.min.js", "/favicon.ico")),
+    *((f"HEAD {path}", {}, 200) for path in ("/", "/static/workbench.css", "/favicon.ico")),
     ("OPTIONS /api/quick", {"origin": EVIL, "access-control-request-method": "POST"}, 403),
     ("OPTIONS /api/quick", {}, 405),
     ("HEAD /api/quick", {}, 405),
@@ -190,12 +190,12 @@ def test_no_path_opens_a_file(client: Client, path: str) -> None:
 
 
 def test_static_files_come_whole_small_or_not_at_all(client: Client) -> None:
-    whole = client.get("/static/plotly.min.js", headers={"accept-encoding": "identity"})
-    assert whole.status_code == 200 and len(whole.content) > 1_000_000
-    assert whole.headers["content-type"].startswith("text/javascript")
-    small = client.get("/static/plotly.min.js", headers={"accept-encoding": "gzip"})
+    whole = client.get("/static/workbench.css", headers={"accept-encoding": "identity"})
+    assert whole.status_code == 200 and len(whole.content) > 10_000
+    assert whole.headers["content-type"].startswith("text/css")
+    small = client.get("/static/workbench.css", headers={"accept-encoding": "gzip"})
     assert small.headers["content-encoding"] == "gzip" and small.content == whole.content
-    known = client.get("/static/plotly.min.js", headers={"if-none-match": whole.headers["etag"]})
+    known = client.get("/static/workbench.css", headers={"if-none-match": whole.headers["etag"]})
     assert known.status_code == 304 and not known.content
 
 

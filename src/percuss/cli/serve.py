@@ -82,7 +82,7 @@ server is contacted. Only this machine can open the page unless --host says othe
 )
 def serve(parser: Parser, options: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C."""
-    need("web", "fastapi", "uvicorn", "httptools", "plotly")
+    need("web", "fastapi", "uvicorn", "httptools")
     # cli and web are rooms of one floor, which do not import each other: this is the one door between them
     settings_room = import_module("percuss.web.settings")
     token = _token_of(options, parser)

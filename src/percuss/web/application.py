@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +21,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss._version import __version__
-from percuss.errors import MissingExtraError, PercussError
+from percuss.errors import PercussError
 from percuss.web import case_routes, hammer_routes, motion_routes, orbit_routes
 from percuss.web.requests import Guard, Refusal, problem, problems_of, refused
 from percuss.web.settings import Settings
@@ -61,11 +60,6 @@ def create_app(settings: Settings | None = None) -> Any:
     ----------
     settings
         Names, token and limits; by default for this machine alone, without a token.
-
-    Raises
-    ------
-    MissingExtraError
-        When a package of the extra ``web`` is not installed.
 
     Examples
     --------
@@ -204,7 +198,7 @@ class _File:
 
     @cached_property
     def small(self) -> bytes | None:
-        """Compressed when first asked for, which takes a while for plotly."""
+        """Compressed when first asked for."""
         return None if self.dense else gzip.compress(self.data, 6, mtime=0)
 
     @classmethod
@@ -222,7 +216,6 @@ class Shelf:
         if page.is_dir():
             self._take(page, "")
             self._name_modules()
-        self._files["plotly.min.js"] = _File.of(_plotly().read_bytes(), ".js")
 
     def _take(self, folder: Traversable, prefix: str) -> None:
         for entry in folder.iterdir():
@@ -258,10 +251,3 @@ class Shelf:
         if "gzip" in request.headers.get("accept-encoding", "") and file.small is not None:
             return Response(file.small, media_type=file.kind, headers={**headers, "content-encoding": "gzip"})
         return Response(file.data, media_type=file.kind, headers=headers)
-
-
-def _plotly() -> Path:
-    found = find_spec("plotly")
-    if found is None or found.origin is None:
-        raise MissingExtraError("plotly", "web")
-    return Path(found.origin).parent / "package_data" / "plotly.min.js"

@@ -154,9 +154,9 @@ def _without_rounding(modes: Modes, system: System) -> Array:
 def motion_dict(hammer: System | Machine) -> dict[str, Any] | None:
     """The hammer as one rigid mass, or a structure by its modes, for what follows its motion in closed form.
 
-    Modes q_n, what each moves the striking end by, in q_n″ + d_n q_n′ + ω_n² q_n = γ_n p, and the wall at Σ q_n = gap. The
-    load is a Fourier series or exact steps, or the `valve` switches it: forces of its states with the gas at the wall, whose
-    stiffness is ω². None where the oil has a pressure or a gas a curve of its own: there is no closed form.
+    Modes q_n, what each moves the striking end by, in q_n″ + d_n q_n′ + ω_n² q_n = γ_n p, and the wall at Σ q_n = gap.
+    The load is a Fourier series or exact steps, or the `valve` switches it: forces of its states with the gas at the
+    wall, whose stiffness is ω². None where the oil has a pressure or a gas a curve of its own: there is no closed form.
     """
     arrays: dict[str, Any] = {"damping": [json_number(hammer.body.damping.rigid)], "drive": [1.0], "inertia": [1.0]}
     found: dict[str, Any] = {"gap": 0.0, "coefficients": [], "breaks": [], "values": [], "valve": None}

@@ -4,7 +4,7 @@
 import { get, post, postBinary } from "./api.js";
 import { afterFrame, latest, settled } from "./dom.js";
 import { quantity } from "./format.js";
-import { heldAt, inOwnUnit, unitOf, valueAt, withKey } from "./moves.js";
+import { heldAt, inOwnUnit, present, unitOf, valueAt, withKey } from "./moves.js";
 import { store } from "./signals.js";
 
 export const DEFAULTS = {
@@ -31,6 +31,8 @@ export const data = store({
   machine: null, // of a case whose load the piston switches: its cycle, instead of quick and steady
   played: null, // the motion that plays: {motion: {label, summary}, change}
   problems: [],
+  ghost: null, // the motion at the point of the map that is looked at: {model, orbit}
+  pinned: null, // the design that is kept as A: {tables, label, at, model, figures}
   changed: 0, // counts the changes of the case, so that late answers are known
   moved: null, // parameters of the last change when it was a move, else null
   moving: {}, // parameters on their way to the server: {name: number}
@@ -254,6 +256,10 @@ export function setTables(tables, info = data.info) {
   if (told) tell("info");
   changedCase(null);
 }
+
+/** What all parameters stand at: {name: number}. */
+export const presentValues = () =>
+  Object.fromEntries((data.info?.parameters ?? []).map(({ name }) => [name, name === "m" ? view.m : present(data, name)]));
 
 /** The same case with a value that is being dragged: answers that come meanwhile are shown. `names`: the keys that are
  * other ones, where the map may stay as it is. */

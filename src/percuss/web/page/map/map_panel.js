@@ -2,16 +2,18 @@
 // dragged, clicked to another place, or moved by the arrow keys.
 
 import { said } from "../case/case_files.js";
+import { blowsInset } from "./blows_inset.js";
 import { Chart } from "../pictures/chart.js";
 import { theme } from "../pictures/colours.js";
-import { framed, h, latest, put } from "../core/dom.js";
-import { number, plainNumber } from "../core/format.js";
+import { post } from "../core/api.js";
+import { framed, h, latest, put, settled } from "../core/dom.js";
+import { number, plainNumber, si } from "../core/format.js";
 import { axis, choices, keptRanges, labelOf, parameter, told } from "./map_axes.js";
 import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_followed.js";
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
-import { heldAt, present, withKey } from "../core/moves.js";
-import { data, drag, move, on, show, switchesItself, uptodate, view } from "../core/state.js";
+import { heldAt, present, rangeText, withKey } from "../core/moves.js";
+import { data, drag, move, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 
 export const defaults = {
@@ -40,9 +42,9 @@ export function startMap(place) {
   parts.bar.hidden = true;
   parts.choice = { above: h("div", { class: "axes" }), below: h("div", { class: "axes across" }) };
   const below = h("div", { class: "map-status" }, parts.status, parts.bar);
-  put(place, parts.choice.above, parts.chart.figure, parts.choice.below, parts.chart.key, h("div", { class: "map-words" }, parts.readout, below, followedRow(repaint)));
+  put(place, h("div", { class: "axes-row" }, parts.choice.above, parts.chart.saving), parts.chart.figure, parts.choice.below, parts.chart.key, h("div", { class: "map-words" }, parts.readout, below, followedRow(repaint)));
   parts.tip = h("div", { class: "tip", id: "map-tip", hidden: true });
-  parts.chart.figure.append(parts.tip);
+  parts.chart.figure.append(parts.tip, blowsInset());
   pointer(parts.chart.canvas);
   on("tables", () => {
     if (moveOnly()) return;
@@ -51,7 +53,7 @@ export function startMap(place) {
   });
   on("info view quick machine", () => ready() && (choices(parts.choice), compute()));
   on("theme", () => (plane && picture(plane), repaint()));
-  on("tables quick machine view steady", repaint);
+  on("tables quick machine view steady pinned", repaint);
 }
 
 /** Whether the panel is in sight, and what is known of the case is known of this kind of case. */
@@ -133,6 +135,7 @@ async function finer(map, cost) {
 async function draw(exact) {
   const { value, done } = await exact.next();
   if (value) lines = value;
+  tell("edges");
   parts.chart.canvas.dataset.curves = String(lines.length);
   repaint();
   return !done;
@@ -173,7 +176,7 @@ const repaint = framed(() => {
   const x = axis("x");
   const y = axis("y");
   const same = shownHere(x, y);
-  const items = [...legends(plane, theme()), ...(ofNow(x, y) ? lines.map(line) : []), ...followedItems(x), marked(x, y)];
+  const items = [...legends(plane, theme()), ...(ofNow(x, y) ? lines.map(line) : []), ...followedItems(x), pinnedAt(x, y), marked(x, y)];
   parts.chart.draw({
     x: { label: "", from: x.from, to: x.to },
     y: { label: "", from: y.from, to: y.to },
@@ -193,6 +196,13 @@ const line = ({ kind, x, y }) => ({
   name: kind === "fold" ? "fold: no motion above" : "flip: period doubling",
 });
 
+/** The design that is pinned as A. */
+function pinnedAt(x, y) {
+  const at = data.pinned?.values;
+  if (!at || !Number.isFinite(at[x.name]) || !Number.isFinite(at[y.name])) return null;
+  return { type: "points", x: [at[x.name]], y: [at[y.name]], shape: "diamond", size: 8, colour: theme().accent, name: "A" };
+}
+
 /** The present design as a point, and in words below. */
 function marked(x, y) {
   const here = design();
@@ -202,8 +212,31 @@ function marked(x, y) {
   const found = cell ? ` A simulation finds ${cell} there.` : "";
   put(parts.readout, `${place}.${found}`);
   parts.chart.canvas.dataset.design = `${here.x},${here.y}`;
+  blowsInset().className = here.x < (x.from + x.to) / 2 ? "right" : "left"; // the corner that the design is not in
   const colour = theme().dark ? "#ffffff" : "#101820";
   return { type: "points", x: [here.x], y: [here.y], shape: "diamond", size: 9, colour, name: "the present design" };
+}
+
+/** How far the design may move along either axis until it meets a curve: {name, unit, label, value, kind}, the nearest. */
+export function nearestEdge() {
+  const [x, y] = [axis("x"), axis("y")];
+  if (!data.info || !ofNow(x, y) || x.whole || y.whole) return null;
+  const here = design();
+  const found = [];
+  for (const { kind, x: xs, y: ys } of lines)
+    for (let i = 1; i < xs.length; i++) {
+      if ([xs[i - 1], xs[i], ys[i - 1], ys[i]].some((value) => value === null || !Number.isFinite(value))) continue;
+      const cross = (along, across, own, other, at) => {
+        const [a, b] = [other[i - 1] - at, other[i] - at];
+        if (a * b > 0 || a === b) return;
+        const value = own[i - 1] + (a / (a - b)) * (own[i] - own[i - 1]);
+        found.push({ ...along, kind, value, far: Math.abs(value - here[across]) / (along.to - along.from) });
+      };
+      cross(x, "x", xs, ys, here.y);
+      cross(y, "y", ys, xs, here.x);
+    }
+  const nearest = found.sort((a, b) => a.far - b.far)[0];
+  return nearest ? { ...nearest, label: parameter(nearest.name)?.label ?? nearest.name, now: here[nearest.name === x.name ? "x" : "y"] } : null;
 }
 
 /** What the present design does, in few words. */
@@ -228,6 +261,14 @@ function pointer(canvas) {
   const looked = framed(hover);
   canvas.addEventListener("pointermove", (event) => (dragging ? go(event) : looked(event)));
   canvas.addEventListener("pointerleave", () => looked(null));
+  const zoomed = framed(zoom);
+  canvas.addEventListener("wheel", (event) => {
+    const at = parts.chart.at(event);
+    if (!at || event.ctrlKey) return;
+    event.preventDefault();
+    zoomed(at, event.deltaY);
+  });
+  canvas.addEventListener("dblclick", () => show({ xr: "", yr: "" }));
   for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => (dragging = false));
   canvas.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
@@ -243,12 +284,27 @@ function pointer(canvas) {
   });
 }
 
+/** The wheel brings the point under it nearer, or farther away; a double click shows the whole plane again. */
+function zoom(at, turned) {
+  const ratio = turned < 0 ? 0.8 : 1.25;
+  const ranges = ["x", "y"].map((which) => {
+    const { from, to, unit, whole } = axis(which);
+    if (whole) return [`${which}r`, view[`${which}r`]];
+    const ends = [from, to].map((end) => plainNumber(at[which] + (end - at[which]) * ratio, 5));
+    const low = axis(which).least ?? -Infinity;
+    return [`${which}r`, rangeText(Math.max(ends[0], from >= 0 ? Math.max(low, 0) : low), ends[1], unit)];
+  });
+  show(Object.fromEntries(ranges));
+}
+
 /** What stands in the cell under the pointer, beside it: of a motion the exact label. */
 function hover(event) {
   const at = event && !dragging ? parts.chart.at(event) : null;
   const [x, y] = [axis("x"), axis("y")];
   const cell = at && ofNow(x, y) ? cellAt(plane, at) : "";
   parts.tip.hidden = !cell;
+  if (!cell || switchesItself()) ghost(null);
+  else ghost({ [x.name]: plainNumber(at.x, 6), [y.name]: plainNumber(at.y, 6) });
   if (!cell) return;
   const place = `${told(x, at.x, 3)}, ${told(y, at.y, 3)}`;
   put(parts.tip, h("strong", {}, cell), h("br"), place);
@@ -260,6 +316,28 @@ function hover(event) {
     right: right ? `${box.width - left + 14}px` : "auto",
     top: `${parts.chart.canvas.offsetTop + event.clientY - box.top + 14}px`,
   });
+}
+
+/** The motion at a point of the map, beside the present one; with its verdict. */
+const ghost = settled((values) => {
+  const movable = values && Object.keys(values).every((name) => name === "m" || parameter(name)?.movable);
+  if (!movable || !data.tables) return told_(null);
+  askGhost({ values });
+}, 90);
+
+const askGhost = latest(
+  ({ values: { m, ...values } }) => post("quick", { case: data.tables, periods: m ?? view.m, values, curve: 0, multipliers: false }),
+  (found) => told_(parts.tip.hidden ? null : found),
+  () => told_(null),
+);
+
+function told_(found) {
+  const orbit = found?.orbits.find(({ stable }) => stable) ?? found?.orbits[0];
+  data.ghost = orbit && found.motion ? { model: found.motion, orbit } : null;
+  tell("ghost");
+  if (!orbit) return;
+  const energy = orbit.si ? `, ${si(orbit.si.blow_energy_J, "J", 3)}` : "";
+  parts.tip.append(h("br"), `${orbit.stable ? "stable" : "unstable"}${energy}`);
 }
 
 /** The value of a key as a case has it. */

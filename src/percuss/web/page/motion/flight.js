@@ -19,6 +19,7 @@ const EPS = 2 ** -52;
 const SMALL = 0.1; // (ω + d) τ below which S, Ψ and S′ are summed as power series
 const TERMS = 11;
 const MOST_STEPS = 20_000;
+export const NO_SPEED = 1e-13; // of the speeds that occur: a velocity that is none
 
 /**
  * A hammer and its load as `motion` of POST /api/case has it.
@@ -380,7 +381,8 @@ export class Flight {
     let t = from;
     for (let i = 0; i < MOST_STEPS; i++) {
       const out = this.at(t);
-      const [r, rate, curve] = [sign * (out[n] - level), sign * out[n + 1], sign * out[n + 2]];
+      let [r, rate, curve] = [sign * (out[n] - level), sign * out[n + 1], sign * out[n + 2]];
+      if (t === 0 && Math.abs(rate) <= NO_SPEED * (n ? m : this.speed)) rate = 0;
       const least = top + noise * t + EPS * Math.abs(level);
       if (r >= 0 && rate > 0) return t > from ? Math.max(t - r / rate, from) : t;
       const next = t + reachCubic(Math.min(r, 0), rate, curve, j, m);

@@ -11,7 +11,7 @@
 // with the hammer at rest on the wall, where it lies until the load pulls. A motion has settled when its last impacts, or
 // changes of its valve, come back to the ones before; its name is that of `Trajectory.label` of the package.
 
-import { Flight, Law } from "./flight.js";
+import { Flight, Law, NO_SPEED } from "./flight.js";
 import { MARKS, nameOf } from "./settled.js";
 
 /** @typedef {import("./flight.js").Model} Model */
@@ -27,7 +27,6 @@ const KEPT = 30; // blows that are told
 const POINTS = 2400; // of the strip chart
 const PERIODS = 8; // … and how long it is
 const SAME = 4e-12; // time, of the valve's unit, within which events are simultaneous
-const NO_SPEED = 1e-13; // of the speeds that occur: a rebound that is none
 const CHATTER_ERROR = 1e-12; // to which the end of chatter is known
 
 /** A port that watches the flight, or the wall. @typedef {{n: 0 | 1, level: number, sign: 1 | -1, clear: number,
@@ -179,7 +178,13 @@ export class Live {
     this.watches = [{ n: 0, level: 0, sign: 1, clear: this.hold, found: Infinity }];
     for (const [i, port] of (law.valve?.ports ?? []).entries()) {
       const [n, level, way] = edge(port);
-      this.watches.push({ n, level, sign: this.inside[i] ? (way === 1 ? -1 : 1) : way, clear: port.side ? 0 : Infinity, found: Infinity });
+      this.watches.push({
+        n,
+        level,
+        sign: this.inside[i] ? (way === 1 ? -1 : 1) : way,
+        clear: port.side ? 0 : Infinity,
+        found: Infinity,
+      });
     }
   }
 
@@ -244,7 +249,8 @@ export class Live {
     const { scout } = this;
     if (dt > scout.ahead) {
       const from = scout.live.now - scout.ahead;
-      for (const event of scout.live.advance(dt - scout.ahead)) scout.events.push({ ...event, after: event.time - from });
+      for (const event of scout.live.advance(dt - scout.ahead))
+        scout.events.push({ ...event, after: event.time - from });
       scout.ahead = dt;
     }
     return scout.events.filter(({ after }) => after <= dt);
@@ -252,7 +258,14 @@ export class Live {
 
   _copy() {
     const copy = /** @type {Live} */ (Object.create(Live.prototype));
-    Object.assign(copy, this, { records: false, scout: null, marks: [], released: [], blows: [], inside: [...this.inside] });
+    Object.assign(copy, this, {
+      records: false,
+      scout: null,
+      marks: [],
+      released: [],
+      blows: [],
+      inside: [...this.inside],
+    });
     copy.place_ = this.place_.slice();
     copy.rate_ = this.rate_.slice();
     copy.orders = this.orders.map((order) => ({ ...order }));
@@ -278,7 +291,8 @@ export class Live {
       return [wait, what];
     }
     const settled = this._atWall(Math.min(due, law.steps ? this._toStep() : Infinity));
-    if (settled >= 0) return settled < due && settled <= wait ? [settled, (events) => this._rest(events)] : [wait, what];
+    if (settled >= 0)
+      return settled < due && settled <= wait ? [settled, (events) => this._rest(events)] : [wait, what];
     for (let i = this.watches.length - 1; i >= 0; i--) {
       const found = this._seek(this.watches[i], wait + SAME);
       if (found > wait + (i ? -SAME : SAME)) continue; // of simultaneous events the blow comes first, then the ports in turn
@@ -315,7 +329,7 @@ export class Live {
     this.period += turns;
     this.phase = Math.max(phase - turns * TURN - turns * TURN_LOW, 0);
     if (this.law.steps && this.resting) this.piece = this.law.pieceAt(this.phase);
-    else if (tau <= step && step < Infinity && this._toStep() > step) this._clock(this._nextBreak()); // rounded past it
+    else if (tau <= step && step < Infinity && this._toStep() > step) this.phase = this._nextBreak(); // rounded past it
   }
 
   /** Time to the next step of the load. */
@@ -415,7 +429,9 @@ export class Live {
   /** @param {Happening[]} events */
   _let(events) {
     const { law } = this;
-    const at = law.releases.findIndex((phase) => Math.abs(phase - this.phase) < 1e-9 || TURN - Math.abs(phase - this.phase) < 1e-9);
+    const at = law.releases.findIndex(
+      (phase) => Math.abs(phase - this.phase) < 1e-9 || TURN - Math.abs(phase - this.phase) < 1e-9,
+    );
     if (at >= 0) this._clock(law.releases[at]);
     this.resting = false;
     this.hold = this._pulled();

@@ -11,6 +11,27 @@ const PERIODS = 8; // that the strip shows
 const POINTS = 4000;
 const TURN = 2 * Math.PI;
 
+/** Another motion beside it, in the same phase of the load: that of a design that is pinned, or looked at on the map. */
+class Ghost {
+  /** @param {any} model @param {{ phase: number, impact_velocity: number }} orbit @param {number} angle @param {string} name */
+  constructor(model, orbit, angle, name) {
+    this.name = name;
+    this.live = new Live(model);
+    this.live.place({ gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase });
+    this.past = [];
+    this.now = 0;
+    const before = PERIODS * TURN + ((((angle - orbit.phase) % TURN) + TURN) % TURN);
+    for (let i = 0; i < 40 * PERIODS; i++) this.advance(before / (40 * PERIODS));
+  }
+
+  advance(dt) {
+    for (const { kind, time } of this.live.advance(dt)) if (kind === "impact") this.past.push({ at: this.now + dt - (this.live.now - time), gap: 0 });
+    this.now += dt;
+    this.past.push({ at: this.now, gap: this.live.gap });
+    if (this.past.length > POINTS) this.past.splice(0, POINTS / 4);
+  }
+}
+
 export class LiveStage extends Stage {
   /** @param {HTMLCanvasElement} canvas @param {any} told as of a stage; `happened(event)` too, for each impact and release */
   constructor(canvas, told) {
@@ -19,6 +40,8 @@ export class LiveStage extends Stage {
     this.live = null; // the motion in closed form
     this.exact = false; // whether the server's frames are what is shown
     this.cycle = null; // the steady motion of the present law: {motion, phase, speed}
+    /** @type {Map<string, Ghost>} */
+    this.ghosts = new Map();
     this.past = []; // {at, gap}: what was shown
     this.now = 0; // the model's time since the page was opened
   }
@@ -41,6 +64,23 @@ export class LiveStage extends Stage {
     this.heard = [];
     this.deepest ||= 0.3;
     this.draw();
+  }
+
+  /** Show another motion beside it, or none. @param {string} name @param {any} [model] @param {any} [orbit] */
+  beside(name, model, orbit) {
+    if (!model || model.valve || !(orbit?.impact_velocity > 0)) this.ghosts.delete(name);
+    else this.ghosts.set(name, new Ghost(model, orbit, this.angleNow(), name));
+    this.draw();
+  }
+
+  angleNow() {
+    if (this.exact && this.motion) return (this.motion.load_phase + this.time) % TURN;
+    return this.live ? this.live.angle : 0;
+  }
+
+  /** The hammer held in the hand: where it is, until it is let go with the speed of the hand. @param {number} gap */
+  hold(gap, velocity = 0) {
+    this.put({ gap: Math.min(gap, 0), velocity, phase: this.angleNow() });
   }
 
   /** Put the hammer somewhere. @param {{gap: number, velocity: number, phase?: number}} state */
@@ -105,6 +145,8 @@ export class LiveStage extends Stage {
 
   /** @param {number} seconds */
   advance(seconds) {
+    for (const ghost of this.ghosts.values()) ghost.advance(seconds * this.rate);
+    if (this.held) return this.draw();
     if (this.exact || !this.live) {
       super.advance(seconds);
       this.now += seconds * this.rate;
@@ -163,6 +205,22 @@ export class LiveStage extends Stage {
     const { places } = this;
     const edges = Array.from({ length: places }, (_, j) => edge - (1 - j / (places - 1)) * scale.bar);
     return { edges, shares: new Array(places - 1).fill(0), through: false };
+  }
+
+  /** The bar, and those beside it as outlines. */
+  bar(pen, pose, scale, mid, colours) {
+    super.bar(pen, pose, scale, mid, colours);
+    this.edges = [pose.edges[0], pose.edges.at(-1)]; // where a hand finds it
+    pen.setLineDash([5, 4]);
+    pen.lineWidth = 1.4;
+    for (const { live, name } of this.ghosts.values()) {
+      const edge = scale.wall + live.gap * scale.travel;
+      pen.strokeStyle = name === "A" ? colours.accent : colours.muted;
+      pen.strokeRect(edge - scale.bar, mid - scale.thick / 2 - 5, scale.bar, scale.thick + 10);
+      pen.fillStyle = pen.strokeStyle;
+      pen.fillText(name, edge - scale.bar + 6, mid - scale.thick / 2 - 9);
+    }
+    pen.setLineDash([]);
   }
 
   phaseOfLoad() {

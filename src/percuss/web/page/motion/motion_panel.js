@@ -13,6 +13,8 @@ import { follow, heardAs, hush, lag } from "./sound.js";
 import { LiveStage } from "./live_stage.js";
 import { shapeOfCase } from "./shape.js";
 import { Strip } from "./strip.js";
+import { forgetBlows, tellBlow } from "../map/blows_inset.js";
+import { theme } from "../pictures/colours.js";
 
 export const defaults = {
   source: "orbit",
@@ -38,6 +40,9 @@ export function startMotion() {
   parts.strip = new Strip(history);
   on("info", () => (sources(), want()));
   on("quick", law);
+  on("pinned", pinned);
+  on("ghost", () => parts.stage.beside("there", data.ghost?.model, data.ghost?.orbit));
+  grab(canvas);
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
   on("problems", () => data.problems.length && sourceProblems(data.problems));
@@ -77,6 +82,7 @@ function law() {
   if (one !== hammer || !stage.live) {
     hammer = one;
     shownOrbit = "";
+    forgetBlows();
   }
   another();
   knobs();
@@ -93,6 +99,46 @@ function another() {
   const { restitution } = data.quick;
   if (orbit.stable) parts.stage.put({ gap: 0, velocity: -restitution * orbit.impact_velocity, phase: orbit.phase });
   else parts.stage.leave(orbit, restitution);
+}
+
+/** The design that is pinned as A moves beside the present one. */
+const pinned = () => parts.stage.beside("A", data.pinned?.model, data.pinned?.orbit);
+
+/** The bar taken by the hand, and let go. */
+function grab(canvas) {
+  const { stage } = parts;
+  let last = null;
+  const at = (event) => {
+    const box = canvas.getBoundingClientRect();
+    const k = theme().scale;
+    const scale = stage.scales(box.width / k, box.height / k);
+    return { x: (event.clientX - box.left) / k, scale, when: performance.now() };
+  };
+  const gapOf = ({ x, scale }) => (x - last.offset - scale.wall) / scale.travel;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (!stage.live || !stage.edges) return;
+    const now = at(event);
+    if (now.x < stage.edges[0] - 6 || now.x > stage.edges[1] + 6) return;
+    event.preventDefault();
+    canvas.setPointerCapture(event.pointerId);
+    last = { ...now, offset: now.x - stage.edges[1], speed: 0 };
+    stage.held = true;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    if (!last) return;
+    const now = at(event);
+    const gone = Math.max((now.when - last.when) / 1000, 1e-3) * stage.rate;
+    const speed = Math.min(Math.max((now.x - last.x) / now.scale.travel / gone, -1), 1);
+    stage.hold(gapOf(now));
+    last = { ...now, offset: last.offset, speed };
+  });
+  for (const end of ["pointerup", "pointercancel"])
+    canvas.addEventListener(end, (event) => {
+      if (!last) return;
+      stage.held = false;
+      stage.hold(gapOf(at(event)), last.speed);
+      last = null;
+    });
 }
 
 /** Whether it is what the screen shows. */
@@ -265,12 +311,15 @@ function ticked(time) {
 }
 
 function struck(event) {
+  const { stage } = parts;
+  if (event.phase !== undefined) tellBlow(event);
+  else if (motion) tellBlow({ phase: motion.load_phase + event.time, speed: event.impact_velocity });
   const place = $("#heard");
   const scale = data.info?.scales?.energy_J;
   const energy = event.energy_J ?? (scale ? event.energy * scale : null);
-  const about = { frequency: data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz, energy, share: parts.stage.share(event) };
+  const about = { frequency: data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz, energy, share: stage.share(event) };
   if (place) put(place, heardAs(about));
-  parts.stage.canvas.dataset.blows = String(Number(parts.stage.canvas.dataset.blows ?? 0) + 1);
+  stage.canvas.dataset.blows = String(Number(stage.canvas.dataset.blows ?? 0) + 1);
 }
 
 function cursor(time) {

@@ -1,8 +1,8 @@
 // @ts-check
 // What a live motion is by now, in the words of the package: `z=p/n`, p impacts in n periods of the load; `chatter/n` and
-// `rest/n`, with a rest on the wall; `rest` and `departed`, for good; `aperiodic`, which comes back to no state before. Of a
-// machine that switches itself `runs p/n`, p blows and n valve cycles, `double blow p/n`, `runs rest/n`, `runs chatter/n`,
-// `cycles without blow`, `irregular`, and `stalls (…)`. "" while it has not settled.
+// `rest/n`, with a rest on the wall; `rest` and `departed`, for good. Of a machine that switches itself `runs p/n`, p blows
+// and n valve cycles, `double blow p/n`, `runs rest/n`, `runs chatter/n`, `cycles without blow`, and `stalls (…)`. "" while
+// it has not settled, and of a motion that never does.
 //
 // A hammer that leaves the wall at rest leaves it in one state, so two releases at one phase make a cycle. Else the last
 // impacts, or changes of the valve, are compared with those some numbers before; a cycle that is part of one that comes back
@@ -16,8 +16,6 @@ const TURN = 2 * Math.PI;
 export const MARKS = 192; // that are kept
 const LONGEST = 32; // impacts, or changes, of a cycle that is told
 const ALIKE = 1e-6; // how near a cycle comes back
-const LOOSE = 1e-3; // … and how far an irregular motion stays away
-const LAST = 64; // impacts that are asked for that
 
 /** @param {Live} live */
 export function nameOf(live) {
@@ -40,7 +38,7 @@ function clocked(live) {
     return Math.max(Math.min(turn, TURN - turn), Math.abs(a.speed - b.speed) / speed);
   };
   const p = cycle(marks, apart);
-  if (!p) return wanders(marks, apart, LAST) && marks[marks.length - 1].period > marks[0].period + LONGEST ? "aperiodic" : "";
+  if (!p) return "";
   const [now, before] = [marks[marks.length - 1], marks[marks.length - 1 - p]];
   const n = Math.round(now.period - before.period + (now.phase - before.phase) / TURN);
   if (n === 0) return ""; // the last bounces of a chatter
@@ -59,7 +57,7 @@ function machine(live) {
       ? Infinity
       : Math.max(Math.abs(a.speed - b.speed) / speed, Math.abs(a.gap - b.gap) / far);
   const p = cycle(marks, apart);
-  if (!p) return wanders(marks, apart, LAST / 2) ? "irregular" : "";
+  if (!p) return "";
   const [now, before] = [marks[marks.length - 1], marks[marks.length - 1 - p]];
   const orders = marks.slice(-p).map(({ state }) => state);
   const n = Math.max(...orders.map((state) => orders.filter((other) => other === state).length));
@@ -70,7 +68,7 @@ function machine(live) {
 }
 
 /** @param {Mark[]} marks */
-const fastest = (marks) => Math.max(...marks.slice(-LAST).map(({ speed }) => Math.abs(speed)), 0) || 1;
+const fastest = (marks) => Math.max(...marks.slice(-2 * LONGEST).map(({ speed }) => Math.abs(speed)), 0) || 1;
 
 /** @typedef {(a: Mark, b: Mark) => number} Apart */
 
@@ -96,14 +94,6 @@ function cycle(marks, apart) {
     return p;
   }
   return 0;
-}
-
-/** Whether no shift brings the last marks back. @param {Mark[]} marks @param {Apart} apart @param {number} last */
-function wanders(marks, apart, last) {
-  const n = marks.length;
-  if (n < 1.5 * last || marks[n - 1].rests > marks[n - last].rests) return false;
-  for (let shift = 1; shift <= last / 2; shift++) if (farthest(marks, shift, n, last, apart) <= LOOSE) return false;
-  return true;
 }
 
 /** Whether a hammer under a clock has left for good: its mean load does not push, and its drift brings it back no more.

@@ -36,12 +36,21 @@ export class Strip {
       x[i] = (past[i].at - stage.now) / TURN;
       y[i] = past[i].gap * k;
     }
-    const { kinds, muted } = theme();
+    const { accent, kinds, muted } = theme();
     this.chart.draw({
       x: { label: "periods of the load ago", from: -PERIODS, to: 0.05, ticks: [-8, -6, -4, -2, 0].map((n) => [n, String(-n)]) },
       y: { label: inUnit("gap", length.unit), from: -1.06 * stage.deepest * k, to: 0.12 * stage.deepest * k },
       items: [
         { type: "level", at: 0, colour: muted, width: 3, name: "the wall" },
+        ...[...stage.ghosts.values()].map(({ name, past: own, now: at }) => ({
+          type: "line",
+          x: own.map((one) => (one.at - at) / TURN),
+          y: own.map((one) => one.gap * k),
+          colour: name === "A" ? accent : muted,
+          dash: [5, 4],
+          width: 1.6,
+          name,
+        })),
         { type: "line", x, y, colour: kinds[0], width: 2, name: "striking end" },
       ],
     });

@@ -8,7 +8,7 @@
 import { h, put } from "../core/dom.js";
 import { theme } from "./colours.js";
 import { layout, mark, paint, swatch } from "./chart_pen.js";
-import { enlarge } from "./enlarge.js";
+import { data } from "../core/state.js";
 
 export const PHASES = [0, 0.5, 1, 1.5, 2].map((i) => [i * Math.PI, ["0", "π/2", "π", "3π/2", "2π"][2 * i]]);
 
@@ -35,20 +35,17 @@ addEventListener("beforeprint", () => {
 
 export class Chart {
   /** A figure with its caption, its canvas and its legend; `about` says in words what is drawn. */
-  constructor(title, { kind = "", about = "", zoom = true, role = "img" } = {}) {
+  constructor(title, { kind = "", about = "", role = "img" } = {}) {
     this.title = title;
     this.canvas = h("canvas", { role, "aria-label": about || title });
     this.key = h("ul", { class: "legend" });
     this.caption = h("span", {}, title);
-    this.larger = h(
-      "button",
-      { type: "button", "aria-label": `Enlarge: ${title}`, onclick: () => enlarge(this), ".disabled": true },
-      "Enlarge",
-    );
+    const kinds = ["svg", "png", "csv"].map((kind) => h("button", { type: "button", onclick: () => this.save(kind) }, kind.toUpperCase()));
+    this.saving = h("details", { class: "menu save" }, h("summary", { "aria-label": `Save: ${title}`, title: "Save the picture, or its numbers" }, "⤓"), h("div", { class: "sheet" }, kinds));
     this.figure = h(
       "figure",
       { class: `chart ${kind}` },
-      h("figcaption", {}, this.caption, zoom && this.larger),
+      h("figcaption", {}, this.caption, this.saving),
       this.canvas,
       this.key,
     );
@@ -69,10 +66,16 @@ export class Chart {
   draw(spec) {
     this.spec = spec;
     this.above = null;
-    this.larger.disabled = false; // until now there was nothing to enlarge
     if (spec.about) this.canvas.setAttribute("aria-label", spec.about);
     this.legends(spec.items);
     this.repaint();
+  }
+
+  /** Hand it over as a file: a picture with its legend, or its numbers. */
+  async save(kind) {
+    const { save } = await import("./export.js");
+    this.saving.open = false;
+    if (this.spec) await save(this, kind, { name: data.tables?.title ?? "" });
   }
 
   repaint() {

@@ -4,11 +4,12 @@
 import { differences, redo, undo, undone, writeAddress } from "../core/address.js";
 import { $, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
-import { data, pickMachine, setKey, show, tell, view } from "../core/state.js";
+import { chosen, data, pickMachine, presentValues, setKey, show, tell, view } from "../core/state.js";
 import { setSound, soundOn } from "../motion/sound.js";
 import { forPaper, forgetTheme } from "../pictures/colours.js";
 import { flushFrames } from "../core/dom.js";
 import { opener } from "./drawers.js";
+import { presentFigures } from "./headline.js";
 
 const THEMES = ["auto", "light", "dark"];
 
@@ -28,6 +29,7 @@ export function startHeader(panels, failed) {
   const changes = h("details", { class: "menu", id: "changes" }, h("summary", {}, "● changed"), h("ul", { class: "sheet" }));
   const steps = [icon("undo", "↶", "Undo (Ctrl+Z)", undo), icon("redo", "↷", "Redo (Ctrl+Y)", redo)];
   const reset = h("button", { type: "button", id: "reset", title: "The machine as it was", onclick: () => restore(failed) }, "Reset");
+  const pin = h("button", { type: "button", id: "pin", title: "Keep the present design as A, and compare with it", onclick: pinned }, "Pin A");
   const explore = h("button", { type: "button", id: "explore", onclick: () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }) }, "Explore");
   const places = h("nav", { class: "places", "aria-label": "Places" }, explore, panels.filter(({ place }) => place).map(opener));
   const sound = icon("sound", "♪", "Sound: hear each blow", async () => {
@@ -38,7 +40,7 @@ export function startHeader(panels, failed) {
   const theme = icon("theme", "◐", "Theme", () => setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]));
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
   const share = h("button", { type: "button", id: "share", title: "Copy the address: it holds the whole state", onclick: copyLink }, "Share");
-  $("#top").append(machine, changes, h("div", { class: "steps" }, steps, reset), places, h("div", { class: "tools" }, sound, theme, share, files));
+  $("#top").append(machine, changes, h("div", { class: "steps" }, steps, reset, pin), places, h("div", { class: "tools" }, sound, theme, share, files));
   startTheme();
   addEventListener("keydown", keys);
   effect(() => {
@@ -64,8 +66,18 @@ export function startHeader(panels, failed) {
     const { back, forth } = undone.value;
     steps[0].disabled = !back;
     steps[1].disabled = !forth;
+    pin.setAttribute("aria-pressed", String(Boolean(data.pinned)));
+    put(pin, data.pinned ? "A ✕" : "Pin A");
     explore.setAttribute("aria-current", String(!panels.some(({ place, name }) => place && name === view.panel)));
   });
+}
+
+/** Keep the present design as A, or let A go. */
+function pinned() {
+  const now = data.pinned ? null : { tables: data.tables, values: presentValues(), figures: presentFigures(), model: data.quick?.motion, orbit: chosen()?.quick };
+  data.pinned = now;
+  tell("pinned");
+  if (now) toast("A is kept: move on, and compare. The table stands under “Design and tolerance”, beside others.");
 }
 
 /** What the case has other than the machine that it was made from: [key, now, before]. */

@@ -1,13 +1,14 @@
 // The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
 import { $, h, put, settled } from "../core/dom.js";
-import { number, scaleOf } from "../core/format.js";
-import { chosen, data, isHeld, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
+import { number, plainNumber, scaleOf, withUnit } from "../core/format.js";
+import { nearestEdge } from "../map/map_panel.js";
+import { chosen, data, isHeld, move, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
 import { plays, playedFigures, playedVerdict } from "./headline_played.js";
 import { machineFigures, machineVerdict } from "./headline_machine.js";
 
 export function startHeadline() {
-  on("quick steady machine problems view info played", unhurried(paint));
+  on("quick steady machine problems view info played edges pinned", unhurried(paint));
 }
 
 let last = "";
@@ -16,8 +17,8 @@ let last = "";
 function paint() {
   const found = answer();
   if (!found) return;
-  const [[kind, text, words], rows, choice] = found;
-  const key = JSON.stringify([kind, text, words, rows, choice, data.info?.clock]);
+  const [[kind, text, words, ways = []], rows, choice] = found;
+  const key = JSON.stringify([kind, text, words, ways, rows, choice, data.info?.clock, pinnedFigures()]);
   if (key === last) return; // nothing new to say
   last = key;
   put(
@@ -26,12 +27,16 @@ function paint() {
       "div",
       { class: "verdict" },
       h("span", { class: `badge ${kind}`, id: "verdict" }, text),
-      h("div", { class: "words" }, h("p", { id: "reason", title: words }, words), clock(), choice && orbits(choice)),
+      h("div", { class: "words" }, h("p", { id: "reason", title: words }, words), ways.map(way), clock(), choice && orbits(choice)),
     ),
     h("dl", { class: "figures" }, rows.map(figure)),
   );
   say(`${text}. ${words}`);
 }
+
+/** A place that the verdict names: pressed, the design goes there. */
+const way = ({ words, name, value }) =>
+  h("button", { type: "button", class: "link way", onclick: () => move({ [name]: plainNumber(value, 5) }) }, `${words} ▸`);
 
 /** What is read aloud, once it has come to rest. */
 const say = settled((words) => put($("#verdict-said"), words), 700);
@@ -67,22 +72,25 @@ function verdict(found) {
   const share = 1 - (found.full ?? found.quick).margin; // of a disturbance that is left after a blow
   const known = Number.isFinite(share);
   const sure = stable && data.steady?.uncertainty ? ` ${data.steady.uncertainty.sentence}` : "";
-  if (!stable) return ["bad", "Unstable", `${often}; ${known && share > 1 ? `a hair's breadth grows ${number(share, 3)} × a blow` : reasonOf(found)}.`];
+  if (!stable) return ["bad", "Unstable", `${often}; ${known && share > 1 ? `a hair's breadth grows ${number(share, 3)} × a blow` : reasonOf(found)}.`, edge("stable from")];
   const blows = known && share > 0 ? Math.max(1, Math.ceil(Math.log(0.01) / Math.log(share))) : 1;
-  return ["good", "Stable", `${often}; ${known ? `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}` : reasonOf(found)}.${sure}`];
+  return ["good", "Stable", `${often}; ${known ? `settles in ${blows === 1 ? "one blow" : `${number(blows)} blows`}` : reasonOf(found)}.${sure}`, edge("stable until")];
+}
+
+/** Where the nearest curve of the map is met. */
+function edge(words) {
+  const found = nearestEdge();
+  if (!found || (words === "stable from" && found.kind === "fold")) return [];
+  return [{ words: `${words} ${found.label} ${withUnit(found.value, found.unit, 3)}`, name: found.name, value: found.value }];
 }
 
 function none() {
   const { m, nearest, note } = data.quick;
-  const near =
-    nearest &&
-    [
-      nearest.load_factor !== null && `a load factor of ${number(nearest.load_factor)}`,
-      nearest.restitution !== null && `a restitution of ${number(nearest.restitution)}`,
-    ].filter(Boolean);
-  const way = near?.length ? ` One would exist from ${near.join(" or ")}.` : "";
+  const ways = ["load_factor", "restitution"]
+    .filter((name) => nearest?.[name] !== null && nearest?.[name] !== undefined)
+    .map((name) => ({ words: `exists from ${name === "restitution" ? "R" : "a load factor of"} ${number(nearest[name], 3)}`, name, value: name === "restitution" ? nearest[name] * 1.001 : nearest[name] * 0.999 }));
   const often = m === 1 ? "every load period" : `in ${m} load periods`;
-  return ["bad", "No steady motion", `No steady motion has one impact ${often}. ${note || "The mean load is too great for its alternating part."}${way}`];
+  return ["bad", "No steady motion", `No steady motion has one impact ${often}. ${note || "The mean load is too great for its alternating part."}`, ways];
 }
 
 const FIRST = ["blow_energy_J", "blow_rate_Hz", "impact_velocity_m_s", "peak_stress_MPa", "percussive_power_kW"];
@@ -110,8 +118,17 @@ function figures({ quick, full }) {
 function figure([name, value, unit]) {
   if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
   const scale = unit === "J" || unit === "W" || unit === "Pa" ? scaleOf(value, unit) : { factor: 1, unit };
-  return h("div", {}, h("dd", {}, number(value * scale.factor, 3), unit && h("small", {}, scale.unit)), h("dt", {}, name));
+  const other = pinnedFigures()?.find(([one]) => one === name)?.[1];
+  const more = other ? 100 * (value / other - 1) : Number.NaN;
+  const beside = Number.isFinite(more) ? ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %` : "";
+  return h("div", {}, h("dd", {}, number(value * scale.factor, 3), unit && h("small", {}, scale.unit)), h("dt", {}, name, beside && h("span", { class: "beside" }, beside)));
 }
+
+/** The figures of the design that is pinned as A. */
+const pinnedFigures = () => data.pinned?.figures;
+
+/** Those of the present design, to be pinned: [name, value, unit]. */
+export const presentFigures = () => answer()?.[1] ?? [];
 
 function orbits({ now, stable }) {
   const button = (good, i) => {
