@@ -96,7 +96,7 @@ function pace() {
   parts.slow.value = view.blowSlow;
   if (!parts.blow) return;
   const slower = view.blowSlow / parts.blow.end;
-  const words = parts.blow.units === "SI" ? `${number(slower, 2)} times slower` : `${number(1 / slower, 2)} rad/s`;
+  const words = parts.blow.units === "SI" ? `1/${number(slower, 2)} speed` : `${number(1 / slower, 2)} rad/s`;
   put(parts.slowly, words);
   parts.slow.setAttribute("aria-valuetext", words);
 }

@@ -2,6 +2,7 @@
 // measured blows, and its fatigue. Each answer is a sentence, its pictures and its tables, as a command gives them.
 
 import { Refusal, stream } from "../core/api.js";
+import { differences } from "../core/address.js";
 import { h, put, select } from "../core/dom.js";
 import { data, on, setTables, show, view } from "../core/state.js";
 
@@ -49,6 +50,21 @@ function startHammer(panel) {
   );
   on("view info", () => view.panel === "hammer" && build());
   on("tables", changed);
+  on("pinned tables", besideA);
+}
+
+let ofA = ""; // the line that stands for the design that is pinned
+
+/** The design that is pinned as A is the first of the others. */
+function besideA() {
+  const { tables } = data.pinned ?? {};
+  const line = tables ? differences(tables, data.tables).map(([key, value]) => `${key}=${value}`).join(", ") : "";
+  if (line === ofA) return;
+  const others = typed.beside.split("\n").filter((one) => one && one !== ofA);
+  ofA = line;
+  typed.beside = [line, ...others].filter(Boolean).join("\n");
+  const area = document.getElementById("hammer-beside");
+  if (area) area.value = typed.beside;
 }
 
 const question = () => (view.ask in QUESTIONS ? view.ask : "design");

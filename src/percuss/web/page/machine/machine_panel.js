@@ -8,6 +8,7 @@ import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machin
 import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, toggleMachine } from "./machine_player.js";
 import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
+import { Strip } from "../motion/strip.js";
 import { follow, heardAs, hush, lag } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
 
@@ -28,7 +29,8 @@ export function startMachine() {
   parts.facts = h("div", { class: "card", id: "machine-facts" });
   const { strip, why, rest } = machineCharts();
   const line = machinePlayer(parts.stage);
-  parts.moving = [line, parts.scale, strip, why, rest, parts.facts];
+  parts.strip = new Strip("machine-strip", strip);
+  parts.moving = [parts.scale, why, rest, parts.facts];
   const { picks, form } = machineSource(() => (want(), words()));
   const told = unhurried(words);
   on("machine", () => (keep(), want(), told()));
@@ -38,7 +40,7 @@ export function startMachine() {
   document.addEventListener("visibilitychange", () => document.hidden && pauseMachine());
   return {
     stage: [h("div", { class: "stage", id: "machine-in-sight" }, canvas, parts.obstacle), line],
-    strip,
+    strip: [strip, parts.strip.figure],
     why,
     toggle: toggleMachine,
     details: h("div", { class: "stack", id: "machine-details" }, h("div", { class: "row middle" }, picks), form, parts.sentence, parts.scale, rest, parts.facts),
@@ -72,7 +74,18 @@ function want() {
 function draw(motion) {
   const { stage } = parts;
   parts.units = machineUnits(motion);
-  stage.show(motion, data.info?.tables?.load?.kind === "valve" ? data.info.bar?.sections : null);
+  const sections = data.info?.tables?.load?.kind === "valve" ? data.info.bar?.sections : null;
+  if (motion.started || !motion.motion) stage.show(motion, sections);
+  else {
+    const another = parts.hammer !== view.machine;
+    parts.hammer = view.machine;
+    if (another) stage.exact = false;
+    if (parts.ruled !== motion.changed) {
+      stage.under(motion.motion, another ? { gap: -Math.max(motion.answer.stroke ?? 0, 0.1) } : undefined);
+      parts.ruled = motion.changed;
+    }
+    stage.settle(motion, sections);
+  }
   put(parts.scale, `${stage.magnified()} ${DRAWN}`);
   drawMachine(motion, parts.units);
   machinePace();
@@ -85,16 +98,29 @@ function draw(motion) {
     whole: String(Boolean(motion.more)),
     label: motion.label ?? "",
   });
-  if (!motion.arrays.t) return pauseMachine();
+  if (!motion.arrays.t && !stage.live) return pauseMachine();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) beginMachine();
 }
 
-const mark = (time) => parts.units && (machineMoment(time, parts.units), followMachine(parts.drawn, parts.units, time));
+const mark = (time) => {
+  if (!parts.units) return;
+  machineMoment(time, parts.units);
+  parts.strip.follow(parts.stage, stripOf());
+  if (parts.stage.exact) followMachine(parts.drawn, parts.units, time);
+};
+
+/** How the strip tells what the stage has shown, with the ports. */
+function stripOf() {
+  const { scales, answer, motion } = parts.drawn;
+  const levels = answer.machine.ports.filter(({ behind }) => behind !== null).map(({ behind }) => ({ at: behind }));
+  return { shown: !fromStart() && Boolean(motion), length: scales?.length_m, period: parts.stage.period, name: "cycles ago", levels };
+}
+
 const cursor = (time) => shownNow() && mark(time);
 const shown = framed(cursor);
 
 function ticked(time) {
-  follow(parts.stage, data.info?.bar?.first_mode_Hz);
+  if (parts.stage.exact) follow(parts.stage, data.info?.bar?.first_mode_Hz);
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 

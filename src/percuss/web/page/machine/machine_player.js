@@ -4,7 +4,7 @@ import { number } from "../core/format.js";
 import { paceOf, Player } from "../motion/player.js";
 import { view } from "../core/state.js";
 
-const USUAL = 3; // seconds that a cycle takes at first
+const USUAL = 1.2; // seconds that a cycle takes at first
 const LONGEST = 60;
 let player = null;
 
@@ -21,14 +21,15 @@ export const machineMoment = (time, units) => player.tellMoment(time, units);
 
 /** How fast the cycle is shown, as the view has it; dimensionless, real time is a second a cycle. */
 export function machinePace() {
-  const { motion, length } = player.stage;
-  if (!motion || !(length > 0)) return;
+  const { motion, period } = player.stage;
+  const length = player.stage.length || period;
+  if (!motion) return;
   const one = length / (motion.cycles ?? 1); // of the blows from a start each counts as a cycle
   const real = motion.scales ? one : 1;
   const { share, seconds } = paceOf(view.machineSlow, { real, usual: USUAL, longest: Math.max(LONGEST, 2 * real) });
   player.stage.rate = one / seconds;
   const slower = seconds / real;
-  const each = `${number(seconds, 2)} s per cycle`;
-  const words = slower < 1.01 ? "real time" : `${number(slower, 2)} times slower, ${each}`;
+  const each = `${number(seconds, 2)} s a cycle`;
+  const words = slower < 1.01 ? "real time" : `1/${number(slower, 2)} speed`;
   player.tellPace(share, motion.scales ? words : each);
 }

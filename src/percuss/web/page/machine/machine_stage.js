@@ -2,55 +2,117 @@
 
 import { theme } from "../pictures/colours.js";
 import { number } from "../core/format.js";
-import { Stage } from "../motion/stage.js";
+import { LiveStage } from "../motion/live_stage.js";
 
 const FONT = "12.5px system-ui, sans-serif";
 const LEFT = 20;
 const RIGHT = 58; // pixels for the wall
 const LEAST = 60; // pixels of the stroke: a shorter one is drawn larger
 
-export class MachineStage extends Stage {
-  /** A cycle in `arrays`, with its `answer`; without one the piston lies at the wall. `sections` are those of the bar. */
+export class MachineStage extends LiveStage {
+  get there() {
+    return Boolean(this.motion);
+  }
+
+  /** The cycle of the present machine, which the live motion tends to; `sections` are those of the bar. */
+  settle(motion, sections) {
+    const share = this.length > 0 ? this.time / this.length : 0;
+    this.law(motion, sections);
+    const { answer } = motion;
+    const [blow] = answer.blows;
+    if (motion.arrays.t && blow) this.comes(this.exact || !this.live ? share * this.length : 0, { speed: blow.speed, period: answer.period });
+    else this.draw();
+  }
+
+  /** A motion in `arrays`, with its `answer`, as frames from its start. */
   show(motion, sections) {
+    this.live = null;
+    this.exact = true;
+    this.cycle = null;
+    this.law(motion, sections);
+    this.draw();
+  }
+
+  /** What is drawn of a machine. */
+  law(motion, sections) {
     const { answer, arrays, scales } = motion;
     this.motion = motion;
     this.sections = sections?.map(({ length_m: length, diameter_m: thick }) => ({ length, thick }));
     const meters = scales?.length_m ?? 1;
     const seconds = scales?.time_s ?? 1;
-    const share = this.length > 0 ? this.time / this.length : 0;
-    this.bar = meters;
+    this.second = 1 / seconds;
+    this.bar_ = meters;
     this.ports = answer.machine.ports.map((port) => ({ ...port, behind: port.behind && port.behind * meters }));
     this.length = arrays.t?.at(-1) ?? 0;
-    this.time = share * this.length;
-    this.stroke = (answer.stroke ?? 0) * meters;
+    this.time = Math.min(this.time, this.length);
+    this.period = this.length || this.period;
+    this.stroke = Math.max((answer.stroke ?? 0) * meters, 1e-12);
+    this.deepest = this.stroke / meters;
     this.heard = answer.blows.map(({ time, energy }) => ({
       time: time * seconds,
       energy,
       energy_J: scales ? energy * scales.energy_J : null,
     }));
     this.loudest = Math.max(1e-30, ...this.heard.map(({ energy }) => energy));
-    this.moves = spoolMoves(answer, seconds);
+    this.moves = arrays.t ? spoolMoves(answer, seconds) : [];
     this.most = Math.max(1e-30, ...(arrays.force ?? motion.forces).map(Math.abs));
-    this.draw();
+  }
+
+  /** Of the frame in sight: as a live motion goes on from it. */
+  stateOfFrame() {
+    const { scales, states } = this.motion;
+    const { centre, velocity, state } = this.now_();
+    const { to } = this.spool(state);
+    const late = this.moves.find(({ to: next, end }) => next === to && end > this.time);
+    const orders = to === state ? [] : [{ after: ((late?.end ?? this.time) - this.time) * this.second, to: states[to] }];
+    const [meters, seconds] = [scales?.length_m ?? 1, scales?.time_s ?? 1];
+    return { gap: Math.min(centre / meters, 0), velocity: (velocity * seconds) / meters, state: states[state], demanded: states[to], orders };
+  }
+
+  settledAt({ speed, time }) {
+    const since = time - (this.last ?? Number.NaN);
+    this.last = time;
+    if (!this.cycle) return false;
+    return Math.abs(speed / this.cycle.speed - 1) < 0.03 && Math.abs(since / this.cycle.period - 1) < 0.03;
+  }
+
+  phaseInFrames() {
+    return 0; // they begin at the blow
   }
 
   /** Where the piston is, what acts on it, the number of the state: at the present time. */
-  now() {
-    const { t, centre, force, state } = this.motion.arrays;
-    if (!t) return { centre: 0, force: 0, state: this.motion.states.indexOf(this.motion.answer.machine.start_state) };
-    let [low, high] = [0, t.length - 1];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (t[middle] <= this.time) low = middle;
-      else high = middle;
+  now_() {
+    const { arrays, states, forces, answer, scales } = this.motion;
+    if (!this.exact && this.live) {
+      const { live } = this;
+      const strong = scales ? scales.force_N : 1;
+      return { centre: live.gap * this.bar_, force: live.force * strong, state: Math.max(states.indexOf(live.state), 0), velocity: 0 };
     }
-    const share = t[high] > t[low] ? (this.time - t[low]) / (t[high] - t[low]) : 0;
-    const between = (list) => list[low] + share * (list[high] - list[low]);
-    return { centre: between(centre), force: between(force), state: state[low] };
+    const { t, centre, force, state, velocity, velocity_t: times } = arrays;
+    if (!t) return { centre: 0, force: 0, state: states.indexOf(answer.machine.start_state), velocity: 0 };
+    const between = (at, list) => {
+      let [low, high] = [0, at.length - 1];
+      while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (at[middle] <= this.time) low = middle;
+        else high = middle;
+      }
+      const share = at[high] > at[low] ? (this.time - at[low]) / (at[high] - at[low]) : 0;
+      return [list[low] + share * (list[high] - list[low]), low];
+    };
+    const [here, low] = between(t, centre);
+    return { centre: here, force: between(t, force ?? forces)[0], state: state[low], velocity: between(times, velocity)[0] };
   }
 
   /** The place of the spool, a number of a state or between two: it travels while an order waits for its time. */
   spool(state) {
+    const order = this.exact || !this.live ? null : this.live.orders[0];
+    if (order) {
+      const to = this.motion.states.indexOf(order.to);
+      const delay = Math.max(...this.live.law.valve.ports.filter((port) => port.to === order.to).map((port) => port.delay), 1e-30);
+      return { at: state + (1 - Math.min(order.due / delay, 1)) * (to - state), to };
+    }
+    if (!this.exact && this.live) return { at: state, to: state };
     for (const { begin, end, from, to } of this.moves) {
       const gone = this.time >= begin ? this.time - begin : this.time - begin + this.length; // it may wait over a blow
       if (gone < end - begin) return { at: from + (gone / (end - begin)) * (to - from), to };
@@ -62,13 +124,13 @@ export class MachineStage extends Stage {
   scales(width, height) {
     const room = width - LEFT - RIGHT;
     const near = this.ports.map(({ behind }) => behind ?? 0).filter((behind) => !this.stroke || behind <= 3 * this.stroke);
-    const reach = 1.08 * Math.max(this.stroke, ...near, 1e-3 * this.bar);
-    const along = room / (this.bar + reach);
-    const bar = Math.min(Math.max(along * this.bar, 0.25 * room), room - LEAST);
+    const reach = 1.08 * Math.max(this.stroke, ...near, 1e-3 * this.bar_);
+    const along = room / (this.bar_ + reach);
+    const bar = Math.min(Math.max(along * this.bar_, 0.25 * room), room - LEAST);
     const travel = (room - bar) / reach;
-    const thick = Math.max(...(this.sections ?? [{ thick: 0.16 * this.bar }]).map((own) => own.thick));
-    const across = Math.min((0.27 * height) / thick, Math.max(bar / this.bar, (0.16 * height) / thick));
-    return { wall: width - RIGHT, bar, along: bar / this.bar, travel, across, thick: thick * across };
+    const thick = Math.max(...(this.sections ?? [{ thick: 0.16 * this.bar_ }]).map((own) => own.thick));
+    const across = Math.min((0.27 * height) / thick, Math.max(bar / this.bar_, (0.16 * height) / thick));
+    return { wall: width - RIGHT, bar, along: bar / this.bar_, travel, across, thick: thick * across };
   }
 
   /** How the drawing is to scale, in words. */
@@ -85,7 +147,7 @@ export class MachineStage extends Stage {
     const scale = this.scales(width, height);
     const { wall, bar, travel, thick } = scale;
     const mid = height * 0.65;
-    const { centre, force, state } = this.now();
+    const { centre, force, state } = this.now_();
     const edge = wall + Math.min(centre, 0) * travel;
     const rear = edge - bar;
     const top = mid - thick / 2 - 9;
@@ -125,7 +187,7 @@ export class MachineStage extends Stage {
   }
 
   piston(pen, edge, mid, { bar, across }, colours) {
-    const sections = this.sections ?? [{ length: this.bar, thick: 0.16 * this.bar }];
+    const sections = this.sections ?? [{ length: this.bar_, thick: 0.16 * this.bar_ }];
     const whole = sections.reduce((sum, own) => sum + own.length, 0);
     pen.fillStyle = colours.sunken;
     pen.strokeStyle = colours.ink;

@@ -80,11 +80,19 @@ export function axis(which) {
   return { name: known.name, unit: known.unit, from, to, whole: known.name === "m" };
 }
 
-/** The axis where the view asks for one that the case has not: two that differ, the first port and the pressure. */
+/** What the map of a kind of hammer is over, the best that the case has. */
+const USUAL = {
+  clock: { x: ["restitution"], y: ["load_factor"] },
+  held: { x: ["load.frequency", "body.spring", "restitution"], y: ["body.gap", "load_factor"] },
+  valve: { x: ["load.ports[0].behind", "restitution"], y: ["load.pressure", "load.supply.flow", "load.scale"] },
+};
+
+/** The axis where the view asks for none, or for one that the case has not. */
 function usual(which) {
-  const wish = { x: /^(restitution|load\.ports\[0\]\.behind)$/, y: /^(load_factor|load\.(pressure|scale))$/ }[which];
   const { parameters } = data.info;
-  return parameters.find(({ name }) => wish.test(name)) ?? parameters[which === "x" ? 0 : Math.min(1, parameters.length - 1)];
+  const names = USUAL[isHeld() ? "held" : switchesItself() ? "valve" : "clock"][which];
+  const found = names.map((name) => parameters.find((one) => one.name === name)).find(Boolean);
+  return found ?? parameters[which === "x" ? 0 : Math.min(1, parameters.length - 1)];
 }
 
 export const labelOf = ({ name, unit }) => inUnit(title(name), unit);

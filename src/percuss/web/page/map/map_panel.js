@@ -17,8 +17,8 @@ import { data, drag, move, on, show, switchesItself, tell, uptodate, view } from
 import { during } from "../core/under_way.js";
 
 export const defaults = {
-  x: "restitution",
-  y: "load_factor",
+  x: "", // its axes; those that its kind of hammer has first
+  y: "",
   xr: "", // ranges of the axes "from:to", empty for the server's
   yr: "",
   q: "verdict",

@@ -43,7 +43,9 @@ export class LiveStage extends Stage {
     /** @type {Map<string, Ghost>} */
     this.ghosts = new Map();
     this.past = []; // {at, gap}: what was shown
-    this.now = 0; // the model's time since the page was opened
+    this.now = 0; // time since the page was opened, in that of the stage
+    this.second = 1; // of the stage, in the time of the model
+    this.period = TURN;
   }
 
   get there() {
@@ -97,9 +99,14 @@ export class LiveStage extends Stage {
 
   /** The exact frames of the steady motion that the present law has; while nothing plays they are shown at once. */
   settle(motion, force, shape, orbit) {
-    this.cycle = { phase: orbit.phase, speed: orbit.impact_velocity };
     const time = this.phaseInFrames(motion);
     super.show(motion, force, shape);
+    this.comes(time, { phase: orbit.phase, speed: orbit.impact_velocity });
+  }
+
+  /** Frames have come of the steady motion that the hammer tends to, at a time of which it is by now. */
+  comes(time, cycle) {
+    this.cycle = cycle;
     this.time = time;
     if (!this.live || !this.playing) this.exact = true;
     this.draw();
@@ -145,7 +152,7 @@ export class LiveStage extends Stage {
 
   /** @param {number} seconds */
   advance(seconds) {
-    for (const ghost of this.ghosts.values()) ghost.advance(seconds * this.rate);
+    for (const ghost of this.ghosts.values()) ghost.advance(seconds * this.rate * this.second);
     if (this.held) return this.draw();
     if (this.exact || !this.live) {
       super.advance(seconds);
@@ -156,11 +163,11 @@ export class LiveStage extends Stage {
     const { live } = this;
     const dt = seconds * this.rate;
     const before = this.now;
-    const events = live.advance(dt);
+    const events = live.advance(dt * this.second);
     this.now += dt;
     for (const event of events) {
       if (event.kind === "impact") {
-        this.past.push({ at: before + Math.min(dt, Math.max(0, dt - (live.now - event.time))), gap: 0 });
+        this.past.push({ at: before + Math.min(dt, Math.max(0, dt - (live.now - event.time) / this.second)), gap: 0 });
         this.loudest = Math.max(0.97 * this.loudest, event.energy, 1e-30);
         this.flash = { left: 0.22, size: Math.sqrt(Math.min(event.energy / this.loudest, 1)) };
         this.struck(event);
@@ -192,7 +199,7 @@ export class LiveStage extends Stage {
     this.past.push({ at: this.now, gap });
     const deep = Math.max(-gap, 1e-12);
     this.deepest = deep > this.deepest ? deep : this.deepest; // grows at once
-    const from = this.now - PERIODS * TURN;
+    const from = this.now - PERIODS * this.period;
     let gone = Math.max(this.past.length - POINTS, 0);
     while (gone < this.past.length && this.past[gone].at < from) gone += 1;
     if (gone > 64) this.past.splice(0, gone);
@@ -218,7 +225,7 @@ export class LiveStage extends Stage {
       pen.strokeStyle = name === "A" ? colours.accent : colours.muted;
       pen.strokeRect(edge - scale.bar, mid - scale.thick / 2 - 5, scale.bar, scale.thick + 10);
       pen.fillStyle = pen.strokeStyle;
-      pen.fillText(name, edge - scale.bar + 6, mid - scale.thick / 2 - 9);
+      pen.fillText(name, edge - scale.bar + 6, name === "A" ? mid - scale.thick / 2 - 9 : mid + scale.thick / 2 + 18);
     }
     pen.setLineDash([]);
   }

@@ -37,7 +37,8 @@ export function startMotion() {
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   const { history, portrait, poincare } = motionCharts(startThere);
-  parts.strip = new Strip(history);
+  const portraits = h("div", { class: "grid" }, portrait, poincare);
+  parts.strip = new Strip("strip", history);
   on("info", () => (sources(), want()));
   on("quick", law);
   on("pinned", pinned);
@@ -46,13 +47,15 @@ export function startMotion() {
   on("quick steady tables", want);
   on("tables", () => switchesItself() && stop());
   on("problems", () => data.problems.length && sourceProblems(data.problems));
-  on("view", () => (parts.strip.follow(parts.stage), inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
+  on("view", () => (parts.strip.follow(parts.stage, stripOf()), inSight() ? (sources(), another(), want(), knobs()) : parts.stage.pause()));
   on("theme", () => (motion && drawCharts(motion, units), parts.stage.draw()));
   document.addEventListener("visibilitychange", () => document.hidden && parts.stage.pause());
   return {
     stage: [h("div", { class: "stage" }, canvas), player(parts.stage)],
     strip: [history, parts.strip.figure],
     toggle,
+    portrait,
+    portraits,
     details: h(
       "div",
       { class: "stack", id: "motion-details" },
@@ -60,7 +63,7 @@ export function startMotion() {
       parts.status,
       h("div", { class: "row" }, stretch()),
       parts.facts,
-      h("div", { class: "grid" }, portrait, poincare),
+      portraits,
       instantaneous(),
     ),
   };
@@ -166,13 +169,8 @@ const want = settled(() => {
   ]);
   if (now === key) return;
   key = now;
-  if (view.source === "orbit" && !number_) {
-    stop();
-    return put(
-      parts.status,
-      `There is no steady motion to show. Choose “From a start” to see what the ${mover()} does instead.`,
-    );
-  }
+  if (view.source === "orbit" && !number_)
+    return put(parts.status, `There is no steady motion: what plays is what the ${mover()} does instead.`);
   const from = view.source === "orbit" ? { orbit: number_ } : { show: view.window };
   const rings = view.zoom && data.info ? { window: [0, (view.zoom * 2 * Math.PI) / data.info.first_mode] } : {};
   put(parts.status, "Computing …");
@@ -306,13 +304,13 @@ const shown = framed(cursor);
 
 function ticked(time) {
   if (motion && parts.stage.exact) follow(parts.stage, motion.first_mode_Hz);
-  parts.strip.follow(parts.stage, motion && units);
+  parts.strip.follow(parts.stage, stripOf());
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 
 function struck(event) {
   const { stage } = parts;
-  if (event.phase !== undefined) tellBlow(event);
+  if (event.speed !== undefined) tellBlow(event);
   else if (motion) tellBlow({ phase: motion.load_phase + event.time, speed: event.impact_velocity });
   const place = $("#heard");
   const scale = data.info?.scales?.energy_J;
@@ -328,4 +326,8 @@ function cursor(time) {
   if (motion && parts.stage.exact) followCharts(motion, units, time);
 }
 
+/** How the strip tells what the stage has shown. */
+const stripOf = () => ({ shown: view.source === "orbit", length: data.info?.scales?.length_m, period: TURN, name: "periods of the load ago" });
+
+const TURN = 2 * Math.PI;
 const PLAIN_UNITS = { time: { k: 1, name: "rad" } };

@@ -41,8 +41,8 @@ export function knobs() {
   own.stage.rate = (2 * Math.PI) / seconds;
   own.stage.grow = Number(view.grow) || 0;
   if (document.activeElement !== parts.grow) parts.grow.value = view.grow;
-  const slower = seconds / real < 1.01 ? "real time" : `${number(seconds / real, 2)} times slower`;
-  own.tellPace(share, data.info?.scales ? slower : `${number(seconds, 2)} s per load period`);
+  const slower = seconds / real < 1.01 ? "real time" : `1/${number(seconds / real, 2)} speed`;
+  own.tellPace(share, data.info?.scales ? slower : `${number(seconds, 2)} s a period`);
   put(parts.grown, own.stage.magnified());
 }
 

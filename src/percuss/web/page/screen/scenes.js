@@ -19,6 +19,8 @@ export function startScenes() {
   Object.assign(DEFAULTS, ofMotion, ofMachine, ofMap);
   Object.assign(view, DEFAULTS);
   Object.assign(scenes, { motion: { ...startMotion(), why: whyOfOrbits() }, machine: startMachine(), blow: blowScene() });
+  const held = h("div", {}); // the phase portrait of a structure, which has no band of its load
+  scenes.motion.why = [scenes.motion.why, held];
   const place = (name) => Object.entries(scenes).map(([scene, parts]) => parts[name] && h("div", { class: "scene", "data-scene": scene }, parts[name]));
   for (const name of ["stage", "strip", "why"]) put($(`#${name}-place`), place(name));
   effect(() => {
@@ -28,6 +30,9 @@ export function startScenes() {
     for (const one of document.querySelectorAll("[data-scene]")) if (one !== document.documentElement) one.hidden = one.dataset.scene !== now;
     scenes.motion.details.hidden = switchesItself();
     scenes.machine.details.hidden = !switchesItself();
+    scenes.motion.why[0].hidden = isHeld();
+    held.hidden = !isHeld();
+    (isHeld() ? held : scenes.motion.portraits).prepend(scenes.motion.portrait);
   });
   addEventListener("keydown", keys);
 }
