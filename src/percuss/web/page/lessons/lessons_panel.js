@@ -55,7 +55,6 @@ function startLessons(panel) {
 async function begin(number) {
   show({ lesson: number, scene: 0 });
   await play(0);
-  $("#lesson-strip").scrollIntoView({ block: "nearest" });
 }
 
 /** A scene: its case and its view; a link with the lesson in it comes back to it. */
