@@ -17,7 +17,8 @@ class Ghost {
   constructor(model, orbit, angle, name) {
     this.name = name;
     this.live = new Live(model);
-    this.live.place({ gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase });
+    this.begun = { gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase };
+    this.live.place(this.begun);
     this.past = [];
     this.now = 0;
     const before = PERIODS * TURN + ((((angle - orbit.phase) % TURN) + TURN) % TURN);
@@ -25,7 +26,13 @@ class Ghost {
   }
 
   advance(dt) {
-    for (const { kind, time } of this.live.advance(dt)) if (kind === "impact") this.past.push({ at: this.now + dt - (this.live.now - time), gap: 0 });
+    for (const { kind, time } of this.live.advance(dt)) {
+      if (kind !== "impact") continue;
+      const since = this.live.now - time;
+      this.past.push({ at: this.now + dt - since, gap: 0 });
+      this.live.place(this.begun); // it stays on its motion, stable or not
+      this.live.advance(since);
+    }
     this.now += dt;
     this.past.push({ at: this.now, gap: this.live.gap });
     if (this.past.length > POINTS) this.past.splice(0, POINTS / 4);

@@ -88,6 +88,8 @@ function law() {
     forgetBlows();
   }
   another();
+  const now = chosen()?.quick; // an unstable motion goes on as a dashed line, and the hammer leaves it
+  stage.beside("unstable", now && !now.stable ? quick.motion : null, now);
   knobs();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) begin();
 }
@@ -100,6 +102,7 @@ function another() {
   shownOrbit = one;
   const { quick: orbit } = found;
   const { restitution } = data.quick;
+  parts.stage.beside("unstable", orbit.stable ? null : data.quick.motion, orbit);
   if (orbit.stable) parts.stage.put({ gap: 0, velocity: -restitution * orbit.impact_velocity, phase: orbit.phase });
   else parts.stage.leave(orbit, restitution);
 }
