@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 from percuss.case.catalogue.sample_cases import STRUCTURES
 from percuss.cli import main
 from percuss.explore import BranchEvent
-from web_desk import STATE, STILL, Desk, came, held, ink, knows, let_go, settled, slide, until
+from web_desk import PLAYING, STATE, Desk, came, held, ink, knows, let_go, settled, slide, until
 
 pytest.importorskip("fastapi")
 
@@ -51,7 +51,6 @@ def at(page: Page, value: float, phase: float) -> tuple[float, float]:
 # -- the panel branches in a real browser ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
     page = desk.open("panel=branches&bmodes=2&machine=mini-breaker&alongr=0.1:1")
     assert followed(page) == "z=1/1,z=2/2"
@@ -75,7 +74,6 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
     until(page, f"Math.abs(document.querySelector('#branches-stage').dataset.value - {fold['value']}) < 1e-3")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_branches_of_a_machine_are_those_of_the_command_line(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
     page = desk.open("panel=branches&machine=valve-breaker&bmodes=0&alongr=115:200&every=1/1&settled=1")
     assert followed(page) == "1/1"
@@ -98,6 +96,7 @@ def test_branches_of_a_machine_are_those_of_the_command_line(desk: Desk, capsys:
     until(page, "location.hash.includes('begin=1/1:1')")
 
 
+@pytest.mark.parametrize("desk", PLAYING, indirect=True)
 def test_a_place_is_clicked_dragged_and_stepped_along_and_its_motion_plays(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID}&alongr=0.5:1.1&depth=1")
     assert followed(page) == "z=1/1,z=2/2"
@@ -125,7 +124,6 @@ def test_a_place_is_clicked_dragged_and_stepped_along_and_its_motion_plays(desk:
     assert readout(again) == words
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_the_slider_of_the_parameter_moves_the_design_and_the_branches_stay(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID}&depth=0")
     followed(page)
@@ -148,7 +146,6 @@ def test_the_slider_of_the_parameter_moves_the_design_and_the_branches_stay(desk
     assert asked() == 2
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_other_motions_are_searched_and_followed(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID.replace('0.7', '0.62')}&depth=0&up=speed")
     followed(page)
@@ -184,7 +181,6 @@ EVERY = """import('/static/branches/branches_every.js').then(({ others }) => oth
   ({ label, points: points.length, value: rows[3].value, time: rows[3].times[0] })))"""
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_cycle_with_rest_is_found_followed_and_moves(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID.replace('0.7', '0.8')}&alongr=0.6:0.9&depth=0")
     followed(page)
@@ -204,7 +200,6 @@ def test_a_cycle_with_rest_is_found_followed_and_moves(desk: Desk) -> None:
     assert page.locator("#branches-stage").get_attribute("data-label") == "chatter/1"
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID}&alongr=0.68:0.72&depth=0")
     followed(page)
@@ -217,7 +212,6 @@ def test_what_simulations_settle_on_is_drawn_below_the_branches(desk: Desk) -> N
     expect(page.locator("#panel-branches .legend")).not_to_contain_text("settled")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_all_branches_are_drawn_and_each_can_be_looked_at(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID}&alongr=0.62:0.72&depth=0")
     followed(page)
@@ -255,7 +249,6 @@ def test_all_branches_are_drawn_and_each_can_be_looked_at(desk: Desk) -> None:
     until(page, "document.querySelector('#branches').dataset.others === '0'")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_diagram_ends_when_the_hammer_changes_and_when_the_panel_is_left(desk: Desk) -> None:
     page = desk.open(f"panel=branches&{RIGID}&depth=0&every=4/4&settled=1")
     followed(page)
@@ -279,20 +272,19 @@ def test_a_diagram_ends_when_the_hammer_changes_and_when_the_panel_is_left(desk:
     assert page.evaluate("document.querySelector('#branches-every-progress').hidden")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_what_happens_to_a_motion_is_laid_over_the_map_as_curves(desk: Desk) -> None:
-    plane = "panel=map&x=restitution&y=load_factor&xr=0.495:0.505&yr=0.62:0.72&curves=1"
+    plane = "x=restitution&y=load_factor&xr=0.495:0.505&yr=0.62:0.72&curves=1"
     page = desk.open(f"{plane}&{RIGID}")
     expect(page.locator("#map-followed")).to_contain_text("One curve, of a rigid bar")
     assert page.locator("#map-follow").get_attribute("data-found") == "flip"
-    expect(page.locator("#panel-map .legend")).to_contain_text("flip: period doubling, followed")
+    expect(page.locator("#map-place .legend")).to_contain_text("flip: period doubling, followed")
     (line,) = page.evaluate("import('/static/map/map_followed.js').then(m => m.followedItems({ name: 'restitution' }))")
     assert sorted((line["x"][0], line["x"][-1])) == pytest.approx([0.495, 0.505])
     page.click("#tab-case")
-    page.click("#tab-map")
+    settled(page)
     assert sum(url.endswith("/api/follow/curves") for url in desk.asked) == 1  # they are there already
     page.uncheck("#map-follow")
-    expect(page.locator("#panel-map .legend")).not_to_contain_text("followed")
+    expect(page.locator("#map-place .legend")).not_to_contain_text("followed")
 
 
 # -- a structure that is held, on every panel of the workbench in a real browser -------------------------------------
@@ -310,7 +302,6 @@ def link(tables: Any) -> str:
     return urlencode({f"{table}.{key}": value for table, keys in tables.items() for key, value in keys.items()})
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_every_panel_shows_a_structure_or_says_why_not(desk: Desk) -> None:
     page = desk.open(f"panel=branches&along=gap&alongr=-0.11:-0.06&{link(BUDD_DUX)}")
     assert followed(page) == "z=1/1,z=2/2"
@@ -319,36 +310,33 @@ def test_every_panel_shows_a_structure_or_says_why_not(desk: Desk) -> None:
     expect(page.locator("#verdict")).to_have_text("Stable")
     slide(page, "gap", -0.065)
     expect(page.locator("#verdict")).to_have_text("Unstable")
-    for name in ("orbits", "blow"):
-        expect(page.locator(f"#tab-{name}")).to_be_hidden()
-        page.evaluate(f"{STATE}(state => state.show({{ panel: '{name}' }}))")  # as a link does
-        note = page.locator(f"#panel-{name} .own:not([hidden])")
-        expect(note).to_contain_text(re.compile("structure.* Open the panel Branches"))
-    page.click("#tab-motion")
+    expect(page.locator("#tab-blow")).to_be_hidden()
+    page.evaluate(f"{STATE}(state => state.show({{ panel: 'blow' }}))")  # as a link does
+    expect(page.locator("#drawer")).to_be_hidden()
+    expect(page.locator("#stage")).to_be_visible()
+    page.click("#tab-orbits")
+    expect(page.locator("#orbit-table")).to_be_hidden()  # of a bar
     until(page, "document.querySelector('#stage').dataset.change !== undefined")
     page.click("#tab-case")
     expect(page.locator("#field-body-gap")).to_have_value("-0.065")
     page.fill("#field-body-gap", "-0.1")
     expect(page.locator("#verdict")).to_have_text("Stable")
-    page.click("#tab-map")
     page.select_option("#map-y", "gap")
     until(page, "document.querySelector('#map').dataset.coarse !== undefined")
-    expect(page.locator("#panel-map .legend")).to_contain_text("unstable")
+    expect(page.locator("#map-place .legend")).to_contain_text("unstable")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_sample_is_picked_and_told_as_a_structure(desk: Desk) -> None:
-    page = desk.open("panel=motion&machine=mini-breaker")
+    page = desk.open("panel=orbits&machine=mini-breaker")
     assert page.locator("#machine optgroup option").all_inner_texts() == [one.title for one in STRUCTURES]
     page.select_option("#machine", "stopped-beam")
     until(page, "document.querySelector('#stage').getAttribute('aria-label').startsWith('The structure')")
-    expect(page.locator("#panel-motion")).to_contain_text("4 modes. Space plays")
+    expect(page.locator("#motion-details")).to_contain_text("4 modes. Space plays")
     for words in ("bar", "hammer", "elastic mode"):
-        assert words not in page.locator("#panel-motion").inner_text()
+        assert words not in page.locator("#motion-details").inner_text()
     expect(page.locator("#motion-instant")).to_be_hidden()
     page.click("#tab-branches")
     followed(page)
     expect(page.locator("#branches-carry")).to_have_text("Move the structure here")
     expect(page.locator("#panel-branches .row").first).to_contain_text("Modes, at most")
-    page.click("#tab-map")
-    expect(page.locator("#panel-map")).not_to_contain_text("elastic")
+    expect(page.locator("#map-place")).not_to_contain_text("elastic")

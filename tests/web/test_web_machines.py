@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, machine_answer
 from percuss.cli import main
-from web_desk import STATE, STILL, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
+from web_desk import PLAYING, STATE, Desk, blown, driven, figure, ink, knows, moved, scene, slide, until
 
 pytestmark = pytest.mark.browser
 
@@ -22,6 +22,7 @@ pytestmark = pytest.mark.browser
 # --- blow
 
 
+@pytest.mark.parametrize("desk", PLAYING, indirect=True)
 def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: pytest.CaptureFixture[str]) -> None:
     page = desk.open("panel=blow&machine=laboratory-striker")
     assert main(["blow", "laboratory-striker"]) == 0
@@ -30,7 +31,7 @@ def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: py
     frame = "Number(document.querySelector('#blow-stage').dataset.frame)"
     until(page, f"{frame} > 3")  # it plays by itself
     page.click("#blow-play")
-    expect(page.locator("#blow-play")).to_have_text("Play")
+    expect(page.locator("#blow-play")).to_have_attribute("aria-label", "Play")
     page.locator("#blow-scrub").evaluate("s => { s.value = 40; s.dispatchEvent(new Event('input')); }")
     before = ink(page, "#blow-stage")
     page.click("#blow-forth")
@@ -41,13 +42,12 @@ def test_a_blow_says_what_the_command_line_says_and_plays(desk: Desk, capsys: py
     assert page.evaluate(frame) == 40
     assert ink(page, "#blow-stage") == before
     page.keyboard.press("Space")
-    expect(page.locator("#blow-play")).to_have_text("Pause")
+    expect(page.locator("#blow-play")).to_have_attribute("aria-label", "Pause")
     until(page, f"{frame} > 45")
     expect(page.locator("#blow-stage")).to_have_attribute("aria-label", re.compile("A blow of"))
     assert "J (" in page.locator("#blow-energies").inner_text()
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_slider_of_the_blow_changes_its_picture_and_then_the_case(desk: Desk) -> None:
     page = desk.open("panel=blow&machine=mini-breaker")
     before = blown(page)
@@ -78,7 +78,6 @@ def test_what_a_case_without_a_tool_strikes_is_said_and_can_be_changed(desk: Des
     expect(page.locator("#blow-sentence")).to_contain_text("to the wall")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_the_tool_comes_back_after_a_wall_and_the_blow_stays_in_sight_of_its_sliders(desk: Desk) -> None:
     page = desk.open("panel=blow&machine=stepped-drifter")
     before = blown(page)
@@ -123,7 +122,6 @@ def on_the_stage(page: Page) -> list[str]:
     return [text.replace("\u202f", " ") for text, *_ in words]
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_the_stage_of_a_blow_shows_what_holds_the_tool(desk: Desk) -> None:
     desk.page.add_init_script(WRITTEN)
     page = desk.open("panel=blow&machine=drill-string")
@@ -168,7 +166,7 @@ def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest
 
 
 def test_the_motion_says_that_its_contact_takes_no_time(desk: Desk) -> None:
-    page = desk.open("panel=motion&machine=mini-breaker")
+    page = desk.open("panel=orbits&machine=mini-breaker")
     page.get_by_role("button", name="See one blow by its waves").click()
     expect(page.locator("#panel-blow")).to_be_visible()
     assert "into the rock" in blown(page)
@@ -177,8 +175,9 @@ def test_the_motion_says_that_its_contact_takes_no_time(desk: Desk) -> None:
 # --- machine
 
 
+@pytest.mark.parametrize("desk", PLAYING, indirect=True)
 def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None:
-    page = desk.open("panel=machine&machine=valve-drifter")
+    page = desk.open("panel=orbits&machine=valve-drifter")
     expect(page.locator("#verdict")).to_have_text("Runs")
     driven(page)
     si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
@@ -191,7 +190,7 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
     expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
     page.click("#machine-play")
-    expect(page.locator("#machine-play")).to_have_text("Play")
+    expect(page.locator("#machine-play")).to_have_attribute("aria-label", "Play")
     drawn = []
     for part in (0, 350, 700):
         page.locator("#machine-scrub").evaluate(
@@ -206,16 +205,15 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     said = "blow rate over the pressure: 32 elastic modes, now, rigid piston, now, 32 elastic modes"
     expect(page.locator(f"#machine-charts canvas[aria-label='{said}']")).to_have_count(1)
     expect(page.locator("#reason")).to_contain_text("It starts from rest on the tool")
-    page.locator("#panel-machine").evaluate("panel => { panel.tabIndex = -1; panel.focus(); }")
+    page.locator("#machine-stage").evaluate("stage => { stage.tabIndex = -1; stage.focus(); }")
     page.keyboard.press("Space")
-    expect(page.locator("#machine-play")).to_have_text("Pause")
+    expect(page.locator("#machine-play")).to_have_attribute("aria-label", "Pause")
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> None:
-    page = desk.open("panel=machine&machine=valve-breaker")
+    page = desk.open("panel=orbits&machine=valve-breaker")
     driven(page)
-    expect(page.locator("#machine-play")).to_have_text("Play")
+    expect(page.locator("#machine-play")).to_have_attribute("aria-label", "Play")
     rate, drawn = figure(page, "blows a minute"), ink(page, "#machine-stage")
     slide(page, "load-ports-0-behind", 70)  # the short stroke
     driven(page)
@@ -237,10 +235,9 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     assert knows(page, "core/state.js:data.tables.contact.restitution") == 0
 
 
-@pytest.mark.parametrize("desk", STILL, indirect=True)
 def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
-    page = desk.open("panel=machine&machine=valve-breaker&simulation.modes=0")
+    page = desk.open("panel=orbits&machine=valve-breaker&simulation.modes=0")
     driven(page)
     expect(page.locator("#machine-start-position")).to_be_hidden()
     page.click("#machine-of-start")
@@ -266,7 +263,7 @@ def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRe
 def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> None:
     ports = '[{"behind":1.0,"side":"back","to":"power"},{"on":"impact","to":"return"}]'
     load = f'load.kind=valve&load.states={{"return":-0.4,"power":1.8}}&load.ports={ports}'
-    page = desk.open(f"panel=machine&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
+    page = desk.open(f"panel=orbits&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
     driven(page)
     speed = math.sqrt(2.0 * 2.2 / (1.0 - 0.2**2))
     assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
@@ -282,30 +279,22 @@ def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> N
     assert knows(page, "core/state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
 
 
-def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:
-    page = desk.open("panel=machine&machine=mini-breaker")
-    expect(page.locator("#machine-clocked")).to_contain_text("This case is clocked")
-    expect(page.locator("#machine-stage")).to_be_hidden()
-    page.click("#machine-open")
-    expect(page.locator("#machine-clocked")).to_be_hidden()
-    driven(page)
-    expect(page.locator("#machine")).to_have_value("valve-breaker")
-    for name in ("orbits", "motion"):  # their tabs are gone; where a link leads to one, it says so in a sentence
-        expect(page.locator(f"#tab-{name}")).to_be_hidden()
-        page.evaluate(f"{STATE}(state => state.show({{ panel: '{name}' }}))")
-        expect(page.locator(f"#panel-{name} > .own")).to_be_visible()
-        assert page.locator(f"#panel-{name} > :not(.own)").evaluate_all(
-            "all => all.every(one => one.offsetParent === null)"
-        )
-    page.locator("#panel-motion .own button").click()
-    expect(page.locator("#machine-stage")).to_be_visible()
-    page.click("#tab-blow")
-    assert "A blow of" in blown(page)
-    page.select_option("#machine", "mini-breaker")
-    page.click("#tab-motion")
-    moved(page)
-    expect(page.locator("#panel-motion > .own")).to_be_hidden()
-    expect(page.locator("#slide-load_factor")).to_be_visible()
+def test_the_screen_is_of_the_kind_of_the_case(desk: Desk) -> None:
+    """A clocked load and a machine that switches itself have each their stage, their sliders and their details."""
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    parts = [["#stage", "#orbit-table", "#motion-details", "#slide-load_factor"]]
+    parts += [["#machine-stage", "#machine-details", "#slide-load-pressure"]]
+    for machine, (here, gone) in (("valve-breaker", parts[::-1]), ("mini-breaker", parts)):
+        page.select_option("#machine", machine)
+        (driven if machine == "valve-breaker" else moved)(page)
+        for part in here:
+            expect(page.locator(part)).to_be_visible()
+        for part in gone:
+            expect(page.locator(part)).not_to_be_visible()
+        page.click("#tab-blow")
+        assert "A blow of" in blown(page)
+        expect(page.locator("#blow-stage")).to_be_visible()
+        page.click("#tab-orbits")
 
 
 def test_a_load_becomes_a_valve_and_a_clocked_one_again(desk: Desk, request: pytest.FixtureRequest) -> None:

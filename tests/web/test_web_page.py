@@ -59,7 +59,7 @@ def test_a_panel_is_one_object_in_the_list(desk: Desk, request: pytest.FixtureRe
     request.node.expected_words = ("preload",)  # the browser itself remarks on modules that this list leaves out
     desk.page.route("**/static/panels.js", lambda route: route.fulfill(content_type="text/javascript", body=NOTES))
     page = desk.open("machine=mini-breaker")
-    assert page.locator("#tabs button").all_inner_texts() == ["Case", "Notes"]
+    assert page.locator("#drawers button").all_inner_texts() == ["Case as a form", "Notes"]
     page.click("#tab-notes")
     expect(page.locator("#panel-notes")).to_have_text("page 3")
     until(page, "location.hash.startsWith('#panel=notes')")
@@ -87,8 +87,8 @@ def test_the_page_says_when_its_figures_are_those_of_the_state_shown(desk: Desk)
     assert page.locator("#headline").get_attribute("aria-busy") == "true"  # from the move on
     came(page, late)
     settled(page, "steady")
-    sign = page.locator("#headline").evaluate("box => getComputedStyle(box, '::after').content")
-    assert page.locator("#headline").get_attribute("aria-busy") == "true" and "computing" in sign
+    assert page.locator("#headline").get_attribute("aria-busy") == "true"
+    until(page, "getComputedStyle(document.querySelector('#headline .figures')).opacity < 0.5")
     assert "…" in figure(page, "peak stress")
     let_go(page, "steady", late)
     settled(page)
@@ -100,7 +100,7 @@ def test_the_page_says_when_its_figures_are_those_of_the_state_shown(desk: Desk)
 
 def test_a_question_that_fails_leaves_the_page_settled(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("500",)
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     page.route("**/api/map", lambda route: route.fulfill(status=500))
     page.select_option("#map-q", "power")
     settled(page)
@@ -116,7 +116,7 @@ def test_a_move_outlives_a_restart_of_the_server(browser: Browser) -> None:
         page = desk.open("panel=orbits&machine=mini-breaker")
         settled(page)
     slide(page, "restitution", 0.15)
-    expect(page.locator("#away")).to_contain_text("The server does not answer")
+    expect(page.locator("#away")).to_contain_text("Reconnecting")
     slide(page, "load_factor", 0.3)
     with served("--port", address.strip("/").rpartition(":")[2]):
         settled(page)
@@ -160,7 +160,7 @@ def test_the_page_tells_how_far_the_compiler_is(desk: Desk) -> None:
     desk.page.route("**/api/about", about)
     page = desk.open("panel=report&machine=mini-breaker")
     words = page.locator("#preparing")
-    expect(words).to_contain_text("2 of 5 parts are done; now blows resolved by waves.")
+    expect(words).to_contain_text("2 of 5 parts, now blows resolved by waves")
     assert page.locator("#preparing progress").evaluate("bar => bar.position") == pytest.approx(0.4)
     preparing.clear()
     expect(words).to_be_hidden()
@@ -177,7 +177,7 @@ def test_a_link_reproduces_the_view(desk: Desk, browser: Browser, server: str) -
     assert "orbit=1" in page.url and "load.mean" in page.url
     other = Desk(browser, server)
     twin = other.open(page.url.partition("#")[2])
-    expect(twin.locator("#tab-orbits")).to_have_attribute("aria-selected", "true")
+    expect(twin.locator("#tab-orbits")).to_have_attribute("aria-expanded", "true")
     expect(twin.locator("#orbit-table")).to_have_text(page.locator("#orbit-table").inner_text(), use_inner_text=True)
     expect(twin.locator("#headline .figures")).to_have_text(
         page.locator("#headline .figures").inner_text(), use_inner_text=True
@@ -191,13 +191,12 @@ def test_a_link_reproduces_an_uploaded_case(desk: Desk, browser: Browser, server
     path.write_text(re.sub(r'title = ".*"', 'title = "A hammer of my own"', text), encoding="utf-8")
     page = desk.open("panel=case&machine=mini-breaker")
     page.set_input_files("#upload-toml", path)
-    expect(page.locator("#headline .title")).to_have_text("A hammer of my own")
-    page.click("#tab-map")
+    expect(page.locator("#machine option:checked")).to_have_text("A hammer of my own")
     page.select_option("#map-q", "reduced_margin")
     until(page, "location.hash.includes('q=reduced_margin') && !location.hash.includes('machine=')")
     other = Desk(browser, server)
     twin = other.open(page.url.partition("#")[2])
-    expect(twin.locator("#headline .title")).to_have_text("A hammer of my own")
+    expect(twin.locator("#machine option:checked")).to_have_text("A hammer of my own")
     expect(twin.locator("#map-q")).to_have_value("reduced_margin")
     same = page.locator("#headline .figures").inner_text()
     expect(twin.locator("#headline .figures")).to_have_text(same, use_inner_text=True)
@@ -206,7 +205,7 @@ def test_a_link_reproduces_an_uploaded_case(desk: Desk, browser: Browser, server
 
 def test_a_link_to_the_plain_form_and_a_link_to_nothing(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("404",)
-    page = desk.open("machine=mini-breaker")
+    page = desk.open("panel=case&machine=mini-breaker")
     page.click("#form-plain")
     until(page, "location.hash.includes('system.s=')")
     page.reload()
@@ -215,7 +214,7 @@ def test_a_link_to_the_plain_form_and_a_link_to_nothing(desk: Desk, request: pyt
     expect(page.locator("#verdict")).to_have_text("Stable")
     page.click("#form-si")
     expect(page.locator("#field-bar-length")).to_have_value("320 mm")
-    desk.open("machine=no-such-hammer")
+    desk.open("panel=case&machine=no-such-hammer")
     expect(page.locator("#verdict")).to_have_text("No answer")
     page.select_option("#machine", "mini-breaker")
     expect(page.locator("#verdict")).to_have_text("Stable")
@@ -233,7 +232,7 @@ def test_a_link_to_the_plain_form_and_a_link_to_nothing(desk: Desk, request: pyt
 
 def test_a_link_keeps_what_the_hammer_strikes(desk: Desk) -> None:
     """Tables without a form of their own stay with the case, in its address and in its file."""
-    page = desk.open("machine=mini-breaker&rock.stiffness=200 kN/mm")
+    page = desk.open("panel=case&machine=mini-breaker&rock.stiffness=200 kN/mm")
     expect(page.locator("#verdict")).to_have_text("Stable")
     page.fill("#field-bar-length", "330 mm")
     until(page, "location.hash.includes('bar.length=330') && location.hash.includes('rock.stiffness=200')")
@@ -249,28 +248,15 @@ def test_the_token_is_taken_out_of_the_address(browser: Browser) -> None:
     with served("mini-breaker", "--token", word) as address:
         desk = Desk(browser, address)
         page = desk.open(f"token={word}&panel=report")  # of the case that is served
-        expect(page.locator("#headline .title")).to_have_text("Hydraulic breaker for a mini excavator")
+        expect(page.locator("#machine option:checked")).to_have_text("Hydraulic breaker for a mini excavator")
         assert word not in page.url
         desk.context.close()
-
-
-def test_going_back_shows_the_panel_and_the_machine_before(desk: Desk) -> None:
-    page = desk.open("panel=case&machine=mini-breaker")
-    page.click("#tab-report")
-    until(page, "location.hash.includes('panel=report')")
-    page.select_option("#machine", "heavy-breaker")
-    until(page, "location.hash.includes('machine=heavy-breaker')")
-    page.go_back()
-    expect(page.locator("#headline .title")).to_have_text("Hydraulic breaker for a mini excavator")
-    expect(page.locator("#machine")).to_have_value("mini-breaker")
-    page.go_back()
-    expect(page.locator("#panel-case")).to_be_visible()
 
 
 @pytest.mark.parametrize(
     "words",
     [
-        "panel=map&machine=mini-breaker&xr=e:-&q=nothing&x=nothing",
+        "machine=mini-breaker&xr=e:-&q=nothing&x=nothing",
         "panel=case&machine=mini-breaker&load.kind=fourier&load.coefficients=5",
         "panel=nothing&m=0&orbit=99&lesson=9&scene=9&cycles=0&machine=mini-breaker",
     ],
@@ -332,17 +318,17 @@ def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
 def show_panel(page: Page, name: str) -> None:
     """A panel of the case, or the machine of another one."""
     if name == "a valve":
-        page.click("#tab-machine")
-        page.click("#machine-open")
+        page.select_option("#machine", "valve-breaker")
         return driven(page)
-    page.click(f"#tab-{name}")
+    if name:
+        page.click(f"#tab-{name}")
     settled(page, "map", "boundaries")
 
 
 @pytest.mark.parametrize(
     ("desk", "rules"),
     [
-        ({"color_scheme": "light", "reduced_motion": "reduce"}, None),
+        ({"color_scheme": "light"}, None),
         pytest.param({"color_scheme": "dark"}, ["color-contrast"], marks=pytest.mark.slow),
     ],
     indirect=["desk"],
@@ -351,7 +337,7 @@ def test_no_serious_accessibility_violation(desk: Desk, rules: list[str] | None)
     """All rules in one scheme; of the other the colours, which are all that differs."""
     options = {"resultTypes": ["violations"]} | ({"runOnly": rules} if rules else {})
     found = []
-    page = desk.open("panel=case&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     for panel in (*PANELS, "a valve"):
         show_panel(page, panel)
         for violation in Axe().run(page, options=options).response["violations"]:
@@ -371,20 +357,18 @@ def test_dark_and_light(desk: Desk) -> None:
     settled(page)
     before = ink(page, chart)
     page.click("#theme")
-    expect(page.locator("#theme")).to_have_text("Theme: light")
+    expect(page.locator("#theme")).to_have_attribute("aria-label", "Theme: light")
     assert page.evaluate(background) != dark
     settled(page)
     assert ink(page, chart) != before
     page.reload()
     desk.answered()
-    expect(page.locator("#theme")).to_have_text("Theme: light")
+    expect(page.locator("#theme")).to_have_attribute("aria-label", "Theme: light")
 
 
-@pytest.mark.parametrize(
-    "desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True, "reduced_motion": "reduce"}], indirect=True
-)
+@pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)
 def test_a_phone_shows_one_column_and_nothing_sticks_out(desk: Desk) -> None:
-    page = desk.open("panel=case&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     for panel in (*PANELS, "a valve"):
         show_panel(page, panel)
         assert page.evaluate("document.documentElement.scrollWidth") <= 390, panel
@@ -393,7 +377,7 @@ def test_a_phone_shows_one_column_and_nothing_sticks_out(desk: Desk) -> None:
 
 @pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)
 def test_an_enlarged_chart_fills_a_phone(desk: Desk) -> None:
-    page = desk.open("panel=motion&machine=mini-breaker")
+    page = desk.open("panel=orbits&machine=mini-breaker")
     page.get_by_role("button", name="Enlarge: The striking end").tap()
     expect(page.locator("#zoom .main-svg").first).to_be_visible()
     dialog, plot = (page.locator(which).bounding_box() for which in ("#zoom", "#zoom .nsewdrag"))
@@ -421,7 +405,7 @@ def test_the_keyboard_reaches_everything(desk: Desk) -> None:
     outline = page.evaluate("getComputedStyle(document.activeElement).outlineWidth")
     assert outline == "3px"
     page.keyboard.press("ArrowRight")
-    expect(page.locator("#panel-map")).to_be_visible()
+    expect(page.locator("#map-place")).to_be_visible()
     page.keyboard.press("End")
     expect(page.locator("#panel-lessons")).to_be_visible()
     page.focus("#slide-restitution")
@@ -434,7 +418,7 @@ def test_the_keyboard_reaches_everything(desk: Desk) -> None:
 def test_the_focus_stays_when_what_has_it_is_painted_anew(desk: Desk) -> None:
     page = desk.page
     late = held(page, "steady")
-    page.goto(f"{desk.server}#panel=motion&machine=mini-breaker")
+    page.goto(f"{desk.server}#panel=orbits&machine=mini-breaker")
     came(page, late)
     here = "document.activeElement.textContent || document.activeElement.id"
     page.get_by_role("button", name=re.compile("^Motion 1 of 2")).focus()
@@ -453,8 +437,8 @@ def test_the_focus_stays_when_what_has_it_is_painted_anew(desk: Desk) -> None:
 
 def test_the_policy_holds_and_a_title_is_never_markup(desk: Desk) -> None:
     page = desk.open("panel=report&machine=mini-breaker&title=%3Cimg+src%3Dx+onerror%3Dalert(1)%3E")
-    expect(page.locator("#headline .title")).to_contain_text("<img")
-    assert page.locator("#headline img").count() == 0
+    expect(page.locator("#changes li")).to_contain_text("<img", use_inner_text=False)
+    assert page.locator("#changes img").count() == 0
     page.evaluate(
         """() => {
           const script = document.createElement("script");
@@ -478,12 +462,12 @@ def test_pictures(desk: Desk) -> None:
     desk.page.set_viewport_size({"width": 1360, "height": 1080})
     views = {
         "case": "panel=case&machine=hydraulic-drifter",
-        "map": "panel=map&machine=mini-breaker",
+        "map": "machine=mini-breaker",
         "orbits": "panel=orbits&machine=hydraulic-drifter",
         "branches": "panel=branches&bmodes=0&depth=3&alongr=0.75:1&every=2/2&settled=1&spot=0.8,2.84"
         "&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
-        "motion": "panel=motion&machine=hydraulic-drifter",
-        "machine": "panel=machine&machine=valve-breaker",
+        "motion": "panel=orbits&machine=hydraulic-drifter",
+        "machine": "panel=orbits&machine=valve-breaker",
         "blow": "panel=blow&machine=drill-string",
         "report": "panel=report&machine=hydraulic-drifter",
         "experiment": "panel=experiment&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic"

@@ -41,7 +41,7 @@ pytestmark = pytest.mark.browser
 
 
 def test_clicks_drags_and_keys_move_the_design_on_the_map(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     page.wait_for_selector("#map[data-fine='200'][data-curves]")
     before = ink(page, "#map")
     page.mouse.click(*point(page, "#map", 0.75, 0.8))
@@ -69,7 +69,7 @@ def test_clicks_drags_and_keys_move_the_design_on_the_map(desk: Desk) -> None:
 
 def test_a_slow_map_comes_in_strips_and_does_not_hold_up_a_move(desk: Desk) -> None:
     strips = held(desk.page, "map")
-    page = desk.open("panel=map&machine=mini-breaker&x=load.frequency&xr=15:20&y=bar.length&yr=300:340&q=power")
+    page = desk.open("machine=mini-breaker&x=load.frequency&xr=15:20&y=bar.length&yr=300:340&q=power")
     came(page, strips)
     strips.pop(0).continue_()
     page.wait_for_selector("#map[data-coarse='8']")
@@ -102,14 +102,14 @@ def test_colours_and_legend_are_right_from_the_first_strip_on(desk: Desk, quanti
     """The strips and the coarse map around them have one scale, which is that of the legend."""
     asked = held(desk.page, "map")
     plane = "x=bar.length&xr=160:480 mm&y=restitution&yr=0:0.9"
-    page = desk.open(f"panel=map&machine=mini-breaker&{plane}&q={quantity}")
+    page = desk.open(f"machine=mini-breaker&{plane}&q={quantity}")
     known = []
     for _ in range(2):  # the coarse map and the first strip of a finer one, and no more
         came(page, asked)
         known.append(map_of(asked.pop(0)))
     came(page, asked)
     settled(page, "map")
-    legend = [text.replace("\u202f", " ") for text in page.locator("#panel-map .legend li").all_inner_texts()]
+    legend = [text.replace("\u202f", " ") for text in page.locator("#map-place .legend li").all_inner_texts()]
     if quantity == "stable":
         motions = np.concatenate([part["orbits"].ravel() > 0 for part in known])
         stable = np.concatenate([part["stable"].ravel() == 1 for part in known])
@@ -128,7 +128,7 @@ def test_colours_and_legend_are_right_from_the_first_strip_on(desk: Desk, quanti
 def test_curves_come_some_points_at_a_time(desk: Desk) -> None:
     """As few as a busy machine answers in time: 25 at once took it 30 s, and the finer map went with them."""
     asked = held(desk.page, "boundaries")
-    page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=160:480 mm&y=restitution&yr=0:0.9&q=margin")
+    page = desk.open("machine=mini-breaker&x=bar.length&xr=160:480 mm&y=restitution&yr=0:0.9&q=margin")
     counts = []
     for _ in range(3):
         route = came(page, asked)
@@ -167,7 +167,7 @@ def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, pla
 
 
 def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     settled(page)
     readout = page.locator("#map-readout")
     expect(readout).to_contain_text(re.compile(r"load factor p₀/p₁ = [\d.]+: stable"))
@@ -187,13 +187,13 @@ def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
     came(page, maps)
     settled(page, "map")
     assert page.locator("#map-status .problem").count() == 0
-    expect(page.locator("#panel-map .legend")).to_contain_text("W")
+    expect(page.locator("#map-place .legend")).to_contain_text("W")
     let_go(page, "map", maps)
-    expect(page.locator("#panel-map .legend")).to_contain_text("the border of stability")
+    expect(page.locator("#map-place .legend")).to_contain_text("the border of stability")
 
 
 def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     settled(page)
     beside, (x, y) = point(page, "#map", 0.4, 0.6), point(page, "#map", 0.0, 0.6)
     page.mouse.move(*beside)
@@ -216,7 +216,7 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
 
 
 def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     strips = """([fixed, row, first]) => import('/static/map/map_levels.js').then(({ rowsOfNext }) => {
       const strips = [];
       for (let rows = 0; rows < 200; rows += strips.at(-1)[0]) {
@@ -233,7 +233,7 @@ def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk
 
 
 def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     page.wait_for_selector("#map[data-fine='200']")
     seen = set()
     for right, up in ((0.25, 0.6), (0.75, 0.75), (0.75, 0.3)):
@@ -246,7 +246,9 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
                 .slice(0, 3)""",
             [right, up],
         )
-        named = {name: knows(page, f"colours.js:theme().verdicts.{name}") for name in ("none", "unstable", "stable")}
+        named = {
+            name: knows(page, f"pictures/colours.js:theme().verdicts.{name}") for name in ("none", "unstable", "stable")
+        }
         colour = "#" + "".join(f"{part:02x}" for part in place)
         found = next(name for name, value in named.items() if value == colour)
         orbits = steady_states(case_of(knows(page, "core/state.js:data.tables"), "page").system()).orbits
@@ -257,11 +259,10 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
     assert len(seen) > 1
 
 
-@pytest.mark.parametrize("desk", [{"reduced_motion": "reduce"}], indirect=True)
 def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=valve-breaker")
+    page = desk.open("machine=valve-breaker")
     page.wait_for_selector("#map[data-fine='50']")
-    legend = page.locator("#panel-map .legend li").all_inner_texts()
+    legend = page.locator("#map-place .legend li").all_inner_texts()
     assert legend == ["runs", "stays on the wall", "reaches no port", "the present design"]
     expect(page.locator("#map-status")).to_have_text("50 × 50 cells, each of a rigid piston.")
     expect(page.locator("#map-readout")).to_contain_text("port 1 → power: place = 130")
@@ -282,9 +283,9 @@ def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
 
 
 def test_a_map_of_a_hammer_with_a_tool_on_rock_shows_what_its_blow_does(desk: Desk) -> None:
-    page = desk.open("panel=map&machine=drill-string&q=steel_tension")
+    page = desk.open("machine=drill-string&q=steel_tension")
     page.wait_for_selector("#map[data-coarse]")
-    expect(page.locator("#panel-map .legend")).to_contain_text("MPa")
+    expect(page.locator("#map-place .legend")).to_contain_text("MPa")
     of_blow = {"rock_share", "steel_tension", "rate_of_penetration", "joint_openings"}
     offered = "options => options.map(({ value }) => value)"
     assert of_blow <= set(page.locator("#map-q option").evaluate_all(offered))
@@ -293,14 +294,14 @@ def test_a_map_of_a_hammer_with_a_tool_on_rock_shows_what_its_blow_does(desk: De
     assert of_blow & set(page.locator("#map-q option").evaluate_all(offered)) == {"rock_share", "steel_tension"}
 
 
-FOUND = "panel=map&q=label&x=restitution&y=load_factor"
+FOUND = "q=label&x=restitution&y=load_factor"
 
 
 def test_found_motions_have_their_family_s_colour_and_tell_their_label(desk: Desk) -> None:
     case = "system.s=20&system.d=0.005&system.restitution=0.6&load.kind=harmonic&load.mean=0.7"
     page = desk.open(f"{FOUND}&{case}&load.amplitude=1")
     page.wait_for_selector("#map[data-fine='50']")
-    legend = page.locator("#panel-map .legend li").all_inner_texts()
+    legend = page.locator("#map-place .legend li").all_inner_texts()
     assert set(legend) <= {*(family.name for family in palette.FAMILIES), "the present design"}
     seen: dict[int, str] = {}
     for right, up in ((0.5, 0.9), (0.3, 0.6), (0.75, 0.2), (0.95, 0.45), (0.2, 0.4), (0.85, 0.55)):
@@ -334,8 +335,8 @@ def test_found_motions_have_their_family_s_colour_and_tell_their_label(desk: Des
 
 
 def test_the_page_has_the_palette_of_the_pictures(desk: Desk) -> None:
-    page = desk.open("panel=motion&machine=mini-breaker")
-    ends = [knows(page, f"colours.js:signed({share})") for share in (-1, 1)]
+    page = desk.open("panel=orbits&machine=mini-breaker")
+    ends = [knows(page, f"pictures/colours.js:signed({share})") for share in (-1, 1)]
     told = [[int(part) for part in re.findall(r"\d+", colour)] for colour in ends]
     stops = (palette.STRAIN[0].light, palette.STRAIN[-1].light)
     assert told == [[int(stop[i : i + 2], 16) for i in (1, 3, 5)] for stop in stops]
@@ -349,7 +350,7 @@ def test_a_range_that_is_none_is_told_and_no_map_is_shown_over_another(
     desk: Desk, request: pytest.FixtureRequest
 ) -> None:
     request.node.expected_words = ("422",)
-    page = desk.open("panel=map&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
     page.wait_for_selector("#map[data-fine='200'][data-curves]")
     page.fill("#map-x-from", "")
     page.keyboard.press("Tab")
@@ -474,7 +475,7 @@ def test_the_best_hammer_is_found_shown_and_taken(desk: Desk) -> None:
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     page.click("#hammer-take")
     settled(page)
-    best = knows(page, "state.js:data.tables.load.ports[0].behind")
+    best = knows(page, "core/state.js:data.tables.load.ports[0].behind")
     assert 10.0 <= float(best.removesuffix(" mm")) <= 14.0
     expect(page.locator("#hammer-status")).to_contain_text("The case has changed since")
 

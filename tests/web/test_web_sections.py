@@ -49,7 +49,7 @@ def told(page: Page, words: str) -> Any:
     """What the server has told of the case that is on the page now."""
     settled(page)
     assert knows(page, "core/state.js:data.info.tables") == knows(page, "core/state.js:data.tables")
-    return knows(page, f"state.js:data.info.{words}")
+    return knows(page, f"core/state.js:data.info.{words}")
 
 
 def build_piston(page: Page) -> None:
@@ -67,7 +67,7 @@ def test_a_piston_of_sections_is_built_by_hand(desk: Desk, capsys: pytest.Captur
     path.write_text(piston(), encoding="utf-8")
     orbits = steady_json(capsys, str(path))["periods"][0]["orbits"]
     truth = next(orbit for orbit in orbits if orbit["stable"] and orbit["admissible"])["si"]
-    page = desk.open("machine=mini-breaker")
+    page = desk.open("panel=case&machine=mini-breaker")
     build_piston(page)
     assert page.locator("#field-bar-length").count() == 0
     assert len(told(page, "bar.sections")) == 2
@@ -93,7 +93,7 @@ def test_a_piston_of_sections_is_built_by_hand(desk: Desk, capsys: pytest.Captur
 
 
 def test_rows_are_moved_from_the_keyboard(desk: Desk) -> None:
-    page = desk.open("machine=mini-breaker")
+    page = desk.open("panel=case&machine=mini-breaker")
     build_piston(page)
     page.click("#sections-add")
     page.focus("#sections-down-0")
@@ -117,7 +117,7 @@ def test_rows_are_moved_from_the_keyboard(desk: Desk) -> None:
 
 def test_a_wrong_cell_is_told_beside_it(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
-    page = desk.open("machine=mini-breaker")
+    page = desk.open("panel=case&machine=mini-breaker")
     build_piston(page)
     for name, wrong, right, words in (
         ("diameter", "30 kg", "30 mm", "unit of mass"),
@@ -141,7 +141,7 @@ def test_sections_in_plain_numbers(
 ) -> None:
     request.node.expected_words = ("422",)
     load = "load.kind=harmonic&load.mean=0.5&load.amplitude=1"
-    page = desk.open(f"system.s=20&system.d=0.005&system.restitution=0.3&system.strain=reversed&{load}")
+    page = desk.open(f"panel=case&system.s=20&system.d=0.005&system.restitution=0.3&system.strain=reversed&{load}")
     page.click("#bar-sections")
     expect(page.locator("#field-system-strain option")).to_have_count(2)  # reversed is not offered
     page.click("#sections-add")
@@ -173,7 +173,7 @@ OF_B77 = "system.s=20&system.d=0.01&system.restitution=0.3&load.kind=harmonic&lo
 
 @pytest.mark.parametrize("words", ["machine=mini-breaker", OF_B77])
 def test_another_law_of_damping_damps_the_first_mode_alike(desk: Desk, words: str) -> None:
-    page = desk.open(words)
+    page = desk.open(f"panel=case&{words}")
     table = "bar" if "machine" in words else "system"
     first = told(page, "body.damping[0]")
     others = []
@@ -193,7 +193,7 @@ def test_another_law_of_damping_damps_the_first_mode_alike(desk: Desk, words: st
 
 def test_strain_and_a_load_of_steps_are_chosen(desk: Desk, request: pytest.FixtureRequest) -> None:
     request.node.expected_words = ("422",)
-    page = desk.open("machine=mini-breaker&load.kind=square&load.mean=&load.amplitude=2+kN&load.kappa=1.3")
+    page = desk.open("panel=case&machine=mini-breaker&load.kind=square&load.mean=&load.amplitude=2+kN&load.kappa=1.3")
     before = page.locator("#headline .figures").inner_text()
     page.select_option("#field-load-kind", "steps")
     expect(page.locator("#field-load-values")).to_have_value("2, -2")
@@ -219,10 +219,9 @@ def test_sections_do_not_stick_out_of_a_phone(desk: Desk) -> None:
 
 
 def test_the_size_of_a_section_is_an_axis(desk: Desk) -> None:
-    page = desk.open("machine=mini-breaker")
+    page = desk.open("panel=case&machine=mini-breaker")
     build_piston(page)
     told(page, "bar.sections")
-    page.click("#tab-map")
     page.select_option("#map-x", "bar.sections[1].length")
     until(page, "decodeURIComponent(location.hash).includes('x=bar.sections[1].length')")
     page.wait_for_selector("#map[data-coarse='8']")
@@ -230,5 +229,4 @@ def test_the_size_of_a_section_is_an_axis(desk: Desk) -> None:
     page.focus("#map")
     page.keyboard.press("Shift+ArrowRight")
     until(page, "Number(document.querySelector('#map').dataset.design.split(',')[0]) > 121")
-    page.click("#tab-case")
     expect(page.locator("#field-bar-sections-1-length")).not_to_have_value("120 mm")

@@ -19,8 +19,8 @@ from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, 
 from percuss.cli import main
 
 PANELS = ("", "orbits", "branches", "blow", "experiment", "hammer", "case", "lessons", "report")
-WAIT = int(os.environ.get("PERCUSS_WAIT", "240000"))  # milliseconds, on a machine that does other things as well; only what fails waits so long
-STILL = [{"reduced_motion": "reduce"}]  # nothing plays by itself, which would be drawn as often as there is time
+WAIT = int(os.environ.get("PERCUSS_WAIT", "240000"))  # ms; only what fails waits so long
+PLAYING = [{"reduced_motion": "no-preference"}]  # else nothing plays by itself, for drawing takes what time there is
 STATE = "import('/static/core/state.js').then"
 CHANGED = "String((await import('/static/core/state.js')).data.changed)"
 
@@ -83,7 +83,7 @@ class Desk:
     """A page with what it did: the addresses it asked for, what the console said."""
 
     def __init__(self, browser: Browser, server: str, known: BrowserContext | None = None, **context: Any) -> None:
-        context = {"viewport": {"width": 1360, "height": 900}, "reduced_motion": "no-preference", **context}
+        context = {"viewport": {"width": 1360, "height": 900}, "reduced_motion": "reduce", **context}
         self.context = known or browser.new_context(**context)
         self.page: Page = self.context.new_page()
         self.page.set_default_timeout(WAIT)

@@ -1,8 +1,8 @@
 // Nine guided lessons. Each sets a scene (a case and a view) and says what to try; the numbers are always the server's.
 
 const ORBITS = { panel: "orbits", m: 1 };
-const MAP = { panel: "map", x: "restitution", y: "load_factor", q: "verdict" };
-const heard = (cycles) => ({ panel: "motion", source: "start", window: "settled", cycles });
+const MAP = { x: "restitution", y: "load_factor", q: "verdict" };
+const heard = (cycles) => ({ source: "start", window: "settled", cycles });
 
 const branches = (range, depth) => ({ panel: "branches", along: "load_factor", alongr: range, depth, bmodes: 0 });
 
@@ -132,7 +132,7 @@ export const LESSONS = [
         "Two by two",
         heard(8),
         pneumatic(0.86, 0.8, REBOUND),
-        "The load factor is a little smaller. Strong, weak, strong, weak: the motion repeats after two blows, the impact chart shows two points, and the motion is called z=2/2.",
+        "The load factor is a little smaller. Strong, weak, strong, weak: the motion repeats after two blows, the impact chart under All motions shows two points, and the motion is called z=2/2.",
       ),
       scene(
         "Four by four",
@@ -184,7 +184,7 @@ export const LESSONS = [
       ),
       scene(
         "Rest for good",
-        { panel: "motion", source: "start", window: "start", cycles: 8 },
+        { source: "start", window: "start", cycles: 8 },
         pneumatic(1.1, 0.5, FALL),
         "Here the mean is greater than the amplitude: the load never pulls, and the bar rests for good.",
       ),
@@ -262,19 +262,19 @@ export const LESSONS = [
       ),
       scene(
         "The same machine with a valve",
-        { panel: "machine" },
+        {},
         valve(0),
         "The same piston, the same two forces, the same period of 2π, the same speed. Now the piston switches them: a port 1.839 bar lengths behind the wall orders the push, the blow orders the pull. It runs: of a disturbance no more than R, 40 %, is left after each blow; of its rhythm R², 16 %, whatever the ports and the forces are. Move every slider: it settles at once.",
       ),
       scene(
         "A valve that is late",
-        { panel: "machine" },
+        {},
         valve(1.2),
         "The pull comes 1.2 after the blow, and the machine still runs. Move the delay of the blow to the right: at 1.86 the piston has fallen back to the wall before the pull comes, and it strikes twice.",
       ),
       scene(
         "A breaker of today",
-        { panel: "machine" },
+        {},
         { machine: "valve-breaker" },
         "A hydraulic breaker of the 20 t class. Lower the pressure until it stops, and read what would be needed; add gas, and see that it may run and still not start from rest.",
       ),

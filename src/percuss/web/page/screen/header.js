@@ -45,13 +45,13 @@ export function startHeader(panels, failed) {
   startTheme();
   addEventListener("keydown", keys);
   effect(() => {
-    const names = JSON.stringify([view.machine, data.machines.length, changed().length > 0]);
+    const names = JSON.stringify([view.machine, data.machines.length, !view.machine && data.tables?.title]);
     if (machine.dataset.key === names) return;
     machine.dataset.key = names;
     const option = (/** @type {string} */ value, /** @type {string} */ text) => h("option", { value, selected: value === view.machine }, text);
     put(
       machine,
-      !view.machine && option("", "a case of your own"),
+      !view.machine && option("", data.tables?.title || "a case of your own"),
       data.machines.map((/** @type {any} */ m) => option(m.name, m.title)),
       h("optgroup", { label: "Structures" }, data.structures.map((/** @type {any} */ m) => option(m.name, m.title))),
     );

@@ -40,9 +40,13 @@ export function startScenes() {
 /** What the drawer of all motions tells of them. */
 export const detailsOfScenes = () => [scenes.motion.details, scenes.machine.details];
 
-/** Space plays and pauses, wherever nothing else wants it. */
+/** Space plays and pauses, and the arrow keys step a blow, wherever nothing else wants them. */
 function keys(event) {
-  if (event.key !== " " || event.defaultPrevented || event.target.closest("button, select, summary, a, textarea, input:not([type=range])")) return;
+  if (event.defaultPrevented || event.target.closest("button, select, summary, a, textarea, input:not([type=range])")) return;
+  const { toggle, step } = scenes[shown()];
+  const way = !event.target.closest("input, [role=application]") && { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (event.key === " ") toggle();
+  else if (way && step) step(way);
+  else return;
   event.preventDefault();
-  scenes[shown()].toggle();
 }
