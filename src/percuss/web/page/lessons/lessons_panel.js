@@ -55,7 +55,6 @@ function startLessons(panel) {
 async function begin(number) {
   show({ lesson: number, scene: 0 });
   await play(0);
-  $("#lesson-strip").scrollIntoView({ block: "nearest" });
 }
 
 /** A scene: its case and its view; a link with the lesson in it comes back to it. */
@@ -89,8 +88,7 @@ function strip() {
     );
   put(
     box,
-    h("h2", {}, `Lesson ${view.lesson}: ${lesson.title}`),
-    h("p", { class: "muted" }, lesson.goal),
+    h("h2", { title: lesson.goal }, `Lesson ${view.lesson}: ${lesson.title}`),
     h("div", { class: "try", role: "group", "aria-label": "Scenes" }, lesson.scenes.map(button)),
     h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[view.scene - 1]?.say ?? CHOOSE),
     h(

@@ -136,7 +136,11 @@ export class LiveStage extends Stage {
     return length > 0 ? turn % length : 0;
   }
 
-  /** Gap, velocity and phase of the frame in sight. */
+  gapOfFrame() {
+    return this.stateOfFrame().through;
+  }
+
+  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. */
   stateOfFrame() {
     const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
     let [low, high] = [0, t.length - 1];
@@ -147,7 +151,8 @@ export class LiveStage extends Stage {
     }
     const share = t[high] > t[low] ? Math.min(Math.max((this.time - t[low]) / (t[high] - t[low]), 0), 1) : 0;
     const between = (list) => list[low] + share * (list[high] - list[low]);
-    return { gap: Math.min(between(gap), 0), velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
+    const through = between(gap);
+    return { gap: Math.min(through, 0), through, velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
   }
 
   /** A moment of the steady motion, whose frames are shown. */
@@ -164,7 +169,7 @@ export class LiveStage extends Stage {
     if (this.exact || !this.live) {
       super.advance(seconds);
       this.now += seconds * this.rate;
-      if (this.live) this.keep(this.stateOfFrame().gap);
+      if (this.motion) this.keep(this.gapOfFrame());
       return;
     }
     const { live } = this;

@@ -214,7 +214,10 @@ function take() {
   units = unitsOf(motion);
   const steady = motion.source === "orbit" ? chosen() : null;
   if (!steady) parts.stage.show(motion, force(), shapeOfCase());
-  else if (obstacleOf(steady)) parts.stage.show(motion, force(), shapeOfCase());
+  else if (obstacleOf(steady)) {
+    parts.stage.beside("unstable", null);
+    parts.stage.show(motion, force(), shapeOfCase());
+  }
   else if (steady.quick.stable) parts.stage.settle(motion, force(), shapeOfCase(), steady.quick);
   knobs();
   drawCharts(motion, units);

@@ -14,7 +14,7 @@ export function shareMenu() {
     h("button", { type: "button", id, onclick: () => copied(words, text) }, words);
   const menu = h(
     "details",
-    { class: "menu share", id: "share" },
+    { class: "menu", id: "share" },
     h("summary", { title: "Copy a link, a command, Python" }, "Share"),
     h(
       "div",
