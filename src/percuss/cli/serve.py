@@ -52,6 +52,13 @@ def _token_of(options: argparse.Namespace, parser: Parser) -> str:
     return given or ""
 
 
+def _origin(text: str) -> str:
+    """An origin: scheme, host and maybe a port, nothing that could be another word of a header."""
+    if not re.fullmatch(r"https?://[A-Za-z0-9.\-\[\]:]+", text):
+        raise argparse.ArgumentTypeError(f"expected an origin such as https://school.example, got '{text}'")
+    return text
+
+
 @command(
     """\
 The workbench: a page in the browser where a slider shows at once whether a hammer runs, where it stands on its
@@ -78,6 +85,13 @@ server is contacted. Only this machine can open the page unless --host says othe
     option(
         "--name NAME", "another name of this server, for use behind a reverse proxy", _host, action="append", default=[]
     ),
+    option(
+        "--embed ORIGIN",
+        "a page elsewhere that may show this one within a frame, such as https://school.example",
+        _origin,
+        action="append",
+        default=[],
+    ),
     option("--no-browser", "do not open the page in the browser"),
 )
 def serve(parser: Parser, options: argparse.Namespace) -> int:
@@ -101,6 +115,7 @@ def serve(parser: Parser, options: argparse.Namespace) -> int:
         text = without_files(case).to_toml()
     settings = settings_room.Settings(
         host=options.host, port=options.port, token=token, names=tuple(options.name), case=text,
+        embed=tuple(options.embed),
         limits=settings_room.Limits(seconds=float(options.seconds)),
     )  # fmt: skip
     import_module("percuss.web.serving").serve(settings, options.workers, not options.no_browser)

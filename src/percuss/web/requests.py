@@ -294,7 +294,7 @@ class Guard:
             nonlocal begun
             if message["type"] == "http.response.start":
                 begun = True
-                _add_headers(message, scope["path"])
+                _add_headers(message, scope["path"], self.settings.embed)
             await send(message)
 
         refusal = self._refusal(scope)
@@ -353,9 +353,14 @@ def _name_of(host: str) -> str:
     return "" if found.path or found.username is not None else found.hostname or ""
 
 
-def _add_headers(message: MutableMapping[str, Any], path: str) -> None:
+def _add_headers(message: MutableMapping[str, Any], path: str, embed: tuple[str, ...] = ()) -> None:
     given = {name.lower() for name, _ in message["headers"]}
-    extra = [(name.encode(), value.encode()) for name, value in _HEADERS.items()]
+    headers = dict(_HEADERS)
+    if embed:
+        policy = CONTENT_SECURITY_POLICY.replace("frame-ancestors 'none'", f"frame-ancestors 'self' {' '.join(embed)}")
+        headers["content-security-policy"] = policy
+        del headers["x-frame-options"]  # which knows no list
+    extra = [(name.encode(), value.encode()) for name, value in headers.items()]
     if path.startswith("/api/") and b"cache-control" not in given:
         extra.append((b"cache-control", b"no-store"))
     message["headers"] = [*message["headers"], *(pair for pair in extra if pair[0] not in given)]

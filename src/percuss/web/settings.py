@@ -96,6 +96,8 @@ class Settings:
         Other names by which the page is reached, for example behind a reverse proxy.
     case
         TOML text of the case that the page opens with; "" for none.
+    embed
+        Origins of other pages that may show this one within a frame, such as ``https://school.example``.
     """
 
     host: str = "127.0.0.1"
@@ -103,6 +105,7 @@ class Settings:
     token: str = field(default="", repr=False)
     names: tuple[str, ...] = ()
     case: str = field(default="", repr=False)
+    embed: tuple[str, ...] = ()
     limits: Limits = Limits()
 
     def allows(self, name: str) -> bool:

@@ -60,7 +60,7 @@ function read(key, text) {
  * without a case in the address the one that is `served`, else the machine `fallback`; `base` is the case before the
  * changes that the address tells. */
 export async function fromAddress(text, fallback, served) {
-  const words = new URLSearchParams(text.replace(/^#/, ""));
+  const words = new URLSearchParams([location.search.slice(1), text.replace(/^#/, "")].filter(Boolean).join("&"));
   const keys = [];
   Object.assign(view, DEFAULTS);
   for (const [name, value] of words) {

@@ -32,7 +32,7 @@ function headers(extra = {}) {
 }
 
 const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
-const AGAIN = 1000; // ms until a server that does not answer is asked again
+const AGAIN = 2000; // ms until a server that does not answer is asked again
 
 /** What the server answers; while it does not, as when it is started again, the page says so and goes on asking. */
 async function reached(path, options) {

@@ -9,6 +9,8 @@ import { store } from "./signals.js";
 
 export const DEFAULTS = {
   panel: "", // the drawer that is open; none
+  embed: 0, // 1: within another page, without what leads away
+  lock: "", // parameters that stay as they are, of a link for a class
   tall: 0, // 1: the drawer is over all but the verdict
   machine: "",
   m: 1,
@@ -261,6 +263,9 @@ export function setTables(tables, info = data.info) {
 export const presentValues = () =>
   Object.fromEntries((data.info?.parameters ?? []).map(({ name }) => [name, name === "m" ? view.m : present(data, name)]));
 
+/** Whether a parameter is locked. */
+export const locked = (name) => view.lock.split(",").some((one) => one === name || (one === "R" && /^(contact\.)?restitution$/.test(name)));
+
 /** The same case with a value that is being dragged: answers that come meanwhile are shown. `names`: the keys that are
  * other ones, where the map may stay as it is. */
 export function drag(tables, names = null) {
@@ -277,7 +282,8 @@ export function setKey(key, value) {
 
 /** Parameters moved by a slider or on the map: {name: number}, in the units that the server lists them in. A key whose
  * unit is another one since gets that unit back, for the server takes the number in the unit of the tables. */
-export function move(values) {
+export function move(given) {
+  const values = Object.fromEntries(Object.entries(given).filter(([name]) => !locked(name)));
   for (const { name, unit, value, dimensionless } of data.info?.parameters ?? [])
     if (name in values && !dimensionless && ![undefined, unit].includes(unitOf(data.tables, name)))
       data.tables = withKey(data.tables, heldAt(data.tables, name), unit ? `${value} ${unit}` : value);

@@ -88,8 +88,7 @@ function strip() {
     );
   put(
     box,
-    h("h2", {}, `Lesson ${view.lesson}: ${lesson.title}`),
-    h("p", { class: "muted" }, lesson.goal),
+    h("h2", { title: lesson.goal }, `Lesson ${view.lesson}: ${lesson.title}`),
     h("div", { class: "try", role: "group", "aria-label": "Scenes" }, lesson.scenes.map(button)),
     h("p", { id: "lesson-words", "aria-live": "polite" }, lesson.scenes[view.scene - 1]?.say ?? CHOOSE),
     h(

@@ -46,7 +46,7 @@ export class MachineStage extends LiveStage {
     this.length = arrays.t?.at(-1) ?? 0;
     this.time = Math.min(this.time, this.length);
     this.period = this.length || this.period;
-    this.stroke = Math.max((answer.stroke ?? 0) * meters, 1e-12);
+    this.stroke = (answer.stroke ?? this.deepest ?? 0.1) * meters;
     this.deepest = this.stroke / meters;
     this.heard = answer.blows.map(({ time, energy }) => ({
       time: time * seconds,
@@ -56,6 +56,10 @@ export class MachineStage extends LiveStage {
     this.loudest = Math.max(1e-30, ...this.heard.map(({ energy }) => energy));
     this.moves = arrays.t ? spoolMoves(answer, seconds) : [];
     this.most = Math.max(1e-30, ...(arrays.force ?? motion.forces).map(Math.abs));
+  }
+
+  gapOfFrame() {
+    return this.motion.arrays.t ? this.now_().centre / this.bar_ : 0;
   }
 
   /** Of the frame in sight: as a live motion goes on from it. */

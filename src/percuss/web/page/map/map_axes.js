@@ -83,7 +83,7 @@ export function axis(which) {
 /** What the map of a kind of hammer is over, the best that the case has. */
 const USUAL = {
   clock: { x: ["restitution"], y: ["load_factor"] },
-  held: { x: ["load.frequency", "body.spring", "restitution"], y: ["body.gap", "load_factor"] },
+  held: { x: ["load.frequency", "stiffness", "restitution"], y: ["body.gap", "gap", "load_factor"] },
   valve: { x: ["load.ports[0].behind", "restitution"], y: ["load.pressure", "load.supply.flow", "load.scale"] },
 };
 

@@ -13,7 +13,7 @@ import { followedItems, followedRow, stopFollowed, wantFollowed } from "./map_fo
 import { curves, level, wanted } from "./map_levels.js";
 import { cellAt, content, legends, picture } from "./map_picture.js";
 import { heldAt, present, rangeText, withKey } from "../core/moves.js";
-import { data, drag, move, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
+import { data, drag, locked, move, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
 import { during } from "../core/under_way.js";
 
 export const defaults = {
@@ -351,7 +351,7 @@ function goTo(at, step = [1, 1]) {
   for (const [i, which] of ["x", "y"].entries()) {
     const { name, from, to } = axis(which);
     const value = Math.min(Math.max(at[which], Math.min(from, to)), Math.max(from, to));
-    if (step[i] === 0) continue;
+    if (step[i] === 0 || locked(name)) continue;
     if (name === "m") show({ m: Math.max(1, Math.round(value)) });
     else if (parameter(name)?.movable) values[name] = plainNumber(value, 6);
     else refused = labelOf({ name });

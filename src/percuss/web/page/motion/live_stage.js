@@ -17,7 +17,8 @@ class Ghost {
   constructor(model, orbit, angle, name) {
     this.name = name;
     this.live = new Live(model);
-    this.live.place({ gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase });
+    this.begun = { gap: 0, velocity: -model.restitution * orbit.impact_velocity, phase: orbit.phase };
+    this.live.place(this.begun);
     this.past = [];
     this.now = 0;
     const before = PERIODS * TURN + ((((angle - orbit.phase) % TURN) + TURN) % TURN);
@@ -25,7 +26,13 @@ class Ghost {
   }
 
   advance(dt) {
-    for (const { kind, time } of this.live.advance(dt)) if (kind === "impact") this.past.push({ at: this.now + dt - (this.live.now - time), gap: 0 });
+    for (const { kind, time } of this.live.advance(dt)) {
+      if (kind !== "impact") continue;
+      const since = this.live.now - time;
+      this.past.push({ at: this.now + dt - since, gap: 0 });
+      this.live.place(this.begun); // it stays on its motion, stable or not
+      this.live.advance(since);
+    }
     this.now += dt;
     this.past.push({ at: this.now, gap: this.live.gap });
     if (this.past.length > POINTS) this.past.splice(0, POINTS / 4);
@@ -129,7 +136,11 @@ export class LiveStage extends Stage {
     return length > 0 ? turn % length : 0;
   }
 
-  /** Gap, velocity and phase of the frame in sight. */
+  gapOfFrame() {
+    return this.stateOfFrame().through;
+  }
+
+  /** Gap, velocity and phase of the frame in sight; `through` is the gap also where it is inside the wall. */
   stateOfFrame() {
     const { end_t: t, end_gap: gap, end_velocity: velocity } = this.motion.arrays;
     let [low, high] = [0, t.length - 1];
@@ -140,7 +151,8 @@ export class LiveStage extends Stage {
     }
     const share = t[high] > t[low] ? Math.min(Math.max((this.time - t[low]) / (t[high] - t[low]), 0), 1) : 0;
     const between = (list) => list[low] + share * (list[high] - list[low]);
-    return { gap: Math.min(between(gap), 0), velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
+    const through = between(gap);
+    return { gap: Math.min(through, 0), through, velocity: between(velocity), phase: (this.motion.load_phase + this.time) % TURN };
   }
 
   /** A moment of the steady motion, whose frames are shown. */
@@ -157,7 +169,7 @@ export class LiveStage extends Stage {
     if (this.exact || !this.live) {
       super.advance(seconds);
       this.now += seconds * this.rate;
-      if (this.live) this.keep(this.stateOfFrame().gap);
+      if (this.motion) this.keep(this.gapOfFrame());
       return;
     }
     const { live } = this;

@@ -88,6 +88,8 @@ function law() {
     forgetBlows();
   }
   another();
+  const now = chosen()?.quick; // an unstable motion goes on as a dashed line, and the hammer leaves it
+  stage.beside("unstable", now && !now.stable ? quick.motion : null, now);
   knobs();
   if (!matchMedia("(prefers-reduced-motion: reduce)").matches) begin();
 }
@@ -100,6 +102,7 @@ function another() {
   shownOrbit = one;
   const { quick: orbit } = found;
   const { restitution } = data.quick;
+  parts.stage.beside("unstable", orbit.stable ? null : data.quick.motion, orbit);
   if (orbit.stable) parts.stage.put({ gap: 0, velocity: -restitution * orbit.impact_velocity, phase: orbit.phase });
   else parts.stage.leave(orbit, restitution);
 }
@@ -211,7 +214,10 @@ function take() {
   units = unitsOf(motion);
   const steady = motion.source === "orbit" ? chosen() : null;
   if (!steady) parts.stage.show(motion, force(), shapeOfCase());
-  else if (obstacleOf(steady)) parts.stage.show(motion, force(), shapeOfCase());
+  else if (obstacleOf(steady)) {
+    parts.stage.beside("unstable", null);
+    parts.stage.show(motion, force(), shapeOfCase());
+  }
   else if (steady.quick.stable) parts.stage.settle(motion, force(), shapeOfCase(), steady.quick);
   knobs();
   drawCharts(motion, units);

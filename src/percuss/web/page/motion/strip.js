@@ -14,6 +14,7 @@ export class Strip {
     this.chart = new Chart("The last eight periods", { about: "The striking end over the last eight periods" });
     this.chart.canvas.id = id;
     this.figure = this.chart.figure;
+    this.figure.hidden = true;
     this.told = 0;
   }
 
@@ -27,7 +28,7 @@ export class Strip {
     this.told = now;
     const length = metre ? scaleOf(stage.deepest * metre, "m") : { factor: 1, unit: "" };
     const k = (metre ?? 1) * length.factor;
-    const { accent, kinds, muted } = theme();
+    const { accent, bad, kinds, muted } = theme();
     const line = (past, at) => ({ type: "line", x: past.map((one) => (one.at - at) / period), y: past.map((one) => one.gap * k) });
     const low = -1.06 * stage.deepest * k;
     this.chart.draw({
@@ -38,6 +39,7 @@ export class Strip {
         ...levels.filter(({ at }) => -at * k > low).map(({ at }) => ({ type: "level", at: -at * k, colour: kinds[3], dash: [6, 4], name: "ports" })),
         ...[...stage.ghosts.values()].map((one) => ({ ...line(one.past, one.now), colour: one.name === "A" ? accent : muted, dash: [5, 4], width: 1.6, name: one.name })),
         { ...line(stage.past, stage.now), colour: kinds[0], width: 2, name: "striking end" },
+        ...(stage.past.some(({ gap }) => gap > 1e-6) ? [{ ...line(stage.past.map((one) => ({ ...one, gap: one.gap > 0 ? one.gap : Number.NaN })), stage.now), colour: bad, width: 3, name: "inside the wall: not possible" }] : []),
       ],
     });
   }

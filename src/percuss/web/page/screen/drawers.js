@@ -35,6 +35,7 @@ export function startDrawers(panels) {
     const open = Boolean(now && data.tables && applies(now));
     const tall = open && (view.tall || now?.place) ? "tall" : open ? "half" : "";
     drawer.hidden = !open;
+    document.documentElement.dataset.embed = String(view.embed);
     $("#screen").dataset.drawer = tall;
     put(title, now?.title ?? "");
     grow.hidden = Boolean(now?.place);

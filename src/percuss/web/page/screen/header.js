@@ -1,7 +1,7 @@
 // @ts-check
 // The head of the page: which machine, what was changed in it, undo and redo, the places, sound, theme, links and files.
 
-import { differences, redo, undo, undone, writeAddress } from "../core/address.js";
+import { differences, redo, undo, undone } from "../core/address.js";
 import { $, h, put } from "../core/dom.js";
 import { effect } from "../core/signals.js";
 import { chosen, data, pickMachine, presentValues, setKey, show, tell, view } from "../core/state.js";
@@ -10,6 +10,7 @@ import { forPaper, forgetTheme } from "../pictures/colours.js";
 import { flushFrames } from "../core/dom.js";
 import { opener } from "./drawers.js";
 import { presentFigures } from "./headline.js";
+import { shareMenu } from "./share.js";
 
 const THEMES = ["auto", "light", "dark"];
 
@@ -39,7 +40,7 @@ export function startHeader(panels, failed) {
   sound.setAttribute("aria-pressed", "false");
   const theme = icon("theme", "◐", "Theme", () => setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]));
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
-  const share = h("button", { type: "button", id: "share", title: "Copy the address: it holds the whole state", onclick: copyLink }, "Share");
+  const share = shareMenu();
   $("#top").append(machine, changes, h("div", { class: "steps" }, steps, reset, pin), places, h("div", { class: "tools" }, sound, theme, share, files));
   startTheme();
   addEventListener("keydown", keys);
@@ -108,16 +109,6 @@ function keys(event) {
   if (!press) return;
   event.preventDefault();
   press();
-}
-
-async function copyLink() {
-  writeAddress();
-  try {
-    await navigator.clipboard.writeText(location.href);
-    toast("Copied: the link reproduces this view.");
-  } catch {
-    toast("The address bar holds the link; this browser does not let a page copy it.");
-  }
 }
 
 /* theme */

@@ -19,7 +19,7 @@ export function startScenes() {
   Object.assign(DEFAULTS, ofMotion, ofMachine, ofMap);
   Object.assign(view, DEFAULTS);
   Object.assign(scenes, { motion: { ...startMotion(), why: whyOfOrbits() }, machine: startMachine(), blow: blowScene() });
-  const held = h("div", {}); // the phase portrait of a structure, which has no band of its load
+  const held = h("div", { class: "fill" }); // the phase portrait of a structure, which has no band of its load
   scenes.motion.why = [scenes.motion.why, held];
   const place = (name) => Object.entries(scenes).map(([scene, parts]) => parts[name] && h("div", { class: "scene", "data-scene": scene }, parts[name]));
   for (const name of ["stage", "strip", "why"]) put($(`#${name}-place`), place(name));

@@ -4,7 +4,7 @@
 import { $, afterFrame, h, put } from "../core/dom.js";
 import { number, plainNumber, quantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
-import { data, move, on, show, switchesItself, view } from "../core/state.js";
+import { data, locked, move, on, show, switchesItself, view } from "../core/state.js";
 import { read } from "../core/units.js";
 import { machineSliders } from "./machine_sliders.js";
 
@@ -109,6 +109,7 @@ function slider(one) {
       const share = base === null || base === undefined ? -1 : (base - Number(input.min)) / (Number(input.max) - Number(input.min));
       tick.hidden = !(share >= 0 && share <= 1);
       tick.style.left = `calc(8px + ${share} * (100% - 16px))`; // the middle of the thumb goes from 8px to 8px
+      input.disabled = field.disabled = locked(name);
       const words = withUnit(value, unit);
       input.setAttribute("aria-valuetext", words);
       if (document.activeElement !== field && field.getAttribute("aria-invalid") !== "true" && field.value !== words) field.value = words;
