@@ -294,7 +294,7 @@ def test_pictures_keep_their_proportions_on_paper(desk: Desk) -> None:
 @pytest.mark.parametrize("desk", [{"color_scheme": "dark"}], indirect=True)
 def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
-    chart = "#panel-orbits .grid figure:nth-child(1) > canvas"
+    chart = "#panel-orbits canvas[data-change]"
     settled(page)
     dark = ink(page, chart)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
@@ -350,7 +350,7 @@ def test_dark_and_light(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
     background = "getComputedStyle(document.body).backgroundColor"
     dark = page.evaluate(background)
-    chart = "#panel-orbits .grid figure:nth-child(1) > canvas"
+    chart = "#panel-orbits canvas[data-change]"
     page.wait_for_selector(f"{chart}[data-drawn]")
     settled(page)
     before = ink(page, chart)
@@ -378,7 +378,7 @@ def test_the_keyboard_reaches_everything(desk: Desk) -> None:
     settled(page)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
-    places = ["machine", "tab-lessons", "sound", "share", "slide-restitution", "play", "map-y", "map", "map-x"]
+    places = ["machine", "tab-lessons", "sound", "theme", "slide-restitution", "play", "map-y", "map", "map-x"]
     places.append("tab-case")
     for place in places:  # in this order
         for _ in range(60):

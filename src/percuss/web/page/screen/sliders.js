@@ -80,6 +80,7 @@ function slider(one) {
     field.toggleAttribute("aria-invalid", Boolean(found.error));
     if (found.error) return field.setAttribute("aria-invalid", "true");
     set(found.value);
+    field.value = withUnit(found.value, unit); // in its own unit, whatever was typed
   });
   field.addEventListener("focus", () => field.select());
   const end = (which, other) => {
