@@ -23,7 +23,8 @@ RUNS = """async cases => {
     live.place({ gap: start.position, velocity: start.velocity, phase: start.time });
     live.time = start.time;
     const events = [];
-    for (let i = 0; live.now < end; i++) events.push(...live.advance((end - start.time) * [0.002, 0.11, 0.0003][i % 3]));
+    for (let i = 0; live.now < end; i++)
+      events.push(...live.advance((end - start.time) * [0.002, 0.11, 0.0003][i % 3]));
     let label = live.label();
     for (let i = 0; i < longer && !label; i++) {
       live.advance((end - start.time) / 20);
