@@ -183,10 +183,10 @@ def test_a_machine_says_what_the_command_line_says_and_plays(desk: Desk) -> None
     si = machine_answer(load_case("valve-drifter")).to_json_dict()["si"]
     assert figure(page, "blow energy") == "301.1J"
     assert float(figure(page, "striking speed").removesuffix("m/s")) == pytest.approx(
-        si["impact_velocity_m_s"], rel=1e-3
+        si["impact_velocity_m_s"], rel=5e-3
     )
-    assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=1e-3)
-    assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=1e-3)
+    assert float(figure(page, "stroke").removesuffix("mm")) == pytest.approx(1e3 * si["stroke_m"], rel=5e-3)
+    assert float(figure(page, "oil flow").removesuffix("l/min")) == pytest.approx(si["oil_flow_l_per_min"], rel=5e-3)
     until(page, "Number(document.querySelector('#machine-stage').dataset.blows) > 0")  # it plays by itself
     expect(page.locator("label", has=page.locator("#machine-slow"))).to_contain_text("180 times slower, 3 s per cycle")
     page.click("#machine-play")
@@ -266,11 +266,11 @@ def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> N
     page = desk.open(f"panel=orbits&system.s=2000&system.d=0&system.restitution=0.2&system.strain=reversed&{load}")
     driven(page)
     speed = math.sqrt(2.0 * 2.2 / (1.0 - 0.2**2))
-    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=5e-3)
     slide(page, "load-states", 2)
     driven(page)
     assert knows(page, "core/state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
-    assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=2e-3)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=5e-3)
     page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
     driven(page)
     expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^1"))
@@ -329,8 +329,8 @@ def test_the_lesson_of_the_valve(desk: Desk) -> None:
     scene(page, 8, 3)
     expect(page.locator("#verdict")).to_have_text("Runs")
     driven(page)
-    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
-    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=2e-3)
+    assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=5e-3)
+    assert float(figure(page, "period")) == pytest.approx(2.0 * math.pi, rel=5e-3)
     expect(page.locator("#reason")).to_contain_text(re.compile("a disturbance settles to 1 % in (5|6) cycles"))
     scene(page, 8, 4)
     expect(page.locator("#verdict")).to_have_text("Runs")

@@ -396,7 +396,7 @@ def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
         tables = knows(page, "core/state.js:data.tables")
         summary = simulation_answer(case_of(tables, "lesson")).motion.summary
         assert summary.blow_energy is not None
-        assert float(figure(page, "mean blow energy")) == pytest.approx(summary.blow_energy, rel=1e-3)
+        assert float(figure(page, "mean blow energy")) == pytest.approx(summary.blow_energy, rel=5e-3)
     page.click("#tab-orbits")
     page.get_by_role("button", name="Steady motion").click()
     expect(page.locator("#verdict")).to_have_text("Unstable")

@@ -94,8 +94,8 @@ def test_the_page_says_when_its_figures_are_those_of_the_state_shown(desk: Desk)
     settled(page)
     assert page.locator("#headline").get_attribute("aria-busy") == "false"
     truth = figures_of(page)
-    assert float(figure(page, "peak stress").removesuffix("MPa")) == pytest.approx(truth["peak_stress_MPa"], rel=1e-3)
-    assert float(figure(page, "blow energy").removesuffix("J")) == pytest.approx(truth["blow_energy_J"], rel=1e-3)
+    assert float(figure(page, "peak stress").removesuffix("MPa")) == pytest.approx(truth["peak_stress_MPa"], rel=5e-3)
+    assert float(figure(page, "blow energy").removesuffix("J")) == pytest.approx(truth["blow_energy_J"], rel=5e-3)
 
 
 def test_a_question_that_fails_leaves_the_page_settled(desk: Desk, request: pytest.FixtureRequest) -> None:
@@ -126,7 +126,7 @@ def test_a_move_outlives_a_restart_of_the_server(browser: Browser) -> None:
         assert case.system().load.load_factor == pytest.approx(0.3, abs=1e-3)
         truth = figures_of(page)
         stress = float(figure(page, "peak stress").removesuffix("MPa"))
-        assert stress == pytest.approx(truth["peak_stress_MPa"], rel=1e-3)
+        assert stress == pytest.approx(truth["peak_stress_MPa"], rel=5e-3)
     desk.context.close()
 
 
@@ -143,7 +143,7 @@ def test_a_listener_that_throws_does_not_silence_the_others(desk: Desk) -> None:
     )
     slide(page, "restitution", 0.15)
     settled(page)
-    assert page.title() == f"heard {knows(page, 'state.js:data.changed')}"
+    assert page.title() == f"heard {knows(page, 'core/state.js:data.changed')}"
     assert figure(page, "blow energy") != before
     assert [line for line in desk.said if "of the test" not in line] == []
     desk.said.clear()
@@ -276,19 +276,17 @@ def test_nonsense_in_a_link_is_told_and_can_be_left(desk: Desk, request: pytest.
 # --- on paper
 
 
-@pytest.mark.parametrize("panel, least", [("orbits", 4), ("motion", 2)])
-def test_pictures_keep_their_proportions_on_paper(desk: Desk, panel: str, least: int) -> None:
-    page = desk.open(f"panel={panel}&machine=mini-breaker")
-    page.locator(f"#panel-{panel} figure.chart canvas").first.scroll_into_view_if_needed()
-    page.wait_for_selector(f"#panel-{panel} canvas[data-drawn]")
+def test_pictures_keep_their_proportions_on_paper(desk: Desk) -> None:
+    page = desk.open("panel=orbits&machine=mini-breaker")
     settled(page)
-    page.evaluate("window.requestAnimationFrame = () => 0")  # as on paper, nothing is drawn anew
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")  # what was out of sight is drawn, too
+    page.evaluate("window.requestAnimationFrame = () => 0")  # and nothing anew once the page is laid out on paper
     page.emulate_media(media="print")
     page.set_viewport_size({"width": 600, "height": 800})
-    found = page.locator(f"#panel-{panel} canvas[data-drawn]:visible").evaluate_all(
+    found = page.locator("canvas[data-drawn]:visible").evaluate_all(
         "all => all.map(one => [one.width / one.height, one.clientWidth / one.clientHeight])"
     )
-    assert len(found) >= least
+    assert len(found) >= 6
     for pixels, printed in found:
         assert printed == pytest.approx(pixels, rel=0.01)
 
@@ -296,7 +294,7 @@ def test_pictures_keep_their_proportions_on_paper(desk: Desk, panel: str, least:
 @pytest.mark.parametrize("desk", [{"color_scheme": "dark"}], indirect=True)
 def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
-    chart = "#panel-orbits .grid .card:nth-child(1) figure > canvas"
+    chart = "#panel-orbits .grid figure:nth-child(1) > canvas"
     settled(page)
     dark = ink(page, chart)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
@@ -352,7 +350,7 @@ def test_dark_and_light(desk: Desk) -> None:
     page = desk.open("panel=orbits&machine=mini-breaker")
     background = "getComputedStyle(document.body).backgroundColor"
     dark = page.evaluate(background)
-    chart = "#panel-orbits .grid .card:nth-child(1) figure > canvas"
+    chart = "#panel-orbits .grid figure:nth-child(1) > canvas"
     page.wait_for_selector(f"{chart}[data-drawn]")
     settled(page)
     before = ink(page, chart)
@@ -375,39 +373,25 @@ def test_a_phone_shows_one_column_and_nothing_sticks_out(desk: Desk) -> None:
         assert page.evaluate("document.querySelector('main').clientWidth") > 340, panel
 
 
-@pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)
-def test_an_enlarged_chart_fills_a_phone(desk: Desk) -> None:
-    page = desk.open("panel=orbits&machine=mini-breaker")
-    page.get_by_role("button", name="Enlarge: The striking end").tap()
-    expect(page.locator("#zoom .main-svg").first).to_be_visible()
-    dialog, plot = (page.locator(which).bounding_box() for which in ("#zoom", "#zoom .nsewdrag"))
-    title = page.locator("#zoom .xtitle").bounding_box()
-    assert dialog is not None
-    assert plot is not None
-    assert title is not None
-    assert plot["width"] > 0.6 * dialog["width"]
-    assert title["y"] + title["height"] < dialog["y"] + dialog["height"]
-
-
 def test_the_keyboard_reaches_everything(desk: Desk) -> None:
-    page = desk.open("panel=case&machine=mini-breaker")
+    page = desk.open("machine=mini-breaker")
+    settled(page)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
-    for _ in range(5):
-        page.keyboard.press("Tab")
-        if page.evaluate("document.activeElement.id") == "share":
-            break
-    for _ in range(4):
-        page.keyboard.press("Tab")
-        if page.evaluate("document.activeElement.id") == "tab-case":
-            break
+    places = ["machine", "tab-lessons", "sound", "share", "slide-restitution", "play", "map-y", "map", "map-x"]
+    places.append("tab-case")
+    for place in places:  # in this order
+        for _ in range(60):
+            page.keyboard.press("Tab")
+            if page.evaluate("document.activeElement.id") == place:
+                break
+        assert page.evaluate("document.activeElement.id") == place
+        assert page.evaluate("getComputedStyle(document.activeElement).outlineWidth") == "3px", place
+    page.keyboard.press("Enter")
+    expect(page.locator("#panel-case")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#drawer")).to_be_hidden()
     assert page.evaluate("document.activeElement.id") == "tab-case"
-    outline = page.evaluate("getComputedStyle(document.activeElement).outlineWidth")
-    assert outline == "3px"
-    page.keyboard.press("ArrowRight")
-    expect(page.locator("#map-place")).to_be_visible()
-    page.keyboard.press("End")
-    expect(page.locator("#panel-lessons")).to_be_visible()
     page.focus("#slide-restitution")
     before = page.locator("#slide-restitution").input_value()
     page.keyboard.press("ArrowRight")
@@ -424,7 +408,7 @@ def test_the_focus_stays_when_what_has_it_is_painted_anew(desk: Desk) -> None:
     page.get_by_role("button", name=re.compile("^Motion 1 of 2")).focus()
     late[0].continue_()
     expect(page.locator("#headline .figures div").nth(4)).not_to_contain_text("…")  # the peak stress has come
-    assert page.evaluate(here) == "Motion 1"
+    assert page.evaluate(here) == "1"
     page.get_by_role("button", name="From a start").focus()
     page.keyboard.press("Enter")
     expect(page.locator("#start-kind")).to_be_visible()

@@ -51,7 +51,7 @@ LAYOUT = """() => {
       }
     }
     for (const box of place.querySelectorAll("input:not([type=range], [type=checkbox])"))
-      if (box.checkVisibility() && box.scrollWidth > box.clientWidth) found.push(`${name(box)}: “${box.value}”`);
+      if (box.checkVisibility() && box.scrollWidth > box.clientWidth) found.push(`${name(box)}: “${box.value}” is cut`);
     for (const box of place.querySelectorAll("select")) {
       if (!box.checkVisibility()) continue;
       const twin = box.cloneNode();

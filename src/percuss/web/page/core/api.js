@@ -80,8 +80,8 @@ const posted = (body, signal) => ({
   signal,
 });
 
-/** What `taken` makes of a response; it is under way under the first word of its path. */
-const answered = (path, options, taken) => during(/^\w+/.exec(path)[0], ask(path, options).then(taken));
+/** What `taken` makes of a response; it is under way under the first word of its path, or by a `name` of its own. */
+const answered = (path, options, taken, name = /^\w+/.exec(path)[0]) => during(name, ask(path, options).then(taken));
 
 const json = (response) => response.json();
 
@@ -89,8 +89,8 @@ export const get = (path) => answered(path, {}, json);
 export const post = (path, body, signal) => answered(path, posted(body, signal), json);
 
 /** An answer with arrays: its header, and `arrays` by name as typed arrays with a `shape`. */
-export async function postBinary(path, body, signal) {
-  const buffer = await answered(path, posted(body, signal), (response) => response.arrayBuffer());
+export async function postBinary(path, body, signal, name) {
+  const buffer = await answered(path, posted(body, signal), (response) => response.arrayBuffer(), name);
   const size = new DataView(buffer).getUint32(0, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
   const kinds = { f4: Float32Array, u1: Uint8Array, i2: Int16Array };

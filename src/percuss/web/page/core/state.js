@@ -199,7 +199,7 @@ let asking = new AbortController(); // of the question that takes seconds
 
 /** Margins, what changes the figures, and the curve over the pressure, with elastic modes. */
 const askMore = latest(
-  ({ tables, signal }) => postBinary("machine", { case: tables, points: 2 }, signal),
+  ({ tables, signal }) => postBinary("machine", { case: tables, points: 2 }, signal, "margins"), // the figures wait for none of it
   ({ answer }, { count }) => {
     if (count !== data.changed || !data.machine) return;
     data.machine = { ...data.machine, more: answer };

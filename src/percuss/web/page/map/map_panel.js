@@ -219,8 +219,9 @@ function marked(x, y) {
 
 /** How far the design may move along either axis until it meets a curve: {name, unit, label, value, kind}, the nearest. */
 export function nearestEdge() {
+  if (!ready()) return null;
   const [x, y] = [axis("x"), axis("y")];
-  if (!data.info || !ofNow(x, y) || x.whole || y.whole) return null;
+  if (!ofNow(x, y) || x.whole || y.whole) return null;
   const here = design();
   const found = [];
   for (const { kind, x: xs, y: ys } of lines)

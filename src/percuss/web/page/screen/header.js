@@ -46,7 +46,7 @@ export function startHeader(panels, failed) {
   addEventListener("keydown", keys);
   effect(() => {
     const names = JSON.stringify([view.machine, data.machines.length, !view.machine && data.tables?.title]);
-    if (machine.dataset.key === names) return;
+    if (machine.dataset.key === names && machine.value === view.machine) return; // one that did not come is not shown
     machine.dataset.key = names;
     const option = (/** @type {string} */ value, /** @type {string} */ text) => h("option", { value, selected: value === view.machine }, text);
     put(
