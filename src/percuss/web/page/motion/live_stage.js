@@ -239,7 +239,7 @@ export class LiveStage extends Stage {
     const edge = scale.wall + this.live.gap * scale.travel;
     const { places } = this;
     const edges = Array.from({ length: places }, (_, j) => edge - (1 - j / (places - 1)) * scale.bar);
-    return { edges, shares: new Array(places - 1).fill(0), through: false };
+    return { edges, shares: Array.from({ length: places - 1 }, () => 0), through: false };
   }
 
   /** The bar, and those beside it as outlines. */
