@@ -10,8 +10,10 @@ import pytest
 
 pytest.importorskip("fastapi")
 
+from playwright.sync_api import Page
+
 from percuss.case import load_case, machine_answer
-from web_desk import WAIT, Desk
+from web_desk import BYTES, WAIT, Desk, sound
 
 pytestmark = pytest.mark.browser
 
@@ -23,8 +25,8 @@ RUNS = """async cases => {
     live.place({ gap: start.position, velocity: start.velocity, phase: start.time });
     live.time = start.time;
     const events = [];
-    const parts = [0.002, 0.11, 0.0003];
-    for (let i = 0; live.now < end; i++) events.push(...live.advance((end - start.time) * parts[i % 3]));
+    for (let i = 0; live.now < end; i++)
+      events.push(...live.advance((end - start.time) * [0.002, 0.11, 0.0003][i % 3]));
     let label = live.label();
     for (let i = 0; i < longer && !label; i++) {
       live.advance((end - start.time) / 20);
@@ -293,3 +295,76 @@ def test_what_comes_is_known_ahead_and_what_was_is_kept(desk: Desk, asked: Serve
     assert time[0] == pytest.approx(-16.0 * np.pi, abs=0.1) and time[-1] == 0.0
     assert np.all(np.diff(time) >= -1e-12) and np.diff(time).max() < 0.04
     assert gap.max() == 0.0 and np.count_nonzero(gap == 0.0) == 8  # each blow to the point
+
+
+HEARD = f"""async ({{ motion, other, start, rate, seconds, change, frames }}) => {{
+  /* a live motion heard while frames come at uneven moments; at one of them its law becomes another one */
+  const text = {BYTES};
+  const {{ Live }} = await import("/static/motion/live.js");
+  const {{ limited }} = await import("/static/motion/sound.js");
+  const {{ LiveTrack }} = await import("/static/motion/live_sound.js");
+  const audio = new OfflineAudioContext(1, 48000 * seconds, 48000);
+  const track = new LiveTrack(audio, limited(audio));
+  const live = new Live(motion);
+  live.place(start);
+  const came = [];
+  let [now, changed] = [0, false];
+  const frame = () => {{
+    came.push(...live.advance((audio.currentTime - now) * rate));
+    now = audio.currentTime;
+    if (!changed && now > change) {{
+      live.become(other);
+      changed = true;
+    }}
+    track.follow(live, rate, {{ frequency: 1200 }});
+  }};
+  frame();
+  for (const moment of frames)
+    audio.suspend(moment).then(() => {{
+      frame();
+      audio.resume();
+    }});
+  const samples = text((await audio.startRendering()).getChannelData(0));
+  const times = came.filter(({{ kind }}) => kind === "impact").map(({{ time }}) => time / rate);
+  return {{ samples, times, speeds: live.blows.map(({{ speed }}) => speed) }};
+}}"""
+
+
+def heard(page: Page, **asked: Any) -> tuple[Any, Any]:
+    """When blows begin in the sound, and when they came (s)."""
+    uneven = np.cumsum(np.random.default_rng(7).uniform(0.008, 0.09, 200))
+    frames = [float(moment) for moment in uneven if moment < asked["seconds"] - 0.05]
+    found = page.evaluate(HEARD, {"frames": frames, **asked})
+    loud = np.flatnonzero(np.abs(sound(found["samples"])) > 1e-6)
+    begins = loud[np.concatenate([[True], np.diff(loud) > 240])] / 48000.0  # after 5 ms of silence
+    return begins, np.array(found["times"])
+
+
+def test_a_doubled_motion_is_heard_as_evenly_as_it_strikes(desk: Desk, asked: Server) -> None:
+    """Long and short in turn, each to 1 ms of what the package has, however unevenly frames come."""
+    struck = told(asked.simulated(DOUBLED, 4000)["events"], "impact")[-5:]
+    motion, rate = asked.law(DOUBLED), 10.0
+    first = struck[0]
+    start = {"phase": first["phase"], "velocity": first["rebound_velocity"]}
+    page = desk.module("motion/live.js")
+    begins, came = heard(page, motion=motion, other=motion, start=start, rate=rate, seconds=8.0, change=99.0)
+    gaps = np.diff([one["time"] for one in struck]) / rate
+    assert abs(gaps[0] - gaps[1]) > 0.02  # by turns
+    assert len(begins) >= 11
+    assert np.diff(begins) == pytest.approx(np.resize(gaps[1:3], len(begins) - 1), abs=1e-3)
+    assert begins[: len(came)] - came[: len(begins)] == pytest.approx((begins - came[: len(begins)])[0], abs=1e-3)
+
+
+def test_a_law_that_changes_is_heard_at_once(desk: Desk, asked: Server) -> None:
+    """No blow of the old law sounds after the change, and none of the new one is missing."""
+    hard = {**DOUBLED, "load": {"kind": "harmonic", "mean": 1.0, "amplitude": 1.0}}
+    motion, other = asked.law(hard), asked.law({**hard, "load": {"kind": "harmonic", "mean": 0.4, "amplitude": 1.0}})
+    start = {"gap": 0.0, "velocity": -2.5, "phase": 2.8}
+    begins, came = heard(
+        desk.module("motion/live.js"), motion=motion, other=other, start=start, rate=10.0, seconds=8.0, change=3.02
+    )
+    apart = came[np.concatenate([[True], np.diff(came) > 0.3])]  # each sound has ended before
+    assert np.count_nonzero(came > 3.02) > 2
+    near = [np.abs(begins - time).min() for time in apart]
+    assert np.max(near) < 0.012 and np.ptp(near) < 2e-3  # the limiter looks ahead by some milliseconds
+    assert np.all([np.abs(came - time).min() < 0.012 for time in begins])

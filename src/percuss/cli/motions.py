@@ -223,23 +223,18 @@ assumed; then its blow by waves and the fatigue of its steel, where it has a too
 @_undisturbed()
 def report(parser: Parser, options: argparse.Namespace) -> int:
     """Answer, blow and fatigue of one case as a file."""
-    from percuss.case import MachineAnswer, blow_answer, machine_answer, steady_answer
+    from percuss.case import MachineAnswer
+    from percuss.case.answers.exploring.reported import reported_answers
     from percuss.cli.report_printing import filed
 
-    case, cut, blow = named_case(options.case), "", None
+    case, cut = named_case(options.case), ""
     options.reach_of = None
     with of_file(case):
-        answer = machine_answer(case, options.modes) if case.is_machine else steady_answer(case, (1,), options.modes)
+        if case.is_si and case.tables.tool is not None:
+            need("io", "rainflow")
+        answer, blow = reported_answers(case, options.modes)
         answer = replace(answer, plausibility=not options.no_plausibility)
         whole = answer.whole
-        if whole.runs:
-            answer = replace(answer, uncertainty=_uncertainty(case, options.modes))
-        speed = whole.value("rigid_velocity")
-        if case.tables.tool is not None and speed is not None and speed > 0.0:
-            if case.is_si:
-                need("io", "rainflow")
-            own = case.blow_question().velocity is None  # else the blow is that of the cycle all the same
-            blow = blow_answer(case, None if own else speed, fatigue=case.is_si)
     rests = isinstance(answer, MachineAnswer) and answer.cycle is not None and bool(answer.cycle.rests)
     if whole.runs and not (options.no_reach or rests):
         rows, cut = _reached(parser, options, case, whole.motion)

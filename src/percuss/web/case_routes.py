@@ -10,7 +10,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from percuss._version import __version__
-from percuss.case import MACHINES, machine_answer, steady_answer
+from percuss.case import MACHINES
+from percuss.case.answers.exploring.reported import reported_answers
 from percuss.case.case import without_files
 from percuss.case.catalogue.sample_cases import STRUCTURES, file_beside, is_sample, machine_text
 from percuss.case.file_format.bodies import MATERIALS
@@ -19,7 +20,7 @@ from percuss.case.parameters.moves import placed
 from percuss.case.uploads.upload import uploaded_case, uploaded_history
 from percuss.palette import palette_dict
 from percuss.plot.reports.html_report import report_html
-from percuss.plot.reports.report_pages import Answer
+from percuss.plot.reports.pdf_report import report_pdf
 from percuss.web.motion_routes import simulated
 from percuss.web.questions import CaseAsked, HistoryAsked, PlaceAsked, ReportAsked
 from percuss.web.requests import bounded_body, refused
@@ -228,7 +229,16 @@ async def history(request: Request, asked: Annotated[HistoryAsked, Query()]) -> 
 
 # ---- The report as a download
 
-_HTML = {200: {"description": "HTML", "content": {"text/html": {"schema": {"type": "string"}}}}, **PROBLEMS}
+_FILES = {
+    200: {
+        "description": "HTML, or PDF",
+        "content": {
+            "text/html": {"schema": {"type": "string"}},
+            "application/pdf": {"schema": {"type": "string", "format": "binary"}},
+        },
+    },
+    **PROBLEMS,
+}
 
 
 def _of_report(asked: ReportAsked) -> Part | None:
@@ -238,19 +248,18 @@ def _of_report(asked: ReportAsked) -> Part | None:
 
 @router.answer(
     "/api/report",
-    "A report in one HTML file",
-    _HTML,
+    "A report in one file",
+    _FILES,
     kernels=_of_report,
 )
 def report(case: Case, asked: ReportAsked, terms: Terms) -> Attachment:
-    """With figures and the numbers in SI; `simulate` adds the motion from the start of the case."""
+    """With figures and the numbers in SI, and the blow; `simulate` adds the motion from the start of the case."""
     motion = simulated(case, asked, None, None, terms) if asked.simulate else None
-    answer: Answer
-    if case.is_machine:
-        answer = machine_answer(case, asked.modes)
-    else:
-        periods = tuple(sorted(set(asked.periods)))
+    periods = tuple(sorted(set(asked.periods)))
+    if not case.is_machine:
         check_steady(case.system(), periods, asked.modes, terms.limits)
-        answer = steady_answer(case, periods, asked.modes)
+    answer, blow = reported_answers(case, asked.modes, periods)
     with DRAWING:
-        return Attachment(report_html(case, answer, motion).encode(), "report.html", "text/html; charset=utf-8")
+        if asked.paper:
+            return Attachment(report_pdf(case, answer, motion, blow, asked.paper), "report.pdf", "application/pdf")
+        return Attachment(report_html(case, answer, motion, blow).encode(), "report.html", "text/html; charset=utf-8")

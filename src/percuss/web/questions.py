@@ -276,6 +276,7 @@ class ReportAsked(CaseAsked):
     periods: Annotated[list[Periods], Field(min_length=1, max_length=8)] = [1]
     modes: Modes | None = None
     simulate: bool = False
+    paper: Annotated[Literal["", "a4", "letter"], Field(description='of a PDF, to print and sign; "" for HTML')] = ""
 
 
 Lines = Annotated[list[Text], Field(max_length=16)]

@@ -2,7 +2,7 @@
 
 import { get, takeToken } from "./core/api.js";
 import { followAddress, fromAddress, keepAddress, writeAddress } from "./core/address.js";
-import { data, setTables, tell, view, wish } from "./core/state.js";
+import { data, setTables, tell, wish } from "./core/state.js";
 import { during } from "./core/under_way.js";
 import { PANELS } from "./panels.js";
 import { usePalette } from "./pictures/colours.js";

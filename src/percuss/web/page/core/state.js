@@ -20,7 +20,7 @@ export const DEFAULTS = {
 export const view = store(DEFAULTS);
 
 /** `tables`: the case as it is now; `base`: the machine that it was made from. */
-export const data = store({
+export const data = store(/** @type {Record<string, any>} */ ({
   about: null,
   machines: [],
   structures: [],
@@ -39,7 +39,7 @@ export const data = store({
   moved: null, // parameters of the last change when it was a move, else null
   moving: {}, // parameters on their way to the server: {name: number}
   placed: {}, // parameters moved since the case was last told in full
-});
+}));
 
 const listeners = new Map();
 

@@ -21,9 +21,11 @@ function startReport(panel) {
   parts.rest = h("div", { class: "card", id: "report-rest" });
   parts.button = h(
     "button",
-    { type: "button", class: "main", id: "report-download", onclick: save },
-    "Download the report",
+    { type: "button", class: "main", id: "report-download", onclick: () => save("") },
+    "Report as HTML",
   );
+  parts.paper = h("button", { type: "button", id: "report-pdf", onclick: () => save("a4") }, "PDF, A4");
+  parts.letter = h("button", { type: "button", id: "report-letter", onclick: () => save("letter") }, "PDF, Letter");
   parts.simulated = h("input", { type: "checkbox", id: "report-simulated" });
   parts.status = h("p", { class: "small muted", role: "status", id: "report-status" });
   const tick = h("label", { class: "row middle" }, parts.simulated, "include a simulation from the case's start");
@@ -35,11 +37,11 @@ function startReport(panel) {
     h(
       "div",
       { class: "card" },
-      h("div", { class: "row middle" }, parts.button, tick),
+      h("div", { class: "row middle" }, parts.button, parts.paper, parts.letter, tick),
       h(
         "p",
         { class: "small muted" },
-        "One HTML file with the figures and the pictures, readable without this server.",
+        "One file with the answer, a drawing, the figures and the blow, to print and sign; readable without this server.",
       ),
       parts.status,
     ),
@@ -47,18 +49,19 @@ function startReport(panel) {
   on("tables steady quick view info", paint);
 }
 
-async function save() {
-  parts.button.disabled = true;
+async function save(paper) {
+  const buttons = [parts.button, parts.paper, parts.letter];
+  for (const button of buttons) button.disabled = true;
   put(parts.status, "Writing the report …");
   try {
-    const body = { case: data.tables, periods: [view.m], simulate: parts.simulated.checked };
-    const { blob, name } = await postFile("report", body, `${fileName()}.html`);
+    const body = { case: data.tables, periods: [view.m], simulate: parts.simulated.checked, paper };
+    const { blob, name } = await postFile("report", body, `${fileName()}.${paper ? "pdf" : "html"}`);
     download(blob, name);
     put(parts.status, `Saved as ${name}, ${number(blob.size / 1000, 3)} kB.`);
   } catch (error) {
     put(parts.status, h("span", { class: "problem" }, error.message));
   }
-  parts.button.disabled = false;
+  for (const button of buttons) button.disabled = false;
 }
 
 const marginsOf = (full) => {
@@ -72,8 +75,7 @@ const SCALED = new Set(["J", "W", "m", "Pa", "s", "N"]);
 function paint() {
   if (view.panel !== "report") return;
   if (switchesItself() || isHeld()) {
-    const where = switchesItself() ? "Machine" : "Branches";
-    put(parts.head, h("h2", {}, data.tables.title ?? "The case"), h("p", {}, `All figures of its motion and a picture of it are in the report. The page shows them in its head and in the panel ${where}.`));
+    put(parts.head, h("h2", {}, data.tables.title ?? "The case"), h("p", {}, "All figures of its motion and a picture of it are in the report."));
     put(parts.cards);
     return put(parts.rest);
   }

@@ -9,7 +9,7 @@ import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, 
 import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
 import { Strip } from "../motion/strip.js";
-import { follow, heardAs, hush, lag } from "../motion/sound.js";
+import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
 
 export const defaults = { machineSlow: "", machineShow: "cycle" };
@@ -22,7 +22,7 @@ const parts = { drawn: null };
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMachine() {
   const canvas = h("canvas", { id: "machine-stage", role: "img", "aria-label": "Piston, ports and valve" });
-  parts.stage = new MachineStage(canvas, { ticked, struck, stopped: hush, lag });
+  parts.stage = new MachineStage(canvas, { ticked, struck });
   parts.sentence = h("p", { id: "machine-sentence", role: "status" });
   parts.obstacle = h("div", { id: "machine-obstacle", role: "alert" });
   parts.scale = h("p", { class: "small muted", id: "machine-scale" });
@@ -120,7 +120,7 @@ const cursor = (time) => shownNow() && mark(time);
 const shown = framed(cursor);
 
 function ticked(time) {
-  if (parts.stage.exact) follow(parts.stage, data.info?.bar?.first_mode_Hz);
+  parts.stage.sounds(data.info?.bar?.first_mode_Hz, data.machine?.scales?.energy_J);
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 

@@ -11,7 +11,15 @@ const TURN = 2 * Math.PI;
 
 /** @typedef {{ phase: number, speed: number }} Blow */
 
-const canvas = /** @type {HTMLCanvasElement} */ (h("canvas", { id: "blows-inset", width: 2 * WIDTH, height: 2 * HEIGHT, role: "img", "aria-label": "The last blows: phase and speed" }));
+const canvas = /** @type {HTMLCanvasElement} */ (
+  h("canvas", {
+    id: "blows-inset",
+    width: 2 * WIDTH,
+    height: 2 * HEIGHT,
+    role: "img",
+    "aria-label": "The last blows: phase and speed",
+  })
+);
 /** @type {Blow[]} */
 let blows = [];
 
@@ -51,7 +59,13 @@ function draw() {
   blows.forEach(({ phase, speed }, i) => {
     pen.globalAlpha = 0.25 + (0.75 * (i + 1)) / blows.length;
     pen.beginPath();
-    pen.arc(5 + ((((phase % TURN) + TURN) % TURN) / TURN) * (WIDTH - 10), HEIGHT - 14 - (Math.max(speed, 0) / most) * (HEIGHT - 22), 2.6, 0, TURN);
+    pen.arc(
+      5 + ((((phase % TURN) + TURN) % TURN) / TURN) * (WIDTH - 10),
+      HEIGHT - 14 - (Math.max(speed, 0) / most) * (HEIGHT - 22),
+      2.6,
+      0,
+      TURN,
+    );
     pen.fill();
   });
   pen.globalAlpha = 1;

@@ -254,11 +254,12 @@ function pointer(canvas) {
   });
   canvas.addEventListener("click", (event) => event.pointerType === "touch" && parts.chart.at(event) && go(event));
   canvas.addEventListener("pointerdown", (event) => {
-    if (event.pointerType === "touch" || !parts.chart.at(event)) return; // a finger that swipes moves the page
+    if (!parts.chart.at(event) || (event.pointerType === "touch" && !onDesign(event))) return; // a finger scrolls
     dragging = true;
     canvas.setPointerCapture(event.pointerId);
     go(event);
   });
+  canvas.addEventListener("touchstart", (event) => onDesign(event.touches[0]) && event.preventDefault(), { passive: false });
   const looked = framed(hover);
   canvas.addEventListener("pointermove", (event) => (dragging ? go(event) : looked(event)));
   canvas.addEventListener("pointerleave", () => looked(null));
@@ -283,6 +284,16 @@ function pointer(canvas) {
     };
     goTo({ x: next("x", step[0]), y: next("y", step[1]) }, step);
   });
+}
+
+/** Whether a finger begins on the diamond. */
+function onDesign({ clientX, clientY }) {
+  const { frame, scale, canvas } = parts.chart;
+  const here = design();
+  if (!frame || here.x === undefined || here.y === undefined) return false;
+  const box = canvas.getBoundingClientRect();
+  const [x, y] = [(clientX - box.left) / scale, (clientY - box.top) / scale];
+  return Math.hypot(x - frame.px(here.x), y - frame.py(here.y)) < 26;
 }
 
 /** The wheel brings the point under it nearer, or farther away; a double click shows the whole plane again. */

@@ -56,6 +56,7 @@ export class Live {
     this.blows = [];
     this.ring = { at: 0, size: 0, time: new Float64Array(POINTS), gap: new Float64Array(POINTS), last: -Infinity };
     this.records = true;
+    this.changes = 0; // counts its laws and the states that it was put on
     /** @type {{live: Live, ahead: number, events: (Happening & {after: number})[]} | null} */
     this.scout = null;
     this.flight = new Flight(this.law, this.place_, this.rate_, 0, 0, 0);
@@ -194,6 +195,7 @@ export class Live {
     this.released = [];
     this.rests = this.chatters = this.struck = 0;
     this.scout = null;
+    this.changes += 1;
   }
 
   // ---- Ports and orders

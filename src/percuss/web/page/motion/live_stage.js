@@ -3,6 +3,8 @@
 // ringing, takes over at a blow, and the other way round.
 
 import { Live } from "./live.js";
+import { followLive, hushLive } from "./live_sound.js";
+import { follow, hush, lag } from "./sound.js";
 import { Stage } from "./stage.js";
 
 const NEAR = 0.03; // how near the last blow is to the steady motion's, in phase and as a share of its speed
@@ -42,7 +44,8 @@ class Ghost {
 export class LiveStage extends Stage {
   /** @param {HTMLCanvasElement} canvas @param {any} told as of a stage; `happened(event)` too, for each impact and release */
   constructor(canvas, told) {
-    super(canvas, told);
+    super(canvas, { ...told, stopped: () => (hush(), hushLive()), lag: (stage) => (stage.byFrames ? lag(stage) : stage.behind) });
+    this.behind = 0; // s by which the motion is behind its sound
     this.happened = told.happened;
     this.live = null; // the motion in closed form
     this.exact = false; // whether the server's frames are what is shown
@@ -55,6 +58,17 @@ export class LiveStage extends Stage {
     this.period = TURN;
   }
 
+  /** Whether what is shown is the server's frames. */
+  get byFrames() {
+    return this.exact || !this.live;
+  }
+
+  /** Each blow heard; `frequency` in Hz, `joule` of a unit of energy. */
+  sounds(frequency, joule) {
+    if (this.byFrames) follow(this, frequency);
+    else if (this.playing) this.behind = followLive(this.live, this.rate * this.second, { frequency, joule });
+  }
+
   get there() {
     return Boolean(this.live || this.motion);
   }
@@ -65,6 +79,7 @@ export class LiveStage extends Stage {
     if (!model) return void (this.live = null);
     const present = this.exact && this.motion ? this.stateOfFrame() : null;
     this.cycle = null;
+    hush();
     if (!this.live) this.live = new Live(model);
     else this.live.become(model);
     if (from) this.put(from);
@@ -166,7 +181,7 @@ export class LiveStage extends Stage {
   advance(seconds) {
     for (const ghost of this.ghosts.values()) ghost.advance(seconds * this.rate * this.second);
     if (this.held) return this.draw();
-    if (this.exact || !this.live) {
+    if (this.byFrames) {
       super.advance(seconds);
       this.now += seconds * this.rate;
       if (this.motion) this.keep(this.gapOfFrame());
@@ -201,6 +216,7 @@ export class LiveStage extends Stage {
   }
 
   takeOver() {
+    hushLive();
     this.exact = true;
     this.time = this.phaseInFrames(this.motion);
     this.settled?.();
@@ -219,11 +235,11 @@ export class LiveStage extends Stage {
 
   /** Where the parts of the bar are: rigid while the live motion is shown. */
   pose(scale) {
-    if (this.exact || !this.live) return super.pose(scale);
+    if (this.byFrames) return super.pose(scale);
     const edge = scale.wall + this.live.gap * scale.travel;
     const { places } = this;
     const edges = Array.from({ length: places }, (_, j) => edge - (1 - j / (places - 1)) * scale.bar);
-    return { edges, shares: new Array(places - 1).fill(0), through: false };
+    return { edges, shares: Array.from({ length: places - 1 }, () => 0), through: false };
   }
 
   /** The bar, and those beside it as outlines. */
@@ -243,6 +259,6 @@ export class LiveStage extends Stage {
   }
 
   phaseOfLoad() {
-    return this.exact || !this.live ? super.phaseOfLoad() : this.live.angle;
+    return this.byFrames ? super.phaseOfLoad() : this.live.angle;
   }
 }

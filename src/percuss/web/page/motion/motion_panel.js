@@ -9,7 +9,7 @@ import { begin, knobs, moment, player, stop, stretch, toggle } from "./motion_pl
 import { sourceCard, sourceProblems, sources } from "./motion_source.js";
 import { setStart } from "./motion_start.js";
 import { asked, chosen, data, isHeld, mover, obstacleOf, on, show, switchesItself, tell, uptodate, view } from "../core/state.js";
-import { follow, heardAs, hush, lag } from "./sound.js";
+import { heardAs } from "./sound.js";
 import { LiveStage } from "./live_stage.js";
 import { shapeOfCase } from "./shape.js";
 import { Strip } from "./strip.js";
@@ -33,7 +33,7 @@ let key = "";
 /** What of it stands on the screen, and what in the drawer of all motions. */
 export function startMotion() {
   const canvas = h("canvas", { id: "stage", role: "img", "aria-label": "What moves, and the wall" });
-  parts.stage = new LiveStage(canvas, { ticked, struck, stopped: hush, lag });
+  parts.stage = new LiveStage(canvas, { ticked, struck });
   parts.facts = h("dl", { class: "figures", id: "motion-facts" });
   parts.status = h("p", { class: "small muted", id: "motion-status", role: "status" });
   const { history, portrait, poincare } = motionCharts(startThere);
@@ -309,7 +309,7 @@ function startThere({ x, y }) {
 const shown = framed(cursor);
 
 function ticked(time) {
-  if (motion && parts.stage.exact) follow(parts.stage, motion.first_mode_Hz);
+  parts.stage.sounds(data.info?.bar?.first_mode_Hz ?? motion?.first_mode_Hz, data.info?.scales?.energy_J);
   parts.strip.follow(parts.stage, stripOf());
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }

@@ -11,9 +11,17 @@ import { PLAIN } from "./stage.js";
 export function shapeOfCase() {
   const { tables, info } = data;
   if (!tables) return PLAIN;
-  const known = (info?.bar?.sections ?? []).map((/** @type {any} */ one) => ({ length: one.length_m, thick: one.diameter_m }));
+  const known = (info?.bar?.sections ?? []).map((/** @type {any} */ one) => ({
+    length: one.length_m,
+    thick: one.diameter_m,
+  }));
   const bar = known.length && (tables.bar?.sections || tables.bar?.length) ? known : PLAIN.bar;
-  return { bar, tool: known.length ? toolOf(tables.tool) : [], held: Boolean(tables.body), rock: Boolean(tables.rock && tables.tool) };
+  return {
+    bar,
+    tool: known.length ? toolOf(tables.tool) : [],
+    held: Boolean(tables.body),
+    rock: Boolean(tables.rock && tables.tool),
+  };
 }
 
 /** Sections of the tool whose length and diameter are told; an endless rod is drawn as long as there is room.

@@ -17,10 +17,28 @@ const applies = ({ clocked, free }) => !(clocked && switchesItself()) && !(free 
 export function startDrawers(panels) {
   know(panels);
   const drawer = $("#drawer");
-  const close = h("button", { type: "button", class: "icon", id: "drawer-close", "aria-label": "Close", title: "Close (Esc)", onclick: () => show({ panel: "", tall: 0 }) }, "✕");
-  const grow = h("button", { type: "button", class: "icon", id: "drawer-tall", onclick: () => show({ tall: view.tall ? 0 : 1 }) });
+  const close = h(
+    "button",
+    {
+      type: "button",
+      class: "icon",
+      id: "drawer-close",
+      "aria-label": "Close",
+      title: "Close (Esc)",
+      onclick: () => show({ panel: "", tall: 0 }),
+    },
+    "✕",
+  );
+  const grow = h("button", {
+    type: "button",
+    class: "icon",
+    id: "drawer-tall",
+    onclick: () => show({ tall: view.tall ? 0 : 1 }),
+  });
   const title = h("h2", { id: "drawer-title" });
-  const sections = panels.map(({ name }) => h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }));
+  const sections = panels.map(({ name }) =>
+    h("section", { class: "panel", id: `panel-${name}`, "aria-labelledby": "drawer-title", hidden: true }),
+  );
   put(drawer, h("div", { class: "drawer-head" }, title, grow, close), h("div", { class: "drawer-body" }, sections));
   panels.forEach((panel, i) => panel.start(sections[i]));
   $("#drawers").append(...panels.filter(({ place }) => !place).map(opener));
@@ -57,5 +75,9 @@ export function opener({ name, title, place }) {
     else if (view.tall || place) show({ panel: "", tall: 0 });
     else show({ tall: 1 });
   };
-  return h("button", { type: "button", id: `tab-${name}`, "aria-controls": "drawer", "aria-expanded": "false", onclick: press }, title);
+  return h(
+    "button",
+    { type: "button", id: `tab-${name}`, "aria-controls": "drawer", "aria-expanded": "false", onclick: press },
+    title,
+  );
 }

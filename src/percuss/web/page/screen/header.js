@@ -24,36 +24,79 @@ export function toast(text) {
 
 /** @param {import("./drawers.js").Panel[]} panels @param {(error: unknown) => void} failed */
 export function startHeader(panels, failed) {
-  const icon = (/** @type {string} */ id, /** @type {string} */ sign, /** @type {string} */ label, /** @type {() => void} */ press) =>
-    h("button", { type: "button", class: "icon", id, title: label, "aria-label": label, onclick: press }, sign);
-  const machine = h("select", { id: "machine", "aria-label": "Machine", onchange: () => machine.value && pickMachine(machine.value).catch(failed) });
-  const changes = h("details", { class: "menu", id: "changes" }, h("summary", {}, "● changed"), h("ul", { class: "sheet" }));
+  const icon = (
+    /** @type {string} */ id,
+    /** @type {string} */ sign,
+    /** @type {string} */ label,
+    /** @type {() => void} */ press,
+  ) => h("button", { type: "button", class: "icon", id, title: label, "aria-label": label, onclick: press }, sign);
+  const machine = h("select", {
+    id: "machine",
+    "aria-label": "Machine",
+    onchange: () => machine.value && pickMachine(machine.value).catch(failed),
+  });
+  const changes = h(
+    "details",
+    { class: "menu", id: "changes" },
+    h("summary", {}, "● changed"),
+    h("ul", { class: "sheet" }),
+  );
   const steps = [icon("undo", "↶", "Undo (Ctrl+Z)", undo), icon("redo", "↷", "Redo (Ctrl+Y)", redo)];
-  const reset = h("button", { type: "button", id: "reset", title: "The machine as it was", onclick: () => restore(failed) }, "Reset");
-  const pin = h("button", { type: "button", id: "pin", title: "Keep the present design as A, and compare with it", onclick: pinned }, "Pin A");
-  const explore = h("button", { type: "button", id: "explore", onclick: () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }) }, "Explore");
-  const places = h("nav", { class: "places", "aria-label": "Places" }, explore, panels.filter(({ place }) => place).map(opener));
+  const reset = h(
+    "button",
+    { type: "button", id: "reset", title: "The machine as it was", onclick: () => restore(failed) },
+    "Reset",
+  );
+  const pin = h(
+    "button",
+    { type: "button", id: "pin", title: "Keep the present design as A, and compare with it", onclick: pinned },
+    "Pin A",
+  );
+  const explore = h(
+    "button",
+    { type: "button", id: "explore", onclick: () => show({ panel: "", tall: 0, lesson: 0, scene: 0 }) },
+    "Explore",
+  );
+  const places = h(
+    "nav",
+    { class: "places", "aria-label": "Places" },
+    explore,
+    panels.filter(({ place }) => place).map(opener),
+  );
   const sound = icon("sound", "♪", "Sound: hear each blow", async () => {
     await setSound(!soundOn());
     sound.setAttribute("aria-pressed", String(soundOn()));
   });
   sound.setAttribute("aria-pressed", "false");
-  const theme = icon("theme", "◐", "Theme", () => setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]));
+  const theme = icon("theme", "◐", "Theme", () =>
+    setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]),
+  );
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
   const share = shareMenu();
-  $("#top").append(machine, changes, h("div", { class: "steps" }, steps, reset, pin), places, h("div", { class: "tools" }, sound, theme, share, files));
+  $("#top").append(
+    machine,
+    changes,
+    h("div", { class: "steps" }, steps, reset, pin),
+    places,
+    h("div", { class: "tools" }, sound, theme, share, files),
+  );
   startTheme();
   addEventListener("keydown", keys);
   effect(() => {
     const names = JSON.stringify([view.machine, data.machines.length, !view.machine && data.tables?.title]);
     if (machine.dataset.key === names && machine.value === view.machine) return; // one that did not come is not shown
     machine.dataset.key = names;
-    const option = (/** @type {string} */ value, /** @type {string} */ text) => h("option", { value, selected: value === view.machine }, text);
+    const option = (/** @type {string} */ value, /** @type {string} */ text) =>
+      h("option", { value, selected: value === view.machine }, text);
     put(
       machine,
       !view.machine && option("", data.tables?.title || "a case of your own"),
       data.machines.map((/** @type {any} */ m) => option(m.name, m.title)),
-      h("optgroup", { label: "Structures" }, data.structures.map((/** @type {any} */ m) => option(m.name, m.title))),
+      h(
+        "optgroup",
+        { label: "Structures" },
+        data.structures.map((/** @type {any} */ m) => option(m.name, m.title)),
+      ),
     );
   });
   effect(() => {
@@ -75,7 +118,15 @@ export function startHeader(panels, failed) {
 
 /** Keep the present design as A, or let A go. */
 function pinned() {
-  const now = data.pinned ? null : { tables: data.tables, values: presentValues(), figures: presentFigures(), model: data.quick?.motion, orbit: chosen()?.quick };
+  const now = data.pinned
+    ? null
+    : {
+        tables: data.tables,
+        values: presentValues(),
+        figures: presentFigures(),
+        model: data.quick?.motion,
+        orbit: chosen()?.quick,
+      };
   data.pinned = now;
   tell("pinned");
   if (now) toast("A is kept: move on, and compare. The table stands under “Design and tolerance”, beside others.");
@@ -84,15 +135,23 @@ function pinned() {
 /** What the case has other than the machine that it was made from: [key, now, before]. */
 export const changed = () => (data.tables && data.base ? differences(data.tables, data.base) : []);
 
-/** @param {[string, string, string]} change */
+/** @param {string[]} change */
 function one([key, now, before]) {
   const name = data.info?.parameters.find((/** @type {any} */ p) => p.name === key)?.label ?? key;
-  const back = h("button", { type: "button", class: "link", onclick: () => setKey(key, data.base && valueOf(key)) }, before || "none");
+  const back = h(
+    "button",
+    { type: "button", class: "link", onclick: () => setKey(key, data.base && valueOf(key)) },
+    before || "none",
+  );
   return h("li", {}, `${name}: ${now || "none"} (was `, back, ")");
 }
 
 /** @param {string} key */
-const valueOf = (key) => key.split(/[.[\]]+/).filter(Boolean).reduce((found, step) => found?.[step], data.base);
+const valueOf = (key) =>
+  key
+    .split(/[.[\]]+/)
+    .filter(Boolean)
+    .reduce((/** @type {any} */ found, step) => found?.[step], data.base);
 
 /** @param {(error: unknown) => void} failed */
 function restore(failed) {
@@ -105,7 +164,12 @@ function restore(failed) {
 function keys(event) {
   const typing = /** @type {HTMLElement} */ (event.target).closest?.("input:not([type=range]), textarea");
   if (!(event.ctrlKey || event.metaKey) || typing) return;
-  const press = event.key === "z" && !event.shiftKey ? undo : event.key === "y" || (event.key.toLowerCase() === "z" && event.shiftKey) ? redo : null;
+  const press =
+    event.key === "z" && !event.shiftKey
+      ? undo
+      : event.key === "y" || (event.key.toLowerCase() === "z" && event.shiftKey)
+        ? redo
+        : null;
   if (!press) return;
   event.preventDefault();
   press();
@@ -136,7 +200,8 @@ function startTheme() {
   setTheme(THEMES.includes(kept) ? kept : "auto");
   addEventListener("beforeprint", () => paper(true));
   addEventListener("afterprint", () => paper(false));
-  for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)", "(forced-colors: active)"]) matchMedia(wish).addEventListener("change", repaint);
+  for (const wish of ["(prefers-color-scheme: dark)", "(min-width: 1800px)", "(forced-colors: active)"])
+    matchMedia(wish).addEventListener("change", repaint);
 }
 
 /** Paper is light: what is drawn is drawn anew for it, and again for the screen. @param {boolean} whether */

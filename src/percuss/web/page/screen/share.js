@@ -10,8 +10,11 @@ import { changed, toast } from "./header.js";
 
 /** The menu of the head. */
 export function shareMenu() {
-  const button = (/** @type {string} */ id, /** @type {string} */ words, /** @type {() => string | Promise<string>} */ text) =>
-    h("button", { type: "button", id, onclick: () => copied(words, text) }, words);
+  const button = (
+    /** @type {string} */ id,
+    /** @type {string} */ words,
+    /** @type {() => string | Promise<string>} */ text,
+  ) => h("button", { type: "button", id, onclick: () => copied(words, text) }, words);
   const menu = h(
     "details",
     { class: "menu", id: "share" },
@@ -22,12 +25,21 @@ export function shareMenu() {
       button("share-link", "Copy link", link),
       button("share-command", "Copy as command", command),
       button("share-python", "Copy as Python", python),
-      button("share-embed", "Copy to embed", () => `<iframe src="${link().replace("#", "#embed=1&")}" width="960" height="600" title="percuss"></iframe>`),
-      h("p", { class: "small muted" }, "For a class: add lock=restitution,load_factor to a link, and these stay as they are."),
+      button(
+        "share-embed",
+        "Copy to embed",
+        () => `<iframe src="${link().replace("#", "#embed=1&")}" width="960" height="600" title="percuss"></iframe>`,
+      ),
+      h(
+        "p",
+        { class: "small muted" },
+        "For a class: add lock=restitution,load_factor to a link, and these stay as they are.",
+      ),
     ),
   );
   addEventListener("pointerdown", (event) => {
-    for (const one of document.querySelectorAll("details.menu[open]")) if (!one.contains(/** @type {Node} */ (event.target))) /** @type {HTMLDetailsElement} */ (one).open = false;
+    for (const one of document.querySelectorAll("details.menu[open]"))
+      if (!one.contains(/** @type {Node} */ (event.target))) /** @type {HTMLDetailsElement} */ (one).open = false;
   });
   return menu;
 }
@@ -66,10 +78,21 @@ async function python() {
     const file = `${fileName()}.toml`;
     return `from pathlib import Path\n\nfrom percuss.case import Case, ${answer}\n\nPath("${file}").write_text('''\\\n${toml.replaceAll("\\", "\\\\")}''')\nprint(${answer}(Case.read("${file}")).to_json_dict())\n`;
   }
-  const values = changed().map(([key]) => `    "${key}": ${literal(key.split(/[.[\]]+/).filter(Boolean).reduce((/** @type {any} */ found, step) => found?.[step], data.tables))},\n`);
+  const values = changed().map(
+    ([key]) =>
+      `    "${key}": ${literal(
+        key
+          .split(/[.[\]]+/)
+          .filter(Boolean)
+          .reduce((/** @type {any} */ found, step) => found?.[step], data.tables),
+      )},\n`,
+  );
   const varied = values.length ? `.varied({\n${values.join("")}})` : "";
   return `from percuss.case import load_case, ${answer}\n\ncase = load_case("${view.machine}")${varied}\nprint(${answer}(case).to_json_dict())\n`;
 }
 
 /** @param {any} value */
-const literal = (value) => (value === undefined ? "None" : JSON.stringify(value).replaceAll("true", "True").replaceAll("false", "False").replaceAll("null", "None"));
+const literal = (value) =>
+  value === undefined
+    ? "None"
+    : JSON.stringify(value).replaceAll("true", "True").replaceAll("false", "False").replaceAll("null", "None");

@@ -2,7 +2,7 @@
 // and a tick at what the machine had.
 
 import { $, afterFrame, h, put } from "../core/dom.js";
-import { number, plainNumber, quantity, withUnit } from "../core/format.js";
+import { plainNumber, quantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
 import { data, locked, move, on, show, switchesItself, view } from "../core/state.js";
 import { read } from "../core/units.js";
