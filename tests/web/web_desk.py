@@ -72,7 +72,7 @@ def until(page: Page, true: str, timeout: int = WAIT) -> None:
             found = False
         if found:
             return
-        assert time.monotonic() < end, f"never: {true}"
+        assert time.monotonic() < end, f"never: {true}; busy: {page.evaluate('document.documentElement.dataset.busy')}"
 
 
 def settled(page: Page, *but: str) -> None:

@@ -111,10 +111,17 @@ const designOf = (text) =>
     .filter(([name]) => ["machine", "m", "title"].includes(name) || TABLES.includes(name.split(".")[0]))
     .join("&");
 
+/** Whether an event begins a gesture: letting a slider go ends one, and what is typed into a field is one. */
+function begins({ type, target, key, repeat }) {
+  if (type === "change") return target.type !== "range";
+  const typed = type === "keydown" && /^(text|number|textarea)$/.test(target.type);
+  return !repeat && (!typed || /^(Arrow|Enter)/.test(key));
+}
+
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
   for (const kind of ["pointerdown", "keydown", "change", "drop"])
-    addEventListener(kind, (event) => (gesture += event.repeat ? 0 : 1), true);
+    addEventListener(kind, (event) => (gesture += begins(event) ? 1 : 0), true);
   step = history.state?.step ?? 0;
   last = Math.max(step, Number(sessionStorage.getItem("percuss-steps") ?? 0));
   told = { gesture, design: designOf(location.hash || `#${address()}`) };
