@@ -443,15 +443,14 @@ def test_pictures(desk: Desk) -> None:
     from PIL import Image
 
     folder = Path(IMAGES or ".")
-    desk.page.set_viewport_size({"width": 1360, "height": 1080})
+    desk.page.set_viewport_size({"width": 1366, "height": 768})
     views = {
-        "case": "panel=case&machine=hydraulic-drifter",
+        "screen": "machine=mini-breaker",
+        "case": "panel=case&tall=1&machine=hydraulic-drifter",
         "map": "machine=mini-breaker",
-        "orbits": "panel=orbits&machine=hydraulic-drifter",
-        "branches": "panel=branches&bmodes=0&depth=3&alongr=0.75:1&every=2/2&settled=1&spot=0.8,2.84"
+        "orbits": "panel=orbits&tall=1&machine=hydraulic-drifter",
+        "branches": "panel=branches&tall=1&bmodes=0&depth=3&alongr=0.75:1&every=2/2&settled=1&spot=0.8,2.84"
         "&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic&load.mean=0.945&load.amplitude=1&title=Pneumatic+hammer",
-        "motion": "panel=orbits&machine=hydraulic-drifter",
-        "machine": "panel=orbits&machine=valve-breaker",
         "blow": "panel=blow&machine=drill-string",
         "report": "panel=report&machine=hydraulic-drifter",
         "experiment": "panel=experiment&system.s=20&system.d=0.005&system.restitution=0.8&load.kind=harmonic"
@@ -461,11 +460,6 @@ def test_pictures(desk: Desk) -> None:
     for name, words in views.items():
         page = desk.open(words)
         settled(page)  # with the last points of all curves
-        if name == "motion":
-            page.click("#play")
-        if name == "machine":
-            until(page, "document.querySelector('#machine-stage').dataset.whole === 'true'")
-            page.locator("#machine-scrub").evaluate("s => { s.value = 530; s.dispatchEvent(new Event('input')); }")
         if name == "blow":
             blown(page)
             page.locator("#blow-scrub").evaluate("s => { s.value = 100; s.dispatchEvent(new Event('input')); }")

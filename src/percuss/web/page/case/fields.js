@@ -149,6 +149,7 @@ export function unitOf(load) {
   return text.replace(/^[-+\d.eE\s]+/, "");
 }
 
+const SHARES = /restitution|ratio|kappa|efficiency$/; // keys of plain numbers that may be typed as a share
 const LISTS = /modal_(displacement|velocity)$/;
 
 /** What a field's text stands for: a number, a list for some keys, else the text; undefined when empty. */
@@ -156,6 +157,9 @@ export function typed(text, key = "", list = LISTS.test(key)) {
   const clean = text.trim().replaceAll("−", "-");
   if (clean === "") return undefined;
   if (list) return clean.split(/[\s,;]+/).map((part) => typed(part) ?? part);
-  const plain = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(clean) && Number.isFinite(Number(clean));
-  return plain ? Number(clean) : clean; // 1e400 is no number of JSON: the server is told the text
+  const point = clean.replace(/^([-+]?\d*),(\d+)/, "$1.$2"); // 0,36
+  const share = /^([-+]?[\d.eE+-]+)\s*%$/.exec(point);
+  if (share && Number.isFinite(Number(share[1])) && SHARES.test(key)) return Number((Number(share[1]) / 100).toPrecision(12));
+  const plain = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/.test(point) && Number.isFinite(Number(point));
+  return plain ? Number(point) : point; // 1e400 is no number of JSON: the server is told the text
 }

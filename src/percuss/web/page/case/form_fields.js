@@ -1,9 +1,11 @@
 // A field of the case form: its label, its input or its choice, its hint and its problem, all by the key that it sets.
 
-import { $$, h, put } from "../core/dom.js";
+import { $$, h, put, settled } from "../core/dom.js";
 import { typed } from "./fields.js";
 import { steps, valueAt } from "../core/moves.js";
 import { data, setKey } from "../core/state.js";
+
+const TYPING = 350; // ms without a key after which what is typed counts
 
 export const idOf = (key) => `field-${steps(key).join("-")}`;
 
@@ -13,12 +15,15 @@ export const problemOf = (key) => h("div", { class: "problem", id: `${idOf(key)}
 /** A text input for a key; `list` makes a list of what is typed. */
 export function input(key, attributes = {}, list = false) {
   const value = (text) => (key === "title" ? text || undefined : typed(text, key, list));
+  const set = (event) => setKey(key, value(event.target.value));
+  const soon = settled(set, TYPING); // half a number is no value
   return h("input", {
     type: "text",
     id: idOf(key),
     "data-key": key,
     spellcheck: "false",
-    oninput: (event) => setKey(key, value(event.target.value)),
+    oninput: soon,
+    onchange: set,
     ...attributes,
   });
 }

@@ -1,6 +1,27 @@
 // How numbers are written: enough digits to work with, a thin space before the unit, a real minus sign.
 
+import { converted, read, shown } from "./units.js";
+
 const THIN = "\u202f";
+
+/** The system of units that is read and typed: "practical", as the case and the field's data sheets have them, SI or US. */
+export const system = localStorage.getItem("percuss-units") ?? "practical";
+
+/** Another one, for the whole page. */
+export function useSystem(name) {
+  localStorage.setItem("percuss-units", name);
+  location.reload();
+}
+
+/** A quantity in the units that are read. */
+const inSystem = (value, unit, kind) => (system === "practical" || !unit ? { value, unit } : shown(value, unit, system, kind));
+
+/** What is typed into a field of a quantity: in its unit, as a number of it, or {error, remedy}. */
+export function typedQuantity(text, unit) {
+  const own = inSystem(1, unit).unit;
+  const found = read(text, own);
+  return found.error ? found : { value: converted(found.value, own, unit) };
+}
 
 /** A number with so many significant digits; null and what is not finite as a dash. */
 export function number(value, digits = 4) {
@@ -24,7 +45,10 @@ function superscript(power) {
   return [...String(power)].map((c) => (c === "-" ? "⁻" : digits[Number(c)])).join("");
 }
 
-export const withUnit = (value, unit, digits = 4) => `${number(value, digits)}${unit ? THIN + unit : ""}`;
+export function withUnit(value, unit, digits = 4) {
+  const told = inSystem(value, unit);
+  return `${number(told.value, digits)}${told.unit ? THIN + told.unit : ""}`;
+}
 
 /** A quantity before its unit, as on every axis: "stress [MPa]". */
 export const inUnit = (name, unit) => (unit ? `${name} [${unit}]` : name);
@@ -50,8 +74,9 @@ export function scaleOf(size, unit) {
 /** A quantity in SI with a prefix that suits it: 5700 J → 5.7 kJ. */
 export function si(value, unit, digits = 4) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (system === "US") return withUnit(value, unit, digits);
   const scale = scaleOf(value, unit);
-  return withUnit(value * scale.factor, scale.unit, digits);
+  return `${number(value * scale.factor, digits)}${scale.unit ? THIN + scale.unit : ""}`;
 }
 
 /** "1 start", "2 starts". */

@@ -44,6 +44,7 @@ export const isRange = (from, to) => Number.isFinite(from) && Number.isFinite(to
 /** What is typed for a key, in the unit that the key has: a length in mm stays one when 32 cm are typed. */
 export function inOwnUnit(text, before) {
   const [now, own] = [text, before].map((one) => (typeof one === "string" ? quantity(one) : null));
+  if (typeof text === "number" && own?.unit) return `${text} ${own.unit}`;
   if (!now?.unit || !own?.unit || now.unit === own.unit) return text;
   const value = converted(now.value, now.unit, own.unit);
   return Number.isFinite(value) ? `${plainNumber(value, 12)} ${own.unit}` : text;

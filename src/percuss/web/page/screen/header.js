@@ -3,6 +3,7 @@
 
 import { differences, redo, undo, undone } from "../core/address.js";
 import { $, h, put } from "../core/dom.js";
+import { system, useSystem } from "../core/format.js";
 import { effect } from "../core/signals.js";
 import { chosen, data, pickMachine, presentValues, setKey, show, tell, view } from "../core/state.js";
 import { setSound, soundOn } from "../motion/sound.js";
@@ -71,6 +72,11 @@ export function startHeader(panels, failed) {
   const theme = icon("theme", "◐", "Theme", () =>
     setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]),
   );
+  const units = h("select", { id: "units", "aria-label": "Units", title: "Units", onchange: () => useSystem(units.value) }, [
+    ["practical", "mm, bar"],
+    ["SI", "SI"],
+    ["US", "in, psi"],
+  ].map(([value, text]) => h("option", { value, selected: value === system }, text)));
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
   const share = shareMenu();
   $("#top").append(
@@ -78,7 +84,7 @@ export function startHeader(panels, failed) {
     changes,
     h("div", { class: "steps" }, steps, reset, pin),
     places,
-    h("div", { class: "tools" }, sound, theme, share, files),
+    h("div", { class: "tools" }, units, sound, theme, share, files),
   );
   startTheme();
   addEventListener("keydown", keys);

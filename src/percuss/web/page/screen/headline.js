@@ -1,7 +1,7 @@
 // The answer first: whether the hammer sustains its motion, why, and what it delivers; one line, always as high.
 
 import { $, h, put, settled } from "../core/dom.js";
-import { number, plainNumber, scaleOf, withUnit } from "../core/format.js";
+import { number, plainNumber, si, withUnit } from "../core/format.js";
 import { nearestEdge } from "../map/map_panel.js";
 import { chosen, data, isHeld, move, obstacleOf, on, reasonOf, show, switchesItself, unhurried, view } from "../core/state.js";
 import { plays, playedFigures, playedVerdict } from "./headline_played.js";
@@ -117,12 +117,14 @@ function figures({ quick, full }) {
 
 function figure([name, value, unit]) {
   if (value === null) return h("div", {}, h("dd", {}, "…"), h("dt", {}, name));
-  const scale = unit === "J" || unit === "W" || unit === "Pa" ? scaleOf(value, unit) : { factor: 1, unit };
+  const [told, inUnits] = (SCALED.has(unit) ? si : withUnit)(value, unit, 3).split("\u202f");
   const other = pinnedFigures()?.find(([one]) => one === name)?.[1];
   const more = other ? 100 * (value / other - 1) : Number.NaN;
   const beside = Number.isFinite(more) ? ` ${more < 0 ? "−" : "+"}${number(Math.abs(more), 2)} %` : "";
-  return h("div", {}, h("dd", {}, number(value * scale.factor, 3), unit && h("small", {}, scale.unit)), h("dt", {}, name, beside && h("span", { class: "beside" }, beside)));
+  return h("div", {}, h("dd", {}, told, inUnits && h("small", {}, inUnits)), h("dt", {}, name, beside && h("span", { class: "beside" }, beside)));
 }
+
+const SCALED = new Set(["J", "W", "Pa"]);
 
 /** The figures of the design that is pinned as A. */
 const pinnedFigures = () => data.pinned?.figures;

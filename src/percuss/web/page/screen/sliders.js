@@ -2,10 +2,9 @@
 // and a tick at what the machine had.
 
 import { $, afterFrame, h, put } from "../core/dom.js";
-import { plainNumber, quantity, withUnit } from "../core/format.js";
+import { plainNumber, quantity, typedQuantity, withUnit } from "../core/format.js";
 import { heldAt, present, steps, valueAt } from "../core/moves.js";
 import { data, locked, move, on, show, switchesItself, view } from "../core/state.js";
-import { read } from "../core/units.js";
 import { machineSliders } from "./machine_sliders.js";
 
 const IN_SIGHT = 7; // the others are under "more"
@@ -75,7 +74,7 @@ function slider(one) {
     part.addEventListener("dblclick", back);
   }
   field.addEventListener("change", () => {
-    const found = read(field.value, unit);
+    const found = typedQuantity(field.value, unit);
     put(problem, found.error ? [found.error, found.remedy].filter(Boolean).join(" — ") : "");
     field.toggleAttribute("aria-invalid", Boolean(found.error));
     if (found.error) return field.setAttribute("aria-invalid", "true");
@@ -86,7 +85,7 @@ function slider(one) {
   const end = (which, other) => {
     const box = h("input", { type: "text", class: "end", "aria-label": `${title}: ${which === "min" ? "from" : "to"}`, ".value": ended(input[which], unit) });
     box.addEventListener("change", () => {
-      const found = read(box.value, unit);
+      const found = typedQuantity(box.value, unit);
       const good = !found.error && (which === "min" ? found.value < Number(input[other]) : found.value > Number(input[other]));
       if (good) {
         input[which] = found.value;
