@@ -234,7 +234,7 @@ def test_the_ends_of_a_slider_can_be_typed(desk: Desk) -> None:
 
 def design(page: Page) -> list[Any]:
     """Machine, restitution and length of what is on the page, once all is at rest."""
-    settled(page)
+    settled(page, "map", "boundaries")
     tables = knows(page, "core/state.js:data.tables")
     return [page.locator("#machine").input_value(), tables["contact"]["restitution"], tables["bar"]["length"]]
 
