@@ -350,7 +350,7 @@ def test_a_link_to_a_lesson_says_what_to_press(desk: Desk) -> None:
     page = desk.open("lesson=2")
     expect(page.locator("#lesson-words")).to_contain_text("Press a scene")
     page.locator("#lesson-strip .try button").first.click()
-    expect(page.locator("#headline .title")).to_have_text("Pneumatic hammer")
+    expect(page.locator("#machine option:checked")).to_have_text("Pneumatic hammer")
     expect(page.locator("#lesson-words")).not_to_contain_text("Press a scene")
 
 

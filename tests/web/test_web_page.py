@@ -320,7 +320,7 @@ def show_panel(page: Page, name: str) -> None:
         return driven(page)
     if name:
         page.click(f"#tab-{name}")
-    settled(page, "map", "boundaries")
+    settled(page)
 
 
 @pytest.mark.parametrize(
