@@ -20,7 +20,6 @@ from web_desk import (
     BYTES,
     PANELS,
     PLAYING,
-    STILL,
     Desk,
     came,
     figure,

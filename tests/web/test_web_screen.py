@@ -52,7 +52,7 @@ LAYOUT = """() => {
       }
     }
     for (const box of place.querySelectorAll("input:not([type=range], [type=checkbox])"))
-      if (box.checkVisibility() && box.scrollWidth > box.clientWidth + 1) found.push(`${name(box)}: “${box.value}” is cut`);
+      if (box.checkVisibility() && box.scrollWidth > box.clientWidth + 1) found.push(`${name(box)}: “${box.value}”`);
     for (const box of place.querySelectorAll("select")) {
       if (!box.checkVisibility()) continue;
       const twin = box.cloneNode();
