@@ -16,6 +16,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 if TYPE_CHECKING:
     from percuss.model import Machine, System
 
@@ -148,6 +150,8 @@ def plain(values: dict[str, Any]) -> dict[str, Any]:
 def plain_value(value: Any) -> Any:
     """The same of one value; a complex number is a pair."""
     if hasattr(value, "tolist"):
+        if value.dtype.kind in "fiu" and np.isfinite(value).all():
+            return value.tolist()  # as the longest lists are: not number by number
         value = value.tolist()
     if isinstance(value, dict):
         return plain(value)
