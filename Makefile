@@ -11,17 +11,25 @@ MADE := $(VENV)/made.stamp
 BUILD := $(VENV)/build.stamp
 RUN := $(VENV)/run.stamp
 DEV := $(VENV)/dev.stamp
+PAGE := $(VENV)/page.stamp
 KERNELS := $(VENV)/kernels.stamp
 
 # A file of tests stays with one worker, so that what it makes is made once; tests/conftest.py puts the longest first.
 # Three workers, also on two cores: those with a browser wait much of their time.
 SUITE = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
+# The page's JavaScript: the linter reads all of it and the tests of its modules; types (tsconfig.json) and layout are
+# checked in every file that begins with `// @ts-check`.
+JS := src/percuss/web/page tests/web/modules
+TYPED = $(shell grep -rl '^// @ts-check' --include='*.js' $(JS))
+TOOLS := PATH="$(CURDIR)/$(BIN):$$PATH" $(VENV)/js/node_modules/.bin
+PRETTIER := $(TOOLS)/prettier --print-width 120 --log-level warn
+
 # The suite starts hundreds of processes; without bytecode beside the sources each would compile the package again.
 export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
-.PHONY: help demo ready test slow lint format docs bench pins clean
+.PHONY: help demo ready test slow lint page format docs bench pins clean
 
 help:  ## show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -42,14 +50,21 @@ slow: ready  ## run the tests that take long: many more first contacts, a server
 ready: $(RUN)
 	@$(MAKE) -s $(if $(findstring jobserver,$(MAKEFLAGS)),,-j2) $(DEV) $(KERNELS)
 
-lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts
+lint: $(DEV)  ## ruff (rules and layout), mypy strict, import contracts; and the page
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
+	@$(MAKE) page
 
-format: $(DEV)  ## lay the code out with ruff
+page: $(PAGE)  ## the page's JavaScript alone: oxlint, prettier, types
+	$(BIN)/oxlint --deny-warnings $(JS)
+	$(PRETTIER) --check $(TYPED)
+	$(TOOLS)/tsc
+
+format: $(DEV) $(PAGE)  ## lay the code out with ruff, that of the page with prettier
 	$(BIN)/ruff format .
+	$(PRETTIER) --write $(TYPED)
 	$(BIN)/ruff check --fix .
 
 docs: $(DEV)  ## build the documentation into build/docs
@@ -89,6 +104,13 @@ $(RUN): requirements/run.txt pyproject.toml $(BUILD)
 $(DEV): requirements/dev.txt $(RUN)
 	@echo "installing requirements/dev.txt"
 	@$(PIP) install --require-hashes -r requirements/dev.txt
+	@touch $@
+
+$(PAGE): requirements/page.txt requirements/package.json requirements/package-lock.json $(BUILD)
+	@echo "installing requirements/page.txt, and TypeScript and prettier of requirements/package.json"
+	@$(PIP) install --require-hashes -r requirements/page.txt
+	@mkdir -p $(VENV)/js && cp requirements/package.json requirements/package-lock.json $(VENV)/js
+	@cd $(VENV)/js && PATH="$(CURDIR)/$(BIN):$$PATH" npm ci --loglevel error --no-audit --no-fund --ignore-scripts >/dev/null
 	@touch $@
 
 # Once, beside the installation above: else each process of the suite would compile them for itself.

@@ -4,6 +4,7 @@ import contextlib
 import doctest
 import importlib
 import io
+import json
 import re
 import subprocess
 import sys
@@ -210,10 +211,20 @@ def test_pins_are_names_versions_and_hashes_only(pins):
 def test_everything_is_installed_with_its_hash():
     """In a recipe of the Makefile a package comes from a file of pins, or from this folder."""
     recipes = re.findall(r"\$\(PIP\) install (.*)", (ROOT / "Makefile").read_text())
-    assert len(recipes) == 4
+    assert len(recipes) == 5
     for recipe in recipes:
         pinned = re.fullmatch(r"--require-hashes -r requirements/(\w+)\.txt", recipe)
         assert recipe == "--no-deps --no-build-isolation -e ." or pinned, recipe
+
+
+def test_what_checks_the_page_is_installed_with_its_hash():
+    """The packages of npm: exact versions, a hash of each and no address."""
+    named = json.loads((ROOT / "requirements" / "package.json").read_text())["dependencies"]
+    lock = (ROOT / "requirements" / "package-lock.json").read_text()
+    locked = {name.partition("/")[2]: one for name, one in json.loads(lock)["packages"].items() if name}
+    assert {name: one["version"] for name, one in locked.items()} == named
+    assert all(one["integrity"].startswith("sha512-") for one in locked.values())
+    assert "://" not in lock
 
 
 def test_pins_cover_the_dependencies_and_agree():

@@ -68,7 +68,7 @@ def test_branches_are_those_of_the_command_line(desk: Desk, capsys: pytest.Captu
         assert cells[3] == point["beyond"].replace("load_factor", "load factor p₀/p₁")
     every = [kind.value for kind in BranchEvent]  # all have words but those on curves over two
     elsewhere = every[every.index("cusp") : every.index("period_halving")]
-    assert set(knows(page, "branches_picture.js:EVENTS")) >= {*every} - {*elsewhere}
+    assert set(knows(page, "branches/branches_picture.js:EVENTS")) >= {*every} - {*elsewhere}
     fold = next(point for _, point in points if point["type"] == "fold")
     page.click("tr[data-event=fold] button")
     expect(page.locator("#branches-readout")).to_contain_text(f"{fold['value']:.4f}"[:-1])
@@ -180,7 +180,7 @@ ENDS = (
     BranchEvent.NO_SYSTEM, BranchEvent.LIMIT, BranchEvent.STOPPED,
 )  # fmt: skip
 
-EVERY = """import('/static/branches_every.js').then(({ others }) => others([]).map(({ label, points, rows }) =>
+EVERY = """import('/static/branches/branches_every.js').then(({ others }) => others([]).map(({ label, points, rows }) =>
   ({ label, points: points.length, value: rows[3].value, time: rows[3].times[0] })))"""
 
 
@@ -195,7 +195,7 @@ def test_a_cycle_with_rest_is_found_followed_and_moves(desk: Desk) -> None:
     assert kinds == ["onset", "limit"] and "begin=chatter/1:1" in page.url
     assert float(page.locator("#branches-events tbody td").first.inner_text()) == pytest.approx(0.6260373, abs=1e-7)
     expect(page.locator("#panel-branches .legend")).to_contain_text("is let go")
-    assert set(knows(page, "branches_picture.js:EVENTS")) >= {kind.value for kind in ENDS}
+    assert set(knows(page, "branches/branches_picture.js:EVENTS")) >= {kind.value for kind in ENDS}
     page.click("tr[data-event=onset] button")
     until(page, "Math.abs(document.querySelector('#branches-stage').dataset.value - 0.6260373) < 1e-2")
     expect(page.locator("#branches-facts")).to_contain_text("is let go at")
@@ -286,7 +286,7 @@ def test_what_happens_to_a_motion_is_laid_over_the_map_as_curves(desk: Desk) -> 
     expect(page.locator("#map-followed")).to_contain_text("One curve, of a rigid bar")
     assert page.locator("#map-follow").get_attribute("data-found") == "flip"
     expect(page.locator("#panel-map .legend")).to_contain_text("flip: period doubling, followed")
-    (line,) = page.evaluate("import('/static/map_followed.js').then(m => m.followedItems({ name: 'restitution' }))")
+    (line,) = page.evaluate("import('/static/map/map_followed.js').then(m => m.followedItems({ name: 'restitution' }))")
     assert sorted((line["x"][0], line["x"][-1])) == pytest.approx([0.495, 0.505])
     page.click("#tab-case")
     page.click("#tab-map")

@@ -217,7 +217,9 @@ def test_a_slider_moved_before_the_unit_is_known_keeps_its_own(desk: Desk) -> No
     slide(page, "bar-length", 330)
     let_go(page, "case", late)
     settled(page)
-    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.33, rel=1e-3)
+    assert si(knows(page, "core/state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(
+        0.33, rel=1e-3
+    )
     expect(page.locator("#slide-bar-length")).to_have_attribute("aria-valuetext", re.compile("^329"))
 
 
@@ -226,7 +228,7 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
         held(desk.page, dear)
     page = desk.open("panel=map&machine=mini-breaker&x=bar.length&xr=300:340 mm")
     expect(page.locator("#map-x-from")).to_have_value("300")
-    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
+    page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
     settled(page, "map", "boundaries")
     assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
     page.click("#tab-blow")
@@ -234,7 +236,9 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
     page.focus("#blow-slide-bar-length")
     page.keyboard.press("ArrowRight")
     settled(page, "map", "boundaries")
-    assert si(knows(page, "state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(0.32, rel=0.01)
+    assert si(knows(page, "core/state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(
+        0.32, rel=0.01
+    )
 
 
 def test_a_number_that_is_known_within_limits_keeps_them(desk: Desk) -> None:
@@ -244,8 +248,8 @@ def test_a_number_that_is_known_within_limits_keeps_them(desk: Desk) -> None:
     expect(page.locator("#field-load-pressure")).to_have_value("160 bar ± 5 %")
     slide(page, "contact-restitution", 0.3)
     settled(page)
-    assert knows(page, "state.js:data.tables.load.pressure") == "160 bar ± 5 %"
+    assert knows(page, "core/state.js:data.tables.load.pressure") == "160 bar ± 5 %"
     expect(page.locator("#reason")).to_contain_text("; from load.pressure.")
     slide(page, "load-pressure", 150.0)
     settled(page)
-    assert knows(page, "state.js:data.tables.load.pressure") == "150 bar ± 5 %"
+    assert knows(page, "core/state.js:data.tables.load.pressure") == "150 bar ± 5 %"

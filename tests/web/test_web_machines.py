@@ -160,10 +160,10 @@ def test_a_dimensionless_blow_and_one_that_cannot_be(desk: Desk, request: pytest
     expect(page.locator("#blow-scale")).to_contain_text("impedance")
     page.locator("#blow-slide-tool-impedance").evaluate("s => { s.value = 3; s.dispatchEvent(new Event('input')); }")
     until(page, "location.hash.includes('tool.impedance=3')")
-    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', -1))")
+    page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('tool.impedance', -1))")
     expect(page.locator("#blow-problem")).to_contain_text("tool.impedance: expected a finite number greater than 0")
     expect(page.locator("#blow-problem")).to_contain_text("the case before")
-    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('tool.impedance', 2))")
+    page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('tool.impedance', 2))")
     expect(page.locator("#blow-problem")).to_have_text("")
 
 
@@ -234,7 +234,7 @@ def test_sliders_of_a_machine_change_its_answer_until_it_stops(desk: Desk) -> No
     expect(page.locator("#machine-play")).to_be_visible()
     slide(page, "contact-restitution", 0)
     driven(page)
-    assert knows(page, "state.js:data.tables.contact.restitution") == 0
+    assert knows(page, "core/state.js:data.tables.contact.restitution") == 0
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)
@@ -247,13 +247,13 @@ def test_a_machine_is_shown_from_its_start(desk: Desk, request: pytest.FixtureRe
     page.wait_for_selector("#machine-stage[data-label='runs 1/1']")
     expect(page.locator("#machine-sentence")).to_contain_text("From this start the machine runs 1/1: 3.751 kJ")
     expect(page.locator("#machine-start-position")).to_have_value("-39 mm")
-    assert knows(page, "state.js:view.machineShow") == "start"
+    assert knows(page, "core/state.js:view.machineShow") == "start"
     page.fill("#machine-start-position", "39 mm")
     page.press("#machine-start-position", "Enter")
     expect(page.locator("#machine-start-problem")).to_contain_text("the bar is on the negative side")
     page.click("#machine-start-draw")
     until(page, f"{STATE}(({{ data }}) => data.tables.start.position < 0)")
-    assert knows(page, "state.js:data.tables.start.velocity").endswith(" m/s")
+    assert knows(page, "core/state.js:data.tables.start.velocity").endswith(" m/s")
     expect(page.locator("#machine-start-problem")).to_be_empty()
     page.wait_for_selector("#machine-stage[data-label]:not([data-label=''])")
     slide(page, "load-pressure", 80)  # whatever the start, it stays on the tool in the end
@@ -272,14 +272,14 @@ def test_the_forces_of_a_valve_without_a_pressure_move_together(desk: Desk) -> N
     assert float(figure(page, "striking speed")) == pytest.approx(speed, rel=2e-3)
     slide(page, "load-states", 2)
     driven(page)
-    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
+    assert knows(page, "core/state.js:data.tables.load.states") == {"return": -0.8, "power": 3.6}
     assert float(figure(page, "striking speed")) == pytest.approx(speed * math.sqrt(2.0), rel=2e-3)
     page.evaluate(f"{STATE}(({{ setKey }}) => setKey('load.states.power', 2.7))")
     driven(page)
     expect(page.locator("#slide-load-states")).to_have_attribute("aria-valuetext", re.compile("^1"))
     slide(page, "load-states", 0.25)
     driven(page)
-    assert knows(page, "state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
+    assert knows(page, "core/state.js:data.tables.load.states") == {"return": -0.2, "power": 0.675}
 
 
 def test_a_clocked_case_offers_a_machine_with_its_valve(desk: Desk) -> None:

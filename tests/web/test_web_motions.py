@@ -96,12 +96,12 @@ def test_every_kind_of_start_of_a_case_can_be_chosen(desk: Desk) -> None:
             page.keyboard.press("Tab")
         until(page, "document.querySelector('#start-form') !== null")
         moved(page)
-        assert knows(page, "state.js:data.tables.start") == table
+        assert knows(page, "core/state.js:data.tables.start") == table
         motion = simulation_answer(load_case("mini-breaker").changed(start=table, simulation={"modes": 8})).motion
         expect(page.locator("#stage")).to_have_attribute("data-label", motion.label)
     page.select_option("#start-random", "ringing")
     moved(page)
-    assert knows(page, "state.js:data.tables.start.random") == "ringing"
+    assert knows(page, "core/state.js:data.tables.start.random") == "ringing"
 
 
 @pytest.mark.parametrize("desk", STILL, indirect=True)
@@ -152,7 +152,7 @@ def sound(text: str) -> Any:
 
 BLOWS = f"""async ({{ pitches, energies }}) => {{
   const text = {BYTES};
-  const {{ limited, ring, strike }} = await import("/static/sound.js");
+  const {{ limited, ring, strike }} = await import("/static/motion/sound.js");
   const found = [];
   for (const frequency of pitches)
     for (const energy of energies) {{
@@ -165,7 +165,7 @@ BLOWS = f"""async ({{ pitches, energies }}) => {{
 
 
 def test_a_blow_sounds_at_the_first_mode_and_louder_with_its_energy(desk: Desk) -> None:
-    page = desk.module("sound.js")
+    page = desk.module("motion/sound.js")
     energies = [5.0, 50.0, 500.0, 5000.0]
     levels: dict[float, list[float]] = {}
     for frequency, _, samples in page.evaluate(BLOWS, {"pitches": [1470.0, 8080.0], "energies": energies}):
@@ -183,7 +183,7 @@ def test_a_blow_sounds_at_the_first_mode_and_louder_with_its_energy(desk: Desk) 
 PLAYED = f"""async ({{ blows, length, rate, begin, seconds, frequency, frames }}) => {{
   const text = {BYTES};
   /* the sound of a motion, placed by frames that come at uneven moments, as on a busy page */
-  const {{ AHEAD, Track, limited }} = await import("/static/sound.js");
+  const {{ AHEAD, Track, limited }} = await import("/static/motion/sound.js");
   const audio = new OfflineAudioContext(1, 48000 * seconds, 48000);
   const track = new Track(audio, limited(audio));
   track.load({{ blows, length, frequency }});
@@ -211,7 +211,7 @@ def played(page: Page, blows: list[dict[str, Any]], **more: Any) -> tuple[Any, l
 
 def test_blows_of_a_steady_motion_sound_evenly(desk: Desk) -> None:
     """However unevenly frames come, the blows are where the motion has them: far within 1 ms, over several turns."""
-    page = desk.module("sound.js")
+    page = desk.module("motion/sound.js")
     one = [{"time": 1.0, "energy": None, "share": 1.0}]
     begins, _ = played(page, one)
     assert len(begins) == 6 and np.abs(np.diff(begins) - 1.0).max() < 1e-4
@@ -224,7 +224,7 @@ def test_blows_of_a_steady_motion_sound_evenly(desk: Desk) -> None:
 @pytest.mark.parametrize("share", [0.3, 0.98])
 def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
     """Of a doubled motion: at least 8 dB softer, in the sound that comes out, and of another pitch."""
-    page = desk.module("sound.js")
+    page = desk.module("motion/sound.js")
     blows = [{"time": 1.0, "energy": 500.0, "share": 1.0}, {"time": 4.0, "energy": 500.0 * share, "share": share}]
     _, sounds = played(page, blows)
     strong, weak = sounds[0], sounds[1]
@@ -240,8 +240,10 @@ def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
 
 
 def test_a_pitch_that_cannot_be_heard_is_said(desk: Desk) -> None:
-    page = desk.module("sound.js")
-    heard = "import('/static/sound.js').then(m => [20, 1000, 40000].map(f => m.heardAs({ frequency: f, share: 1 })))"
+    page = desk.module("motion/sound.js")
+    heard = (
+        "import('/static/motion/sound.js').then(m => [20, 1000, 40000].map(f => m.heardAs({ frequency: f, share: 1 })))"
+    )
     low, plain, high = (text.replace("\u202f", " ") for text in page.evaluate(heard))
     assert low == "120 Hz, 50 %; the first mode, 20 Hz, is too low to hear"
     assert plain == "1 kHz, 50 %"
@@ -355,7 +357,7 @@ def test_every_scene_of_a_lesson_can_be_set(desk: Desk) -> None:
     page = desk.open("panel=lessons")
     expect(page.locator(".lesson")).to_have_count(9)
     seen = []
-    for one in (one for lesson in knows(page, "lessons.js:LESSONS") for one in lesson["scenes"]):
+    for one in (one for lesson in knows(page, "lessons/lessons.js:LESSONS") for one in lesson["scenes"]):
         assert one["show"] and one["say"] and one["view"]["panel"] in PANELS
         simulated = {"start": one["start"], "simulation": {"modes": 0, "impacts": 1500}} if one.get("start") else {}
         case = case_of({**one["case"], **simulated}) if "case" in one else load_case(one["machine"])
@@ -389,7 +391,7 @@ def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
         expect(page.locator("#verdict")).to_have_text(f"Plays: {label}")
         expect(page.locator("#stage")).to_have_attribute("data-label", label)
         expect(page.locator("#reason")).to_contain_text(meaning)
-        tables = knows(page, "state.js:data.tables")
+        tables = knows(page, "core/state.js:data.tables")
         summary = simulation_answer(case_of(tables, "lesson")).motion.summary
         assert summary.blow_energy is not None
         assert float(figure(page, "mean blow energy")) == pytest.approx(summary.blow_energy, rel=1e-3)
@@ -397,7 +399,7 @@ def test_the_headline_tells_of_the_motion_that_plays(desk: Desk) -> None:
     expect(page.locator("#verdict")).to_have_text("Unstable")
     scene(page, 5, 1)
     expect(page.locator("#verdict")).to_have_text("Plays: chatter/1")
-    gap = "import('/static/state.js').then(m => document.querySelector('#motion-facts').innerText)"
+    gap = "import('/static/core/state.js').then(m => document.querySelector('#motion-facts').innerText)"
     assert "4 load periods" in page.evaluate(gap)
 
 

@@ -35,14 +35,14 @@ def test_the_modules_are_loaded_at_once() -> None:
     request = Request({"type": "http", "method": "GET", "path": "/", "headers": []})
     index = bytes(Shelf().answer(request, "index.html").body).decode()
     preloaded = re.findall(r'rel="modulepreload" href="/static/([^"]+)"', index)
-    assert preloaded == sorted(path.name for path in folder.glob("*.js"))
+    assert preloaded == sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.js"))
     assert not re.search(r"""(?:src|href|from|import)\s*[=(]?\s*["'](?:https?:)?//""", index)
 
 
 NOTES = """
-import { panel as first } from "./case_panel.js";
-import { h, put } from "./dom.js";
-import { on, view } from "./state.js";
+import { panel as first } from "./case/case_panel.js";
+import { h, put } from "./core/dom.js";
+import { on, view } from "./core/state.js";
 
 const panel = {
   name: "notes",
@@ -73,9 +73,9 @@ def test_a_panel_is_one_object_in_the_list(desk: Desk, request: pytest.FixtureRe
 
 def figures_of(page: Page) -> dict[str, float]:
     """The figures in SI of the steady motion of the headline, by the library, of the case as it is on the page."""
-    case = case_of(knows(page, "state.js:data.tables"), "page")
+    case = case_of(knows(page, "core/state.js:data.tables"), "page")
     orbits = steady_answer(case).to_json_dict()["periods"][0]["orbits"]
-    found: dict[str, float] = orbits[knows(page, "state.js:chosen().number") - 1]["si"]
+    found: dict[str, float] = orbits[knows(page, "core/state.js:chosen().number") - 1]["si"]
     return found
 
 
@@ -121,7 +121,7 @@ def test_a_move_outlives_a_restart_of_the_server(browser: Browser) -> None:
     with served("--port", address.strip("/").rpartition(":")[2]):
         settled(page)
         expect(page.locator("#away")).to_be_hidden()
-        case = case_of(knows(page, "state.js:data.tables"), "page")
+        case = case_of(knows(page, "core/state.js:data.tables"), "page")
         assert case.system().restitution == pytest.approx(0.15, abs=1e-3)
         assert case.system().load.load_factor == pytest.approx(0.3, abs=1e-3)
         truth = figures_of(page)
@@ -136,7 +136,7 @@ def test_a_listener_that_throws_does_not_silence_the_others(desk: Desk) -> None:
     before = figure(page, "blow energy")
     page.evaluate(
         """async () => {
-          const { on, data } = await import("/static/state.js");
+          const { on, data } = await import("/static/core/state.js");
           on("quick", () => { throw new Error("of the test"); });
           on("quick", () => { document.title = `heard ${data.changed}`; });
         }"""
@@ -314,10 +314,10 @@ def test_paper_is_light_and_a_stable_disc_stays_a_disc(desk: Desk) -> None:
     settled(page)
     dark = ink(page, chart)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert knows(page, "colours.js:theme().dark") is False
+    assert knows(page, "pictures/colours.js:theme().dark") is False
     assert ink(page, chart) != dark
     page.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert knows(page, "colours.js:theme().dark") is True
+    assert knows(page, "pictures/colours.js:theme().dark") is True
     page.emulate_media(media="print")
     assert page.evaluate("getComputedStyle(document.documentElement).colorScheme") == "light"
     look = "getComputedStyle(document.querySelector('.badge.good'), '::before')"

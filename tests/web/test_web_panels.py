@@ -202,7 +202,7 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
     expect(page.locator("#map-tip")).to_be_hidden()
     maps = held(page, "map")
     drawn = ink(page, "#map")
-    page.evaluate("import('/static/state.js').then(({ setKey }) => setKey('bar.damping_ratio', 0.2))")
+    page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('bar.damping_ratio', 0.2))")
     came(page, maps)
     settled(page, "map")
     assert ink(page, "#map") != drawn  # it is pale
@@ -217,7 +217,7 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
 
 def test_strips_grow_while_rows_cost_little_beside_what_a_strip_costs(desk: Desk) -> None:
     page = desk.open("panel=map&machine=mini-breaker")
-    strips = """([fixed, row, first]) => import('/static/map_levels.js').then(({ rowsOfNext }) => {
+    strips = """([fixed, row, first]) => import('/static/map/map_levels.js').then(({ rowsOfNext }) => {
       const strips = [];
       for (let rows = 0; rows < 200; rows += strips.at(-1)[0]) {
         const count = Math.min(rowsOfNext(strips, first), 200 - rows);
@@ -249,7 +249,7 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
         named = {name: knows(page, f"colours.js:theme().verdicts.{name}") for name in ("none", "unstable", "stable")}
         colour = "#" + "".join(f"{part:02x}" for part in place)
         found = next(name for name, value in named.items() if value == colour)
-        orbits = steady_states(case_of(knows(page, "state.js:data.tables"), "page").system()).orbits
+        orbits = steady_states(case_of(knows(page, "core/state.js:data.tables"), "page").system()).orbits
         verdicts = [reduced_criterion(orbit).stable for orbit in orbits]
         truth = "stable" if any(verdicts) else "unstable" if orbits else "none"
         assert found == truth
@@ -269,7 +269,7 @@ def test_a_machine_that_switches_itself_has_its_map(desk: Desk) -> None:
     page.mouse.click(*point(page, "#map", 0.5, 0.12))  # too little pressure
     expect(page.locator("#verdict")).to_have_text("Stalls, on the tool")
     expect(page.locator("#map-readout")).to_contain_text("stalls")
-    assert float(knows(page, "state.js:data.tables.load.pressure").removesuffix(" bar")) < 111
+    assert float(knows(page, "core/state.js:data.tables.load.pressure").removesuffix(" bar")) < 111
     until(page, f"{STATE}(({{ data }}) => data.info.tables.load.pressure === data.tables.load.pressure)")
     assert len([url for url in desk.asked if url.endswith("/api/map")]) == asked  # along the map's own axes
     page.select_option("#map-q", "blow_energy")
@@ -339,7 +339,7 @@ def test_the_page_has_the_palette_of_the_pictures(desk: Desk) -> None:
     told = [[int(part) for part in re.findall(r"\d+", colour)] for colour in ends]
     stops = (palette.STRAIN[0].light, palette.STRAIN[-1].light)
     assert told == [[int(stop[i : i + 2], 16) for i in (1, 3, 5)] for stop in stops]
-    assert knows(page, "colours.js:theme().kinds") == [kind.light for kind in palette.KINDS]
+    assert knows(page, "pictures/colours.js:theme().kinds") == [kind.light for kind in palette.KINDS]
     page.click("#tab-orbits")
     page.click("#tab-report")
     expect(page.locator('#report-cards [data-figure="momentum_N_s"]')).to_contain_text("N·s")
@@ -412,7 +412,7 @@ def test_the_orbits_equal_the_command_line(desk: Desk, capsys: pytest.CaptureFix
         assert reason == orbit["reason"]
         for text, name in ((rhythm, "margin_rhythm"), (ringing, "margin_ringing")):
             assert float(text.replace("−", "-")) == pytest.approx(orbit[name], abs=6e-4)
-    shown = knows(page, "state.js:chosen()")
+    shown = knows(page, "core/state.js:chosen()")
     values = [complex(*pair) for pair in shown["quick"]["multipliers"]["values"]]  # what the unit circle draws
     truth = orbits[shown["number"] - 1]["multipliers"]["moduli"]
     assert sorted(map(abs, values), reverse=True) == pytest.approx(truth, abs=1e-9)

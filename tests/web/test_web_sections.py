@@ -48,7 +48,7 @@ def shown(page: Page, name: str, value: float) -> None:
 def told(page: Page, words: str) -> Any:
     """What the server has told of the case that is on the page now."""
     settled(page)
-    assert knows(page, "state.js:data.info.tables") == knows(page, "state.js:data.tables")
+    assert knows(page, "core/state.js:data.info.tables") == knows(page, "core/state.js:data.tables")
     return knows(page, f"state.js:data.info.{words}")
 
 
@@ -161,11 +161,11 @@ def test_sections_in_plain_numbers(
     speeds = [[orbit["phase"], orbit["impact_velocity"]] for orbit in truth]
     answer = "data.steady?.periods[0].orbits.map((orbit) => [orbit.phase, orbit.impact_velocity])"
     now = f"JSON.stringify({answer}) === JSON.stringify({json.dumps(speeds)})"
-    until(page, f"import('/static/state.js').then(({{ data }}) => {now})")
+    until(page, f"import('/static/core/state.js').then(({{ data }}) => {now})")
     page.click("#tab-case")
     page.click("#bar-uniform")
     expect(page.locator("#sections")).to_have_count(0)
-    assert "at" not in knows(page, "state.js:data.tables.load")
+    assert "at" not in knows(page, "core/state.js:data.tables.load")
 
 
 OF_B77 = "system.s=20&system.d=0.01&system.restitution=0.3&load.kind=harmonic&load.mean=0.5&load.amplitude=1"
@@ -183,7 +183,7 @@ def test_another_law_of_damping_damps_the_first_mode_alike(desk: Desk, words: st
         rates = told(page, "body.damping")
         assert rates[0] == pytest.approx(first, rel=1e-3)  # four digits are written, every time
         others.append(rates[1] / rates[0])
-        system = case_of(knows(page, "state.js:data.tables"), "page").system()
+        system = case_of(knows(page, "core/state.js:data.tables"), "page").system()
         assert system.body.damping.kind == law
     assert others == pytest.approx([4.0, 4.0, 1.0, 2.0], rel=1e-3)  # of η, of its table, of a drag, of a ratio
     value = "#field-bar-damping_ratio" if table == "bar" else "#field-system-damping-value"
@@ -205,9 +205,9 @@ def test_strain_and_a_load_of_steps_are_chosen(desk: Desk, request: pytest.Fixtu
     page.fill("#field-load-values", "2, 0, -2")
     expect(page.locator("#field-load-breaks-problem")).to_have_text("")
     page.select_option("#field-contact-strain", "kept")
-    assert knows(page, "state.js:data.tables.contact.strain") == "kept"
+    assert knows(page, "core/state.js:data.tables.contact.strain") == "kept"
     page.select_option("#field-contact-strain", "")
-    assert "strain" not in knows(page, "state.js:data.tables.contact")
+    assert "strain" not in knows(page, "core/state.js:data.tables.contact")
 
 
 @pytest.mark.parametrize("desk", [{"viewport": {"width": 390, "height": 844}, "has_touch": True}], indirect=True)

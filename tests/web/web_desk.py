@@ -21,8 +21,8 @@ from percuss.cli import main
 PANELS = ("case", "map", "orbits", "branches", "motion", "machine", "blow", "hammer", "report", "experiment", "lessons")
 WAIT = 240_000  # milliseconds, on a machine that does other things as well; only what fails waits so long
 STILL = [{"reduced_motion": "reduce"}]  # nothing plays by itself, which would be drawn as often as there is time
-STATE = "import('/static/state.js').then"
-CHANGED = "String((await import('/static/state.js')).data.changed)"
+STATE = "import('/static/core/state.js').then"
+CHANGED = "String((await import('/static/core/state.js')).data.changed)"
 
 expect.set_options(timeout=WAIT)
 

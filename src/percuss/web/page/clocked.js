@@ -1,7 +1,7 @@
 // What panels say of cases that are not theirs: of a machine that switches itself, and of a structure that is held.
 
-import { h, put } from "./dom.js";
-import { isHeld, on, show, switchesItself } from "./state.js";
+import { h, put } from "./core/dom.js";
+import { isHeld, on, show, switchesItself } from "./core/state.js";
 
 /** Whether a panel has nothing of the case but that sentence. */
 export const isElsewhere = ({ clocked, held }) => Boolean((clocked && switchesItself()) || (held && isHeld()));

@@ -1,17 +1,17 @@
 // The page's start: theme, sound, tabs, the catalogue, and the state from the address.
 
-import { get, takeToken } from "./api.js";
-import { followAddress, fromAddress, keepAddress, writeAddress } from "./address.js";
+import { get, takeToken } from "./core/api.js";
+import { followAddress, fromAddress, keepAddress, writeAddress } from "./core/address.js";
 import { isElsewhere, tellOthers } from "./clocked.js";
-import { forPaper, forgetTheme, usePalette } from "./colours.js";
-import { $, $$, flushFrames, h, put } from "./dom.js";
-import { startHeadline } from "./headline.js";
+import { forPaper, forgetTheme, usePalette } from "./pictures/colours.js";
+import { $, $$, flushFrames, h, put } from "./core/dom.js";
+import { startHeadline } from "./screen/headline.js";
 import { PANELS } from "./panels.js";
-import { watchPreparing } from "./preparing.js";
-import { startSliders } from "./sliders.js";
-import { setSound, soundOn } from "./sound.js";
-import { DEFAULTS, data, know, on, pickMachine, setTables, show, tell, view, wish } from "./state.js";
-import { during } from "./under_way.js";
+import { watchPreparing } from "./screen/preparing.js";
+import { startSliders } from "./screen/sliders.js";
+import { setSound, soundOn } from "./motion/sound.js";
+import { DEFAULTS, data, know, on, pickMachine, setTables, show, tell, view, wish } from "./core/state.js";
+import { during } from "./core/under_way.js";
 
 const FIRST = "mini-breaker";
 const THEMES = ["auto", "light", "dark"];

@@ -1,0 +1,227 @@
+// The sections of a bar, one row each, from the driven to the striking end, and of a tool from the struck face on: in SI their sizes and materials, in plain
+// numbers their impedances and transit times.
+
+import { h } from "../core/dom.js";
+import { typed } from "./fields.js";
+import { idOf, input, problemOf } from "./form_fields.js";
+import { plainNumber, quantity } from "../core/format.js";
+import { data, setKey, setTables } from "../core/state.js";
+
+const SIZES = [
+  ["length", "Length"],
+  ["diameter", "Diameter"],
+  ["bore", "Bore"],
+  ["area", "or area"],
+  ["material", "Material"],
+  ["youngs_modulus", "or modulus"],
+  ["density", "and density"],
+];
+
+const PLAIN = [
+  ["impedances", "Impedance"],
+  ["transit_times", "Transit time"],
+];
+
+const HINTS = {
+  bar:
+    "Sizes with their unit, as 52 mm: a diameter, with a bore if there is one, or an area. A material that is left " +
+    "empty is that of the bar.",
+  tool:
+    "Sizes with their unit. A last section without a length is endless. A material that is left empty is steel.",
+  system:
+    "Impedances in any one unit, transit times in any one unit: only their ratios count, all transit times together " +
+    "are 1/s.",
+};
+
+export const sectioned = ({ bar, system }) =>
+  bar ? bar.sections !== undefined : [system?.impedances, system?.transit_times].some((list) => list !== undefined);
+
+const listed = (found) => (Array.isArray(found) ? found : []); // a link may have anything in its place
+
+/** The rows as they stand in the tables. */
+export function rowsOf({ bar, system }) {
+  if (bar) return listed(bar.sections);
+  const [impedances, times] = PLAIN.map(([name]) => listed(system?.[name]));
+  const count = Math.max(impedances.length, times.length);
+  return Array.from({ length: count }, (_, i) => ({ impedances: impedances[i], transit_times: times[i] }));
+}
+
+function setRows(rows) {
+  const { tables } = data;
+  if (tables.bar) return setKey("bar.sections", rows);
+  const lists = PLAIN.map(([name]) => [name, rows.map((row) => row[name] ?? null)]);
+  setTables({ ...tables, system: { ...tables.system, ...Object.fromEntries(lists) } });
+}
+
+const OWN = {
+  rows: rowsOf,
+  set: setRows,
+  id: "sections",
+  who: "Section",
+  ends: ["driven end", "striking end"],
+  legend: "Sections, from the driven to the striking end",
+};
+const BAR = { ...OWN, form: "bar", columns: SIZES };
+const SYSTEM = { ...OWN, form: "system", columns: PLAIN };
+const TOOL = {
+  form: "tool",
+  columns: SIZES,
+  rows: ({ tool }) => listed(tool?.sections),
+  set: (rows) => setKey("tool.sections", rows),
+  id: "tool-sections",
+  who: "Section of the tool",
+  ends: ["struck face", "far end"],
+  legend: "Sections of the tool, from the struck face on",
+};
+
+/** Whether the bar is uniform or has sections, as two buttons. */
+export function uniformOrSections(tables) {
+  const now = sectioned(tables);
+  const button = (id, words, on, press) =>
+    h("button", { type: "button", id, "aria-pressed": String(on), onclick: () => on || setTables(press()) }, words);
+  return h(
+    "div",
+    { class: "segments", role: "group", "aria-label": "The bar is" },
+    button("bar-uniform", "Uniform", !now, () => uniform(data.tables)),
+    button("bar-sections", "Sections", now, () => inSections(data.tables)),
+  );
+}
+
+/** The same bar as one section. Strain that turns over is a law of uniform bars only. */
+function inSections(tables) {
+  if (!tables.bar) {
+    const { strain, ...system } = tables.system;
+    const kept = strain === undefined || strain === "reversed" ? {} : { strain };
+    return { ...tables, system: { ...system, ...kept, impedances: [1], transit_times: [1] } };
+  }
+  const { length, diameter, area, ...bar } = tables.bar;
+  const { strain, ...contact } = tables.contact ?? {};
+  if (strain !== undefined && strain !== "reversed") contact.strain = strain;
+  return { ...tables, bar: { ...bar, sections: [given({ length, diameter, area })] }, contact };
+}
+
+/** A uniform bar as long as all sections, with the cross-section and the material of the striking end. */
+function uniform(tables) {
+  const { at, ...load } = tables.load;
+  if (!tables.bar) {
+    const { impedances, transit_times, ...system } = tables.system;
+    return { ...tables, system, load };
+  }
+  const { sections, ...bar } = tables.bar;
+  const { bore, material, length, ...last } = rowsOf(tables).at(-1) ?? {};
+  const known = data.about.materials[material];
+  const [modulus, density] = [known?.youngs_modulus_Pa / 1e9, known?.density_kg_m3];
+  const own = known && { youngs_modulus: `${modulus} GPa`, density: `${density} kg/m^3` };
+  const area = data.info?.bar && `${plainNumber(data.info.bar.area_m2 * 1e4, 6)} cm^2`;
+  const ring = bore && area && { diameter: undefined, area };
+  return { ...tables, bar: given({ ...bar, length: wholeLength(tables), ...last, ...own, ...ring }), load };
+}
+
+const given = (table) => Object.fromEntries(Object.entries(table).filter(([, value]) => value !== undefined));
+
+function wholeLength(tables) {
+  const parts = rowsOf(tables).map((row) => quantity(row?.length));
+  const unit = parts[0]?.unit;
+  if (parts.every((part) => part?.unit === unit))
+    return `${plainNumber(parts.reduce((sum, { value }) => sum + value, 0), 12)} ${unit}`.trim();
+  return data.info?.bar ? `${plainNumber(data.info.bar.length_m * 1e3, 6)} mm` : undefined;
+}
+
+/** The table with its buttons. */
+export const sectionsTable = (tables) => tableOf(tables.bar ? BAR : SYSTEM, tables);
+
+/** That of the tool. */
+export const toolTable = (tables) => tableOf(TOOL, tables);
+
+function tableOf(chain, tables) {
+  const { form, columns, id } = chain;
+  const rows = chain.rows(tables);
+  const heads = ["No.", ...columns.map(([, label]) => label), ""];
+  const lists = form === "system" ? PLAIN.map(([name]) => `system.${name}`) : [`${form}.sections`];
+  const add = () => {
+    const now = chain.rows(data.tables);
+    chain.set([...now, now.at(-1) ?? {}]);
+    focusFirst(idOf(cellOf(form, now.length, columns[0][0])));
+  };
+  return h(
+    "fieldset",
+    { class: "wide", id },
+    h("legend", {}, chain.legend),
+    h("p", { class: "hint small muted", id: `${id}-hint` }, HINTS[form]),
+    h(
+      "div",
+      { class: "scroll" },
+      h(
+        "table",
+        { class: "sections", "aria-describedby": `${id}-hint` },
+        h("thead", {}, h("tr", {}, heads.map(head))),
+        h("tbody", {}, rows.map((_, i) => row(chain, i, rows.length))),
+      ),
+    ),
+    lists.map(problemOf),
+    h("div", { class: "row" }, h("button", { type: "button", id: `${id}-add`, onclick: add }, "Add a section")),
+  );
+}
+
+const head = (label) => (label ? h("th", { scope: "col" }, label) : h("td"));
+
+const cellOf = (form, i, name) => (form === "system" ? `system.${name}[${i}]` : `${form}.sections[${i}].${name}`);
+
+function row({ form, columns, id, rows, set, who, ends }, i, count) {
+  const cell = ([name, label]) => {
+    const key = cellOf(form, i, name);
+    const named = `${who} ${i + 1}: ${label.replace(/^(or|and) /, "").toLowerCase()}`;
+    const told = { "aria-label": named, "aria-describedby": `${idOf(key)}-problem` };
+    const control = name === "material" ? materials(key, told) : input(key, told);
+    return h("td", {}, control, problemOf(key));
+  };
+  const button = (name, sign, words, off, press) => {
+    const told = { id: `${id}-${name}-${i}`, "aria-label": words, title: words };
+    return h("button", { type: "button", ...told, ".disabled": off, onclick: press }, sign);
+  };
+  const swap = (to) => () => {
+    const next = [...rows(data.tables)];
+    [next[i], next[to]] = [next[to], next[i]];
+    set(next);
+    const [ahead, other] = to < i ? ["up", "down"] : ["down", "up"];
+    focusFirst(`${id}-${ahead}-${to}`, `${id}-${other}-${to}`);
+  };
+  const remove = () => {
+    set(rows(data.tables).filter((_, j) => j !== i));
+    focusFirst(`${id}-remove-${Math.min(i, count - 2)}`, `${id}-add`);
+  };
+  return h(
+    "tr",
+    {},
+    h("th", { scope: "row" }, String(i + 1)),
+    columns.map(cell),
+    h(
+      "td",
+      { class: "moves" },
+      h(
+        "div",
+        { class: "row" },
+        button("up", "↑", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[0]}`, i === 0, swap(i - 1)),
+        button("down", "↓", `Move ${who.toLowerCase()} ${i + 1} toward the ${ends[1]}`, i === count - 1, swap(i + 1)),
+        button("remove", "×", `Remove ${who.toLowerCase()} ${i + 1}`, count === 1, remove),
+      ),
+    ),
+  );
+}
+
+function materials(key, told) {
+  const words = Object.keys(data.about.materials).map((name) => [name, name.replaceAll("_", " ")]);
+  const options = [["", key.startsWith("tool.") ? "steel" : "as the bar"], ...words];
+  const change = (event) => setKey(key, typed(event.target.value));
+  return h(
+    "select",
+    { id: idOf(key), "data-key": key, onchange: change, ...told },
+    options.map(([value, text]) => h("option", { value }, text)),
+  );
+}
+
+/** The first of these that can be used has the focus: nobody at the keyboard loses their place. */
+function focusFirst(...ids) {
+  const found = ids.map((id) => document.getElementById(id));
+  found.find((control) => control && !control.disabled)?.focus();
+}

@@ -1,0 +1,123 @@
+// The image of a map: verdicts and families of motions as flat colours, sizes and margins as ramps.
+
+import { span } from "../pictures/chart.js";
+import { familyOf, ramp, rgb, theme } from "../pictures/colours.js";
+import { number, si, withUnit } from "../core/format.js";
+
+const VERDICTS = { none: "no steady motion", unstable: "steady motion, unstable", stable: "stable steady motion" };
+
+/** One number a cell: a code for verdicts and words, a value for the rest; `words` is what stands in each cell. Of rows over
+ * a coarser map of the whole plane, `under`, the range is that of both. */
+export function content({ arrays, quantities }, kind, under = null) {
+  const [first, second] = kind.quantities;
+  const values = arrays[first];
+  if (second) {
+    const codes = values.map((n, i) => (n > 0 ? (arrays[second][i] === 1 ? 2 : 1) : n >= 0 ? 0 : -1));
+    return { kind: "verdicts", codes, words: Object.values(VERDICTS), labels: codes };
+  }
+  const { words } = quantities[first];
+  if (first === "stall") return { kind: "outcomes", codes: values, words, labels: values };
+  if (words) {
+    const family = words.map(familyOf); // once a word: a map has many cells and few words
+    return { kind: "families", codes: values.map((n) => family[n] ?? -1), words, labels: values };
+  }
+  const margin = first.includes("margin");
+  const [low, high] = span([values, under?.values ?? []], 0);
+  const ends = margin ? { low: Math.min(Math.max(low, -1), 0), high: Math.max(high, 0) } : { low, high };
+  return { kind: margin ? "margins" : "sizes", values, ...ends, unit: quantities[first].unit ?? "" };
+}
+
+/** What stands in the cell at a point of the plane, in words; "" beside the plane and where nothing is known yet. */
+export function cellAt(plane, { x, y }) {
+  const index = (at, { from, to }, count) => Math.round(((at - from) / (to - from)) * (count - 1));
+  const [i, j] = [index(x, plane.x, plane.nx), index(y, plane.y, plane.ny)];
+  if (!(i >= 0 && i < plane.nx && j >= 0 && j < plane.rows)) return "";
+  const cell = j * plane.nx + i;
+  if (plane.words) return plane.words[plane.labels[cell]] ?? "no value";
+  return Number.isFinite(plane.values[cell]) ? sized(plane.values[cell], plane.unit) : "none";
+}
+
+/** A value as the legend and the pointer tell it: a stress with its prefix. */
+const sized = (value, unit, digits) => (unit === "Pa" ? si : withUnit)(value, unit, digits);
+
+const word = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
+const words = (values) => Uint32Array.from({ length: 256 }, (_, i) => word(ramp(values, i / 255)));
+
+/** Where a value stands on its ramp, 0 to 1; a margin has its border in the middle, whatever its ends. */
+function shareOf({ kind, low, high }, value) {
+  if (kind !== "margins") return (value - low) / (high - low || 1);
+  return value < 0 ? 0.5 - 0.5 * Math.min(value / (low || -1), 1) : 0.5 + (0.5 * value) / (high || 1);
+}
+
+const rampOf = ({ kind }, colours) => (kind === "margins" ? colours.stability : colours.shares);
+
+/** The image of a map, one pixel a cell, the first row at the bottom of the plane; rows to come are left clear. */
+export function picture(plane) {
+  const { nx, ny, rows, codes, values } = plane;
+  const colours = theme();
+  plane.looks = looksOf(plane, colours);
+  const flat = plane.looks.map(({ colour }) => word(rgb(colour)));
+  const shades = words(rampOf(plane, colours));
+  const none = word(rgb(colours.verdicts.none));
+  const shade = (i) => {
+    if (codes) return codes[i] >= 0 ? flat[codes[i]] : none;
+    if (!Number.isFinite(values[i])) return none;
+    return shades[Math.min(Math.max(255 * shareOf(plane, values[i]), 0), 255) | 0];
+  };
+  plane.canvas = cells(nx, ny, rows, shade);
+  plane.used = codes ? new Set([...new Set(codes), ...(plane.under?.used ?? [])]) : null; // once for a plane: there are tens of thousands, and a move redraws
+  plane.hatches = [];
+  for (const [i, { hatch }] of plane.looks.entries())
+    if (hatch && plane.used.has(i))
+      plane.hatches.push({ hatch, canvas: cells(nx, ny, rows, (k) => (codes[k] === i ? 0xffffffff : 0)) });
+}
+
+/** What the cells of each code look like and are called; of a machine that does not run by what keeps it from that. */
+function looksOf({ kind, words }, { families, verdicts }) {
+  if (kind === "families") return families;
+  if (kind !== "outcomes") return Object.entries(VERDICTS).map(([verdict, name]) => ({ name, colour: verdicts[verdict], hatch: "" }));
+  const n = families.length; // more words than colours: the hatches are others the second time
+  const look = (i) => ({ colour: families[i % n].colour, hatch: families[(i + Math.floor(i / n)) % n].hatch });
+  return words.map((name, i) => ({ name, ...(i ? look(i) : { colour: verdicts.stable, hatch: "" }) }));
+}
+
+/** A canvas with a pixel for each of the first rows of cells. */
+function cells(nx, ny, rows, shade) {
+  const canvas = document.createElement("canvas");
+  canvas.width = nx;
+  canvas.height = ny;
+  const pen = canvas.getContext("2d");
+  const image = pen.createImageData(nx, ny);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let i = 0; i < nx * rows; i++) pixels[i] = shade(i);
+  pen.putImageData(image, 0, 0);
+  return canvas;
+}
+
+/** What its colours mean. */
+export function legends(plane, colours) {
+  if (!plane?.canvas) return [];
+  if (plane.codes)
+    return plane.looks
+      .map(({ name, colour, hatch }, i) => ({ type: "patch", name, colour, hatch, i }))
+      .filter(({ i }) => plane.used.has(i));
+  const step = (plane.high - plane.low) / 200 || 1;
+  const rounded = (value) => Math.round(value / step) * step;
+  const patch = (share) =>
+    `#${ramp(rampOf(plane, colours), share)
+      .map((v) => v.toString(16).padStart(2, "0"))
+      .join("")}`;
+  const at = (share) => {
+    if (plane.kind !== "margins") return plane.low + share * (plane.high - plane.low);
+    return share < 0.5 ? plane.low * (1 - 2 * share) : plane.high * (2 * share - 1);
+  };
+  const steps = [0, 0.25, 0.5, 0.75, 1].map((share) => ({
+    type: "patch",
+    name:
+      plane.kind === "margins" && share === 0.5
+        ? `${number(0)}: the border of stability`
+        : sized(rounded(at(share)), plane.unit, 3),
+    colour: patch(share),
+  }));
+  return [...steps, { type: "patch", name: "none", colour: colours.verdicts.none }];
+}

@@ -1,0 +1,144 @@
+// Pictures of a motion: the striking end over time, its phase portrait, and every impact as a point.
+
+import { Chart, PHASES, span } from "../pictures/chart.js";
+import { theme } from "../pictures/colours.js";
+import { h } from "../core/dom.js";
+import { counted, inUnit, scaleOf } from "../core/format.js";
+
+const parts = {};
+
+/** The three charts; a click into the phase portrait tells `picked` its point. */
+export function motionCharts(picked) {
+  parts.history = new Chart("The striking end over time");
+  parts.portrait = new Chart("Phase portrait: speed over distance; click to start there");
+  parts.poincare = new Chart("Each impact: its phase and its speed");
+  const { canvas } = parts.portrait;
+  canvas.id = "portrait";
+  canvas.style.cursor = "crosshair";
+  canvas.addEventListener("click", (event) => {
+    const at = parts.portrait.at(event);
+    if (at) picked(at);
+  });
+  const card = (chart) => h("div", { class: "card" }, chart.figure);
+  return h("div", { class: "grid" }, card(parts.history), card(parts.portrait), card(parts.poincare));
+}
+
+/** The blows of the stretch that is shown; one at its end is the one at its beginning again, and counts once. */
+export function blowsOf(motion) {
+  const length = motion.end - motion.begin;
+  const near = 1e-5 * length;
+  const struck = motion.blows.filter(({ kind }) => kind === "impact");
+  const again = motion.period && struck.some(({ time }) => time < near);
+  return again ? struck.filter(({ time }) => time < length - near) : struck;
+}
+
+/** In what the motion is told: factors from its plain numbers, and their units. */
+export function unitsOf(motion) {
+  const { arrays } = motion;
+  const metre = motion.length_scale_m;
+  const second = motion.time_scale_s;
+  const deepest = Math.max(...Array.from(arrays.end_gap, (v) => (Number.isFinite(v) ? Math.abs(v) : 0)));
+  const length = metre ? scaleOf(deepest * metre, "m") : { factor: 1, unit: "" };
+  const time = second ? scaleOf((motion.end - motion.begin) * second, "s") : { factor: 1, unit: "rad" };
+  return {
+    length: { k: (metre ?? 1) * length.factor, name: length.unit },
+    time: { k: (second ?? 1) * time.factor, name: time.unit },
+    speed: { k: metre && second ? metre / second : 1, name: metre ? "m/s" : "" },
+  };
+}
+
+const labelOf = (name, unit) => inUnit(name, unit.name);
+const times = (list, k) => Float64Array.from(list, (value) => value * k);
+
+/** The pictures of a motion. */
+export function drawCharts(motion, units) {
+  const { kinds, muted } = theme();
+  const { arrays } = motion;
+  const t = times(arrays.end_t, units.time.k);
+  const gap = times(arrays.end_gap, units.length.k);
+  const speed = times(arrays.end_velocity, units.speed.k);
+  const struckAt = motion.blows.filter((b) => b.kind === "impact" || b.kind === "chatter");
+  const [low] = span([gap]);
+  const wall = { type: "level", at: 0, colour: muted, width: 3, name: "the wall" };
+  const marks = {
+    type: "points",
+    x: struckAt.map((b) => b.time * units.time.k),
+    y: struckAt.map(() => 0),
+    shape: "disc",
+    colour: kinds[1],
+    size: 5,
+    name: "blow",
+  };
+  const x = { label: labelOf("time", units.time), from: 0, to: (motion.end - motion.begin) * units.time.k || 1 };
+  const distance = { label: labelOf("distance from the wall", units.length), from: low, to: -low * 0.12 };
+  parts.history.draw({
+    x,
+    y: distance,
+    items: [wall, { type: "line", x: t, y: gap, colour: kinds[0], width: 2, name: "striking end" }, marks],
+    about: `Distance of the striking end from the wall over time, ${counted(blowsOf(motion).length, "blow")}`,
+  });
+  const [vLow, vHigh] = span([speed]);
+  const hits = {
+    type: "points",
+    x: struckAt.map(() => 0),
+    y: struckAt.map((b) => b.impact_velocity * units.speed.k),
+    shape: "disc",
+    colour: kinds[1],
+    size: 5,
+    name: "just before a blow",
+  };
+  parts.portrait.draw({
+    x: distance,
+    y: { label: labelOf("speed", units.speed), from: vLow, to: vHigh },
+    items: [
+      { ...wall, axis: "x" },
+      { type: "line", x: gap, y: speed, colour: kinds[0], width: 1.6, name: "striking end" },
+      hits,
+    ],
+    about: "Phase portrait: speed of the striking end over its distance from the wall",
+  });
+  poincare(motion, units, kinds);
+}
+
+function poincare(motion, units, kinds) {
+  const { poincare_phase: phase, poincare_velocity: velocity, poincare_settled: settledAt } = motion.arrays;
+  const v = times(velocity, units.speed.k);
+  const some = (wish) => {
+    const found = { x: [], y: [] };
+    for (let i = 0; i < phase.length; i++)
+      if ((settledAt[i] === 1) === wish) (found.x.push(phase[i]), found.y.push(v[i]));
+    return found;
+  };
+  const [from, to] = span([v]);
+  const items = [
+    { type: "points", ...some(false), shape: "dot", size: 2.5, colour: kinds[5], name: "on the way" },
+    { type: "points", ...some(true), shape: "disc", size: 5, colour: kinds[1], name: "settled" },
+  ].filter((item) => item.x.length);
+  parts.poincare.draw({
+    x: { label: inUnit("phase of the load at the impact", "rad"), from: 0, to: 2 * Math.PI, ticks: PHASES },
+    y: { label: labelOf("striking speed", units.speed), from, to },
+    items,
+    about: `Poincaré points of ${phase.length} impacts`,
+  });
+}
+
+/** The present moment, drawn over the pictures. */
+export function followCharts(motion, units, time) {
+  const { end_t: t, end_gap: gap, end_velocity: speed } = motion.arrays;
+  const i = nearest(t, time);
+  const colour = theme().accent;
+  parts.history.over([[t[i] * units.time.k, gap[i] * units.length.k, colour]], time * units.time.k);
+  parts.portrait.over([[gap[i] * units.length.k, speed[i] * units.speed.k, colour]]);
+}
+
+/** The index of the last value that is not after `time`; values rise. */
+function nearest(values, time) {
+  let low = 0;
+  let high = values.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (values[middle] <= time) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
