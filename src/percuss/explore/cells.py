@@ -109,6 +109,8 @@ class SweepJob:
     impacts: int
     discard: int
     functions: tuple[tuple[str, SystemFunction], ...] = ()
+    threads: int = 1
+    """Of the kernels, where no other processes work at the map; the cells are the same for any number."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -381,7 +383,7 @@ def _simulated(
         rows, begins = [i for i, _, _ in part], [start for _, _, start in part]
         systems: list[Any] = [one for _, one, _ in part]
         if "simulation" in job.groups:
-            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=1)
+            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=job.threads)
             found = {
                 "label_outcome": many.code,
                 "label_impacts": many.cycle_impacts,
@@ -398,7 +400,7 @@ def _simulated(
         if "lyapunov" in job.groups:
             every = "lyapunov_all" in out
             asked = {"modes": job.simulated, "impacts": job.impacts, "discard": job.discard}
-            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=1)
+            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=job.threads)
             if "lyapunov" in out:
                 out["lyapunov"][rows] = exponents.exponent
             for row, spectrum in zip(rows, exponents.spectrum, strict=False):  # none where it was not asked for
@@ -594,7 +596,7 @@ def _fill(
     if "exact" in job.groups:
         from percuss.stability.plane import exact_plane
 
-        exact = exact_plane(system, restitution, factor, m, modes=job.multiplier_modes, plane=plane, workers=1)
+        exact = exact_plane(system, restitution, factor, m, modes=job.multiplier_modes, plane=plane, workers=job.threads)
         best = exact.margin
         found["stable"] = exact.stable.any(axis=0)
         found["margin"] = _greatest(exact.margin)

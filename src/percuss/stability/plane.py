@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -141,13 +142,17 @@ def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[P
             yield PhaseCurve(slice(i, i + _CHUNK), Arcs.of(response), 0.0)
         return
     pushed = system.with_load(system.load.with_mean(1.0))
-    period = 2.0 * math.pi * periods
     values, which = np.unique(restitution, return_inverse=True)
     for i, value in enumerate(values):
-        one = pushed.with_restitution(float(value))
-        condition = phase_condition(one, periods)
-        raised = level_of(one, period) - condition.level
-        yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), condition.arcs, raised)
+        arcs, raised = _raised(pushed.with_restitution(float(value)), periods)
+        yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), arcs, raised)
+
+
+@lru_cache(maxsize=256)  # every strip of a map has the same ones
+def _raised(pushed: System, periods: int) -> tuple[Arcs, float]:
+    """The arcs of a system with mean load 1, and by how much they are raised."""
+    condition = phase_condition(pushed, periods)
+    return condition.arcs, level_of(pushed, 2.0 * math.pi * periods) - condition.level
 
 
 def _fill(
