@@ -338,14 +338,14 @@ def _orbits(job: SweepJob, out: Columns, i: int, system: System, periods: int) -
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
     orbit = orbits[best]
     found: dict[str, Any] = {}
-    if "admissible" in out:  # a proof that takes longer than all the rest
+    if "admissible" in out:  # its proof takes longer than all the rest
         found["admissible"] = orbit.admissible
     if reduced:
         found["reduced_stable"] = any(margin > NEUTRAL for margin in reduced_margins)
         found["reduced_margin"] = max(reduced_margins)
     if exact:
         found["stable"] = any(v.stable for v in verdicts)
-        found |= {name: getattr(verdicts[best], name) for name in ("margin", "margin_rhythm", "margin_ringing")}
+        found |= {name: getattr(verdicts[best], name) for name in _MARGINS & out.keys()}
         found["reason"] = VERDICTS.index(verdicts[best].kind)
     figures = [name for name in out if name in FIGURES and QUANTITIES[name].one]
     found |= {name: FIGURES[name].in_si(orbit) if job.is_si else FIGURES[name].value(orbit) for name in figures}
@@ -358,6 +358,7 @@ def _set(out: Columns, i: int, found: Mapping[str, Any]) -> None:
             out[name][i] = found[name]
 
 
+_MARGINS = {"margin", "margin_rhythm", "margin_ringing"}
 _OF_ALL = {"exists", "orbits", "phases"}
 _OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group in ("orbits", "exact")} - _OF_ALL
 
@@ -598,7 +599,8 @@ def _fill(
     if "exact" in job.groups:
         from percuss.stability.plane import exact_plane
 
-        exact = exact_plane(system, restitution, factor, m, modes=job.multiplier_modes, plane=plane, workers=job.threads)
+        modes, threads = job.multiplier_modes, job.threads
+        exact = exact_plane(system, restitution, factor, m, modes=modes, plane=plane, workers=threads)
         best = exact.margin
         found["stable"] = exact.stable.any(axis=0)
         found["margin"] = _greatest(exact.margin)

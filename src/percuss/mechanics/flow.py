@@ -161,7 +161,7 @@ def excess(x: Any) -> Any:
     one = isinstance(x, float)
     if one and abs(x) >= 1.0:
         return math.sin(x) - x
-    small = one or np.abs(x) < 1.0
+    small: Any = one or np.abs(x) < 1.0
     if not one and not small.any():
         return np.sin(x) - x
     y = x * x if one else np.where(small, x, 0.0) ** 2

@@ -326,7 +326,9 @@ def is_light(system: System) -> bool:
         return False
     if system.load.is_constant:
         return True
-    few_modes = system.d >= 1e-6 or not system.contact.keeps_strain  # the sums of a released strain are of a fixed length
+    few_modes = (
+        system.d >= 1e-6 or not system.contact.keeps_strain
+    )  # the sums of a released strain are of a fixed length
     return bool(system.load.harmonics[-1] <= _LOW) and system.s >= 2.0 and few_modes
 
 
