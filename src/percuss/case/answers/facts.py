@@ -14,6 +14,7 @@ import re
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -273,13 +274,18 @@ class Fact(NamedTuple, Generic[S]):
     @property
     def plain_key(self) -> str | None:
         """The key of the dimensionless value."""
-        return next((key for key in self.keys.split() if not self.unit(key) and not key.startswith("si.")), None)
+        return _plain_key(self)
 
     def unit(self, key: str) -> str:
         """The unit that a key of it ends in, as in `_UNITS`; "" for none."""
         of = "rate" if self.dimension == "cycles" else self.dimension
         endings = (unit for unit, (known, _, _) in _UNITS.items() if known == of and key.endswith(f"_{unit}"))
         return max(endings, key=len, default="")
+
+
+@cache  # the answer to a slider asks for some thirty
+def _plain_key(fact: Fact[Any]) -> str | None:
+    return next((key for key in fact.keys.split() if not fact.unit(key) and not key.startswith("si.")), None)
 
 
 def _at(subject: Any, path: str) -> Any:
