@@ -28,6 +28,7 @@ from percuss.explore.quantities import (
     known_quantities,
     needs,
 )
+from percuss.halting import on_threads
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array
 from percuss.stability import stability_plane
@@ -281,7 +282,7 @@ class SweepJob:
         if self.simulates:
             _simulated(self, out, hammers, starts, stopped)
         if isinstance(family, StrikingFamily) and "blow" in groups:
-            _blows(out, family, cells, stopped)
+            _blows(self, out, family, cells, stopped)
         if isinstance(family, StrikingFamily) and "transfer" in groups:
             _transfers(self, out, family, cells, stopped)
         for name, function in self.functions:
@@ -506,20 +507,22 @@ def _put(
 
 
 def _blows(
-    out: Columns, family: StrikingFamily, cells: Sequence[Mapping[str, float]], stopped: Callable[[], bool]
+    job: SweepJob,
+    out: Columns,
+    family: StrikingFamily,
+    cells: Sequence[Mapping[str, float]],
+    stopped: Callable[[], bool],
 ) -> None:
     """Fill in the columns of the blow; where it fails they stay NaN, and the outcome says so."""
     names = [name for name in BLOW_FIGURES if name in out]
-    for i, values in enumerate(cells):
-        if stopped():
-            return
-        try:
-            blow = family.blow(values)
-            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
-                raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
-            _set(out, i, {name: BLOW_FIGURES[name].value(blow) for name in names})
-        except (PercussError, ArithmeticError) as error:
-            out["outcome"][i] = out["outcome"][i] or failure(error)
+
+    def found(cell: Mapping[str, float]) -> dict[str, Any]:
+        blow = family.blow(cell)
+        if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
+            raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
+        return {name: BLOW_FIGURES[name].value(blow) for name in names}
+
+    _one_by_one(job, out, found, cells, stopped)
 
 
 def _transfers(
@@ -531,15 +534,32 @@ def _transfers(
 ) -> None:
     """Fill in what reaches the rock, of the cell's own cycle and its blow; NaN where there is none."""
     names = [name for name in job.quantities if known_quantities(job.family)[name].group == "transfer"]
-    for i, cell in enumerate(cells):
+
+    def found(cell: Mapping[str, float]) -> dict[str, Any]:
+        whole = family.whole(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
+        return {name: whole.value(name) for name in names} if whole.runs or not drives_itself(job.family) else {}
+
+    _one_by_one(job, out, found, cells, stopped)
+
+
+def _one_by_one(
+    job: SweepJob,
+    out: Columns,
+    found: Callable[[Mapping[str, float]], Mapping[str, Any]],
+    cells: Sequence[Mapping[str, float]],
+    stopped: Callable[[], bool],
+) -> None:
+    """Cells that are waves for most of their time, which leave Python's lock to other threads."""
+
+    def put(i: int) -> None:
         if stopped():
             return
         try:
-            found = family.whole(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
-            if found.runs or not drives_itself(job.family):
-                _set(out, i, {name: found.value(name) for name in names})
+            _set(out, i, found(cells[i]))
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
+
+    on_threads(put, range(len(cells)), job.threads)
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
