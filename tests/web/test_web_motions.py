@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -17,7 +16,24 @@ from playwright.sync_api import Page, expect
 
 from percuss.case import load_case, simulation_answer
 from percuss.case.case import case_of
-from web_desk import PANELS, STILL, Desk, came, figure, held, ink, knows, let_go, moved, scene, settled, slide, until
+from web_desk import (
+    BYTES,
+    PANELS,
+    STILL,
+    Desk,
+    came,
+    figure,
+    held,
+    ink,
+    knows,
+    let_go,
+    moved,
+    scene,
+    settled,
+    slide,
+    sound,
+    until,
+)
 
 pytestmark = pytest.mark.browser
 
@@ -136,20 +152,6 @@ def test_a_wrong_start_is_told_beside_its_field(desk: Desk, request: pytest.Fixt
 # --- sound
 
 
-BYTES = """samples => {
-  /* numbers as text: as a list each would be an object of its own on the way here */
-  const bytes = new Uint8Array(samples.buffer);
-  let text = "";
-  for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
-  return btoa(text);
-}"""
-
-
-def sound(text: str) -> Any:
-    """The samples of what `BYTES` wrote."""
-    return np.frombuffer(base64.b64decode(text), "<f4").astype(float)
-
-
 BLOWS = f"""async ({{ pitches, energies }}) => {{
   const text = {BYTES};
   const {{ limited, ring, strike }} = await import("/static/motion/sound.js");
@@ -228,11 +230,11 @@ def test_a_weak_blow_is_heard_as_weak(desk: Desk, share: float) -> None:
     blows = [{"time": 1.0, "energy": 500.0, "share": 1.0}, {"time": 4.0, "energy": 500.0 * share, "share": share}]
     _, sounds = played(page, blows)
     strong, weak = sounds[0], sounds[1]
-    level = [10.0 * np.log10(np.mean(sound[:12000] ** 2)) for sound in (strong, weak)]
+    level = [10.0 * np.log10(np.mean(wave[:12000] ** 2)) for wave in (strong, weak)]
     assert level[0] - level[1] >= 8.0
     tones = []
-    for sound in (strong, weak):
-        spectrum = np.abs(np.fft.rfft(sound[:12000] * np.hanning(12000)))
+    for wave in (strong, weak):
+        spectrum = np.abs(np.fft.rfft(wave[:12000] * np.hanning(12000)))
         hertz = np.fft.rfftfreq(12000, 1 / 48000)
         spectrum[hertz < 300.0] = 0.0
         tones.append(float(hertz[np.argmax(spectrum)]))

@@ -18,14 +18,15 @@ from percuss.case.answers.facts import (
     numbers,
     ordinal,
     percent,
+    picked,
     plain,
     quantity,
 )
-from percuss.model.machine import switching_of
+from percuss.model.machine import Machine, switching_of
 from percuss.steady.figures import FIGURES
 
 if TYPE_CHECKING:
-    from percuss.model import Load, Machine, Oil, SizedBody, Supply, System, Timed
+    from percuss.model import Load, Oil, SizedBody, Supply, System, Timed
     from percuss.model.body import Modes
     from percuss.model.checks import Array
     from percuss.recordings.history import HistoryReport
@@ -148,6 +149,38 @@ def _without_rounding(modes: Modes, system: System) -> Array:
     along = np.abs(system.body.shapes(np.linspace(0.0, 1.0, 65), modes.size).displacement).max(axis=0)
     rounding = _ROUNDING * (1.0 + modes.omega / system.s) * along
     return np.asarray(np.where(np.abs(modes.at_load) > rounding, modes.gamma, 0.0))
+
+
+def motion_dict(hammer: System | Machine) -> dict[str, Any] | None:
+    """The hammer as one rigid mass, or a structure by its modes, for what follows its motion in closed form.
+
+    Modes q_n, what each moves the striking end by, in q_n″ + d_n q_n′ + ω_n² q_n = γ_n p, and the wall at Σ q_n = gap.
+    The load is a Fourier series or exact steps, or the `valve` switches it: forces of its states with the gas at the
+    wall, whose stiffness is ω². None where the oil has a pressure or a gas a curve of its own: there is no closed form.
+    """
+    arrays: dict[str, Any] = {"damping": [json_number(hammer.body.damping.rigid)], "drive": [1.0], "inertia": [1.0]}
+    found: dict[str, Any] = {"gap": 0.0, "coefficients": [], "breaks": [], "values": [], "valve": None}
+    if not isinstance(hammer, Machine):
+        load = hammer.load
+        arrays["omega"] = [0.0]
+        found["coefficients"] = [[json_number(p.real), json_number(p.imag)] for p in load.coefficients.tolist()]
+        found |= {"breaks": list(load.breaks), "values": list(load.values)}
+        if not hammer.body.is_free:
+            known = hammer.body.modes(hammer.body.kept(SHOWN_MODES), load.at)
+            columns = {"omega": known.omega, "damping": known.damping, "drive": known.gamma, "inertia": known.inertia}
+            arrays |= {name: numbers(column) for name, column in columns.items()}
+            found["gap"] = json_number(hammer.body.gap)
+    else:
+        valve = hammer.valve
+        if valve.flows or valve.supply is not None:
+            return None
+        arrays["omega"] = [math.sqrt(valve.chamber.stiffness)]
+        states = {name: json_number(valve.force(name)) for name, _ in valve.pairs}
+        ports = [picked(port, "to behind side delay reads on speed") for port in valve.ports]
+        found["valve"] = {"states": states, "ports": ports, "start": valve.start}
+    found["restitution"] = json_number(hammer.contact.restitution)
+    scales = {"length_m": hammer.length_scale, "time_s": hammer.time_scale} if hammer.is_si else None
+    return arrays | found | {"scales": scales}
 
 
 def contact_dict(system: System | Machine) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from percuss.case.answers.facts import json_number as number
 from percuss.case.answers.facts import numbers, plain
-from percuss.case.answers.heading import body_dict, clock_note, contact_dict, system_dict
+from percuss.case.answers.heading import body_dict, clock_note, contact_dict, motion_dict, system_dict
 from percuss.case.case import fourier_table, json_tables, system_table
 from percuss.case.file_format.loads import HistoryLoad
 from percuss.case.parameters.case_keys import (
@@ -160,6 +160,7 @@ def case_dict(case: Case) -> dict[str, Any]:
         "toml": case.to_toml(),
         "system": system,
         "body": about,
+        "motion": motion_dict(hammer),
         "contact": contact_dict(hammer),
         "laws": {"damping": body.damping.words, "contact": hammer.contact.sentence},
         "plain": None if case.tables.body is not None else plain_tables(case),

@@ -14,6 +14,7 @@ from percuss.case.answers.blows.blow_answer import BlowAnswer, blow_answer, blow
 from percuss.case.answers.exploring.orbits_answer import orbit_dict, rest_cycle_dict
 from percuss.case.answers.exploring.tolerance import uncertainty_of
 from percuss.case.answers.facts import Fact, Teller, counted, flat_of, json_number, plain, scales_of, settles
+from percuss.case.answers.heading import motion_dict
 from percuss.case.answers.machine_answer import cycle_dict, headline, machine_answer, machine_numbers
 from percuss.case.answers.machine_figures import course_from_start, course_of
 from percuss.case.answers.simulation_answer import from_this_start
@@ -422,6 +423,7 @@ def of_machine(machine: Machine) -> dict[str, Any]:
         "forces": [json_number(machine.valve.force(name) * scale("force")) for name, _ in pairs],
         "stiffness": json_number(machine.valve.chamber.stiffness * (scale("force") / scale("length"))),
         "pressure_Pa": json_number(machine.pressure),
+        "motion": motion_dict(machine),
     }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from percuss.case.answers.facts import json_number, numbers, picked, plain, plain_of
-from percuss.case.answers.heading import CLOCKED, clocked_because
+from percuss.case.answers.heading import CLOCKED, clocked_because, motion_dict
 from percuss.case.answers.steady_answer import WAVEFORM, reduced_dict, steady_answer, timed_period, with_blow
 from percuss.case.answers.steady_report import ENDED, timed_sentences
 from percuss.stability import Plane, exact_plane, reduced_criterion, stability_of, stability_plane, waveform_criterion
@@ -59,6 +59,7 @@ def quick_dict(
             _timed(_orbit(orbit, found), orbit, timed) for orbit, found in zip(states.orbits, judged, strict=True)
         ],
         "curve": _curve(states, curve) if curve else None,
+        "motion": motion_dict(system),
         **({} if timed is None else {"blow_alone": [_told(timed, one) for one in timed.alone]}),
     }
 
@@ -168,6 +169,7 @@ def quick_structure_dict(case: Case, periods: int = 1) -> dict[str, Any]:
         "restitution": json_number(answer.system.restitution),
         "orbits": [_motion(one) for one in answer.periods[0].orbits],
         "curve": None,
+        "motion": motion_dict(answer.system),
     }
 
 

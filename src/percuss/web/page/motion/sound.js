@@ -41,11 +41,11 @@ export const output = () => out;
 
 const AUDIBLE = [120, 9000]; // Hz
 const PLAIN = 520; // Hz, for a case without seconds
-const RING = 0.28; // s
+export const RING = 0.28; // s
 const SAME = 0.99; // share of the strongest blow's energy from which on a blow counts as one of the strongest
 const APART = 10; // dB by which any weaker blow is softer: a tenth less energy would not be heard
 const FOURTH = 5; // semitones by which it is lower
-const LEAST = 1e-3; // share of the energy below which a blow is not heard
+export const LEAST = 1e-3; // share of the energy below which a blow is not heard
 
 /** How a blow sounds: pitch in Hz and loudness 0 to 1; `clipped` says which way the mode itself cannot be heard.
  * `frequency` is that of the first mode in Hz, `energy` in J where there is one, `share` of the strongest blow's. */

@@ -158,17 +158,19 @@ export class Chart {
   }
 
   legends(items) {
-    const named = items.filter((item) => item.name);
+    const named = keyed(items);
     const now = JSON.stringify(named.map((item) => [item.name, item.colour, item.hatch, item.shape, item.dash, theme().dark]));
     if (now === this.legend) return;
     this.legend = now;
-    const seen = new Set();
     put(
       this.key,
-      named.filter((i) => !seen.has(i.name) && seen.add(i.name)).map((i) => h("li", {}, swatch(i), i.name)),
+      named.map((item) => h("li", {}, swatch(item), item.name)),
     );
   }
 }
+
+/** The items that a legend tells: the first of each name. */
+export const keyed = (items) => items.filter(({ name }, i) => name && items.findIndex((item) => item.name === name) === i);
 
 /** The least and the greatest of some lists, with a margin; a flat one gets room. */
 export function span(lists, margin = 0.08) {

@@ -14,6 +14,12 @@ export function swatch(item) {
   canvas.className = "swatch";
   const pen = canvas.getContext("2d");
   pen.scale(2, 2);
+  sample(pen, item);
+  return canvas;
+}
+
+/** What an item looks like, for the legend: 26 by 12. */
+export function sample(pen, item) {
   if (item.type === "band") {
     pen.globalAlpha = item.alpha ?? 0.25;
     pen.fillStyle = item.colour;
@@ -31,7 +37,6 @@ export function swatch(item) {
     pen.lineTo(25, 6);
     pen.stroke();
   }
-  return canvas;
 }
 
 /** Ticks at round numbers. */
@@ -91,7 +96,7 @@ export function paint(pen, spec, frame) {
   pen.rect(left - 1, top - 1, right - left + 2, bottom - top + 2);
   pen.clip();
   for (const item of spec.items) if (item.under) marks(pen, item, frame);
-  for (const item of spec.items) if (item.type !== "points" && item.type !== "label") draw(pen, item, frame, colours);
+  for (const item of spec.items) if (item.type !== "points" && item.type !== "label") draw(pen, item, frame);
   pen.restore();
   for (const item of spec.items) {
     if (item.type === "points" && !item.under) {
@@ -172,13 +177,13 @@ function grid(pen, spec, frame, colours) {
 const half = (value) => Math.round(value) + 0.5;
 
 function stroke(pen, item) {
-  pen.strokeStyle = item.colour;
+  pen.strokeStyle = item.colour ?? theme().muted;
   pen.lineWidth = item.width ?? 2;
   pen.lineJoin = "round";
   pen.setLineDash(item.dash ?? []);
 }
 
-function draw(pen, item, frame, colours) {
+function draw(pen, item, frame) {
   const { left, right, top, bottom, px, py } = frame;
   if (item.type === "band") {
     pen.globalAlpha = item.alpha ?? 0.25;
@@ -194,7 +199,6 @@ function draw(pen, item, frame, colours) {
     if (item.axis === "x") (pen.moveTo(px(item.at), top), pen.lineTo(px(item.at), bottom));
     else (pen.moveTo(left, py(item.at)), pen.lineTo(right, py(item.at)));
   } else if (item.type === "circle") {
-    pen.strokeStyle = item.colour ?? colours.muted;
     pen.ellipse(px(0), py(0), px(item.radius) - px(0), py(0) - py(item.radius), 0, 0, 2 * Math.PI);
   } else {
     polyline(pen, item, px, py);
