@@ -8,6 +8,7 @@ import { drawCurve, drawMachine, followMachine, keepCurve, machineCharts, machin
 import { beginMachine, machineMoment, machinePace, machinePlayer, pauseMachine, toggleMachine } from "./machine_player.js";
 import { machineSource, fromStart, startUp } from "./machine_start.js";
 import { MachineStage } from "./machine_stage.js";
+import { forgetBlows, tellBlow } from "../map/blows_inset.js";
 import { Strip } from "../motion/strip.js";
 import { heardAs } from "../motion/sound.js";
 import { data, on, switchesItself, unhurried, view } from "../core/state.js";
@@ -79,7 +80,10 @@ function draw(motion) {
   else {
     const another = parts.hammer !== view.machine;
     parts.hammer = view.machine;
-    if (another) stage.exact = false;
+    if (another) {
+      stage.forget();
+      forgetBlows();
+    }
     if (parts.ruled !== motion.changed) {
       stage.under(motion.motion, another ? { gap: -Math.max(motion.answer.stroke ?? 0, 0.1) } : undefined);
       parts.ruled = motion.changed;
@@ -124,7 +128,15 @@ function ticked(time) {
   (parts.stage.playing ? cursor : shown)(time); // within a frame of its own while it plays
 }
 
-function struck() {
+let last = 0; // the moment of the blow before
+
+/** A blow, in the inset by the time since the one before, half a turn for a whole cycle, and its speed. */
+function struck({ speed }) {
+  const { stage } = parts;
+  const since = stage.now - last;
+  last = stage.now;
+  const own = speed ?? data.machine?.answer.blows[0]?.speed;
+  if (own && stage.period) tellBlow({ phase: Math.min(since / stage.period, 1.9) * Math.PI, speed: own });
   const { dataset } = parts.stage.canvas;
   dataset.blows = String(Number(dataset.blows ?? 0) + 1);
 }

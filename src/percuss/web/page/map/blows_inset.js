@@ -3,6 +3,7 @@
 // turns, and what never repeats fills a curve.
 
 import { h } from "../core/dom.js";
+import { switchesItself } from "../core/state.js";
 import { theme } from "../pictures/colours.js";
 
 const KEPT = 30;
@@ -53,7 +54,7 @@ function draw() {
   pen.strokeRect(0.5, 0.5, WIDTH - 1, HEIGHT - 1);
   pen.fillStyle = muted;
   pen.font = "9.5px system-ui, sans-serif";
-  pen.fillText("phase → , speed ↑", 5, HEIGHT - 4);
+  pen.fillText(switchesItself() ? "interval → , speed ↑" : "phase → , speed ↑", 5, HEIGHT - 4);
   const most = Math.max(...blows.map(({ speed }) => speed), 1e-30);
   pen.fillStyle = kinds[1];
   blows.forEach(({ phase, speed }, i) => {

@@ -107,6 +107,15 @@ export class LiveStage extends Stage {
     this.put({ gap: Math.min(gap, 0), velocity, phase: this.angleNow() });
   }
 
+  /** Another hammer: what was shown is not of it. */
+  forget() {
+    this.past = [];
+    this.ghosts.clear();
+    this.motion = null;
+    this.exact = false;
+    this.deepest = 0.3;
+  }
+
   /** Put the hammer somewhere. @param {{gap: number, velocity: number, phase?: number}} state */
   put(state) {
     this.exact = false;

@@ -80,6 +80,7 @@ function law() {
   const one = [view.machine, view.lesson, view.scene, isHeld()].join();
   if (quick.changed === ruled && one === hammer) return;
   ruled = quick.changed;
+  if (one !== hammer) stage.forget();
   stage.under(quick.motion);
   stage.looks(shapeOfCase(), stage.places);
   if (one !== hammer || !stage.live) {

@@ -72,11 +72,15 @@ export function startHeader(panels, failed) {
   const theme = icon("theme", "◐", "Theme", () =>
     setTheme(THEMES[(THEMES.indexOf(chosenTheme()) + 1) % THEMES.length]),
   );
-  const units = h("select", { id: "units", "aria-label": "Units", title: "Units", onchange: () => useSystem(units.value) }, [
-    ["practical", "mm, bar"],
-    ["SI", "SI"],
-    ["US", "in, psi"],
-  ].map(([value, text]) => h("option", { value, selected: value === system }, text)));
+  const units = h(
+    "select",
+    { id: "units", "aria-label": "Units", title: "Units", onchange: () => useSystem(units.value) },
+    [
+      ["practical", "mm, bar"],
+      ["SI", "SI"],
+      ["US", "in, psi"],
+    ].map(([value, text]) => h("option", { value, selected: value === system }, text)),
+  );
   const files = h("button", { type: "button", id: "files", onclick: () => show({ panel: "case", tall: 1 }) }, "Files");
   const share = shareMenu();
   $("#top").append(
