@@ -213,8 +213,8 @@ PLAYED = {
     "N = 32, its ringing": "source=start&simulation.modes=32&zoom=12",
     "live": "",
 }
-"""Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow; and the motion
-in closed form that goes on for ever."""
+"""Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow; and the
+motion in closed form that goes on for ever."""
 
 
 def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
