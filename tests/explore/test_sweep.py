@@ -1,5 +1,7 @@
 """Maps: every cell against the question asked of one system, by arrays, one by one, and in any portions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,7 @@ from percuss.explore.cells import fits_plane, label_text
 from percuss.explore.sweeps import sweep_job, true_ranges
 from percuss.model import Chamber, External, Kept, Machine, Port, Reversed, UniformBar, Valve
 from percuss.steady import self_excited_motion
+from random_hammers import random_hammer
 
 PNEUMATIC = System(s=20.0, d=0.0, restitution=0.6, load=Load.harmonic(0.9, 1.0))
 SQUARE = System(s=20.0, d=0.0048, restitution=0.6, load=Load.square(1.0, 1.3))
@@ -94,6 +97,25 @@ def test_every_figure_of_a_cell_is_of_one_bar(modes):
     assert found["margin"][0] == verdicts[at].margin
     other = sweep(system, "restitution=0.3", quantities=names, modes=8, workers=1)
     assert other["impact_velocity"][0] != found["impact_velocity"][0] and other.ask != found.ask
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_cell_is_the_same_however_it_is_asked_for(seed):
+    """On threads, in strips, and alone or beside what takes a proof: to the bit, for hammers of all kinds."""
+    system, modes = random_hammer(seed)
+    figures = ["blow_energy", "power", "margin_rhythm"]
+    for names, beside in ((CLOSED, CLOSED), (figures, [*figures, "admissible"]), (["label"], ["label"])):
+        options = {"modes": modes, "stop": Stop(impacts=60)}
+        axes = ("restitution=0,0.3,0.8,1", "load_factor=0.05:1:5")
+        job, other = (sweep_job(system, *axes, quantities=asked, **options) for asked in (names, beside))
+        whole, with_proof = job.compute(0, job.size, NEVER), other.compute(0, job.size, NEVER)
+        strips = [job.compute(first, first + 5, NEVER) for first in range(0, job.size, 5)]
+        threads = replace(job, threads=3).compute(0, job.size, NEVER)
+        proved = with_proof["outcome"] == whole["outcome"]  # a proof may fail
+        for name, values in whole.items():
+            np.testing.assert_array_equal(values, np.concatenate([strip[name] for strip in strips]), name)
+            np.testing.assert_array_equal(values, threads[name], name)
+            np.testing.assert_array_equal(values[proved], with_proof[name][proved], name)
 
 
 def test_a_case_that_names_the_modes_of_its_simulation_says_nothing_of_its_steady_motions():

@@ -33,7 +33,7 @@ def orbits(found, system, restitution, load_factor, periods=1):
         cell = place[1:]
         load = system.load.with_mean(float(factor[cell] * unit))
         here = system.with_restitution(float(r[cell])).with_load(load)
-        yield place, Orbit(here, periods, float(found.plane.phase[place]), bool(found.fold[place]))
+        yield place, Orbit(here, periods, float(found.plane.phase[place]), bool(found.plane.fold[place]))
 
 
 def single(orbit, modes):
@@ -179,9 +179,9 @@ def test_a_fold_is_not_stable():
     edge = 1.5 / (math.pi * 0.5)
     factors = edge * (1.0 + np.arange(-8, 1) * 2.0**-52)
     found = exact_plane(system, 0.5, factors)
-    assert found.fold.any() and not found.stable.any()
+    assert found.plane.fold.any() and not found.stable.any()
     near = exact_plane(system, 0.5, 0.9 * edge)
-    assert not near.fold.any() and near.stable.any()
+    assert not near.plane.fold.any() and near.stable.any()
 
 
 def test_no_motion_and_none_that_lasts():
@@ -220,7 +220,7 @@ def test_threads_and_portions_do_not_show():
     assert plane.roots.sum() > 2 * 4096
     one, two = exact_plane(PNEUMATIC, r, factor, workers=1), exact_plane(PNEUMATIC, r, factor, plane=plane, workers=3)
     few = exact_plane(PNEUMATIC, r[7:9], factor)
-    for name in ("multiplier", "mode", "fold", "outcome"):
+    for name in ("multiplier", "mode", "outcome"):
         np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
         np.testing.assert_array_equal(getattr(one, name)[:, 7:9], getattr(few, name))
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from percuss import Bar, Load, System, rest_on_wall, si_report, stability_of, steady_states
 from percuss.errors import ParameterError
+from percuss.mechanics.flow import excess, phi1, phi2
 from percuss.stability import floquet_multipliers, reduced_criterion, stability_plane, waveform_criterion
 from percuss.steady import Orbit
 from percuss.steady.oscillator import cubic_sum
@@ -29,6 +30,21 @@ def turned(a: float, b: float) -> float:
 def slope_of(x: list[float], y: list[float]) -> float:
     """Slope of log y against log x."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+@pytest.mark.parametrize("function", [phi1, phi2, excess])
+def test_functions_that_stay_exact_do_not_ask_what_stands_beside(function: Callable[[np.ndarray], np.ndarray]) -> None:
+    """All small, all large or some of each: each value as it is beside others, and that of 50 digits."""
+    x = np.array([0.0, 1e-300, 1e-9, 1e-3, 0.1, 0.9, 1.0, 1.1, 3.0, 30.0])
+    every = function(x)
+    for part in (slice(0, 1), slice(0, 3), slice(1, 6), slice(6, 10), slice(8, 9)):
+        np.testing.assert_array_equal(function(x[part]), every[part])
+    with mpmath.workdps(700):  # 1 − exp(−1e-300) cancels 300 digits, twice
+        exact = {phi1: lambda t: (1 - mpmath.exp(-t)) / t, phi2: lambda t: (mpmath.exp(-t) - 1 + t) / t**2}
+        exact[excess] = lambda t: mpmath.sin(t) - t
+        wanted = [float(exact[function](mpmath.mpf(t))) for t in x[1:].tolist()]
+    np.testing.assert_allclose(every[1:], wanted, rtol=4e-15, atol=0.0)
+    assert every[0] == {phi1: 1.0, phi2: 0.5, excess: 0.0}[function]
 
 
 # ---------------------------------------------------------------- s to infinity: the pneumatic hammer (theory §6)

@@ -38,7 +38,7 @@ from percuss.case.uploads.upload import uploaded_history
 from percuss.cli import main
 from percuss.errors import CaseError, Interrupted, PercussError
 from percuss.explore import boundaries
-from percuss.web import Limits, Settings, case_routes, hammer_routes, motion_routes, orbit_routes
+from percuss.web import Limits, Settings, case_routes, hammer_routes, motion_routes, orbit_routes, workers
 from percuss.web.requests import CONTENT_SECURITY_POLICY, Refusal
 from percuss.web.serving import address, bound
 from percuss.web.settings import is_loopback
@@ -521,6 +521,29 @@ async def test_what_takes_too_long_is_given_up_and_keeps_its_place(caplog: pytes
     assert await refusal(lane, 1.0, lambda halt: True) == 503
     gc.collect()
     assert "never retrieved" not in caplog.text
+
+
+async def test_long_computations_let_quick_answers_go_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For a while: with more quick questions than can be answered they get their half."""
+    quick, order, began = Lane("quick", 1, 1), list[str](), threading.Event()
+    heavy = Lane("heavy", 1, 0, quick)
+
+    def work(halt: Any) -> bool:
+        began.set()
+        halt()
+        order.append("long")
+        return True
+
+    for room, wanted in ((60.0, ["quick", "long"]), (0.0, ["long", "quick"])):
+        monkeypatch.setattr(workers, "_GIVEN", room)
+        order.clear()
+        began.clear()
+        async with quick.place(60.0):
+            running = asyncio.create_task(heavy.run(Waits(), 60.0, work))  # type: ignore[arg-type]
+            while not began.is_set() or not (order or room):
+                await asyncio.sleep(0.01)
+            order.append("quick")
+        assert await running and order == wanted
 
 
 async def test_what_looks_at_the_clock_itself_is_told_as_late() -> None:

@@ -28,6 +28,7 @@ from percuss.explore.quantities import (
     known_quantities,
     needs,
 )
+from percuss.halting import on_threads
 from percuss.model import Machine, System
 from percuss.model.checks import DEFAULT_MODES, Array
 from percuss.stability import stability_plane
@@ -109,6 +110,8 @@ class SweepJob:
     impacts: int
     discard: int
     functions: tuple[tuple[str, SystemFunction], ...] = ()
+    threads: int = 1
+    """Of the kernels, where no other processes work at the map; the cells are the same for any number."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -279,7 +282,7 @@ class SweepJob:
         if self.simulates:
             _simulated(self, out, hammers, starts, stopped)
         if isinstance(family, StrikingFamily) and "blow" in groups:
-            _blows(out, family, cells, stopped)
+            _blows(self, out, family, cells, stopped)
         if isinstance(family, StrikingFamily) and "transfer" in groups:
             _transfers(self, out, family, cells, stopped)
         for name, function in self.functions:
@@ -335,13 +338,15 @@ def _orbits(job: SweepJob, out: Columns, i: int, system: System, periods: int) -
     reduced_margins = [1.0 - max(max(r.moduli), max(r.other_side.moduli) if r.other_side else 0.0) for r in reduced]
     best = int(np.argmax([v.margin for v in verdicts] if exact else reduced_margins))
     orbit = orbits[best]
-    found: dict[str, Any] = {"admissible": orbit.admissible}
+    found: dict[str, Any] = {}
+    if "admissible" in out:  # its proof takes longer than all the rest
+        found["admissible"] = orbit.admissible
     if reduced:
         found["reduced_stable"] = any(margin > NEUTRAL for margin in reduced_margins)
         found["reduced_margin"] = max(reduced_margins)
     if exact:
         found["stable"] = any(v.stable for v in verdicts)
-        found |= {name: getattr(verdicts[best], name) for name in ("margin", "margin_rhythm", "margin_ringing")}
+        found |= {name: getattr(verdicts[best], name) for name in _MARGINS & out.keys()}
         found["reason"] = VERDICTS.index(verdicts[best].kind)
     figures = [name for name in out if name in FIGURES and QUANTITIES[name].one]
     found |= {name: FIGURES[name].in_si(orbit) if job.is_si else FIGURES[name].value(orbit) for name in figures}
@@ -354,6 +359,7 @@ def _set(out: Columns, i: int, found: Mapping[str, Any]) -> None:
             out[name][i] = found[name]
 
 
+_MARGINS = {"margin", "margin_rhythm", "margin_ringing"}
 _OF_ALL = {"exists", "orbits", "phases"}
 _OF_THE_BEST = {name for name, quantity in QUANTITIES.items() if quantity.group in ("orbits", "exact")} - _OF_ALL
 
@@ -381,7 +387,7 @@ def _simulated(
         rows, begins = [i for i, _, _ in part], [start for _, _, start in part]
         systems: list[Any] = [one for _, one, _ in part]
         if "simulation" in job.groups:
-            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=1)
+            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=job.threads)
             found = {
                 "label_outcome": many.code,
                 "label_impacts": many.cycle_impacts,
@@ -398,7 +404,7 @@ def _simulated(
         if "lyapunov" in job.groups:
             every = "lyapunov_all" in out
             asked = {"modes": job.simulated, "impacts": job.impacts, "discard": job.discard}
-            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=1)
+            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=job.threads)
             if "lyapunov" in out:
                 out["lyapunov"][rows] = exponents.exponent
             for row, spectrum in zip(rows, exponents.spectrum, strict=False):  # none where it was not asked for
@@ -501,20 +507,22 @@ def _put(
 
 
 def _blows(
-    out: Columns, family: StrikingFamily, cells: Sequence[Mapping[str, float]], stopped: Callable[[], bool]
+    job: SweepJob,
+    out: Columns,
+    family: StrikingFamily,
+    cells: Sequence[Mapping[str, float]],
+    stopped: Callable[[], bool],
 ) -> None:
     """Fill in the columns of the blow; where it fails they stay NaN, and the outcome says so."""
     names = [name for name in BLOW_FIGURES if name in out]
-    for i, values in enumerate(cells):
-        if stopped():
-            return
-        try:
-            blow = family.blow(values)
-            if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
-                raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
-            _set(out, i, {name: BLOW_FIGURES[name].value(blow) for name in names})
-        except (PercussError, ArithmeticError) as error:
-            out["outcome"][i] = out["outcome"][i] or failure(error)
+
+    def found(cell: Mapping[str, float]) -> dict[str, Any]:
+        blow = family.blow(cell)
+        if blow.outcome is BlowOutcome.TOO_MANY_PIECES:
+            raise ConvergenceError("the waves of this blow have too many pieces", "leave short sections out")
+        return {name: BLOW_FIGURES[name].value(blow) for name in names}
+
+    _one_by_one(job, out, found, cells, stopped)
 
 
 def _transfers(
@@ -526,15 +534,32 @@ def _transfers(
 ) -> None:
     """Fill in what reaches the rock, of the cell's own cycle and its blow; NaN where there is none."""
     names = [name for name in job.quantities if known_quantities(job.family)[name].group == "transfer"]
-    for i, cell in enumerate(cells):
+
+    def found(cell: Mapping[str, float]) -> dict[str, Any]:
+        whole = family.whole(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
+        return {name: whole.value(name) for name in names} if whole.runs or not drives_itself(job.family) else {}
+
+    _one_by_one(job, out, found, cells, stopped)
+
+
+def _one_by_one(
+    job: SweepJob,
+    out: Columns,
+    found: Callable[[Mapping[str, float]], Mapping[str, Any]],
+    cells: Sequence[Mapping[str, float]],
+    stopped: Callable[[], bool],
+) -> None:
+    """Cells that are waves for most of their time, which leave Python's lock to other threads."""
+
+    def put(i: int) -> None:
         if stopped():
             return
         try:
-            found = family.whole(job.values(cell), int(cell.get(PERIODS, job.periods)), job.modes)
-            if found.runs or not drives_itself(job.family):
-                _set(out, i, {name: found.value(name) for name in names})
+            _set(out, i, found(cells[i]))
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
+
+    on_threads(put, range(len(cells)), job.threads)
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
@@ -594,7 +619,8 @@ def _fill(
     if "exact" in job.groups:
         from percuss.stability.plane import exact_plane
 
-        exact = exact_plane(system, restitution, factor, m, modes=job.multiplier_modes, plane=plane, workers=1)
+        modes, threads = job.multiplier_modes, job.threads
+        exact = exact_plane(system, restitution, factor, m, modes=modes, plane=plane, workers=threads)
         best = exact.margin
         found["stable"] = exact.stable.any(axis=0)
         found["margin"] = _greatest(exact.margin)

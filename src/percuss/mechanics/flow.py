@@ -86,6 +86,8 @@ def series(t: Any, longest: float, stiffness: float, drag: float) -> tuple[Any, 
 def phi1(x: npt.ArrayLike) -> Array:
     """(1 − exp(−x))/x, with its limit 1 at x = 0."""
     x = np.asarray(x, dtype=float)
+    if not x.any():  # most bars have no drag
+        return np.ones(x.shape)
     safe = np.where(x == 0.0, 1.0, x)
     return np.asarray(np.where(x == 0.0, 1.0, -np.expm1(-safe) / safe))
 
@@ -93,6 +95,8 @@ def phi1(x: npt.ArrayLike) -> Array:
 def phi2(x: npt.ArrayLike) -> Array:
     """(exp(−x) − 1 + x)/x², with its limit 1/2 at x = 0."""
     x = np.asarray(x, dtype=float)
+    if not x.any():
+        return np.full(x.shape, 0.5)
     small = np.abs(x) < _NEAR
     everywhere = bool(small.all())
     y = np.asarray(x if everywhere else np.where(small, x, 0.0), dtype=np.float64)
@@ -157,7 +161,9 @@ def excess(x: Any) -> Any:
     one = isinstance(x, float)
     if one and abs(x) >= 1.0:
         return math.sin(x) - x
-    small = one or np.abs(x) < 1.0
+    small: Any = one or np.abs(x) < 1.0
+    if not one and not small.any():
+        return np.sin(x) - x
     y = x * x if one else np.where(small, x, 0.0) ** 2
     sum_of = 1.0 + 0.0 * y
     for j in range(19, 3, -2):  # 1 − x²/20 + …, by Horner's rule

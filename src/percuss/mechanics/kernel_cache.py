@@ -10,6 +10,7 @@ import os
 import stat
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 
 from percuss.errors import PercussError
@@ -26,8 +27,11 @@ _KERNELS = (
 """Rooms with compiled functions."""
 
 
+@cache
 def ensure_cache() -> None:
     """See that numba can keep what it compiles; tells in one line when that is a temporary place.
+
+    Looked at once in a process: every answer that needs a kernel asks.
 
     Raises
     ------

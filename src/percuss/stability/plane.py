@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,6 +54,8 @@ class Plane(ShortRepr):
         Both quotients of B77 (32), as the first axis of shape 2.
     stable
         Whether both quotients are less than 1.
+    fold
+        Whether two motions meet in the root.
     """
 
     phase: Array
@@ -62,6 +65,7 @@ class Plane(ShortRepr):
     a: Array
     schur: Array
     stable: npt.NDArray[np.bool_]
+    fold: npt.NDArray[np.bool_]
 
     @property
     def roots(self) -> npt.NDArray[np.int64]:
@@ -110,16 +114,16 @@ def stability_plane(system: System, restitution: npt.ArrayLike, load_factor: npt
     flat_r, mean = r.reshape(-1), factor.reshape(-1) * unit
     curves = list(phase_curves(system, m, flat_r))
     branches = max((curve.arcs.ends.size - 1 for curve in curves), default=0)
-    out = np.full((8, branches, r.size), np.nan)
+    out, fold = np.full((8, branches, r.size), np.nan), np.zeros((branches, r.size), dtype=bool)
     target = level_at(mean, system.d, system.contact.impedance_ratios(flat_r), 2.0 * math.pi * m)
     for curve in curves:
-        _fill(out, system, m, curve, target, flat_r, mean)
+        _fill(out, fold, system, m, curve, target, flat_r, mean)
     shape = (branches, *r.shape)
     phase, slope, sigma, *rest = (x.reshape(shape) for x in out)
     a, schur = np.stack(rest[:3]), np.stack(rest[3:])
     with np.errstate(invalid="ignore"):
         stable = (schur[0] < 1.0) & (schur[1] < 1.0)
-    return Plane(phase, target.reshape(r.shape), slope, sigma, a, schur, stable)
+    return Plane(phase, target.reshape(r.shape), slope, sigma, a, schur, stable, fold.reshape(shape))
 
 
 class PhaseCurve(NamedTuple):
@@ -138,19 +142,30 @@ def phase_curves(system: System, periods: int, restitution: Array) -> Iterator[P
             yield PhaseCurve(slice(i, i + _CHUNK), Arcs.of(response), 0.0)
         return
     pushed = system.with_load(system.load.with_mean(1.0))
-    period = 2.0 * math.pi * periods
     values, which = np.unique(restitution, return_inverse=True)
     for i, value in enumerate(values):
-        one = pushed.with_restitution(float(value))
-        condition = phase_condition(one, periods)
-        raised = level_of(one, period) - condition.level
-        yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), condition.arcs, raised)
+        arcs, raised = _raised(pushed.with_restitution(float(value)), periods)
+        yield PhaseCurve(np.flatnonzero(which.reshape(-1) == i), arcs, raised)
+
+
+@lru_cache(maxsize=256)  # every strip of a map has the same ones
+def _raised(pushed: System, periods: int) -> tuple[Arcs, float]:
+    """The arcs of a system with mean load 1, and by how much they are raised."""
+    condition = phase_condition(pushed, periods)
+    return condition.arcs, level_of(pushed, 2.0 * math.pi * periods) - condition.level
 
 
 def _fill(
-    out: Array, system: System, periods: int, curve: PhaseCurve, target: Array, restitution: Array, force: Array
+    out: Array,
+    fold: npt.NDArray[np.bool_],
+    system: System,
+    periods: int,
+    curve: PhaseCurve,
+    target: Array,
+    restitution: Array,
+    force: Array,
 ) -> None:
-    """Fill some cells: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, for every branch."""
+    """Fill some cells: rows phase, slope, sigma, a_0, a_1, a_2 and both quotients, and folds, for every branch."""
     period, response, arcs = 2.0 * math.pi * periods, forced_response(system), curve.arcs
     beta, mean = system.contact.velocity_factors(restitution[curve.cells]), force[curve.cells]
     level = target[curve.cells] - curve.raised * mean
@@ -167,6 +182,7 @@ def _fill(
         places = index + curve.cells.start if isinstance(curve.cells, slice) else curve.cells[index]
         for row, values in zip(out[:, branch], rows, strict=True):
             row[places] = values
+        fold[branch, places] = arcs.folded(rows[0], level[index])
 
 
 # ---- Exact multipliers over whole arrays of restitution and load factor at once (theory §5)
@@ -208,7 +224,6 @@ class ExactPlane(ShortRepr):
     modes: int
     multiplier: ComplexArray
     mode: npt.NDArray[np.int16]
-    fold: npt.NDArray[np.bool_]
     outcome: npt.NDArray[np.int8]
 
     @property
@@ -224,7 +239,7 @@ class ExactPlane(ShortRepr):
     @property
     def stable(self) -> npt.NDArray[np.bool_]:
         """Whether small disturbances die out, by the rule of `stability_of`."""
-        return np.asarray((self.margin > NEUTRAL) & ~self.fold)
+        return np.asarray((self.margin > NEUTRAL) & ~self.plane.fold)
 
     @property
     def kind(self) -> npt.NDArray[np.int8]:
@@ -294,7 +309,6 @@ class _Job:
         unit = abs(complex(system.load.coefficients[system.load.harmonics[0]]))
         self.phase = plane.phase.reshape(-1)[self.where]
         self.r, self.mean = r.reshape(-1)[cell], factor.reshape(-1)[cell] * unit
-        self.level = plane.level.reshape(-1)[cell]
         load = system.load.with_mean(0.0)
         # of no mean and any R: the same one while these are moved
         self.response: Response = forced_response(system.with_load(load).with_restitution(0.0))
@@ -350,9 +364,7 @@ class _Job:
 
     def result(self) -> ExactPlane:
         """The answers put where their roots are."""
-        shape, fold, grown = self.plane.phase.shape, *np.zeros((2, self.where.size), dtype=bool)
-        for cells, arcs, raised in phase_curves(self.system, self.periods, self.r):
-            fold[cells] = arcs.folded(self.phase[cells], self.level[cells] - raised * self.mean[cells])
+        shape, grown = self.plane.phase.shape, np.zeros(self.where.size, dtype=bool)
         for i in range(0, self.where.size if self.system.d == 0.0 else 0, _EXACT_CHUNK):
             part = slice(i, i + _EXACT_CHUNK)
             grown[part] = grows(self.system, self.phase[part], self.periods, modes=self.modes, restitution=self.r[part])
@@ -366,5 +378,5 @@ class _Job:
 
         return ExactPlane(
             self.plane, self.modes, spread(self.multiplier, complex(np.nan, np.nan)), spread(self.mode, -1),
-            spread(fold, False), spread(outcome.astype(np.int8), _NO_MOTION),
+            spread(outcome.astype(np.int8), _NO_MOTION),
         )  # fmt: skip

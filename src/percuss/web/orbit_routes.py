@@ -37,6 +37,7 @@ from percuss.case.answers.exploring.quick_answer import boundaries_dict, curves_
 from percuss.case.case import json_tables
 from percuss.case.parameters.moves import placed
 from percuss.halting import halting
+from percuss.model.checks import at_once
 from percuss.web.questions import (
     AlongAsked,
     AxisAsked,
@@ -177,7 +178,8 @@ def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
 
 def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> Frames:
     begun = time.perf_counter()
-    job = sweep_job_of(case, [y, x], asked.quantities, periods=asked.periods, modes=asked.modes, impacts=asked.impacts)
+    sizes: dict[str, Any] = {"periods": asked.periods, "modes": asked.modes, "impacts": asked.impacts}
+    job = replace(sweep_job_of(case, [y, x], asked.quantities, **sizes), threads=at_once(None))
     _check_size(job, limits)
     from percuss.explore.sweeps import Sweep
 

@@ -26,14 +26,20 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 _LOOK = 0.1  # seconds between two looks at whether the client is still there
+_GIVEN = 0.05  # seconds for which a long computation lets quick answers go first, before it goes on for as long
 
 
 class Halt:
-    """Tells a computation that nobody waits for it any more; call it as its progress callback."""
+    """Tells a computation that nobody waits for it any more; call it as its progress callback.
 
-    def __init__(self, seconds: float) -> None:
+    While `first` is not set, which is while quick answers are under way, the call waits: they need Python's lock, and
+    a computation that held it for its share would double their time.
+    """
+
+    def __init__(self, seconds: float, first: threading.Event | None = None) -> None:
         self._event = threading.Event()
         self._until = time.monotonic() + seconds
+        self._first, self._works_until = first, 0.0
 
     def stop(self) -> None:
         """From now on the answer is yes."""
@@ -44,18 +50,31 @@ class Halt:
         """Whether the time is up."""
         return time.monotonic() > self._until
 
-    def __call__(self, *_: object) -> bool:
+    @property
+    def over(self) -> bool:
+        """Whether it was told to stop, or the time is up."""
         return self._event.is_set() or self.late
+
+    def __call__(self, *_: object) -> bool:
+        if self._first is not None and not self._first.is_set() and (begun := time.monotonic()) > self._works_until:
+            self._first.wait(_GIVEN)
+            self._works_until = 2.0 * time.monotonic() - begun
+        return self.over
 
 
 class Lane:
-    """Computations of one kind: so many at once, a few more in line, and the rest is told to come again."""
+    """Computations of one kind: so many at once, a few more in line, and the rest is told to come again.
 
-    def __init__(self, name: str, at_once: int, waiting: int) -> None:
+    Those of a lane with another one `before` it wait, though not for long, while anything is under way there.
+    """
+
+    def __init__(self, name: str, at_once: int, waiting: int, before: Lane | None = None) -> None:
         self._pool = ThreadPoolExecutor(max_workers=at_once, thread_name_prefix=f"percuss-{name}")
         self._most = at_once + waiting
         self._taken, self._counting = 0, threading.Lock()
         self._halts: set[Halt] = set()
+        self._before, self.idle = before, threading.Event()
+        self.idle.set()
         self.closed = False
 
     @asynccontextmanager
@@ -65,7 +84,7 @@ class Lane:
             raise refused(503, "the server is stopping")
         if self._taken >= self._most:
             raise refused(429, "too many computations at once", "try again in a second")
-        halt = Halt(seconds)
+        halt = Halt(seconds, None if self._before is None else self._before.idle)
         self._take(1)
         self._halts.add(halt)
         try:
@@ -111,6 +130,7 @@ class Lane:
     def _take(self, places: int) -> None:
         with self._counting:
             self._taken += places
+            (self.idle.clear if self._taken else self.idle.set)()
 
     def close(self) -> None:
         """Stop everything; nothing new begins."""
@@ -148,8 +168,8 @@ class Admission:
 
     def __init__(self, limits: Limits) -> None:
         self.quick = Lane("quick", limits.quick, limits.quick_waiting)
-        self.heavy = Lane("heavy", limits.heavy, limits.heavy_waiting)
-        self.experiments = Lane("experiment", limits.experiments, 0)
+        self.heavy = Lane("heavy", limits.heavy, limits.heavy_waiting, self.quick)
+        self.experiments = Lane("experiment", limits.experiments, 0, self.quick)
         self.closed = False
         self.intake = Intake(limits.held_bytes)
         self._waits: set[asyncio.Timeout] = set()

@@ -14,7 +14,10 @@ import re
 import shlex
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+import numpy as np
 
 if TYPE_CHECKING:
     from percuss.model import Machine, System
@@ -148,6 +151,8 @@ def plain(values: dict[str, Any]) -> dict[str, Any]:
 def plain_value(value: Any) -> Any:
     """The same of one value; a complex number is a pair."""
     if hasattr(value, "tolist"):
+        if value.dtype.kind in "fiu" and np.isfinite(value).all():
+            return value.tolist()  # as the longest lists are: not number by number
         value = value.tolist()
     if isinstance(value, dict):
         return plain(value)
@@ -269,13 +274,18 @@ class Fact(NamedTuple, Generic[S]):
     @property
     def plain_key(self) -> str | None:
         """The key of the dimensionless value."""
-        return next((key for key in self.keys.split() if not self.unit(key) and not key.startswith("si.")), None)
+        return _plain_key(self)
 
     def unit(self, key: str) -> str:
         """The unit that a key of it ends in, as in `_UNITS`; "" for none."""
         of = "rate" if self.dimension == "cycles" else self.dimension
         endings = (unit for unit, (known, _, _) in _UNITS.items() if known == of and key.endswith(f"_{unit}"))
         return max(endings, key=len, default="")
+
+
+@cache  # the answer to a slider asks for some thirty
+def _plain_key(fact: Fact[Any]) -> str | None:
+    return next((key for key in fact.keys.split() if not fact.unit(key) and not key.startswith("si.")), None)
 
 
 def _at(subject: Any, path: str) -> Any:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -401,7 +401,9 @@ def release_phases(load: Load) -> Array:
     return np.asarray(roots[pulls & ~np.roll(pulls, 1)])
 
 
+@lru_cache(maxsize=64)  # asked for at every release of a bar, and once more for its rest
 def _zeros(load: Load) -> tuple[Array, np.typing.NDArray[np.bool_]]:
+    """The phases at which a load changes between push and pull, and whether it pulls from each on."""
     k = np.append(0.0, load.harmonics.astype(float))
     roots = trigonometric_roots(k, np.append(complex(load.mean), load.coefficients[load.harmonics]))
     if not roots.size:

@@ -105,6 +105,7 @@ def _exact(states: SteadyStates, modes: int) -> ExactPlane:
         a=np.full((3, phase.size), np.nan),
         schur=np.full((2, phase.size), np.nan),
         stable=np.zeros(phase.shape, dtype=bool),
+        fold=np.array([orbit.fold for orbit in states.orbits], dtype=bool),
     )
     r, factor = system.restitution, system.load.load_factor
     return exact_plane(system, r, factor, states.periods, modes, plane=cell, workers=1)
