@@ -12,7 +12,9 @@ pytest.importorskip("fastapi")
 
 from playwright.sync_api import Page
 
-from percuss.case import load_case, machine_answer
+from percuss import Start, Stop, Trajectory, run
+from percuss.case import load_case, machine_answer, simulation_answer
+from percuss.case.case import case_of
 from web_desk import BYTES, WAIT, Desk, sound
 
 pytestmark = pytest.mark.browser
@@ -22,7 +24,7 @@ RUNS = """async cases => {
   const { Live } = await import("/static/motion/live.js");
   return cases.map(({ motion, start, end, longer = 0 }) => {
     const live = new Live(motion);
-    live.place({ gap: start.position, velocity: start.velocity, phase: start.time });
+    live.place({ gap: start.position, velocity: start.velocity, phase: start.time, ...start.place });
     live.time = start.time;
     const events = [];
     for (let i = 0; live.now < end; i++)
@@ -215,6 +217,96 @@ def test_sample_machines_run_on_their_cycle_in_seconds(desk: Desk, asked: Server
     assert blows[-1]["time"] - blows[-2]["time"] == pytest.approx(cycle.period, rel=1e-9)
     assert blows[-1]["speed"] == pytest.approx(cycle.blow_speeds[0], rel=1e-9)
     assert law["scales"]["length_m"] == pytest.approx(machine.length_scale)
+
+
+def begun(motion: Trajectory) -> dict[str, Any]:
+    """The q_n and q_n′ at the start of a motion, to be placed."""
+    at, unit = motion.modal([motion.begin_time]), motion.spectrum.unit
+    return {name: (unit * one[1:, 0]).tolist() for name, one in (("places", at.displacement), ("rates", at.velocity))}
+
+
+def test_structures_that_are_held_move_as_the_package_says(desk: Desk, asked: Server) -> None:
+    """Of one mode and of several, which the wall lets go in another state each time."""
+    rng = np.random.default_rng(11)
+    cases, known = [], []
+    for i in range(32):
+        size, steps = (1, 2, 3, 5)[i % 4], rng.uniform(-1.0, 1.2, 3).tolist()
+        omega = np.sort(rng.uniform(0.4, 12.0, size))
+        body = {
+            "kind": "modes",
+            "omega": omega.tolist(),
+            "damping": (rng.uniform(0.02, 0.2, size) * omega).tolist(),
+            "contact": rng.normal(size=size).tolist(),
+            "drive": rng.normal(size=size).tolist(),
+            "gap": rng.uniform(-0.1, 0.1),
+        }
+        load = {"kind": "steps", "breaks": [0.4, 2.5, 4.4], "values": steps}
+        if i % 3:
+            load = {"kind": "harmonic", "mean": rng.uniform(0.0, 0.5), "amplitude": 1.0}
+        tables = {"body": body, "system": {"restitution": (0.0, 0.3, 0.6, 0.8)[i // 4 % 4]}, "load": load}
+        case = case_of({**tables, "start": {"position": -0.05, "velocity": 0.0}})
+        motion = run(case.system(), Start.rigid(position=-0.05), modes=size, stop=Stop(impacts=150))
+        begin, unit = motion.modal([0.0]), motion.spectrum.unit
+        place = {
+            "places": (unit * begin.displacement[1:, 0]).tolist(),
+            "rates": (unit * begin.velocity[1:, 0]).tolist(),
+        }
+        known.append(motion)
+        end = float(motion.events.time[-1]) + 1e-6 if len(motion.events) else 20.0
+        start = {"position": 0.0, "velocity": 0.0, "time": 0.0, "place": place}
+        cases.append({"motion": asked.law(tables), "start": start, "end": end, "longer": 2000})
+    found, compared, rests, named = desk.module("motion/live.js").evaluate(RUNS, cases), 0, 0, 0
+    for live, motion in zip(found, known, strict=True):
+        wanted = [
+            {"kind": event.kind, "time": event.time, "speed": event.impact_velocity}
+            for event in motion.events
+            if event.kind in ("impact", "rest", "release")
+        ]
+        for own, its in along(live["events"], wanted)[:40]:  # before errors grow
+            assert own["time"] == pytest.approx(its["time"], rel=0.0, abs=1e-8)
+            assert own["kind"] != "impact" or own["speed"] == pytest.approx(its["speed"], abs=1e-8)
+            compared, rests = compared + 1, rests + (own["kind"] == "release")
+        if motion.label not in ("undecided", "aperiodic"):
+            assert live["label"] == motion.label
+            named += 1
+    assert compared > 600 and rests > 25 and named > 20
+
+
+@pytest.mark.parametrize("name", ["stopped-oscillator", "stopped-beam"])
+def test_sample_structures_come_to_their_motion(desk: Desk, asked: Server, name: str) -> None:
+    motion = simulation_answer(load_case(name)).motion
+    law = httpx.get(f"{asked.address}api/machines/{name}", timeout=WAIT / 1000).json()["motion"]
+    start = {"position": 0.0, "velocity": 0.0, "time": 0.0, "place": begun(motion)}
+    case = {"motion": law, "start": start, "end": 2000.0, "longer": 10}
+    (live,) = desk.module("motion/live.js").evaluate(RUNS, [case])
+    assert live["label"] == motion.label == "z=1/1"
+    last, own = motion.events.of("impact")[-1], told(live["events"], "impact")[-1]
+    assert own["speed"] == pytest.approx(last.impact_velocity, rel=1e-6)
+    assert own["phase"] == pytest.approx(last.phase, abs=1e-6)
+    assert own["energy"] == pytest.approx(last.kinetic_energy, rel=1e-6)
+
+
+CYCLE = """async ({ law, cycle, disturbance }) => {
+  const { Live } = await import("/static/motion/live.js");
+  const { onCycle } = await import("/static/motion/settled.js");
+  const live = new Live(law);
+  live.place({ ...onCycle(law.valve, law.restitution, cycle), disturbance });
+  return live.advance(3.5 * cycle.period);
+}"""
+
+
+@pytest.mark.parametrize("name", ["valve-breaker", "valve-drifter"])
+def test_a_machine_is_put_on_its_cycle(desk: Desk, asked: Server, name: str) -> None:
+    """With the orders that wait at the blow, which come late in both."""
+    cycle = machine_answer(load_case(name), 0).to_json_dict()
+    law = httpx.get(f"{asked.address}api/machines/{name}", timeout=WAIT / 1000).json()["motion"]
+    sent = {"law": law, "cycle": cycle, "disturbance": 0.0}
+    events = desk.module("motion/live.js").evaluate(CYCLE, sent)
+    blows = told(events, "impact")
+    assert [one["time"] / cycle["period"] for one in blows] == pytest.approx([1.0, 2.0, 3.0], rel=1e-9)
+    assert [one["speed"] for one in blows] == pytest.approx([cycle["blows"][-1]["speed"]] * 3, rel=1e-9)
+    pushed = told(desk.page.evaluate(CYCLE, {**sent, "disturbance": 1e-3}), "impact")
+    assert 1e-7 < abs(pushed[0]["speed"] / blows[0]["speed"] - 1.0) < 1e-3
 
 
 CHANGED = """async ({ motion, other, scaled }) => {
