@@ -151,7 +151,7 @@ def test_the_settled_motion_has_the_name_that_the_package_gives_it(desk: Desk, a
                 "start": {"position": -1.0, "velocity": 0.0, "time": 0.0},
             }
             known.append(asked.simulated(tables, 10_000)["label"])
-            cases.append({"motion": asked.law(tables), "start": tables["start"], "end": 500.0, "longer": 400})
+            cases.append({"motion": asked.law(tables), "start": tables["start"], "end": 500.0, "longer": 2000})
     labels = [one["label"] for one in desk.module("motion/live.js").evaluate(RUNS, cases)]
     sure = [(own, its) for own, its in zip(labels, known, strict=True) if its[-1] not in "?cd"]
     assert [own for own, _ in sure] == [its for _, its in sure]
@@ -229,7 +229,7 @@ def test_structures_that_are_held_move_as_the_package_says(desk: Desk, asked: Se
     """Of one mode and of several, which the wall lets go in another state each time."""
     rng = np.random.default_rng(11)
     cases, known = [], []
-    for i in range(32):
+    for i in range(24):
         size, steps = (1, 2, 3, 5)[i % 4], rng.uniform(-1.0, 1.2, 3).tolist()
         omega = np.sort(rng.uniform(0.4, 12.0, size))
         body = {
@@ -269,7 +269,7 @@ def test_structures_that_are_held_move_as_the_package_says(desk: Desk, asked: Se
         if motion.label not in ("undecided", "aperiodic"):
             assert live["label"] == motion.label
             named += 1
-    assert compared > 600 and rests > 25 and named > 20
+    assert compared > 500 and rests > 15 and named > 14
 
 
 @pytest.mark.parametrize("name", ["stopped-oscillator", "stopped-beam"])
@@ -284,6 +284,61 @@ def test_sample_structures_come_to_their_motion(desk: Desk, asked: Server, name:
     assert own["speed"] == pytest.approx(last.impact_velocity, rel=1e-6)
     assert own["phase"] == pytest.approx(last.phase, abs=1e-6)
     assert own["energy"] == pytest.approx(last.kinetic_energy, rel=1e-6)
+
+
+TOUCH = """async ({ motion, offsets }) => {
+  const { Live } = await import("/static/motion/live.js");
+  return offsets.map(offset => {
+    const live = new Live(motion);
+    live.place({ gap: -2 + offset, velocity: 0, phase: 0 });
+    const events = [];
+    for (let i = 0; i < 400; i++) events.push(...live.advance(0.05));
+    return events;
+  });
+}"""
+
+
+def test_a_touch_is_an_impact_and_a_near_miss_is_none(desk: Desk, asked: Server) -> None:
+    """x″ = cos t from rest at x = −2 + ε comes to x = ε at t = π, with the curvature −1 there; and never farther."""
+    bar = {
+        "system": {"s": 20.0, "d": 0.0, "restitution": 0.5},
+        "load": {"kind": "fourier", "coefficients": [[0, 0], [1, 0]]},
+    }
+    offsets = [1e-6, 1e-10, 1e-13, -1e-13, -1e-10, -1e-6]
+    found = desk.module("motion/live.js").evaluate(TOUCH, {"motion": asked.law(bar), "offsets": offsets})
+    assert [bool(events) for events in found] == [True, True, True, False, False, False]
+    for offset, events in zip(offsets[:3], found, strict=False):
+        speed = np.sqrt(2.0 * offset)
+        assert events[0]["time"] == pytest.approx(np.pi - speed, abs=1e-3 * speed + 1e-8)
+        assert events[0]["speed"] == pytest.approx(speed, rel=0.05)
+
+
+PORTS = """async ({ far, near }) => {
+  const { Live } = await import("/static/motion/live.js");
+  const live = new Live(far);
+  live.place({ gap: -0.5, velocity: -0.1 });
+  const before = live.advance(0.2);
+  live.become(near);
+  const after = live.advance(0.2);
+  return { before, after };
+}"""
+
+
+def test_a_port_that_is_moved_over_the_piston_is_felt(desk: Desk, asked: Server) -> None:
+    """It stays uncovered, as if the piston had passed it, and its order comes after its delay."""
+
+    def law(*ports: dict[str, Any]) -> dict[str, Any]:
+        states = {"return": -0.5, "power": 1.5}
+        load = {"kind": "valve", "states": states, "ports": list(ports), "start_state": "return"}
+        return asked.law({"system": {"s": 20.0, "d": 0.0, "restitution": 0.3}, "load": load})
+
+    back = {"to": "return", "on": "impact"}
+    power = {"to": "power", "behind": 2.0, "side": "back", "delay": 0.05}
+    laws = {"far": law(power, back), "near": law({**power, "behind": 0.4}, back)}
+    found = desk.module("motion/live.js").evaluate(PORTS, laws)
+    assert found["before"] == []
+    (switch,) = found["after"]
+    assert switch["state"] == "power" and switch["time"] == pytest.approx(0.25, abs=1e-12)
 
 
 CYCLE = """async ({ law, cycle, disturbance }) => {

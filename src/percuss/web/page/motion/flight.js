@@ -401,8 +401,9 @@ export class Flight {
   }
 }
 
-/** The time until bounces have piled up, after a rebound `w` under a pressure `push`; −1 while it is not known to
- * `CHATTER_ERROR`, or may last beyond the horizon.
+/** The time until bounces have piled up, after a rebound w under a pressure P = `push` that changes at the rate j:
+ * T₀ (1 − d T₀/6 − j T₀/(3P)), T₀ = 2w/((1 − R)P); −1 while it is not known to `CHATTER_ERROR`, or may last beyond the
+ * horizon.
  * @param {Law} law @param {Flight} flight @param {number} w @param {number} push @param {number} horizon */
 export function chatterLeft(law, flight, w, push, horizon) {
   const several = law.size > 1;

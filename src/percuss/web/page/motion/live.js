@@ -3,13 +3,8 @@
 //
 // Between events it moves in closed form (`flight.js`), from one event to the next: an impact, q_j′ → −R q_j′ of all modes
 // (B77 10); a step of the load; a port that the piston passes, an order of the valve that is due; the end of a rest. Bounces
-// that pile up end after
-//
-//   T = 2w/((1 − R)P) · (1 − j T₀/(3P) − d T₀/6)      (w the rebound, P the pressure on the wall, j its rate, T₀ the first
-//                                                      factor; taken once the next order is below 1e-12)
-//
-// with the hammer at rest on the wall, where it lies until the load pulls. A motion has settled when its last impacts, or
-// changes of its valve, come back to the ones before; its name is that of `Trajectory.label` of the package.
+// that pile up end in a rest on the wall (`chatterLeft`), where a hammer of one mode lies until the load pulls, and one of
+// several until the wall would have to (`Lying`). What has settled is named as by `Trajectory.label` of the package.
 
 import { chatterLeft, firstCrossing, Flight, Law, Lying, NO_SPEED } from "./flight.js";
 import { MARKS, nameOf, Strip } from "./settled.js";
@@ -25,6 +20,8 @@ const TURN = 2 * Math.PI;
 const TURN_LOW = 2.4492935982947064e-16; // 2π less TURN
 const KEPT = 30; // blows that are told
 const PERIODS = 8; // of the strip chart
+const CROWD = 300; // events in no time, after which a machine is stuck on a port
+const NO_TIME = 1e-9; // of the strip chart
 const SAME = 4e-12; // time, of the valve's unit, within which events are simultaneous
 
 /** A port that watches the flight, or the wall. @typedef {{n: 0 | 1, level: number, sign: 1 | -1, clear: number,
@@ -55,6 +52,8 @@ export class Live {
     this.blows = [];
     this.strip = new Strip();
     this.records = true;
+    this.crowd = 0; // events since the time `begun`, where no time goes by
+    this.begun = -Infinity;
     this.changes = 0; // counts its laws and the states that it was put on
     /** @type {{live: Live, ahead: number, events: (Happening & {after: number})[]} | null} */
     this.scout = null;
@@ -79,6 +78,11 @@ export class Live {
 
   get velocity() {
     return this.resting ? 0 : this.flight.at(this.since)[1];
+  }
+
+  /** Whether its valve switches to and fro at a port without end: no time goes by any more. */
+  get stuck() {
+    return this.crowd >= CROWD;
   }
 
   /** Time gone by since it was made, in the unit of the model. */
@@ -202,6 +206,8 @@ export class Live {
     this.released = [];
     this.rests = this.chatters = this.struck = 0;
     this.scout = null;
+    this.crowd = 0;
+    this.begun = -Infinity;
     this.changes += 1;
   }
 
@@ -234,7 +240,7 @@ export class Live {
       this.scout.events = this.scout.events.filter((event) => (event.after -= dt) > 0);
       if (this.scout.ahead < 0) this.scout = null;
     }
-    for (let left = dt, count = 0; left > 0 && count < 100_000; count++) {
+    for (let left = dt; left > 0 && !this.stuck;) {
       const [wait, what] = this._next(left + this.since);
       const part = wait - this.since;
       if (part > left || what === null) {
@@ -245,6 +251,8 @@ export class Live {
       this._draw(part);
       left -= Math.max(part, 0);
       this._arrive(wait);
+      this.crowd = this.time - this.begun > NO_TIME * this.span ? 0 : this.crowd + 1;
+      if (!this.crowd) this.begun = this.time;
       what(events);
       this._set();
       if (this.records) this.strip.add(this.time, this.gap_);

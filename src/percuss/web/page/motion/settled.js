@@ -74,7 +74,7 @@ function lies({ law, lying, since, now, laid }) {
 /** @param {Live} live */
 function machine(live) {
   const { marks } = live;
-  const why = stalls(live);
+  const why = live.stuck ? "on a port" : stalls(live);
   if (why) return `stalls (${why})`;
   const [speed, far] = [fastest(marks), Math.max(...marks.map(({ gap }) => -gap), 0) || 1];
   const apart = (/** @type {Mark} */ a, /** @type {Mark} */ b) =>
