@@ -89,10 +89,11 @@ function startLessons(place) {
   effect(judge);
   effect(() => {
     const on_ = view.projector && LESSONS[view.lesson - 1] ? "1" : "0";
-    if (document.documentElement.dataset.projector === on_) return;
+    const ready = data.about; // which has the colours
+    if ((document.documentElement.dataset.projector ?? "0") === on_) return;
     document.documentElement.dataset.projector = on_;
     forgetTheme(); // drawings grow with the text
-    tell("theme");
+    if (ready) tell("theme");
   });
   addEventListener("keydown", (event) => {
     if (event.key !== "Escape" || !view.projector || event.defaultPrevented) return;
@@ -121,6 +122,9 @@ async function play(lesson, number) {
   own = { ...FIRST };
   setTables(found?.tables ?? tables, found ?? data.info);
   show({});
+  const { activeElement } = document;
+  if (!activeElement || activeElement === document.body || activeElement.closest("#drawer"))
+    $("#lesson-ask button")?.focus();
 }
 
 const sceneNow = () => LESSONS[view.lesson - 1]?.scenes[view.scene - 1];
@@ -179,12 +183,13 @@ function strip() {
       ["head", "look", "ask"].map((name) => h("div", { id: `lesson-${name}` })),
     );
   const before = reachedBefore();
-  const last = view.scene === lesson.scenes.length;
+  const number = scene ? view.scene : 0;
+  const last = number === lesson.scenes.length;
   const next = last
     ? view.lesson < LESSONS.length
       ? () => play(view.lesson + 1, 1)
       : null
-    : () => play(view.lesson, view.scene + 1);
+    : () => play(view.lesson, number + 1);
   const tab = (/** @type {import("./lessons.js").Scene} */ one, /** @type {number} */ i) => {
     const ticked = before.includes(`${view.lesson}.${i + 1}`);
     const name = ticked ? `${one.show}, reached` : one.show;

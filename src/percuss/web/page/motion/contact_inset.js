@@ -5,7 +5,7 @@
 import { h } from "../core/dom.js";
 import { theme } from "../pictures/colours.js";
 
-const [WIDTH, HEIGHT] = [250, 104];
+const [WIDTH, HEIGHT] = [230, 100];
 const [LEFT, TOP, FOOT] = [8, 20, 18];
 
 /** @typedef {{ time: number, kind: string, speed: number, chatter?: boolean }} Happening */
@@ -76,7 +76,7 @@ function draw() {
   pen.fillStyle = ink;
   const curves = flights().filter((one) => one.every(({ left, gap }) => left > 0 && gap > 0));
   pen.fillText(
-    curves.length ? `the contact: ${curves.length} bounces before the rest` : "the contact: no rest on the wall yet",
+    curves.length ? `the contact: the last bounces before the rest` : "the contact: no rest on the wall yet",
     LEFT,
     13,
   );
@@ -99,5 +99,5 @@ function draw() {
     pen.stroke();
   }
   pen.fillStyle = muted;
-  pen.fillText("gap ↑ , time to the rest → , both by powers of 10", LEFT, HEIGHT - 6);
+  pen.fillText("gap ↑, time left →, both logarithmic", LEFT, HEIGHT - 6);
 }
