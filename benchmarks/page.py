@@ -159,10 +159,10 @@ def first_paints(browser: Browser, base: str, runs: int = 7) -> list[Row]:
 
 
 def moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
-    """The slider of the load factor on the panel of the orbits, which draws most."""
+    """The slider of the load factor with the drawer of all motions open, which draws most."""
     values = (0.25 + 0.1 * (0.618034 * np.arange(number) % 1.0)).round(4).tolist()
     page = opened(browser, base, f"panel=orbits&machine={MACHINE}")
-    rows = moved(page, ["#panel-orbits canvas", "/api/quick", "slide-load_factor", values])
+    rows = moved(page, ["#panel-orbits canvas[data-change]", "/api/quick", "slide-load_factor", values])
     page.context.close()
     return rows
 
@@ -170,7 +170,7 @@ def moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
 def machine_moves(browser: Browser, base: str, number: int = 80) -> list[Row]:
     """The slider of a port of a machine that switches itself: a rigid piston while it moves, then 32 elastic modes."""
     values = (90.0 + 40.0 * (0.618034 * np.arange(number) % 1.0)).round(1).tolist()
-    page = opened(browser, base, "panel=machine&machine=valve-breaker")
+    page = opened(browser, base, "machine=valve-breaker")
     asked = ["#machine-stage", "/api/machine", "slide-load-ports-0-behind", values]
     rows = [(f"machine, {words}", *rest) for words, *rest in moved(page, asked)]
     times = ran(page, RESTED, ["slide-load-ports-0-behind", values[:9]])
@@ -199,7 +199,7 @@ def moved(page: Page, asked: list[Any]) -> list[Row]:
 
 def maps(browser: Browser, base: str, number: int = 9) -> list[Row]:
     """A change of the hammer that makes the whole map another, and the curves over it."""
-    page = opened(browser, base, f"panel=map&machine={MACHINE}")
+    page = opened(browser, base, f"machine={MACHINE}")
     values = (300.0 + 50.0 * (0.618034 * np.arange(1, number + 1) % 1.0)).round(1).tolist()
     found = ran(page, MAPS, ["slide-bar-length", values])
     page.context.close()
@@ -208,16 +208,21 @@ def maps(browser: Browser, base: str, number: int = 9) -> list[Row]:
     return [(names[part], told(times)[0], goals[part], told(times)[1]) for part, times in found.items()]
 
 
-PLAYED = {"a blow": "source=start&simulation.modes=32", "its ringing": "source=start&simulation.modes=32&zoom=12"}
-"""Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow."""
+PLAYED = {
+    "N = 32, a blow": "source=start&simulation.modes=32",
+    "N = 32, its ringing": "source=start&simulation.modes=32&zoom=12",
+    "live": "",
+}
+"""Simulations with 32 elastic modes: a whole load period, and 12 periods of the first mode after the blow; and the
+motion in closed form that goes on for ever."""
 
 
 def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
-    """The bar with 32 elastic modes beside its pictures, all of them in every frame."""
+    """The bar with 32 elastic modes beside its history, both in every frame; and the live motion beside its strip."""
     rows = []
     for name, words in PLAYED.items():
-        page = opened(browser, base, f"panel=motion&machine={MACHINE}&{words}")
-        page.wait_for_selector("#stage[data-modes='32']")
+        page = opened(browser, base, f"machine={MACHINE}&{words}")
+        page.wait_for_selector("#stage[data-modes='32']" if words else "#stage[data-blows]")
         browser.start_tracing(page=page, categories=TRACE)
         times = np.diff(page.evaluate(FRAMES, seconds))
         events = json.loads(browser.stop_tracing())["traceEvents"]
@@ -225,7 +230,7 @@ def animation(browser: Browser, base: str, seconds: float = 6.0) -> list[Row]:
         late = int(np.sum(np.rint(times * 60.0 / 1000.0) - 1.0))
         figure = f"{1000.0 * len(times) / float(np.sum(times)):.1f}/s"
         beside = f"{late} frames late of {len(times)}, {dropped} dropped by the compositor"
-        rows.append((f"animation, N = 32, {name}", figure, "60/s, none dropped", beside))
+        rows.append((f"animation, {name}", figure, "60/s, none dropped", beside))
         page.context.close()
     return rows
 

@@ -110,7 +110,7 @@ def test_a_cell_is_the_same_however_it_is_asked_for(seed):
         job, other = (sweep_job(system, *axes, quantities=asked, **options) for asked in (names, beside))
         whole, with_proof = job.compute(0, job.size, NEVER), other.compute(0, job.size, NEVER)
         strips = [job.compute(first, first + 5, NEVER) for first in range(0, job.size, 5)]
-        threads = replace(job, threads=3).compute(0, job.size, NEVER)
+        threads = replace(job, workers=3).compute(0, job.size, NEVER)
         proved = with_proof["outcome"] == whole["outcome"]  # a proof may fail
         for name, values in whole.items():
             np.testing.assert_array_equal(values, np.concatenate([strip[name] for strip in strips]), name)

@@ -229,13 +229,13 @@ def test_a_unit_changed_elsewhere_is_that_of_ranges_and_of_the_sliders_of_a_blow
     page = desk.open("machine=mini-breaker&x=bar.length&xr=300:340 mm")
     expect(page.locator("#map-x-from")).to_have_value("300")
     page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('bar.length', '32 cm'))")
-    settled(page, "map", "boundaries")
+    settled(page)
     assert float(page.locator("#map-x-from").input_value()) < 32.0 < float(page.locator("#map-x-to").input_value())
     page.click("#tab-blow")
     expect(page.locator("#blow-sentence")).to_contain_text("A blow of")
     page.focus("#blow-slide-bar-length")
     page.keyboard.press("ArrowRight")
-    settled(page, "map", "boundaries")
+    settled(page)
     assert si(knows(page, "core/state.js:data.tables.bar.length"), "length", "bar.length") == pytest.approx(
         0.32, rel=0.01
     )

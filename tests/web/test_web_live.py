@@ -12,7 +12,9 @@ pytest.importorskip("fastapi")
 
 from playwright.sync_api import Page
 
-from percuss.case import load_case, machine_answer
+from percuss import Start, Stop, Trajectory, run
+from percuss.case import load_case, machine_answer, simulation_answer
+from percuss.case.case import case_of
 from web_desk import BYTES, WAIT, Desk, sound
 
 pytestmark = pytest.mark.browser
@@ -22,7 +24,7 @@ RUNS = """async cases => {
   const { Live } = await import("/static/motion/live.js");
   return cases.map(({ motion, start, end, longer = 0 }) => {
     const live = new Live(motion);
-    live.place({ gap: start.position, velocity: start.velocity, phase: start.time });
+    live.place({ gap: start.position, velocity: start.velocity, phase: start.time, ...start.place });
     live.time = start.time;
     const events = [];
     for (let i = 0; live.now < end; i++)
@@ -149,7 +151,7 @@ def test_the_settled_motion_has_the_name_that_the_package_gives_it(desk: Desk, a
                 "start": {"position": -1.0, "velocity": 0.0, "time": 0.0},
             }
             known.append(asked.simulated(tables, 10_000)["label"])
-            cases.append({"motion": asked.law(tables), "start": tables["start"], "end": 500.0, "longer": 400})
+            cases.append({"motion": asked.law(tables), "start": tables["start"], "end": 500.0, "longer": 2000})
     labels = [one["label"] for one in desk.module("motion/live.js").evaluate(RUNS, cases)]
     sure = [(own, its) for own, its in zip(labels, known, strict=True) if its[-1] not in "?cd"]
     assert [own for own, _ in sure] == [its for _, its in sure]
@@ -215,6 +217,151 @@ def test_sample_machines_run_on_their_cycle_in_seconds(desk: Desk, asked: Server
     assert blows[-1]["time"] - blows[-2]["time"] == pytest.approx(cycle.period, rel=1e-9)
     assert blows[-1]["speed"] == pytest.approx(cycle.blow_speeds[0], rel=1e-9)
     assert law["scales"]["length_m"] == pytest.approx(machine.length_scale)
+
+
+def begun(motion: Trajectory) -> dict[str, Any]:
+    """The q_n and q_n′ at the start of a motion, to be placed."""
+    at, unit = motion.modal([motion.begin_time]), motion.spectrum.unit
+    return {name: (unit * one[1:, 0]).tolist() for name, one in (("places", at.displacement), ("rates", at.velocity))}
+
+
+def test_structures_that_are_held_move_as_the_package_says(desk: Desk, asked: Server) -> None:
+    """Of one mode and of several, which the wall lets go in another state each time."""
+    rng = np.random.default_rng(11)
+    cases, known = [], []
+    for i in range(24):
+        size, steps = (1, 2, 3, 5)[i % 4], rng.uniform(-1.0, 1.2, 3).tolist()
+        omega = np.sort(rng.uniform(0.4, 12.0, size))
+        body = {
+            "kind": "modes",
+            "omega": omega.tolist(),
+            "damping": (rng.uniform(0.02, 0.2, size) * omega).tolist(),
+            "contact": rng.normal(size=size).tolist(),
+            "drive": rng.normal(size=size).tolist(),
+            "gap": rng.uniform(-0.1, 0.1),
+        }
+        load = {"kind": "steps", "breaks": [0.4, 2.5, 4.4], "values": steps}
+        if i % 3:
+            load = {"kind": "harmonic", "mean": rng.uniform(0.0, 0.5), "amplitude": 1.0}
+        tables = {"body": body, "system": {"restitution": (0.0, 0.3, 0.6, 0.8)[i // 4 % 4]}, "load": load}
+        case = case_of({**tables, "start": {"position": -0.05, "velocity": 0.0}})
+        motion = run(case.system(), Start.rigid(position=-0.05), modes=size, stop=Stop(impacts=150))
+        begin, unit = motion.modal([0.0]), motion.spectrum.unit
+        place = {
+            "places": (unit * begin.displacement[1:, 0]).tolist(),
+            "rates": (unit * begin.velocity[1:, 0]).tolist(),
+        }
+        known.append(motion)
+        end = float(motion.events.time[-1]) + 1e-6 if len(motion.events) else 20.0
+        start = {"position": 0.0, "velocity": 0.0, "time": 0.0, "place": place}
+        cases.append({"motion": asked.law(tables), "start": start, "end": end, "longer": 2000})
+    found, compared, rests, named = desk.module("motion/live.js").evaluate(RUNS, cases), 0, 0, 0
+    for live, motion in zip(found, known, strict=True):
+        wanted = [
+            {"kind": event.kind, "time": event.time, "speed": event.impact_velocity}
+            for event in motion.events
+            if event.kind in ("impact", "rest", "release")
+        ]
+        for own, its in along(live["events"], wanted)[:40]:  # before errors grow
+            assert own["time"] == pytest.approx(its["time"], rel=0.0, abs=1e-8)
+            assert own["kind"] != "impact" or own["speed"] == pytest.approx(its["speed"], abs=1e-8)
+            compared, rests = compared + 1, rests + (own["kind"] == "release")
+        if motion.label not in ("undecided", "aperiodic"):
+            assert live["label"] == motion.label
+            named += 1
+    assert compared > 500 and rests > 15 and named > 14
+
+
+@pytest.mark.parametrize("name", ["stopped-oscillator", "stopped-beam"])
+def test_sample_structures_come_to_their_motion(desk: Desk, asked: Server, name: str) -> None:
+    motion = simulation_answer(load_case(name)).motion
+    law = httpx.get(f"{asked.address}api/machines/{name}", timeout=WAIT / 1000).json()["motion"]
+    start = {"position": 0.0, "velocity": 0.0, "time": 0.0, "place": begun(motion)}
+    case = {"motion": law, "start": start, "end": 2000.0, "longer": 10}
+    (live,) = desk.module("motion/live.js").evaluate(RUNS, [case])
+    assert live["label"] == motion.label == "z=1/1"
+    last, own = motion.events.of("impact")[-1], told(live["events"], "impact")[-1]
+    assert own["speed"] == pytest.approx(last.impact_velocity, rel=1e-6)
+    assert own["phase"] == pytest.approx(last.phase, abs=1e-6)
+    assert own["energy"] == pytest.approx(last.kinetic_energy, rel=1e-6)
+
+
+TOUCH = """async ({ motion, offsets }) => {
+  const { Live } = await import("/static/motion/live.js");
+  return offsets.map(offset => {
+    const live = new Live(motion);
+    live.place({ gap: -2 + offset, velocity: 0, phase: 0 });
+    const events = [];
+    for (let i = 0; i < 400; i++) events.push(...live.advance(0.05));
+    return events;
+  });
+}"""
+
+
+def test_a_touch_is_an_impact_and_a_near_miss_is_none(desk: Desk, asked: Server) -> None:
+    """x″ = cos t from rest at x = −2 + ε comes to x = ε at t = π, with the curvature −1 there; and never farther."""
+    bar = {
+        "system": {"s": 20.0, "d": 0.0, "restitution": 0.5},
+        "load": {"kind": "fourier", "coefficients": [[0, 0], [1, 0]]},
+    }
+    offsets = [1e-6, 1e-10, 1e-13, -1e-13, -1e-10, -1e-6]
+    found = desk.module("motion/live.js").evaluate(TOUCH, {"motion": asked.law(bar), "offsets": offsets})
+    assert [bool(events) for events in found] == [True, True, True, False, False, False]
+    for offset, events in zip(offsets[:3], found, strict=False):
+        speed = np.sqrt(2.0 * offset)
+        assert events[0]["time"] == pytest.approx(np.pi - speed, abs=1e-3 * speed + 1e-8)
+        assert events[0]["speed"] == pytest.approx(speed, rel=0.05)
+
+
+PORTS = """async ({ far, near }) => {
+  const { Live } = await import("/static/motion/live.js");
+  const live = new Live(far);
+  live.place({ gap: -0.5, velocity: -0.1 });
+  const before = live.advance(0.2);
+  live.become(near);
+  const after = live.advance(0.2);
+  return { before, after };
+}"""
+
+
+def test_a_port_that_is_moved_over_the_piston_is_felt(desk: Desk, asked: Server) -> None:
+    """It stays uncovered, as if the piston had passed it, and its order comes after its delay."""
+
+    def law(*ports: dict[str, Any]) -> dict[str, Any]:
+        states = {"return": -0.5, "power": 1.5}
+        load = {"kind": "valve", "states": states, "ports": list(ports), "start_state": "return"}
+        return asked.law({"system": {"s": 20.0, "d": 0.0, "restitution": 0.3}, "load": load})
+
+    back = {"to": "return", "on": "impact"}
+    power = {"to": "power", "behind": 2.0, "side": "back", "delay": 0.05}
+    laws = {"far": law(power, back), "near": law({**power, "behind": 0.4}, back)}
+    found = desk.module("motion/live.js").evaluate(PORTS, laws)
+    assert found["before"] == []
+    (switch,) = found["after"]
+    assert switch["state"] == "power" and switch["time"] == pytest.approx(0.25, abs=1e-12)
+
+
+CYCLE = """async ({ law, cycle, disturbance }) => {
+  const { Live } = await import("/static/motion/live.js");
+  const { onCycle } = await import("/static/motion/settled.js");
+  const live = new Live(law);
+  live.place({ ...onCycle(law.valve, law.restitution, cycle), disturbance });
+  return live.advance(3.5 * cycle.period);
+}"""
+
+
+@pytest.mark.parametrize("name", ["valve-breaker", "valve-drifter"])
+def test_a_machine_is_put_on_its_cycle(desk: Desk, asked: Server, name: str) -> None:
+    """With the orders that wait at the blow, which come late in both."""
+    cycle = machine_answer(load_case(name), 0).to_json_dict()
+    law = httpx.get(f"{asked.address}api/machines/{name}", timeout=WAIT / 1000).json()["motion"]
+    sent = {"law": law, "cycle": cycle, "disturbance": 0.0}
+    events = desk.module("motion/live.js").evaluate(CYCLE, sent)
+    blows = told(events, "impact")
+    assert [one["time"] / cycle["period"] for one in blows] == pytest.approx([1.0, 2.0, 3.0], rel=1e-9)
+    assert [one["speed"] for one in blows] == pytest.approx([cycle["blows"][-1]["speed"]] * 3, rel=1e-9)
+    pushed = told(desk.page.evaluate(CYCLE, {**sent, "disturbance": 1e-3}), "impact")
+    assert 1e-7 < abs(pushed[0]["speed"] / blows[0]["speed"] - 1.0) < 1e-3
 
 
 CHANGED = """async ({ motion, other, scaled }) => {

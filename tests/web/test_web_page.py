@@ -320,18 +320,18 @@ def show_panel(page: Page, name: str) -> None:
         return driven(page)
     if name:
         page.click(f"#tab-{name}")
-    settled(page, "map", "boundaries")
+    settled(page)
 
 
 @pytest.mark.parametrize(
     ("desk", "rules"),
     [
         ({"color_scheme": "light"}, None),
-        pytest.param({"color_scheme": "dark"}, ["color-contrast"], marks=pytest.mark.slow),
+        ({"color_scheme": "dark"}, ["color-contrast"]),
     ],
     indirect=["desk"],
 )
-def test_no_serious_accessibility_violation(desk: Desk, rules: list[str] | None) -> None:
+def test_no_accessibility_violation(desk: Desk, rules: list[str] | None) -> None:
     """All rules in one scheme; of the other the colours, which are all that differs."""
     options = {"resultTypes": ["violations"]} | ({"runOnly": rules} if rules else {})
     found = []
@@ -339,9 +339,7 @@ def test_no_serious_accessibility_violation(desk: Desk, rules: list[str] | None)
     for panel in (*PANELS, "a valve"):
         show_panel(page, panel)
         for violation in Axe().run(page, options=options).response["violations"]:
-            if violation["impact"] in ("serious", "critical"):
-                where = [node["html"][:160] for node in violation["nodes"][:3]]
-                found.append((panel, violation["id"], where))
+            found.append((panel, violation["id"], [node["html"][:160] for node in violation["nodes"][:3]]))
     assert found == []
 
 

@@ -23,6 +23,7 @@ from web_desk import (
     Desk,
     came,
     figure,
+    finished,
     held,
     ink,
     knows,
@@ -77,7 +78,7 @@ def test_a_slow_map_comes_in_strips_and_does_not_hold_up_a_move(desk: Desk) -> N
     expect(page.locator("#map-progress")).to_be_visible()
     page.focus("#map")
     page.keyboard.press("ArrowUp")  # along the map's own axis: the map goes on
-    settled(page, "map")
+    settled(page)
     assert float((page.locator("#map").get_attribute("data-design") or "").split(",")[1]) > 320
     strip = strips.pop()
     assert strips == []  # nothing but this one strip was asked for
@@ -108,7 +109,7 @@ def test_colours_and_legend_are_right_from_the_first_strip_on(desk: Desk, quanti
         came(page, asked)
         known.append(map_of(asked.pop(0)))
     came(page, asked)
-    settled(page, "map")
+    settled(page)
     legend = [text.replace("\u202f", " ") for text in page.locator("#map-place .legend li").all_inner_texts()]
     if quantity == "stable":
         motions = np.concatenate([part["orbits"].ravel() > 0 for part in known])
@@ -146,29 +147,30 @@ PHONE = [{"viewport": {"width": 390, "height": 844}, "has_touch": True}]
 @pytest.mark.parametrize(("panel", "place"), [("map", "design"), ("branches", "spot")])
 def test_a_swipe_moves_the_page_and_a_tap_the_design(desk: Desk, panel: str, place: str) -> None:
     page = desk.open(f"panel={panel}&machine=mini-breaker")
-    canvas = page.locator(f"#{panel}")
+    canvas, scroll = page.locator(f"#{panel}"), "document.querySelector('#screen')"
+    page.evaluate(f"{scroll}.scrollTo(0, 1e6)")
     page.wait_for_selector(f"#{panel}[data-{place}]")
-    settled(page)
+    finished(page)
     x, y = point(page, f"#{panel}", 0.6, 0.5)
     if panel == "map":
         before = canvas.get_attribute("data-design")
         page.touchscreen.tap(x, y + 60)
-        settled(page)
+        finished(page)
         assert canvas.get_attribute("data-design") != before
-    before, top = canvas.get_attribute(f"data-{place}"), page.evaluate("scrollY")
+    before, top = canvas.get_attribute(f"data-{place}"), page.evaluate(f"{scroll}.scrollTop")
     finger = page.context.new_cdp_session(page)
     finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
     for down in range(20, 220, 20):
         finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x, "y": y + down}]})
     finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    until(page, f"scrollY < {top} - 100")
-    settled(page)
+    until(page, f"{scroll}.scrollTop < {top} - 100")
+    finished(page)
     assert canvas.get_attribute(f"data-{place}") == before
 
 
 def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
     page = desk.open("machine=mini-breaker")
-    settled(page)
+    finished(page)
     readout = page.locator("#map-readout")
     expect(readout).to_contain_text(re.compile(r"load factor p₀/p₁ = [\d.]+: stable"))
     late = held(page, "quick")
@@ -177,7 +179,7 @@ def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
     settled(page, "quick")
     expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: …")  # never an answer at another place
     let_go(page, "quick", late)
-    settled(page)
+    finished(page)
     expect(readout).to_contain_text("load factor p₀/p₁ = 1.1: no steady motion")
     maps = held(page, "map")
     page.select_option("#map-q", "power")
@@ -185,7 +187,7 @@ def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
     page.select_option("#map-q", "margin")
     maps.pop().continue_()  # a map of the quantity before
     came(page, maps)
-    settled(page, "map")
+    settled(page)
     assert page.locator("#map-status .problem").count() == 0
     expect(page.locator("#map-place .legend")).to_contain_text("W")
     let_go(page, "map", maps)
@@ -194,7 +196,7 @@ def test_late_answers_are_taken_for_what_they_are(desk: Desk) -> None:
 
 def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> None:
     page = desk.open("machine=mini-breaker")
-    settled(page)
+    finished(page)
     beside, (x, y) = point(page, "#map", 0.4, 0.6), point(page, "#map", 0.0, 0.6)
     page.mouse.move(*beside)
     expect(page.locator("#map-tip")).to_be_visible()
@@ -204,13 +206,13 @@ def test_a_map_of_the_hammer_before_tells_nothing_of_this_one(desk: Desk) -> Non
     drawn = ink(page, "#map")
     page.evaluate("import('/static/core/state.js').then(({ setKey }) => setKey('bar.damping_ratio', 0.2))")
     came(page, maps)
-    settled(page, "map")
+    settled(page)
     assert ink(page, "#map") != drawn  # it is pale
     page.mouse.move(*beside)
-    settled(page, "map")
+    settled(page)
     expect(page.locator("#map-tip")).to_be_hidden()
     let_go(page, "map", maps)
-    settled(page)
+    finished(page)
     page.mouse.move(beside[0] + 1.0, beside[1])
     expect(page.locator("#map-tip")).to_be_visible()
 
@@ -239,7 +241,7 @@ def test_the_map_s_colour_is_the_verdict_of_that_hammer(desk: Desk) -> None:
     for right, up in ((0.25, 0.6), (0.75, 0.75), (0.75, 0.3)):
         x, y = point(page, "#map", right, up)
         page.mouse.click(x, y)
-        settled(page)  # the diamond stands there now: look beside it
+        finished(page)  # the diamond stands there now: look beside it
         place = page.locator("#map").evaluate(
             """(canvas, [right, up]) => [...canvas.getContext("2d").getImageData(
               right * canvas.width + 16 * canvas.width / canvas.clientWidth, (1 - up) * canvas.height, 1, 1).data]
@@ -307,7 +309,7 @@ def test_found_motions_have_their_family_s_colour_and_tell_their_label(desk: Des
     for right, up in ((0.5, 0.9), (0.3, 0.6), (0.75, 0.2), (0.95, 0.45), (0.2, 0.4), (0.85, 0.55)):
         page.mouse.move(*point(page, "#map", right, up))
         expect(page.locator("#map-tip")).to_be_visible()
-        settled(page)
+        finished(page)
         label = page.locator("#map-tip strong").inner_text()
         place = [float(number) for number in re.findall(r"= ([\d.]+)", page.locator("#map-tip").inner_text())]
         if not seen:  # the label is that of the hammer in the middle of the cell

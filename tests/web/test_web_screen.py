@@ -85,10 +85,10 @@ def test_everything_is_in_one_window(desk: Desk) -> None:
     found = {}
 
     def look(what: str) -> None:
-        settled(page, "map", "boundaries", "margins")
+        settled(page, "margins")
         for width, height in SIZES:
             page.set_viewport_size({"width": width, "height": height})
-            settled(page, "map", "boundaries", "margins")
+            settled(page, "margins")
             if wrong := page.evaluate(LAYOUT):
                 found[what, width, height] = wrong
 
@@ -96,7 +96,7 @@ def test_everything_is_in_one_window(desk: Desk) -> None:
         page.select_option("#machine", machine.name)
         look(machine.name)
     page.select_option("#machine", "mini-breaker")
-    settled(page, "map", "boundaries")
+    settled(page)
     page.click("#pin")
     for factor in (0.2, 1.1):  # the longest words, beside the change and what is kept
         slide(page, "load_factor", factor)

@@ -76,7 +76,13 @@ def until(page: Page, true: str, timeout: int = WAIT) -> None:
 
 
 def settled(page: Page, *but: str) -> None:
-    """Until nothing is under way on the page but what is named: what it shows is of its present state."""
+    """Until nothing is under way on the page but what is named: what it shows is of its present state, but for the map,
+    which takes its time."""
+    finished(page, "map", "boundaries", *but)
+
+
+def finished(page: Page, *but: str) -> None:
+    """Until nothing at all is under way but what is named."""
     names = "(document.documentElement.dataset.busy ?? '').split(' ')"
     until(page, f"document.documentElement.dataset.ready && {names}.every(one => {['', *but]}.includes(one))")
 
@@ -211,10 +217,11 @@ def driven(page: Page, modes: int = 32) -> None:
 
 def scene(page: Page, lesson: int, number: int) -> None:
     """Open a scene of a lesson, and wait until the page shows it."""
-    page.click("#tab-lessons")
+    if page.locator("#panel-lessons").is_hidden():
+        page.click("#tab-lessons")
     page.get_by_role("button", name=f"Begin lesson {lesson}").click()
     page.locator("#lesson-strip .try button").nth(number - 1).click()
-    settled(page, "map", "boundaries")
+    settled(page)
 
 
 BYTES = """samples => {

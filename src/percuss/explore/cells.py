@@ -110,8 +110,8 @@ class SweepJob:
     impacts: int
     discard: int
     functions: tuple[tuple[str, SystemFunction], ...] = ()
-    threads: int = 1
-    """Of the kernels, where no other processes work at the map; the cells are the same for any number."""
+    workers: int = 1
+    """Threads for the kernels, where no other processes work at the map; the cells are the same for any number."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -387,7 +387,7 @@ def _simulated(
         rows, begins = [i for i, _, _ in part], [start for _, _, start in part]
         systems: list[Any] = [one for _, one, _ in part]
         if "simulation" in job.groups:
-            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=job.threads)
+            many = simulate_many(systems, begins, modes=job.simulated, stop=job.stop, workers=job.workers)
             found = {
                 "label_outcome": many.code,
                 "label_impacts": many.cycle_impacts,
@@ -404,7 +404,7 @@ def _simulated(
         if "lyapunov" in job.groups:
             every = "lyapunov_all" in out
             asked = {"modes": job.simulated, "impacts": job.impacts, "discard": job.discard}
-            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=job.threads)
+            exponents = lyapunov_many(systems, begins, **asked, every=every, workers=job.workers)
             if "lyapunov" in out:
                 out["lyapunov"][rows] = exponents.exponent
             for row, spectrum in zip(rows, exponents.spectrum, strict=False):  # none where it was not asked for
@@ -559,7 +559,7 @@ def _one_by_one(
         except (PercussError, ArithmeticError) as error:
             out["outcome"][i] = out["outcome"][i] or failure(error)
 
-    on_threads(put, range(len(cells)), job.threads)
+    on_threads(put, range(len(cells)), job.workers)
 
 
 # ---- Maps over restitution, load factor and m alone: the closed form and the multipliers over whole arrays
@@ -619,8 +619,8 @@ def _fill(
     if "exact" in job.groups:
         from percuss.stability.plane import exact_plane
 
-        modes, threads = job.multiplier_modes, job.threads
-        exact = exact_plane(system, restitution, factor, m, modes=modes, plane=plane, workers=threads)
+        modes, workers = job.multiplier_modes, job.workers
+        exact = exact_plane(system, restitution, factor, m, modes=modes, plane=plane, workers=workers)
         best = exact.margin
         found["stable"] = exact.stable.any(axis=0)
         found["margin"] = _greatest(exact.margin)

@@ -133,12 +133,12 @@ class Orbit(Flown, Repeating):
         """Velocity u_t(1, 0⁺) = −R u_t(1, 0⁻) of the striking end just after the impact."""
         return self.system.contact.velocity_factor * self.impact_velocity
 
-    @property
+    @cached_property
     def blow_energy(self) -> float:
         """Kinetic energy ½ ∫ u_t² dx just before the impact, all modes."""
         return 0.5 * self.rigid_velocity**2 + float(np.sum(0.5 * self._known.weight * self.state.velocity**2))
 
-    @property
+    @cached_property
     def strain_energy(self) -> float:
         """Strain energy just before the impact, of the modes of the sums."""
         return float(np.sum(0.5 * self._known.weight * (self.state.omega * self.state.displacement) ** 2))

@@ -423,10 +423,12 @@ def grows(
         contact, r = system.contact, np.broadcast_to(r, phase.shape)
     except ValueError:
         raise ParameterError("restitution", f"shape {r.shape}", f"numbers in a shape that fits {phase.shape}") from None
-    lossless = (contact.velocity_factors(r) == -1.0) & (contact.strain_factors(r) == 1.0) & (system.d == 0.0)
     found = np.zeros(phase.shape, dtype=bool)
-    asked = lossless & ~np.isnan(phase)
-    if n != 0 and asked.any():
+    asked = (contact.velocity_factors(r) == -1.0) & (system.d == 0.0) & ~np.isnan(phase)
+    if n == 0 or not asked.any():
+        return found
+    asked &= contact.strain_factors(r) == 1.0
+    if asked.any():
         here = phase[asked]
         found[asked] = _unsymmetric(system, here, m) if n is None else _driven(system, here, m, n)
     return found

@@ -179,7 +179,7 @@ def kernels_of(case: Case, quantities: Sequence[str]) -> Part | None:
 def _map(case: Case, x: Axis, y: Axis, asked: MapAsked, limits: Limits, halt: Halt) -> Frames:
     begun = time.perf_counter()
     sizes: dict[str, Any] = {"periods": asked.periods, "modes": asked.modes, "impacts": asked.impacts}
-    job = replace(sweep_job_of(case, [y, x], asked.quantities, **sizes), threads=at_once(None))
+    job = replace(sweep_job_of(case, [y, x], asked.quantities, **sizes), workers=at_once(None))
     _check_size(job, limits)
     from percuss.explore.sweeps import Sweep
 

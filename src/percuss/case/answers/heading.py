@@ -156,10 +156,12 @@ def motion_dict(hammer: System | Machine) -> dict[str, Any] | None:
 
     Modes q_n, what each moves the striking end by, in q_n″ + d_n q_n′ + ω_n² q_n = γ_n p, and the wall at Σ q_n = gap.
     The load is a Fourier series or exact steps, or the `valve` switches it: forces of its states with the gas at the
-    wall, whose stiffness is ω². None where the oil has a pressure or a gas a curve of its own: there is no closed form.
+    wall, whose stiffness is ω². `lying` is the motion of several modes while the wall holds their contact: exponents,
+    and the complex numbers that turn q_n and q_n′ into their amounts and back. None where the oil has a pressure, or a
+    gas a curve of its own: there is no closed form.
     """
     arrays: dict[str, Any] = {"damping": [json_number(hammer.body.damping.rigid)], "drive": [1.0], "inertia": [1.0]}
-    found: dict[str, Any] = {"gap": 0.0, "coefficients": [], "breaks": [], "values": [], "valve": None}
+    found: dict[str, Any] = {"gap": 0.0, "coefficients": [], "breaks": [], "values": [], "valve": None, "lying": None}
     if not isinstance(hammer, Machine):
         load = hammer.load
         arrays["omega"] = [0.0]
@@ -169,7 +171,7 @@ def motion_dict(hammer: System | Machine) -> dict[str, Any] | None:
             known = hammer.body.modes(hammer.body.kept(SHOWN_MODES), load.at)
             columns = {"omega": known.omega, "damping": known.damping, "drive": known.gamma, "inertia": known.inertia}
             arrays |= {name: numbers(column) for name, column in columns.items()}
-            found["gap"] = json_number(hammer.body.gap)
+            found |= {"gap": json_number(hammer.body.gap), "lying": _lying(hammer, known.size)}
     else:
         valve = hammer.valve
         if valve.flows or valve.supply is not None:
@@ -181,6 +183,22 @@ def motion_dict(hammer: System | Machine) -> dict[str, Any] | None:
     found["restitution"] = json_number(hammer.contact.restitution)
     scales = {"length_m": hammer.length_scale, "time_s": hammer.time_scale} if hammer.is_si else None
     return arrays | found | {"scales": scales}
+
+
+def _lying(system: System, modes: int) -> dict[str, Any] | None:
+    """Exponents, amounts of each q_n and q_n′ in each, and back; real and imaginary parts in turn."""
+    if modes < 2:
+        return None
+    import numpy as np
+
+    from percuss.mechanics.held_structure import held_structure
+
+    exponents, forth, back = held_structure(system, modes).exponents
+    return {
+        "exponents": numbers(exponents.view(float)),
+        "forth": numbers(forth.ravel().view(float)),
+        "back": numbers(np.ascontiguousarray(back.transpose(2, 0, 1)).ravel().view(float)),
+    }
 
 
 def contact_dict(system: System | Machine) -> dict[str, str]:

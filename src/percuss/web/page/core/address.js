@@ -118,11 +118,14 @@ function begins({ type, target, key, repeat }) {
   return !repeat && (!typed || /^(Arrow|Enter)/.test(key));
 }
 
+/** Number the entry of the browser's history that is shown. */
+const keepStep = (number) => history.replaceState({ step: (step = number) }, "");
+
 /** Keep the address true; browsers allow few changes a second, so a slider's moves are written when it rests. */
 export function keepAddress() {
   for (const kind of ["pointerdown", "keydown", "change", "drop"])
     addEventListener(kind, (event) => (gesture += begins(event) ? 1 : 0), true);
-  step = history.state?.step ?? 0;
+  keepStep(history.state?.step ?? 0);
   last = Math.max(step, Number(sessionStorage.getItem("percuss-steps") ?? 0));
   told = { gesture, design: designOf(location.hash || `#${address()}`) };
   tellSteps();
@@ -149,7 +152,8 @@ export function followAddress(changed) {
   const look = () => {
     if (location.hash === mine) return;
     mine = location.hash;
-    step = history.state?.step ?? step;
+    if (history.state) ({ step } = history.state);
+    else keepStep((last = step + 1)); // an address that was typed
     told = { gesture, design: designOf(mine) };
     tellSteps();
     changed(location.hash);

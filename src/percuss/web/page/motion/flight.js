@@ -19,6 +19,7 @@ const EPS = 2 ** -52;
 const SMALL = 0.1; // (ω + d) τ below which S, Ψ and S′ are summed as power series
 const TERMS = 11;
 const MOST_STEPS = 20_000;
+const CHATTER_ERROR = 1e-12; // to which the end of chatter is known
 export const NO_SPEED = 1e-13; // of the speeds that occur: a velocity that is none
 
 /**
@@ -34,6 +35,8 @@ export const NO_SPEED = 1e-13; // of the speeds that occur: a velocity that is n
  * @property {number[]} breaks phases from which a load of steps has its `values`; both empty of a Fourier series
  * @property {number[]} values
  * @property {ValveModel | null} valve in place of a clock
+ * @property {{exponents: number[], forth: number[], back: number[]} | null} [lying] of several modes while the wall holds
+ *   them, see `Lying`
  * @property {{length_m: number, time_s: number} | null} [scales] SI units of length and time
  */
 /**
@@ -108,6 +111,20 @@ export class Law {
     return [p, rate];
   }
 
+  /** p_k e^{ikθ}, real and imaginary parts in turn. @param {number} phase */
+  turned(phase) {
+    const { load, K } = this;
+    const turned = new Float64Array(2 * K);
+    const [c, s] = [Math.cos(phase), Math.sin(phase)];
+    let [re, im] = [1, 0];
+    for (let i = 0; i < 2 * K; i += 2) {
+      [re, im] = [re * c - im * s, re * s + im * c];
+      turned[i] = load[i] * re - load[i + 1] * im;
+      turned[i + 1] = load[i] * im + load[i + 1] * re;
+    }
+    return turned;
+  }
+
   /** The number of the step of the load that holds at a phase. @param {number} phase */
   pieceAt(phase) {
     const { breaks } = this.model;
@@ -119,6 +136,31 @@ export class Law {
   /** By how much a hammer of one mode at rest is pressed on the wall by a load. @param {number} p */
   press(p) {
     return this.bears * p - this.hold;
+  }
+
+  /** Time from a phase on until the load pulls a hammer at rest off the wall; infinite when it never does.
+   * @param {number} phase @param {number} force the constant part of the load then */
+  release(phase, force) {
+    if ((this.valve || this.steps) && this.press(force) < 0) return 0;
+    if (!this.valve && !this.steps) {
+      const [p, rate] = this.loadAt(phase);
+      const least = 64 * EPS * this.force;
+      if (this.press(p) < -least || (this.press(p) <= least && this.bears * rate < 0)) return 0;
+    }
+    if (this.valve || !this.releases.length) return Infinity;
+    const next = this.releases.find((one) => one >= phase) ?? this.releases[0] + 2 * Math.PI;
+    return next - phase;
+  }
+
+  /** A time from a release on for which the load surely pulls: 0 when it jumps to a pull. @param {number} phase */
+  pulls(phase) {
+    if (this.valve || this.steps) return 0;
+    const bend = this.bend * Math.abs(this.bears);
+    const [p, rate] = this.loadAt(phase);
+    const [a, b] = [-Math.min(this.press(p), 0), -this.bears * rate]; // a + b h − bend h²/2 is less than the pull
+    const lasts = bend > 0 ? (b + Math.sqrt(b * b + 2 * bend * a)) / bend : 1;
+    const swing = this.square[0] > 0 ? 0.5 / Math.sqrt(this.square[0]) : 1;
+    return 0.5 * Math.min(Math.max(lasts, 1e-7), swing, 1);
   }
 
   _stepReleases() {
@@ -261,7 +303,7 @@ export class Flight {
     this.speed = 0; // a bound of |y′|, by which rounding is measured
     /** bounds of |y″|, |y‴| and |y⁗| */
     this.bounds = new Float64Array(3);
-    const turned = this._turned();
+    const turned = law.turned(phase);
     for (let j = 0; j < size; j++) {
       let [x, v] = [place[j], rate[j]];
       for (let k = 1, i = 0, at = 2 * K * j; k <= K; k++, i += 2, at += 2) {
@@ -300,20 +342,6 @@ export class Flight {
     this.bounds[0] += second;
     this.bounds[1] += third;
     this.bounds[2] += fourth;
-  }
-
-  /** p_k e^{ikθ}. */
-  _turned() {
-    const { load, K } = this.law;
-    const turned = new Float64Array(2 * K);
-    const [c, s] = [Math.cos(this.phase), Math.sin(this.phase)];
-    let [re, im] = [1, 0];
-    for (let i = 0; i < 2 * K; i += 2) {
-      [re, im] = [re * c - im * s, re * s + im * c];
-      turned[i] = load[i] * re - load[i + 1] * im;
-      turned[i + 1] = load[i] * im + load[i + 1] * re;
-    }
-    return turned;
   }
 
   /** y, y′, y″ after τ, and y‴ under a constant load, into `out`. @param {number} tau */
@@ -355,7 +383,7 @@ export class Flight {
   modes(tau) {
     const { law, s } = this;
     const [place, rate] = [Float64Array.from(this.place), new Float64Array(law.size)];
-    const turned = law.K ? this._turned() : this.waves;
+    const turned = law.turned(this.phase);
     for (let j = 0, i = 0; j < law.size; j++, i += 2) {
       basis(law.damping[j], law.square[j], tau, s);
       place[j] += this.free[i] * s[0] + this.free[i + 1] * s[1];
@@ -371,28 +399,211 @@ export class Flight {
     }
     return [place, rate];
   }
+}
 
-  /** The first time from `from` to `until` at which the n-th derivative of y passes a level upwards (`sign` 1) or
-   * downwards (−1); infinite when there is none before `clear`. @param {0 | 1} n @param {number} level @param {1 | -1} sign
-   * @param {number} from @param {number} until */
-  first(n, level, sign, from, until) {
-    const [m, j] = [this.bounds[n], this.bounds[n + 1]];
-    const [top, noise] = [2 * EPS * (n ? this.speed : 0), 2 * EPS * (n ? m : this.speed)];
-    let t = from;
-    for (let i = 0; i < MOST_STEPS; i++) {
-      const out = this.at(t);
-      let [r, rate, curve] = [sign * (out[n] - level), sign * out[n + 1], sign * out[n + 2]];
-      if (t === 0 && Math.abs(rate) <= NO_SPEED * (n ? m : this.speed)) rate = 0;
-      const least = top + noise * t + EPS * Math.abs(level);
-      if (r >= 0 && rate > 0) return t > from ? Math.max(t - r / rate, from) : t;
-      const next = t + reachCubic(Math.min(r, 0), rate, curve, j, m);
-      if (r >= -least && rate > 0) return next;
-      if (next > until) {
-        this.clear = next;
-        return Infinity;
-      }
-      t = next > t ? next : t * (1 + 2 * EPS) + 1e-300;
+/** The time until bounces have piled up, after a rebound w under a pressure P = `push` that changes at the rate j:
+ * T₀ (1 − d T₀/6 − j T₀/(3P)), T₀ = 2w/((1 − R)P); −1 while it is not known to `CHATTER_ERROR`, or may last beyond the
+ * horizon.
+ * @param {Law} law @param {Flight} flight @param {number} w @param {number} push @param {number} horizon */
+export function chatterLeft(law, flight, w, push, horizon) {
+  const several = law.size > 1;
+  const left = (2 * w) / ((1 - law.restitution) * push);
+  const jerk = several ? flight.bounds[1] : law.bears * (law.K ? law.loadAt(flight.phase)[1] : 0);
+  const d = several ? 0 : law.damping[0];
+  const curl = law.square[0] + law.bend / push; // what the first order leaves out
+  const known = ((Math.abs(jerk) / push + d) * left) ** 2 + curl * left * left;
+  const unknown = several ? (Math.abs(jerk) * left) / push : 0;
+  if (2 * left > horizon || known + unknown > 0.1 || (known + unknown) * left > CHATTER_ERROR) return -1;
+  return several ? left : left * (1 - (d * left) / 6 - (jerk * left) / (3 * push));
+}
+
+/** The first time from `from` to `until` at which the n-th derivative of a motion passes a level upwards (`sign` 1) or
+ * downwards (−1); infinite when there is none before its `clear`.
+ * @param {{at: (tau: number) => Float64Array, bounds: Float64Array, speed: number, clear: number}} motion
+ * @param {0 | 1} n @param {number} level @param {1 | -1} sign @param {number} from @param {number} until */
+export function firstCrossing(motion, n, level, sign, from, until) {
+  const { bounds, speed } = motion;
+  const [m, j] = [bounds[n], bounds[n + 1]];
+  const [top, noise] = [2 * EPS * (n ? speed : 0), 2 * EPS * (n ? m : speed)];
+  let t = from;
+  for (let i = 0; i < MOST_STEPS; i++) {
+    const out = motion.at(t);
+    let [r, rate, curve] = [sign * (out[n] - level), sign * out[n + 1], sign * out[n + 2]];
+    if (t === 0 && Math.abs(rate) <= NO_SPEED * (n ? m : speed)) rate = 0;
+    const least = top + noise * t + EPS * Math.abs(level);
+    if (r >= 0 && rate > 0) return t > from ? Math.max(t - r / rate, from) : t;
+    const next = t + reachCubic(Math.min(r, 0), rate, curve, j, m);
+    if (r >= -least && rate > 0) return next;
+    if (next > until) {
+      motion.clear = next;
+      return Infinity;
     }
-    return t; // it creeps along the level: a touch
+    t = next > t ? next : t * (1 + 2 * EPS) + 1e-300;
+  }
+  return t; // it creeps along the level: a touch
+}
+
+// A structure of several modes while the wall holds its contact: another linear system, closed form again (the package's
+// `mechanics.held_structure`). Its free motion is Σ a_i e^{μ_i τ}; `lying` of the model has the exponents μ_i, and what
+// turns places and velocities q_n, q_n′ into amounts a_i (`forth`) and back:
+//
+//   a_i′ = μ_i a_i + b_i p + c_i,  b_i = Σ_n forth_in γ_n,  c_i = −Σ_n forth_in ω_n² g_n   (forth of the velocities)
+//   q_n = g_n + Re Σ_i back_in a_i,   g_n = g (1/m_n)/Σ 1/m_n
+//
+// The force of the wall, F = Σ (γ_n p − d_n q_n′ − ω_n² q_n)/Σ 1/m_n, is a constant, exponentials and harmonics, too: the
+// structure leaves where F turns from push to pull, which `firstCrossing` finds.
+
+export class Lying {
+  /** @param {Law} law @param {Float64Array} place @param {Float64Array} rate @param {number} phase
+   * @param {number} force the constant part of the load */
+  constructor(law, place, rate, phase, force) {
+    const lying = law.model.lying ?? { exponents: [], forth: [], back: [] };
+    const { size, K } = law;
+    this.law = law;
+    this.back = lying.back;
+    this.exponents = lying.exponents;
+    this.out = new Float64Array(4);
+    this.clear = 0;
+    this.found = Infinity;
+    const soft = sum(law.inertia.map((m) => 1 / m));
+    this.soft = soft;
+    this.still = law.inertia.map((m) => law.gap / m / soft);
+    const count = lying.exponents.length / 2;
+    /** amounts of the exponentials, of the constant and of each harmonic; each re, im in turn */
+    this.fading = new Float64Array(2 * count);
+    this.constant = new Float64Array(2 * count);
+    this.waves = new Float64Array(2 * count * K);
+    /** of −F, r = steady + Re Σ faded e^{μτ} + Re Σ_k waved e^{ikτ} */
+    this.faded = new Float64Array(2 * count);
+    this.waved = new Float64Array(2 * K);
+    this.steady = -(sum(law.drive) * force - dot(law.square, this.still)) / soft;
+    this.bounds = new Float64Array(3); // of the second derivative of −F and the ones after it
+    this.speed = 0;
+    const turned = law.turned(phase);
+    for (let k = 0; k < 2 * K; k++) this.waved[k] = (-sum(law.drive) * turned[k]) / soft;
+    for (let i = 0; i < count; i++) {
+      const [mr, mi] = [lying.exponents[2 * i], lying.exponents[2 * i + 1]];
+      const [b, c, a, f] = [
+        [0, 0],
+        [0, 0],
+        [0, 0],
+        [0, 0],
+      ];
+      for (let n = 0; n < size; n++)
+        for (const part of [0, 1]) {
+          const at = 4 * (size * i + n) + part;
+          b[part] += lying.forth[at + 2] * law.drive[n];
+          c[part] -= lying.forth[at + 2] * law.square[n] * this.still[n];
+          a[part] += lying.forth[at] * (place[n] - this.still[n]) + lying.forth[at + 2] * rate[n];
+          f[part] += (law.damping[n] * lying.back[at + 2] + law.square[n] * lying.back[at]) / soft; // of −F
+        }
+      const own = over([-b[0] * force - c[0], -b[1] * force - c[1]], [mr, mi]);
+      this.constant.set(own, 2 * i);
+      a[0] -= own[0];
+      a[1] -= own[1];
+      this.steady += f[0] * own[0] - f[1] * own[1];
+      for (let k = 1; k <= K; k++) {
+        const wave = over(times(b, [turned[2 * k - 2], turned[2 * k - 1]]), [-mr, k - mi]);
+        this.waves.set(wave, 2 * (K * i + k - 1));
+        a[0] -= wave[0];
+        a[1] -= wave[1];
+        const part = times(f, wave);
+        this.waved[2 * k - 2] += part[0];
+        this.waved[2 * k - 1] += part[1];
+      }
+      this.fading.set(a, 2 * i);
+      const part = times(f, a);
+      this.faded.set(part, 2 * i);
+      this._bound(Math.hypot(...part), Math.hypot(mr, mi));
+    }
+    for (let k = 1; k <= K; k++) this._bound(Math.hypot(this.waved[2 * k - 2], this.waved[2 * k - 1]), k);
+  }
+
+  /** @param {number} size @param {number} pace */
+  _bound(size, pace) {
+    this.speed += size * pace;
+    for (let n = 0; n < 3; n++) this.bounds[n] += size * pace ** (n + 2);
+  }
+
+  /** −F and its derivatives after τ. @param {number} tau */
+  at(tau) {
+    const { out, exponents, faded, waved } = this;
+    out.fill(0);
+    out[0] = this.steady;
+    const add = (/** @type {number[]} */ amount, /** @type {number[]} */ pace) => {
+      for (let n = 0; n < 3; n++) {
+        out[n] += amount[0];
+        amount = times(amount, pace);
+      }
+    };
+    for (let i = 0; i < exponents.length; i += 2) {
+      const grown = times([faded[i], faded[i + 1]], turn(exponents[i], exponents[i + 1], tau));
+      add(grown, [exponents[i], exponents[i + 1]]);
+    }
+    for (let k = 1; k <= this.law.K; k++) add(times([waved[2 * k - 2], waved[2 * k - 1]], turn(0, k, tau)), [0, k]);
+    return out;
+  }
+
+  /** Place and velocity of every mode after τ. @param {number} tau */
+  modes(tau) {
+    const { law, exponents, back } = this;
+    const [place, rate] = [Float64Array.from(this.still), new Float64Array(law.size)];
+    for (let i = 0; i < exponents.length / 2; i++) {
+      const amount = times(
+        [this.fading[2 * i], this.fading[2 * i + 1]],
+        turn(exponents[2 * i], exponents[2 * i + 1], tau),
+      );
+      amount[0] += this.constant[2 * i];
+      amount[1] += this.constant[2 * i + 1];
+      for (let k = 1; k <= law.K; k++) {
+        const at = 2 * (law.K * i + k - 1);
+        const wave = times([this.waves[at], this.waves[at + 1]], turn(0, k, tau));
+        amount[0] += wave[0];
+        amount[1] += wave[1];
+      }
+      for (let n = 0; n < law.size; n++) {
+        const at = 4 * (law.size * i + n);
+        place[n] += back[at] * amount[0] - back[at + 1] * amount[1];
+        rate[n] += back[at + 2] * amount[0] - back[at + 3] * amount[1];
+      }
+    }
+    return [place, rate];
+  }
+
+  /** A time from the release on for which the structure surely parts: y‴ = F′ Σ 1/m, and |y⁗| has a bound.
+   * @param {Flight} flight from the release on @param {number} tau when that is */
+  parts(flight, tau) {
+    if (flight.at(0)[2] < -1e-9 * flight.bounds[0]) return 0; // the load has jumped to a pull
+    return Math.max((2 * this.at(tau)[1] * this.soft) / flight.bounds[2], 1e-9);
+  }
+
+  /** When the wall lets go, as far as `until`. @param {number} until */
+  release(until) {
+    if (this.found === Infinity && this.clear <= until) {
+      if (this.clear === 0 && this.at(0)[0] > 0) this.found = 0;
+      else this.found = firstCrossing(this, 0, 0, 1, this.clear, until);
+    }
+    return this.found;
   }
 }
+
+/** e^{(re + i im) τ}. @param {number} re @param {number} im @param {number} tau */
+const turn = (re, im, tau) => {
+  const size = Math.exp(re * tau);
+  return [size * Math.cos(im * tau), size * Math.sin(im * tau)];
+};
+
+/** @param {number[]} a @param {number[]} b */
+const times = (a, b) => [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]];
+
+/** @param {number[]} a @param {number[]} b */
+function over(a, b) {
+  const size = Math.max(b[0] * b[0] + b[1] * b[1], 1e-18); // an undamped resonance grows all the same
+  return [(a[0] * b[0] + a[1] * b[1]) / size, (a[1] * b[0] - a[0] * b[1]) / size];
+}
+
+/** @param {Float64Array} values */
+const sum = (values) => values.reduce((total, one) => total + one, 0);
+
+/** @param {Float64Array} a @param {Float64Array} b */
+const dot = (a, b) => a.reduce((total, one, i) => total + one * b[i], 0);

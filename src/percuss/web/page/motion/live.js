@@ -3,16 +3,11 @@
 //
 // Between events it moves in closed form (`flight.js`), from one event to the next: an impact, q_j′ → −R q_j′ of all modes
 // (B77 10); a step of the load; a port that the piston passes, an order of the valve that is due; the end of a rest. Bounces
-// that pile up end after
-//
-//   T = 2w/((1 − R)P) · (1 − j T₀/(3P) − d T₀/6)      (w the rebound, P the pressure on the wall, j its rate, T₀ the first
-//                                                      factor; taken once the next order is below 1e-12)
-//
-// with the hammer at rest on the wall, where it lies until the load pulls. A motion has settled when its last impacts, or
-// changes of its valve, come back to the ones before; its name is that of `Trajectory.label` of the package.
+// that pile up end in a rest on the wall (`chatterLeft`), where a hammer of one mode lies until the load pulls, and one of
+// several until the wall would have to (`Lying`). What has settled is named as by `Trajectory.label` of the package.
 
-import { Flight, Law, NO_SPEED } from "./flight.js";
-import { MARKS, nameOf } from "./settled.js";
+import { chatterLeft, firstCrossing, Flight, Law, Lying, NO_SPEED } from "./flight.js";
+import { MARKS, nameOf, Strip } from "./settled.js";
 
 /** @typedef {import("./flight.js").Model} Model */
 /** @typedef {{time: number, kind: "impact" | "rest" | "release" | "switch", speed: number, energy: number, phase: number,
@@ -24,10 +19,10 @@ import { MARKS, nameOf } from "./settled.js";
 const TURN = 2 * Math.PI;
 const TURN_LOW = 2.4492935982947064e-16; // 2π less TURN
 const KEPT = 30; // blows that are told
-const POINTS = 2400; // of the strip chart
-const PERIODS = 8; // … and how long it is
+const PERIODS = 8; // of the strip chart
+const CROWD = 300; // events in no time, after which a machine is stuck on a port
+const NO_TIME = 1e-9; // of the strip chart
 const SAME = 4e-12; // time, of the valve's unit, within which events are simultaneous
-const CHATTER_ERROR = 1e-12; // to which the end of chatter is known
 
 /** A port that watches the flight, or the wall. @typedef {{n: 0 | 1, level: number, sign: 1 | -1, clear: number,
  *   found: number}} Watch */
@@ -45,6 +40,7 @@ export class Live {
     this.rate_ = new Float64Array(this.law.size);
     this.gap_ = 0;
     this.resting = false;
+    this.laid = 0; // when it was laid down last
     this.hold = 0; // time for which a flight just released is known to be free
     this.state = model.valve?.start ?? "";
     this.demanded = this.state;
@@ -54,12 +50,16 @@ export class Live {
     this.inside = [];
     /** @type {{phase: number, speed: number}[]} */
     this.blows = [];
-    this.ring = { at: 0, size: 0, time: new Float64Array(POINTS), gap: new Float64Array(POINTS), last: -Infinity };
+    this.strip = new Strip();
     this.records = true;
+    this.crowd = 0; // events since the time `begun`, where no time goes by
+    this.begun = -Infinity;
     this.changes = 0; // counts its laws and the states that it was put on
     /** @type {{live: Live, ahead: number, events: (Happening & {after: number})[]} | null} */
     this.scout = null;
     this.flight = new Flight(this.law, this.place_, this.rate_, 0, 0, 0);
+    /** @type {Lying | null} */
+    this.lying = null;
     /** @type {Watch[]} */
     this.watches = [];
     /** @type {Mark[]} */
@@ -78,6 +78,11 @@ export class Live {
 
   get velocity() {
     return this.resting ? 0 : this.flight.at(this.since)[1];
+  }
+
+  /** Whether its valve switches to and fro at a port without end: no time goes by any more. */
+  get stuck() {
+    return this.crowd >= CROWD;
   }
 
   /** Time gone by since it was made, in the unit of the model. */
@@ -125,7 +130,7 @@ export class Live {
     }
     const gap = sum(this.place_) - law.gap;
     this.law = law;
-    this.resting = this.resting && gap >= 0 && law.size === 1;
+    this.resting = this.resting && gap >= 0 && (law.size === 1 || law.size === before.size);
     this.orders = this.orders.filter(({ to }) => law.valve?.states[to] !== undefined);
     for (const order of this.orders) order.due *= slow;
     if (law.valve?.states[this.state] === undefined) this.demanded = this.state = law.valve?.start ?? "";
@@ -172,10 +177,16 @@ export class Live {
     this.place_[0] += gap - (sum(this.place_) - this.law.gap);
   }
 
+  _flight() {
+    return new Flight(this.law, this.place_, this.rate_, this.phase, this._constant(), this.gap_);
+  }
+
   /** The flight from here on, and who watches it. */
   _set() {
     const { law } = this;
-    this.flight = new Flight(law, this.place_, this.rate_, this.phase, this._constant(), this.gap_);
+    this.flight = this._flight();
+    this.lying =
+      this.resting && law.size > 1 ? new Lying(law, this.place_, this.rate_, this.phase, this._constant()) : null;
     this.watches = [{ n: 0, level: 0, sign: 1, clear: this.hold, found: Infinity }];
     for (const [i, port] of (law.valve?.ports ?? []).entries()) {
       const [n, level, way] = edge(port);
@@ -195,6 +206,8 @@ export class Live {
     this.released = [];
     this.rests = this.chatters = this.struck = 0;
     this.scout = null;
+    this.crowd = 0;
+    this.begun = -Infinity;
     this.changes += 1;
   }
 
@@ -227,7 +240,7 @@ export class Live {
       this.scout.events = this.scout.events.filter((event) => (event.after -= dt) > 0);
       if (this.scout.ahead < 0) this.scout = null;
     }
-    for (let left = dt, count = 0; left > 0 && count < 100_000; count++) {
+    for (let left = dt; left > 0 && !this.stuck;) {
       const [wait, what] = this._next(left + this.since);
       const part = wait - this.since;
       if (part > left || what === null) {
@@ -238,9 +251,11 @@ export class Live {
       this._draw(part);
       left -= Math.max(part, 0);
       this._arrive(wait);
+      this.crowd = this.time - this.begun > NO_TIME * this.span ? 0 : this.crowd + 1;
+      if (!this.crowd) this.begun = this.time;
       what(events);
       this._set();
-      this._point(this.now, this.gap_);
+      if (this.records) this.strip.add(this.time, this.gap_);
     }
     return events;
   }
@@ -272,7 +287,6 @@ export class Live {
     copy.rate_ = this.rate_.slice();
     copy.orders = this.orders.map((order) => ({ ...order }));
     copy.watches = this.watches.map((watch) => ({ ...watch }));
-    copy.ring = { ...this.ring, time: new Float64Array(0), gap: new Float64Array(0) };
     return copy;
   }
 
@@ -283,12 +297,12 @@ export class Live {
     let [wait, what] = /** @type {[number, ((events: Happening[]) => void) | null]} */ ([until, null]);
     const due = this.orders.length ? this.orders[0].due : Infinity;
     if (due <= wait) [wait, what] = [due, (events) => this._switch(events)];
-    if (law.steps && !this.resting) {
+    if (law.steps && (!this.resting || this.lying)) {
       const step = this._toStep();
       if (step <= wait) [wait, what] = [step, () => this._step()];
     }
     if (this.resting) {
-      const release = this._release();
+      const release = this.lying ? this.lying.release(wait) : law.release(this.phase, this._constant());
       if (release <= wait) [wait, what] = [Math.max(release, this.since), (events) => this._let(events)];
       return [wait, what];
     }
@@ -307,7 +321,7 @@ export class Live {
   /** @param {Watch} watch @param {number} until */
   _seek(watch, until) {
     if (watch.found < Infinity || watch.clear > until) return watch.found;
-    watch.found = this.flight.first(watch.n, watch.level, watch.sign, watch.clear, until);
+    watch.found = firstCrossing(this.flight, watch.n, watch.level, watch.sign, watch.clear, until);
     if (watch.found === Infinity) watch.clear = this.flight.clear;
     return watch.found;
   }
@@ -315,7 +329,8 @@ export class Live {
   /** The state after τ is where the next flight begins. @param {number} tau */
   _arrive(tau) {
     if (!(tau > 0)) return;
-    if (!this.resting) {
+    if (this.lying) [this.place_, this.rate_] = this.lying.modes(tau);
+    else if (!this.resting) {
       const gap = this.flight.at(tau)[0];
       [this.place_, this.rate_] = this.flight.modes(tau);
       this._put(gap);
@@ -325,12 +340,12 @@ export class Live {
     this.hold = Math.max(this.hold - tau, 0);
     for (const order of this.orders) order.due -= tau;
     if (this.law.valve) return;
-    const step = this.law.steps && !this.resting ? this._toStep() : Infinity;
+    const step = this.law.steps && (!this.resting || this.lying) ? this._toStep() : Infinity;
     const phase = this.phase + tau;
     const turns = Math.floor(phase / TURN);
     this.period += turns;
     this.phase = Math.max(phase - turns * TURN - turns * TURN_LOW, 0);
-    if (this.law.steps && this.resting) this.piece = this.law.pieceAt(this.phase);
+    if (this.law.steps && this.resting && !this.lying) this.piece = this.law.pieceAt(this.phase);
     else if (tau <= step && step < Infinity && this._toStep() > step) this.phase = this._nextBreak(); // rounded past it
   }
 
@@ -371,14 +386,7 @@ export class Live {
     if (v >= -slow) return push >= 0 ? 0 : -1;
     const r = law.restitution;
     if (r >= 1 || r === 0 || !(push > 0)) return -1;
-    const left = (-2 * v) / ((1 - r) * push);
-    const jerk = law.size > 1 ? flight.bounds[1] : law.bears * (law.K ? law.loadAt(this.phase)[1] : 0);
-    const d = law.size > 1 ? 0 : law.damping[0];
-    const curl = law.square[0] + law.bend / push; // what the first order leaves out
-    const known = ((Math.abs(jerk) / push + d) * left) ** 2 + curl * left * left;
-    const unknown = law.size > 1 ? (Math.abs(jerk) * left) / push : 0;
-    if (2 * left > horizon || known + unknown > 0.1 || (known + unknown) * left > CHATTER_ERROR) return -1;
-    return law.size > 1 ? left : left * (1 - (d * left) / 6 - (jerk * left) / (3 * push));
+    return chatterLeft(law, flight, -v, push, horizon);
   }
 
   /** @param {Happening[]} events */
@@ -405,27 +413,13 @@ export class Live {
     const chatter = this.law.restitution > 0;
     this.rate_.fill(0);
     this._put(0);
-    this.resting = this.law.size === 1;
+    this.resting = true;
+    this.laid = this.time;
     this.rests += 1;
     if (chatter) this.chatters += 1;
     const event = this._told(events, "rest", 0, 0);
     event.chatter = chatter;
     for (const port of this.law.valve?.ports ?? []) if (chatter && port.on === "impact") this._demand(port);
-  }
-
-  /** Time from the last event until the load pulls a hammer at rest off the wall. */
-  _release() {
-    const { law } = this;
-    if (law.valve || law.steps) if (law.press(this._constant()) < 0) return 0;
-    if (law.valve) return Infinity;
-    if (!law.steps) {
-      const [p, rate] = law.loadAt(this.phase);
-      const least = 64 * 2 ** -52 * law.force;
-      if (law.press(p) < -least || (law.press(p) <= least && law.bears * rate < 0)) return 0;
-    }
-    if (!law.releases.length) return Infinity;
-    const next = law.releases.find((phase) => phase >= this.phase) ?? law.releases[0] + TURN;
-    return next - this.phase;
   }
 
   /** @param {Happening[]} events */
@@ -436,23 +430,10 @@ export class Live {
     );
     if (at >= 0) this._clock(law.releases[at]);
     this.resting = false;
-    this.hold = this._pulled();
+    this.hold = this.lying ? this.lying.parts(this._flight(), this.lying.found) : law.pulls(this.phase);
     const event = this._told(events, "release", 0, 0);
     this.released.push({ ...this._mark_(event), at });
     if (this.released.length > MARKS) this.released.shift();
-  }
-
-  /** A time from the release on for which the load surely pulls: 0 when it jumps to a pull. */
-  _pulled() {
-    const { law } = this;
-    if (law.valve || law.steps) return 0;
-    const bend = law.bend * Math.abs(law.bears);
-    const [p, rate] = law.loadAt(this.phase);
-    const pull = Math.min(law.press(p), 0);
-    const [a, b] = [-pull, -law.bears * rate]; // the pull stays above 0 while a + b h − bend h²/2 does
-    const lasts = bend > 0 ? (b + Math.sqrt(b * b + 2 * bend * a)) / bend : 1;
-    const swing = law.square[0] > 0 ? 0.5 / Math.sqrt(law.square[0]) : 1;
-    return 0.5 * Math.min(Math.max(lasts, 1e-7), swing, 1);
   }
 
   // ---- What happens at the valve
@@ -491,38 +472,16 @@ export class Live {
   /** Points of the next part of the flight, evenly. @param {number} part */
   _draw(part) {
     if (!this.records) return;
-    const step = this.span / (0.8 * POINTS);
-    const first = Math.max(this.now, this.now + part - this.span, this.ring.last + step);
+    const step = this.strip.step(this.span);
+    const first = Math.max(this.now, this.now + part - this.span, this.strip.last + step);
     for (let at = first - this.time; at < this.since + part; at += step)
-      this._point(this.time + at, this.resting ? 0 : this.flight.at(at)[0]);
-  }
-
-  /** @param {number} time @param {number} gap */
-  _point(time, gap) {
-    const { ring } = this;
-    if (!this.records) return;
-    ring.time[ring.at] = time;
-    ring.gap[ring.at] = gap;
-    ring.last = time;
-    ring.at = (ring.at + 1) % POINTS;
-    ring.size = Math.min(ring.size + 1, POINTS);
+      this.strip.add(this.time + at, this.resting ? 0 : this.flight.at(at)[0]);
   }
 
   /** The gap over the last time, at most eight periods: times before now, ascending to 0, and gaps.
-   * @param {number} [span] @returns {{time: number[], gap: number[]}} */
+   * @param {number} [span] */
   history(span = this.span) {
-    const { ring, now } = this;
-    /** @type {{time: number[], gap: number[]}} */
-    const found = { time: [], gap: [] };
-    for (let i = 0; i < ring.size; i++) {
-      const at = (ring.at - ring.size + i + POINTS) % POINTS;
-      if (ring.time[at] < now - span) continue;
-      found.time.push(ring.time[at] - now);
-      found.gap.push(ring.gap[at]);
-    }
-    found.time.push(0);
-    found.gap.push(this.gap);
-    return found;
+    return this.strip.since(this.now, span, this.gap);
   }
 
   // ---- What is told

@@ -1,5 +1,7 @@
 // @ts-check
-// What a live motion is by now, in the words of the package: `z=p/n`, p impacts in n periods of the load; `chatter/n` and
+// What is kept and told of a live motion: its name, its strip chart, and where one begins that is on its cycle.
+//
+// The name is what the motion is by now, in the words of the package: `z=p/n`, p impacts in n periods of the load; `chatter/n` and
 // `rest/n`, with a rest on the wall; `rest` and `departed`, for good. Of a machine that switches itself `runs p/n`, p blows
 // and n valve cycles, `double blow p/n`, `runs rest/n`, `runs chatter/n`, `cycles without blow`, and `stalls (…)`. "" while
 // it has not settled, and of a motion that never does.
@@ -11,6 +13,8 @@
 /** @typedef {{phase: number, speed: number, period: number, time: number, state: string, gap: number, blows: number,
  *   rests: number, chatters: number, orders: number}} Mark one impact, or one change of the valve */
 /** @typedef {import("./live.js").Live} Live */
+/** @typedef {import("./live.js").Place} Place */
+/** @typedef {import("./flight.js").ValveModel} ValveModel */
 
 const TURN = 2 * Math.PI;
 export const MARKS = 192; // that are kept
@@ -25,31 +29,52 @@ export function nameOf(live) {
 /** @param {Live} live */
 function clocked(live) {
   const { law, released, marks } = live;
-  if (live.resting && !law.releases.length && live._release() === Infinity) return "rest";
+  if (live.resting && (live.lying ? lies(live) : law.release(live.phase, live.flight.force) === Infinity))
+    return "rest";
   if (departed(live)) return "departed";
   const last = released.at(-1);
   if (last && last.at >= 0)
     for (let i = released.length - 2; i >= 0; i--)
-      if (released[i].at === last.at)
-        return `${last.chatters > released[i].chatters ? "chatter" : "rest"}/${last.period - released[i].period}`;
+      if (released[i].at === last.at) return rested(released[i], last, last.period - released[i].period);
   const speed = fastest(marks);
-  const apart = (/** @type {Mark} */ a, /** @type {Mark} */ b) => {
-    const turn = Math.abs(a.phase - b.phase);
-    return Math.max(Math.min(turn, TURN - turn), Math.abs(a.speed - b.speed) / speed);
-  };
-  const p = cycle(marks, apart);
-  if (!p) return "";
-  const [now, before] = [marks[marks.length - 1], marks[marks.length - 1 - p]];
-  const n = Math.round(now.period - before.period + (now.phase - before.phase) / TURN);
-  if (n === 0) return ""; // the last bounces of a chatter
-  if (now.rests > before.rests) return `${now.chatters > before.chatters ? "chatter" : "rest"}/${n}`;
-  return `z=${p}/${n}`;
+  const turned = (/** @type {Mark} */ a, /** @type {Mark} */ b) => Math.abs(Math.sin(0.5 * (a.phase - b.phase)));
+  const p = cycle(marks, (a, b) => Math.max(2 * turned(a, b), Math.abs(a.speed - b.speed) / speed));
+  if (p) {
+    const [before, now] = [marks[marks.length - 1 - p], marks[marks.length - 1]];
+    const n = periods(before, now);
+    if (n) return now.rests > before.rests ? rested(before, now, n) : `z=${p}/${n}`; // else the last bounces of a chatter
+  }
+  const q = last && law.size > 1 ? cycle(released, turned) : 0; // which need not leave in one state
+  if (!last || !q) return "";
+  const before = released[released.length - 1 - q];
+  return rested(before, last, periods(before, last));
+}
+
+/** Load periods from one mark to the other. @param {Mark} a @param {Mark} b */
+const periods = (a, b) => Math.round(b.period - a.period + (b.phase - a.phase) / TURN);
+
+/** The name of a cycle of so many load periods with a rest. @param {Mark} a @param {Mark} b @param {number} n */
+const rested = (a, b, n) => `${b.chatters > a.chatters ? "chatter" : "rest"}/${n}`;
+
+/** Whether the wall holds a structure of several modes for good. @param {Live} live */
+function lies({ law, lying, since, now, laid }) {
+  if (!lying) return false;
+  if (law.steps) {
+    let slowest = Infinity;
+    for (let i = 0; i < lying.exponents.length; i += 2) slowest = Math.min(slowest, -lying.exponents[i]);
+    return now - laid > 30 / slowest + 2 * TURN; // its free motion has died out, and the wall has not let go for a period
+  }
+  let most = lying.steady; // of a pull
+  for (let i = 0; i < lying.waved.length; i += 2) most += Math.hypot(lying.waved[i], lying.waved[i + 1]);
+  for (let i = 0; i < lying.faded.length; i += 2)
+    most += Math.hypot(lying.faded[i], lying.faded[i + 1]) * Math.exp(lying.exponents[i] * since);
+  return most < 0;
 }
 
 /** @param {Live} live */
 function machine(live) {
   const { marks } = live;
-  const why = stalls(live);
+  const why = live.stuck ? "on a port" : stalls(live);
   if (why) return `stalls (${why})`;
   const [speed, far] = [fastest(marks), Math.max(...marks.map(({ gap }) => -gap), 0) || 1];
   const apart = (/** @type {Mark} */ a, /** @type {Mark} */ b) =>
@@ -96,20 +121,33 @@ function cycle(marks, apart) {
   return 0;
 }
 
-/** Whether a hammer under a clock has left for good: its mean load does not push, and its drift brings it back no more.
+/** Whether a hammer under a clock has left for good: it swings, or drifts, where it never reaches the wall.
  * @param {Live} live */
 function departed({ law, flight, resting, since, gap }) {
-  if (resting || law.size > 1 || law.square[0] > 0 || law.mean > 0) return false;
+  if (resting) return false;
+  let sway = 0;
+  for (let i = 0; i < 2 * law.K; i += 2) sway += Math.hypot(flight.waves[i], flight.waves[i + 1]);
+  if (law.size > 1 || law.square[0] > 0) {
+    let high = sway - law.gap;
+    for (let j = 0; j < law.size; j++) {
+      const [square, half] = [law.square[j], 0.5 * law.damping[j]];
+      const [v, still] = [flight.free[2 * j], (law.drive[j] * flight.force) / square];
+      const z = -flight.free[2 * j + 1] / square;
+      const lambda = Math.sqrt(square - half * half);
+      const fading = lambda > 0 ? Math.hypot(z, (v + half * z) / lambda) * Math.exp(-half * since) : Infinity;
+      high += still + Math.min(fading, Math.hypot(z, v / Math.sqrt(square)));
+    }
+    return !law.steps && high < 0;
+  }
+  if (law.mean > 0) return false;
   const mean = law.mean * law.drive[0];
   const d = law.damping[0];
-  let speed = 0;
-  let sway = 0;
+  let speed = 0; // of the drift
   if (law.steps) {
     // over a period about the drift the velocity sways by no more than force × 2π
-    sway = 4 * Math.PI * Math.PI * law.force;
+    sway = 2 * Math.PI * Math.PI * law.force;
     speed = flight.at(since)[1] + 2 * Math.PI * law.force;
   } else {
-    for (let i = 0; i < 2 * law.K; i += 2) sway += 2 * Math.hypot(flight.waves[i], flight.waves[i + 1]);
     const fade = Math.exp(-d * since);
     speed = flight.free[0] * fade + (d > 0 ? (mean * (1 - fade)) / d : mean * since);
   }
@@ -118,7 +156,7 @@ function departed({ law, flight, resting, since, gap }) {
     if (mean === 0 && d === 0) return false;
     coming = d > 0 ? speed / d : (0.5 * speed * speed) / -mean;
   } else if (mean === 0 && speed === 0) return false;
-  return gap + coming + sway < 0;
+  return gap + coming + 2 * sway < 0;
 }
 
 /** Why a machine will never strike or switch again, or "". @param {Live} live */
@@ -145,4 +183,63 @@ function stalls({ law, flight, resting, orders, demanded, inside, since, force }
     return side === "back" ? least > -level : most < (behind === null ? level : -level);
   });
   return idle ? (square > 0 ? "in the chamber" : "leaves") : "";
+}
+
+const POINTS = 2400;
+
+/** The gap over the last time, in a ring. */
+export class Strip {
+  constructor() {
+    this.time = new Float64Array(POINTS);
+    this.gap = new Float64Array(POINTS);
+    this.at = 0;
+    this.size = 0;
+    this.last = -Infinity;
+  }
+
+  /** How densely a span is told, with room for its events. @param {number} span */
+  step(span) {
+    return span / (0.8 * POINTS);
+  }
+
+  /** @param {number} time @param {number} gap */
+  add(time, gap) {
+    this.time[this.at] = this.last = time;
+    this.gap[this.at] = gap;
+    this.at = (this.at + 1) % POINTS;
+    this.size = Math.min(this.size + 1, POINTS);
+  }
+
+  /** Times before now and gaps, ascending to now with the gap then. @param {number} now @param {number} span
+   * @param {number} gap */
+  since(now, span, gap) {
+    /** @type {{time: number[], gap: number[]}} */
+    const found = { time: [], gap: [] };
+    for (let i = 0; i < this.size; i++) {
+      const at = (this.at - this.size + i + POINTS) % POINTS;
+      if (this.time[at] < now - span) continue;
+      found.time.push(this.time[at] - now);
+      found.gap.push(this.gap[at]);
+    }
+    found.time.push(0);
+    found.gap.push(gap);
+    return found;
+  }
+}
+
+/** A machine just after the blow that ends its cycle, as the answer of POST /api/machine has it, to be placed.
+ * @param {ValveModel} valve @param {number} restitution
+ * @param {{period: number, blows: {time: number, speed: number}[], ports: {port: number, time: number}[],
+ *   valve: {time: number, to: string}[]}} cycle @returns {Place} */
+export function onCycle(valve, restitution, { period, blows, ports, valve: changes }) {
+  const last = blows[blows.length - 1];
+  const since = (/** @type {number} */ time) => (((last.time - time) % period) + period) % period; // ago
+  const state = changes.reduce((one, other) => (since(other.time) < since(one.time) ? other : one)).to;
+  const asked = ports
+    .map(({ port, time }) => ({ ago: since(time), ...valve.ports[port] }))
+    .sort((a, b) => b.ago - a.ago);
+  const orders = asked
+    .filter(({ ago, delay }) => delay > ago)
+    .map(({ ago, delay, to }) => ({ after: delay - ago, to }));
+  return { velocity: -restitution * last.speed, state, demanded: asked.at(-1)?.to, orders };
 }
